@@ -23,8 +23,9 @@ struct SoundPart {
 
 struct FitOptions {
   std::string method = "burg";  // method of the fit: burg, yule-walker or modified-covariance
-  std::string order = "300";    // a number, "aic" or "bic"
-  int max_order = 600;          // highest order that the criteria may choose
+  // order of the model: a number, or "aic" or "bic", the criterion by which the fit chooses the order
+  std::string order = "300";
+  int max_order = 600;  // highest order that the criterion may choose
   /// name of the window: none, hann, hamming or blackman; the window weights the errors (Burg) or the samples
   /// (Yule–Walker)
   std::string window = "none";
@@ -49,7 +50,7 @@ struct FitOptions {
 /// Agreement of a model with the held-out part of the recording.
 struct HeldOut {
   double from = 0, to = 0;  // s, begin and end of the held-out part in the recording
-  double distance_dB = 0;   // log-spectral distance to the model's expected spectrum
+  double distance_dB = 0;   // dB, log-spectral distance between the held-out part and the model's expected spectrum
   // dB, expected distance if the held-out part had exactly the model's spectrum. It is not 0, because a spectrum that
   // is estimated from a short sound has an error.
   double chance_dB = 0;

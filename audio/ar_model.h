@@ -14,17 +14,17 @@ struct LineNoise {
   std::vector<double> reflection;  // reflection coefficients k_1 … k_p, each in (−1, 1)
   double gain = 0;                 // standard deviation of the process's residual
 
-  double deviation() const;  // standard deviation of the process
+  double deviation() const;  // returns the standard deviation of the process
 };
 inline constexpr int kLineStep = 64;
 
 /// A spectral line of a rotor: a sinusoid whose amplitude and frequency vary slowly about their means. A turbine's
 /// whistle is such a line. Filtered noise with the same spectrum would hiss instead.
 struct ModelLine {
-  double frequency = 0;       // Hz, mean frequency
+  double frequency = 0;       // Hz, mean frequency of the line
   double amplitude = 0;       // mean amplitude; full scale is 1
   LineNoise amplitude_noise;  // noise of the amplitude, as a ratio to the mean amplitude
-  LineNoise frequency_noise;  // noise of the frequency, Hz
+  LineNoise frequency_noise;  // noise by which the line's frequency varies, Hz
 };
 
 /// y[n] = gain·e[n] − Σ a_i y[n−i] with white noise e of unit variance, and A(z) = 1 + Σ a_i z^-i. The model stores the

@@ -64,7 +64,7 @@ class AudioOutput {
   virtual std::string description() const = 0;
 };
 
-/// The names of the sound card's outputs, as they are written after "portaudio:". A build without PortAudio has none.
+/// The name of an output of the sound card, as it is written after "portaudio:". A build without PortAudio has none.
 struct AudioDevice {
   std::string name, host;
   double sample_rate = 0;

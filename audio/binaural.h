@@ -52,9 +52,12 @@ class Binaural {
 
  private:
   struct Ear {
-    double delay = 0, wanted_delay = 0;    // samples: delay now, and delay that it approaches
-    double shadow = 1, wanted_shadow = 1;  // factor α of the shadow now, and the value that it approaches
-    float before = 0, after = 0;           // previous input and previous output of the shadow's filter
+    // samples; `delay`: present delay of this ear; `wanted_delay`: delay that `delay` approaches
+    double delay = 0, wanted_delay = 0;
+    // `shadow`: present factor α of the head's shadow; `wanted_shadow`: factor that `shadow` approaches
+    double shadow = 1, wanted_shadow = 1;
+    // previous input (`before`) and previous output (`after`) of the filter of the head's shadow
+    float before = 0, after = 0;
   };
   float read(double delay) const noexcept;
 

@@ -20,8 +20,9 @@ struct SoundMeasure {
 
 struct Comparison {
   SoundMeasure a, b;
-  double distance_dB = 0;          // log-spectral distance, including the difference in level
-  double shape_distance_dB = 0;    // log-spectral distance after the mean difference in dB is subtracted
+  double distance_dB = 0;  // dB, log-spectral distance between the sounds, including the difference in level
+  // dB, log-spectral distance after the mean difference of the two spectra in dB is subtracted
+  double shape_distance_dB = 0;
   double itakura_saito = 0;        // Itakura–Saito distance of a from b
   double level_difference_dB = 0;  // dB, level of b minus level of a
   /// frequency of b's strongest tone divided by the frequency of a's strongest tone; 0 if one sound has no tone

@@ -12,7 +12,7 @@
 namespace typodont::audio {
 
 struct ContactTrack {
-  std::vector<SoundState> states;  // in order of time
+  std::vector<SoundState> states;  // the states of the sound, in order of time
   double fastest = 0;              // rad/s, highest spindle speed of the track
   double end = 0;                  // s, time of the last row
   bool has_spindle = false;        // true if the file has a column with the spindle speed
@@ -39,8 +39,8 @@ class VoicedTrack {
  private:
   const ContactTrack& track_;
   double free_speed_;
-  std::size_t row_ = 0;  // index of the last row that was passed
-  Nanos after_ = 0;      // ns, time since row row_
+  std::size_t row_ = 0;  // index of the table row whose time was passed last
+  Nanos after_ = 0;      // ns, time since the row with the index row_
 };
 
 }  // namespace typodont::audio

@@ -18,12 +18,12 @@ struct SoundState {
   double spindle = 0;       // rad/s, spindle speed; negative if it turns backward
   double pedal = 0;         // pedal position, 0..1
   double contact_area = 0;  // m², contact area of the head
-  double force = 0;         // N, force of the contact
-  double removal_rate = 0;  // m³/s, removal rate
+  double force = 0;         // N, force of the contact on the tool
+  double removal_rate = 0;  // m³/s, volume of tissue that the bur removes per second
   Tissue tissue = Tissue::kAir;
   bool cutting_tool = true;  // false for hand instruments, which scrape and tap
   double slip_speed = 0;     // m/s, speed along the surface; determines the scraping sound
-  double suction = 0;        // strength of the suction, 0..1
+  double suction = 0;        // strength of the suction's sound, 0..1
   double spray = 0;          // 0..1, flow of the handpiece's water as a fraction of its largest flow
 };
 
@@ -33,8 +33,8 @@ struct SynthOptions {
   bool lower_order = false;
 };
 
-/// Used by one thread at a time (the audio callback's thread, or the offline renderer's). Only the constructor
-/// allocates.
+/// Synthesizes the sound of a drill sample by sample. Used by one thread at a time (the audio callback's thread, or the
+/// offline renderer's). Only the constructor allocates.
 class DrillSynth {
  public:
   DrillSynth(const SoundModels& models, double sample_rate, std::uint64_t seed, const SynthOptions& options = {});
@@ -55,7 +55,7 @@ class DrillSynth {
   double sample_rate() const noexcept;
   std::uint64_t late() const noexcept;
   std::uint64_t dropped() const noexcept;
-  /// Number of autoregressive filters that the last sample needed: 0 silent, 1 idling, 2 working.
+  /// Returns the number of autoregressive filters that the last sample needed: 0 silent, 1 idling, 2 working.
   int active_filters() const noexcept;
 
  private:

@@ -23,9 +23,9 @@ struct RotorTone {
 /// drill idles at free speed.
 struct WorkLevel {
   Tissue tissue = Tissue::kEnamel;
-  double force = 0;         // N, force of the contact
-  double contact_area = 0;  // m², contact area
-  double removal_rate = 0;  // m³/s, removal rate
+  double force = 0;         // N, force of the contact at which the sound was recorded
+  double contact_area = 0;  // m², contact area at which the sound was recorded
+  double removal_rate = 0;  // m³/s, removal rate at which the sound was recorded
   double spindle = 0;       // rad/s, spindle speed at work
   double level_dB = 0;      // dB, change of the level of the whole sound
   double high_dB = 0;       // dB, change of the level above 4 kHz

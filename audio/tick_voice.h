@@ -30,7 +30,8 @@ class TickVoice {
   };
   static constexpr std::size_t kSeen = 64;  // length of the ring buffer, sufficient for a servo rate of 12 kHz
   std::array<Seen, kSeen> seen_{};
-  std::size_t count_ = 0, back_ = 0;  // number of ticks so far; index of the tick from which differences are taken
+  // count_: number of ticks so far; back_: index of the earlier tick that the latest tick is compared with
+  std::size_t count_ = 0, back_ = 0;
   std::vector<bool> tools_cut_;
 };
 

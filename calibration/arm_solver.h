@@ -18,13 +18,14 @@ struct ArmReading {
   std::array<double, 6> angle{};  // rad, angles of the joints A to F
 };
 
-/// A serial arm such as WoodenHaptics or Polhem, with their published kinematics: angles B and C are absolute; x points
-/// towards the user, y right, z up. True angle = scale · reading + offset.
+/// Geometry of a serial arm such as WoodenHaptics or Polhem, with their published kinematics: angles B and C are
+/// absolute; x points towards the user, y right, z up. True angle = scale · reading + offset.
 struct ArmGeometry {
   double base = 0.080, upper = 0.205, fore = 0.245;  // m, lengths La, Lb, Lc of the published kinematics
-  dvec3 origin{0.220, 0, 0.080};                     // m, origin of the device's frame H, from the arm's foot
-  std::array<double, 6> offset{};                    // rad, offsets of the encoders of A to F
-  std::array<double, 3> scale{1, 1, 1};              // scale factors of the encoders of A, B, C
+  // m, position of the origin of frame H (the haptic base), measured from the arm's foot
+  dvec3 origin{0.220, 0, 0.080};
+  std::array<double, 6> offset{};        // rad, offsets of the encoders of A to F
+  std::array<double, 3> scale{1, 1, 1};  // scale factors of the encoders of A, B, C
   dvec3 tip_S{0.12, 0, 0};  // m, position of the stylus tip relative to the wrist's centre; x points along the stylus
 };
 
@@ -37,9 +38,10 @@ std::array<double, kArmParameters> arm_parameter_scales();
 std::array<double, kArmParameters> to_vector(const ArmGeometry& geometry);
 ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);
 
-// Returns X_HS, the pose of the wrist's centre.
+// Returns X_HS: the pose of frame S (the stylus, with its origin in the wrist's centre) in frame H of the haptic base.
 Pose stylus_pose(const ArmGeometry& geometry, const ArmReading& reading);
-dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading);  // p_HTip, position of the stylus tip
+// returns the position (m) of the stylus tip in frame H of the haptic base
+dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading);
 /// Returns the derivative of the tip's position with respect to each parameter, in the order of to_vector (m per m, per
 /// rad, or per unit of scale).
 std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& geometry, const ArmReading& reading);
@@ -63,12 +65,12 @@ struct ArmParameter {
 struct ArmResult {
   ArmGeometry geometry;
   std::vector<ArmParameter> parameters;
-  // Parameters, or combinations of parameters, that the captures do not determine; in words
+  // text that names the parameters, or combinations of parameters, that the captures do not determine
   std::vector<std::string> not_observable;
   // m, root mean square over all captures of the distance between the computed tip position and the position where the
   // tip rested
   double before_rms = 0, after_rms = 0;
-  double sigma = 0;  // m per axis, standard deviation of a capture
+  double sigma = 0;  // m per axis, standard deviation of the noise of a capture
   int degrees_of_freedom = 0;
   std::vector<std::size_t> rejected;  // indices of the rejected captures
   std::vector<double> residuals;      // m, residual of each capture

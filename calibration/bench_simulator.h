@@ -20,7 +20,7 @@ struct SimulationOptions {
   double placement_error = 0.02;
   dvec3 user_offset{0.0004, -0.0003, 0.0012};  // m, systematic offset of the user: position felt minus position seen
   double delay = 0.0234;                       // s, delay of the display relative to the arm
-  double touches = 1;                          // factor on the number of touches of every step
+  double touches = 1;                          // factor by which the number of touches of every step is multiplied
 };
 
 class BenchSimulator {
@@ -32,10 +32,11 @@ class BenchSimulator {
   /// Returns the nominal bench from the drawings, with which the routine starts.
   BenchState drawings() const;
 
-  /// Returns the encoder readings while the tip is exactly at p_W. The orientation of the wrist is arbitrary.
+  /// Returns the encoder readings of the arm while its tip is exactly at p_W (m, frame W). The orientation of the wrist
+  /// is arbitrary.
   ArmReading hold(const dvec3& p_W);
-  /// Simulates a touch at p_W by an unsteady hand. `believed_arm` is the geometry with which the touch's position is
-  /// computed.
+  /// Simulates a touch at p_W (m, frame W) by an unsteady hand. `believed_arm` is the geometry with which the touch's
+  /// position is computed.
   Touch touch(const dvec3& p_W, const ArmGeometry& believed_arm);
   /// Returns the point that this user touches when a program draws a point at p_W.
   dvec3 reached_for(const RigGeometry& believed, const dvec3& p_W) const;
@@ -49,7 +50,7 @@ class BenchSimulator {
   void capture_verify(Captures& captures, const BenchState& bench);
 
   struct Colocation {
-    double rms = 0, worst = 0, mean = 0;  // m, error over all points
+    double rms = 0, worst = 0, mean = 0;  // m, co-location error over all points: root mean square, largest, and mean
   };
   /// Returns the co-location error of the present calibration over 9×9×9 points of the workspace. At each point the
   /// arm's pose is read, and the tool is drawn at this pose. The error is the distance between the hand and the drawn

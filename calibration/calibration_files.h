@@ -25,13 +25,15 @@ struct PosePairs {
   std::vector<Pose> A, B;
 };
 
-/// Reads pairs of points. Columns hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm, or other letters for the two frames.
+/// Reads pairs of points in the frames H (haptic base) and D (display). Columns hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm, or
+/// other letters for the two frames.
 PointPairs read_pairs(const std::filesystem::path& file, const std::string& H = "h", const std::string& D = "d");
 Stream read_stream(const std::filesystem::path& file);  // the file has the columns t_s,x_mm,y_mm,z_mm
 /// Reads pairs of poses. Columns ax_mm,ay_mm,az_mm,aqw,aqx,aqy,aqz, and the same columns for b. A quaternion's length
 /// must be within 1 % of 1.
 PosePairs read_pose_pairs(const std::filesystem::path& file);
-/// Reads points in H. Columns x_mm,y_mm,z_mm or hx_mm,hy_mm,hz_mm. All points may be at the origin.
+/// Reads points in frame H of the haptic base. Columns x_mm,y_mm,z_mm or hx_mm,hy_mm,hz_mm. All points may be at the
+/// origin.
 std::vector<dvec3> read_points(const std::filesystem::path& file);
 
 std::string registration_json(const RegistrationResult& result, const std::vector<dvec3>& targets_H);

@@ -39,7 +39,8 @@ struct CameraOptions {
 
 struct CameraResult {
   CameraIntrinsics camera, camera_sigma;
-  // poses of the camera (x right, y down, z forward), one for each picture, in the order of the pictures' numbers
+  // poses of the camera's frame K (x right, y down, z forward) in frame W, one for each picture, in the order of the
+  // pictures' numbers
   std::vector<Pose> X_WK;
   Panel panel;
   // m, width and height of the panel's picture, and their standard deviations

@@ -23,7 +23,7 @@ struct DelayOptions {
 struct DelayResult {
   // s, delay; if the clocks have different rates, the delay at `reference_time` (the first time in both recordings)
   double delay = 0;
-  // s, standard deviation; if the motion does not determine the delay, the width of the search range
+  // s, standard deviation of the delay; if the motion does not determine the delay, the width of the search range
   double sigma = 0;
   bool ambiguous = false;
   std::string reason;              // the reason for an ambiguous result, as one sentence
@@ -33,8 +33,10 @@ struct DelayResult {
   double skew = 0, skew_sigma = 0;
   double reference_time = 0;  // s, time at which `delay` is valid
   double delay_at_end = 0;    // s, delay at the last time in both recordings
-  double noise = 0;           // m per axis, noise of the difference between the streams
-  Pose X_BA;  // pose of A's frame in B; its rotation is the identity unless the streams clearly need a rotation
+  double noise = 0;           // m per axis, standard deviation of the difference between the streams
+  // pose of the frame of stream A in the frame of stream B; its rotation is the identity unless the streams clearly
+  // need a rotation
+  Pose X_BA;
   bool rotated = false;  // true if a rotation was needed
   int samples = 0;       // number of compared samples
   int lost_a = 0, lost_b = 0, frozen_a = 0, frozen_b = 0, rejected = 0;

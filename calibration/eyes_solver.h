@@ -31,9 +31,10 @@ struct UserOffset {
 
 struct EyesResult {
   EyePair eyes;
-  std::array<double, 3> center_sigma{};   // m per axis, standard deviation of the eyes' centre
-  double ipd_sigma = 0;                   // m, standard deviation of the interpupillary distance
-  double sigma = 0, rms = 0;              // m, noise and rms residual, both perpendicular to the line of sight
+  std::array<double, 3> center_sigma{};  // m per axis, standard deviation of the eyes' centre
+  double ipd_sigma = 0;                  // m, standard deviation of the interpupillary distance
+  // m, perpendicular to the line of sight: standard deviation of the noise, and rms residual of the alignments
+  double sigma = 0, rms = 0;
   std::vector<std::size_t> rejected;      // indices of the rejected alignments
   std::vector<double> residuals;          // m, residual of each alignment
   std::string not_determined;             // parameters that the alignments do not determine; empty: none

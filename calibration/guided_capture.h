@@ -25,8 +25,8 @@ struct Prompt {
   std::string text;                        // text of the prompt, one or two sentences
   std::optional<PanelPoint> mark;          // mark to show on the panel's surface; none: no mark
   std::optional<Dots> dots;                // dots to show to the left and the right eye
-  bool left_eye = true, right_eye = true;  // true if this eye sees its dot
-  std::optional<dvec3> target_D;           // position at which the point should appear
+  bool left_eye = true, right_eye = true;  // true if the left eye sees its dot; true if the right eye sees its dot
+  std::optional<dvec3> target_D;           // m, frame D of the display: position at which the point should appear
   std::optional<Dots> astray;  // ring around the last touch, one per eye, if this touch does not fit the other touches
 };
 
@@ -37,7 +37,7 @@ struct Live {
   double rms = 0;                     // m, root mean square of all residuals of the step up to now
   double predicted_tre = 0;           // m, predicted target error over the workspace; only while registering
   bool outlier = false;               // true if this touch is an outlier
-  std::optional<dvec3> p_W;           // position of the touch
+  std::optional<dvec3> p_W;           // m, frame W, position of the touch
   std::vector<std::size_t> outliers;  // indices of all outliers of the step up to now
   Cue cue = Cue::kTaken;
   std::string text;  // text of one line to show
@@ -73,7 +73,7 @@ class GuidedCapture {
   Captures captures_;
   Step step_ = Step::kArm;
   double plate_pitch_;
-  std::optional<dvec3> astray_W_;  // the last touch, if it does not fit the other touches
+  std::optional<dvec3> astray_W_;  // m, frame W, position of the last touch, if it does not fit the other touches
 };
 
 /// A prompt as a picture for the panel: text and marks, 8-bit grey, rows from the top. The text can be flipped

@@ -29,13 +29,14 @@ struct HandEyeResult {
   std::array<double, 36> X_covariance{}, Z_covariance{};
   std::vector<std::size_t> inliers, outliers;  // indices of rows, ascending
   std::vector<double> rotation_residuals;      // rad, one per row
-  std::vector<double> translation_residuals;   // m, one per row, at the origin of B's moving frame
+  std::vector<double> translation_residuals;   // m, one per row, at the origin of the moving frame of the poses B
   /// rad per axis, standard deviation of the noise of arm and tracker together
   double rotation_sigma = 0;
   /// m per axis, standard deviation of the noise of arm and tracker together
   double translation_sigma = 0;
-  double main_turn = 0, second_turn = 0;  // rad rms, rotation of the arm about its main axis and about its second axis
-  std::string not_determined;             // reason why X and Z must not be used; empty: they can be used
+  // rad rms, rotation of the arm about the axis about which it rotated most, and about the second axis
+  double main_turn = 0, second_turn = 0;
+  std::string not_determined;  // reason why X and Z must not be used; empty: they can be used
 };
 
 /// Solves A X = Z B, first in closed form (Shah 2013, Kronecker product), then by maximum likelihood (Ceres) with the

@@ -22,28 +22,30 @@ enum class Defect {
   kCoincident,   // all points coincide: no rotation is determined
   kCollinear,    // all points lie on a line: the rotation about this line is not determined
   kNoise,        // the residuals are as large as the spread of the points
-  kMirrored,     // D is a mirror image of H: no rigid motion exists
+  kMirrored,     // the points in D are a mirror image of those in H: no rigid motion exists
   kScaled,       // lengths in D and H differ: no rigid motion exists
   kNoConsensus,  // no set of pairs agrees on a motion better than by chance
 };
 const char* name(Defect defect);
 
-/// The part of the motion that the points do not determine, in words and as directions in H.
+/// The part of the motion that the points do not determine: in words, and as directions in frame H of the haptic base.
 struct Degeneracy {
   Defect defect = Defect::kNone;
-  std::string reason;                 // one sentence for the user
-  std::vector<dvec3> undetermined_H;  // unit axes of the undetermined rotations
+  std::string reason;  // one sentence for the user
+  // unit axes, in frame H of the haptic base, of the rotations that the points do not determine
+  std::vector<dvec3> undetermined_H;
 };
 
 struct Box {
   dvec3 low{0, 0, 0};
-  dvec3 high{0, 0, 0};  // corners of the box; if both are zero: the bounding box of the inliers is used
+  // m; `low` and `high` are corners of the box; if both are zero, the bounding box of the inliers is used
+  dvec3 high{0, 0, 0};
 };
 
 struct RegistrationOptions {
   bool reject_outliers = true;
   double known_sigma = 0;     // m per axis, known noise; 0: the noise is estimated from the residuals
-  Box workspace_H;            // box over which predicted_tre_rms is averaged
+  Box workspace_H;            // m, frame H of the haptic base: box over which predicted_tre_rms is averaged
   double false_alarm = 5e-4;  // probability of rejecting at least one good pair of the set
 };
 
@@ -56,8 +58,8 @@ struct Rival {
 struct RegistrationResult {
   Pose X_DH;
   std::vector<std::size_t> inliers, outliers;  // indices of pairs, ascending
-  std::vector<double> residuals;               // m, |X_DH p_H - p_D| for every pair
-  double fre_rms = 0;                          // m, root-mean-square fiducial error of the inliers
+  std::vector<double> residuals;               // m, distance |X_DH p_H - p_D| for every pair
+  double fre_rms = 0;                          // m, root mean square of the inliers' residuals (fiducial error)
   /// m per axis, standard deviation of the noise; NaN if it cannot be estimated
   double sigma = 0;
   int degrees_of_freedom = 0;  // degrees of freedom of the estimate of sigma
@@ -80,7 +82,7 @@ struct RegistrationResult {
 RegistrationResult register_points(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                    const RegistrationOptions& options = {});
 
-/// Returns the expected rms error (m) of the registration at a point of H.
+/// Returns the expected rms error (m) of the registration at the point p_H (m, frame H of the haptic base).
 double predicted_tre(const RegistrationResult& result, const dvec3& p_H);
 
 /// Returns the index of the candidate point whose touch would most reduce the mean squared target error (TRE) over the

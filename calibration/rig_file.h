@@ -1,6 +1,6 @@
-// The calibrated fields of a rig file. Reads and writes the fields that belong to the calibration (screen, mirror,
-// head, X_WH, and the block "calibration" with date, device serials, covariances and the folder of the raw captures).
-// Does not change any other field. Throws Error with the file and the key.
+// Reads and writes the calibrated fields of a rig file: screen, mirror, head, X_WH (the pose of the haptic base in
+// frame W), and the block "calibration" with date, device serials, covariances and the folder of the raw captures. Does
+// not change any other field. Throws Error with the file and the key.
 #pragma once
 
 #include <array>

@@ -7,7 +7,7 @@
 
 namespace typodont::calibration {
 
-/// The physical panel. u points right and v up; both are 0..1 over the picture.
+/// The physical panel (screen) in frame W. On its picture, u points right and v up; both are 0..1.
 struct Panel {
   dvec3 lower_left{-0.17, -0.1, 0}, lower_right{0.17, -0.1, 0}, upper_left{-0.17, 0.1, 0};
   dvec3 at(double u, double v) const {
@@ -15,7 +15,7 @@ struct Panel {
   }
 };
 
-/// The plane n·x = offset, with unit normal n.
+/// The mirror's plane in frame W: the points x with n·x = offset, where n is the unit normal.
 struct MirrorPlane {
   dvec3 normal{0, 1, 0};
   double offset = 0;  // m, distance of the plane from the origin along n

@@ -1,5 +1,5 @@
 // The complete calibration routine: from raw captures to a calibrated bench. Every step can be solved again from its
-// captures.
+// captures. README.md of this folder has an overview and defines the terms.
 #pragma once
 
 #include <filesystem>
@@ -58,7 +58,7 @@ struct Captures {
 /// drift.csv, delay_a.csv, delay_b.csv). Steps without captures have no file. Throws Error.
 void write_captures(const std::filesystem::path& folder, const Captures& captures);
 Captures read_captures(const std::filesystem::path& folder);
-// Each of these functions reads one file.
+// Each of the following functions reads the file of one step.
 std::vector<ArmCapture> read_arm_captures(const std::filesystem::path& file);
 std::vector<MarkCapture> read_mark_captures(const std::filesystem::path& file);
 std::vector<Touch> read_touches(const std::filesystem::path& file);
@@ -70,7 +70,7 @@ struct JointResult;
 /// The present estimate of a bench, and the result of each step.
 struct BenchState {
   ArmGeometry arm;
-  RigGeometry rig;  // geometry in frame W, which equals D
+  RigGeometry rig;  // geometry in frame W, which equals frame D of the display
   Box workspace_D{dvec3(-0.04), dvec3(0.04)};
   Tolerance tolerance;
   std::optional<ArmResult> arm_result;

@@ -23,7 +23,7 @@ class Noise {
   double normal(double sigma = 1) { return sigma * normal_(engine_); }
   dvec3 normal3(double sigma);
   dvec3 in_box(const dvec3& low, const dvec3& high);
-  dquat rotation();  // random rotation, uniform on SO(3)
+  dquat rotation();  // returns a random rotation; all rotations are equally probable
   std::size_t index(std::size_t count) { return std::uniform_int_distribution<std::size_t>(0, count - 1)(engine_); }
 
  private:

@@ -15,8 +15,8 @@ namespace typodont::calibration {
 class StillTouch {
  public:
   struct Limits {
-    double window = 0.1;     // s, averaging time
-    double radius = 0.3e-3;  // m, limit of the distance of a sample from the mean
+    double window = 0.1;     // s, time over which the samples of a touch are averaged
+    double radius = 0.3e-3;  // m, largest distance of a sample from the mean at which the tip counts as at rest
   };
   enum class Verdict { kNone, kTaken, kMoved, kTooSoon };  // kTooSoon: the window does not yet contain enough samples
 
@@ -27,11 +27,12 @@ class StillTouch {
   /// must be released first. `joints` (rad, all six or none) are averaged in the same way. Never allocates.
   Verdict add(Nanos t, const dvec3& p, double pedal, bool asked, std::span<const double> joints = {}) noexcept;
 
-  const dvec3& point() const noexcept { return mean_; }  // mean position at the last kTaken or kMoved
-  /// True if every sample of the last kTaken had six joint angles.
+  // returns the mean position (m) of the tip at the last kTaken or kMoved
+  const dvec3& point() const noexcept { return mean_; }
+  /// Returns true if every sample of the last kTaken had six joint angles.
   bool has_joints() const noexcept { return has_joints_; }
-  const std::array<double, 6>& joints() const noexcept { return joints_; }  // rad, mean joint angles
-  double moved() const noexcept { return moved_; }  // m, largest distance of a sample from point()
+  const std::array<double, 6>& joints() const noexcept { return joints_; }  // returns the mean joint angles, rad
+  double moved() const noexcept { return moved_; }  // returns the largest distance (m) of a sample from point()
 
  private:
   struct Sample {

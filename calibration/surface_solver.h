@@ -15,15 +15,15 @@ namespace typodont::calibration {
 /// A point of the scanned surface. All points represent the same area.
 struct SurfacePoint {
   dvec3 p_S;
-  dvec3 n_S;  // unit normal, outward
+  dvec3 n_S;  // unit normal of the scanned surface in frame S, pointing outward
 };
 
-/// The field at a point of D. `known`: true if the nearest surface is close enough and belongs to the part that is
-/// registered.
+/// The distance field at a point of frame D. `known`: true if the nearest surface is close enough and belongs to the
+/// part that is registered.
 struct FieldSample {
   bool known = false;
-  double distance = 0;  // m, distance to the nearest surface; negative inside
-  dvec3 gradient{0};    // gradient of the distance, per m, in D
+  double distance = 0;  // m, distance of the point from the nearest surface; negative inside
+  dvec3 gradient{0};    // gradient of the distance (no unit), expressed in frame D
 };
 using SurfaceField = std::function<FieldSample(const dvec3& p_D)>;
 
@@ -32,9 +32,9 @@ struct SurfaceOptions {
   // m, limit of the residuals that are used in the first round; later, the limit decreases with the residuals
   double start_reach = 1.5e-3;
   double resolution = 0.3e-3;    // m, voxel size of the field; the residual of a good fit is smaller
-  double correlation = 2e-3;     // m, distance over which errors of the surfaces are correlated
-  double least_area = 30e-6;     // m², lower limit of the area that must agree
-  double least_agreement = 0.7;  // lower limit of the fraction of the points near D that must agree
+  double correlation = 2e-3;     // m, distance over which errors of the two surfaces are correlated
+  double least_area = 30e-6;     // m², smallest area of agreeing points with which the result can be trusted
+  double least_agreement = 0.7;  // smallest fraction of the points near the surface D that must agree
   double most_error = 0.2e-3;    // m, upper limit of the predicted error at the scan
 };
 
@@ -42,15 +42,16 @@ struct SurfaceRegistration {
   Pose X_DS;
   bool converged = false;
   int rounds = 0;
-  // Number of points near D: the field is known there, the distance is below start_reach, and the normals agree
-  // within 60°.
+  // Number of points near the surface D: the field is known there, the distance is below start_reach, and the normals
+  // agree within 60°.
   std::size_t near = 0;
-  double agreement = 0;  // fraction of the points near D whose residual is within the robust limit
+  double agreement = 0;  // fraction of the points near the surface D whose residual is within the robust limit
   double area = 0;       // m², area of the agreeing points
-  /// m, mean distance of S from D, positive outside D; the fit estimates it together with the pose
+  /// m, mean distance of the scanned surface S from the surface D, positive outside D; it is estimated together with
+  /// the pose
   double offset = 0;
   // Statistics of |residual| over the agreeing points; the offset is subtracted.
-  double median = 0, most_of = 0;  // m, 50 % and 95 % quantiles
+  double median = 0, most_of = 0;  // m: median is the 50 % quantile, most_of is the 95 % quantile
   /// Row-major 6×6 covariance of (rotation vector, rad; translation, m), both expressed in D, as in RegistrationResult.
   /// Residuals of neighbouring points are correlated, so the covariance is computed from sums over cells of size
   /// `correlation` (cluster-robust "sandwich" estimator, Liang & Zeger 1986).

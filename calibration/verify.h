@@ -17,7 +17,7 @@ struct Tolerance {
 
 /// A point of the error map.
 struct MapPoint {
-  dvec3 p_D{0, 0, 0}, error_D{0, 0, 0};  // m: position, and error at this position
+  dvec3 p_D{0, 0, 0}, error_D{0, 0, 0};  // m, frame D of the display: position, and error at this position
   double sigma = 0;                      // m, rms uncertainty of the error
 };
 
@@ -29,11 +29,11 @@ struct VerifyResult {
   // fitted to the errors of the touches. The part that the touches' noise adds to the field is subtracted.
   double rms = 0, worst = 0;
   double uncertainty = 0;  // m, rms error of the fitted field because of the touches' noise
-  int order = 0;           // order of the field: 0 constant, 1 affine, 2 quadratic
+  int order = 0;           // order of the polynomial of the fitted error field: 0 constant, 1 affine, 2 quadratic
   Box workspace_D;
   std::vector<MapPoint> map;          // points of a grid of 9×9×9; x changes fastest
   std::vector<double> residuals;      // m, residual of each touch
-  std::vector<std::size_t> outliers;  // indices of the touches far from the field
+  std::vector<std::size_t> outliers;  // indices of the touches whose error differs much from the fitted error field
   Tolerance tolerance;
   bool pass = false;
   std::string verdict;  // the result as one sentence
@@ -44,8 +44,8 @@ VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, cons
                     const Tolerance& tolerance, const Box& workspace_D);
 
 struct DriftResult {
-  double shift = 0;      // m, displacement at `center`
-  double turn = 0;       // rad, rotation
+  double shift = 0;      // m, displacement at `center` since calibration time
+  double turn = 0;       // rad, rotation since calibration time
   double worst = 0;      // m, largest displacement of the three points
   double sigma = 0;      // m, value of `worst` that is expected from touch noise alone
   bool drifted = false;  // true if the shift is beyond the tolerance and statistically significant (99 %)

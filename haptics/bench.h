@@ -13,7 +13,7 @@
 namespace typodont::haptics {
 
 struct BenchOptions {
-  int ticks = 2000;  // ticks per run; the 99.9th percentile needs at least a thousand
+  int ticks = 2000;  // number of ticks per run; the 99.9th percentile needs at least a thousand ticks
   std::vector<double> voxels_mm = {0.2, 0.1, 0.05};
   SharedContactMethod method;  // contact model to measure; null: the default model
 };
@@ -30,8 +30,9 @@ struct ModelAnatomy {
   std::string name;
   TissueMesh mesh;  // exact surface of the anatomy
   std::function<TissueVolume(double voxel_mm)> make;
-  dvec3 start{0};      // point on the surface where the hand makes contact
-  dvec3 out{0, 0, 1};  // unit vector out of the surface at `start`; the hand approaches against this direction
+  dvec3 start{0};  // point on the surface where the hand makes contact
+  // unit vector that points out of the tissue at `start`; the hand approaches in the opposite direction
+  dvec3 out{0, 0, 1};
   // Voxel sizes in mm, from coarse to fine, at least one. An anatomy from a voxel file has only the size of that file.
   std::vector<double> voxels_mm;
 };

@@ -13,10 +13,12 @@
 
 namespace typodont::haptics {
 
-/// Owner of the tissue body. Carver thread only (or the only thread of a deterministic run).
+/// Owns the tissue body (the tissue in the representation of the contact method). Carver thread only (or the only
+/// thread of a deterministic run).
 class Carver {
  public:
-  /// The index Cut::tool refers to `tools`. Throws Error if the contact method rejects the tissue.
+  /// Creates the carver of a tissue. `tools`: the tools of the session, to which the index Cut::tool refers. Throws
+  /// Error if the contact method rejects the tissue.
   Carver(TissueVolume tissue, std::span<const Tool> tools, const SharedContactMethod& method = nullptr);
   /// Constructs the carver with the tools, the contact method and the version of the force laws in `settings`.
   Carver(TissueVolume tissue, const ServoSettings& settings);
@@ -57,7 +59,7 @@ class Carver {
   bool bring_up_to_date(Snapshot& snapshot);
   void remember_writes(bool wanted) { body_->remember_writes(wanted); }
 
-  /// The tissue as a distance field (TissueBody::rasterize).
+  /// Returns the tissue as a distance field (TissueBody::rasterize).
   TissueVolume& volume() { return body_->rasterize(); }
   const TissueVolume& volume() const { return body_->rasterize(); }
   /// Returns the body's own triangles (TissueBody::surface); null: the renderer must draw volume() instead.
@@ -76,15 +78,16 @@ class Carver {
 
   std::unique_ptr<TissueBody> body_;
   std::size_t tool_count_;
-  double travel_;  // m, distance that the tool may move before a new snapshot is due; from TissueBody::travel()
+  // m, distance that the tool may move before a new snapshot is due; it comes from TissueBody::travel()
+  double travel_;
   std::uint64_t cuts_ = 0;
   Pose end_;                    // pose at which the last cut ended
   std::uint32_t end_tool_ = 0;  // tool of the last cut
-  Nanos cut_t_ = 0;             // time of the last cut, ns
+  Nanos cut_t_ = 0;             // ns, time of the last cut
   bool in_stroke_ = false;
   std::vector<LoosePiece> pieces_;  // loose pieces that take_pieces() has not returned yet
   PerTissue loose_volume_{};        // m³, volume of all loose pieces since construction
-  // Number of loose pieces: at present, and when the last snapshot was taken.
+  // piece_count_: number of loose pieces so far; pieces_in_snapshot_: their number when the last snapshot was taken.
   std::uint32_t piece_count_ = 0, pieces_in_snapshot_ = 0;
   std::uint32_t edits_ = 0, edits_in_snapshot_ = 0;
   std::uint64_t edited_at_ = 0;  // value of cuts_ at the last edit

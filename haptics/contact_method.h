@@ -28,7 +28,8 @@ class ContactMethod {
   /// Creates the part that runs on the servo thread. `settings` must be complete (including the frame) and must outlive
   /// the model.
   virtual std::unique_ptr<ContactModel> make_model(const ServoSettings& settings) const = 0;
-  /// Creates the part that runs on the carver thread. The index Cut::tool refers to `tools`.
+  /// Creates the part that runs on the carver thread. `tools`: the tools of the session, to which the index Cut::tool
+  /// refers.
   virtual std::unique_ptr<TissueBody> make_body(TissueVolume tissue, std::span<const Tool> tools) const = 0;
 };
 using SharedContactMethod = std::shared_ptr<const ContactMethod>;

@@ -18,34 +18,34 @@ struct ContactInput {
   Nanos t = 0;             // time of the hand's sample, ns
   std::uint64_t tick = 0;  // index of this tick
   double dt = 1e-3;        // s, time since the last tick
-  Pose X_WT;               // pose of the tool at the hand
+  Pose X_WT;               // pose of the tool if it follows the hand exactly
   Pose X_WG;               // pose of the proxy at the end of the last tick
   dvec3 moved{0};          // m, displacement of the hand since the last tick
   bool jumped = false;     // the hand moved faster than a human hand can: its pose has jumped in this tick
   double pedal = 0;        // pedal position 0..1; negative: backward rotation, for a tool with a thread
 
-  // Contact force and normal of the last tick.
+  // The following members describe the contact in the last tick.
   double normal_force = 0;        // N, magnitude of the contact force
   dvec3 normal{0};                // unit normal, pointing out of the tissue
-  double relative_stiffness = 1;  // factor on the stiffness in ServoSettings, from the tissue under the head
+  double relative_stiffness = 1;  // factor on the stiffness in ServoSettings; it depends on the tissue under the head
 
-  // Limits of the removal in this tick.
+  // The following members limit the removal in this tick.
   bool cuts = false;     // the tool cuts in this tick: its spindle rotates, or its edge scrapes
   bool scrapes = false;  // the tool cuts with an edge that the hand draws over the surface without rotation
   // The scraping edge has removed more volume than its work has paid for. So it must not remove more in this tick.
   bool must_earn = false;
   double specific_energy = 0;  // J/m³, specific cutting energy of the tissue under the head
-  double budget = 0;           // J, energy that may be spent on removal
-  double wall_budget = 0;      // J, part of the budget that may be spent at a wall of harder tissue
+  double budget = 0;           // J, energy that may be spent on removing tissue in this tick
+  double wall_budget = 0;      // J, energy that may be spent at a wall of harder tissue; it is included in `budget`
   double power = 0;            // W, power that the motor delivers at the teeth
   double spindle = 0;          // rad/s, speed of the spindle under load
 };
 
 /// Result of a contact model. A model with a proxy (constraint method) sets the pose of the proxy. A penalty method
-/// sets force, torque and stored energy. Both set the remaining members. SI, frame W; lengths of the members that
-/// mention `unit` are in this unit.
+/// sets force, torque and stored energy. Both kinds of model set the remaining members. SI, frame W. The unit of some
+/// lengths is the member `unit`; their comments say so.
 struct Contact {
-  // Results of constrain().
+  // The following members are results of constrain().
   dvec3 p_WG{0};                  // m, position of the head's centre at the proxy; for a penalty method, at the hand
   bool touching = false;          // the head touches tissue
   bool breaking_through = false;  // the head has broken through the tissue, and the proxy has not reached the hand yet
@@ -53,7 +53,7 @@ struct Contact {
   bool deep = false;              // the head is so deep inside the tissue that no surface is found
   // there is no snapshot of the tissue at the tool; the plane of the last contact replaces the tissue
   bool bridging = false;
-  bool late = false;         // the snapshot has been missing for longer than a carver normally needs
+  bool late = false;         // true: the snapshot has been missing for longer than a carver normally needs
   bool rejoining = false;    // a snapshot was missing (bridging), and the proxy now returns to the surface
   bool leading_out = false;  // the proxy is moved out of tissue that it overlapped
   bool settled = true;       // false: the head is free, but the model still has state from the last contact
@@ -79,8 +79,9 @@ struct Contact {
   dquat R_WG{1, 0, 0, 0};
   dvec3 spindle_torque{0};  // N·m, torque of the spindle's work on the tool; used only if `holds_turn`
 
-  // Results of feel(). Contact i pushes along the unit vector n_i at the point x_i with the weight w_i. There are
-  // `count` contacts: the first `own` belong to the head, the others to the shank or the safe end.
+  // The following members are results of feel(). Contact i pushes the tool along the unit vector n_i at the point x_i
+  // with the weight w_i. There are `count` contacts: the first `own` contacts belong to the head, the others to the
+  // shank or the safe end.
   int count = 0, own = 0;
   bool turns_tool = false;  // true if `lever` and `turn` are valid
   double unit = 1;          // m, unit of length of `lever` and `turn`
@@ -88,15 +89,16 @@ struct Contact {
   dvec3 turn{0};            // sum of torques Σ w (x - c) × n, in `unit`
   dvec3 on_head{0};         // sum Σ w n over the contacts of the head, in `unit`
   // Sum Σ w n over the contacts of the shank and the safe end, in `unit`. The sum of on_head and on_shank is the depth
-  // of the proxy.
+  // by which the contacts hold the proxy back.
   dvec3 on_shank{0};
   bool known_tissue = false;  // true if `tissue` is valid; otherwise the servo keeps the last value
   PerTissue tissue{};         // fraction of each tissue under the contacts; the sum is 1
   bool graded = false;        // true if `hardness` is valid; otherwise every tissue has its full hardness
   PerTissue hardness{};       // mean hardness of each tissue under the contacts, 0..1 (hardness.h)
 
-  // Results of feel() of a penalty method; the servo then adds no coupling. A method that constrains the tool's
-  // orientation sets `torque` and `stored` in constrain(), to the values of its orientation spring.
+  // The following members are results of feel() of a penalty method. The servo then adds no coupling. A method that
+  // constrains the tool's orientation sets `torque` and `stored` in constrain(), to the values of its orientation
+  // spring.
   dvec3 force{0};     // N, force on the tool, including the damper's force
   dvec3 torque{0};    // N·m, torque on the tool about the head's centre
   double stored = 0;  // J, energy stored in the springs of the method
@@ -109,8 +111,9 @@ class ContactModel {
  public:
   virtual ~ContactModel() = default;
 
-  /// Takes over the content of `fresh`, and repeats the cuts that were made after it was taken. `fresh` receives the
-  /// old buffers. `removed`: m³ removed so far; the function corrects it for undone cuts and loose pieces.
+  /// Exchanges the content of the snapshot in use with that of `fresh`, and repeats the cuts that were made after
+  /// `fresh` was taken. `removed`: removed volume so far, m³; the function corrects it for undone cuts and loose
+  /// pieces.
   virtual void adopt(Snapshot& fresh, PerTissue& removed) noexcept = 0;
   /// Returns the snapshot in use. It is always the same object; its content changes.
   virtual const Snapshot& snapshot() const noexcept = 0;
@@ -124,7 +127,7 @@ class ContactModel {
   virtual double clearance(const Pose& X_WG) noexcept = 0;
   virtual bool turns_matter() const noexcept { return false; }
 
-  /// Called when the hand appears, or when it returns after invalid input. The tool is then at the proxy.
+  /// Called when the hand sends its first pose, or a valid pose after invalid input. The tool is then at the proxy.
   virtual void begin_anew() noexcept = 0;
   /// Called once when the tool is far from all tissue. The model then discards the state of the last contact.
   virtual void release() noexcept = 0;
@@ -134,9 +137,9 @@ class ContactModel {
 
   /// Computes the proxy. Sets the members of `out` from p_WG on ("Results of constrain()").
   virtual void constrain(const ContactInput& in, Contact& out) noexcept = 0;
-  /// Removes the tissue that this tick's energy pays for, or adds a filling. If the tissue has changed, returns true
-  /// and sets `cut` except for its normal. `energy`: used energy, J. Not called if the tool neither cuts nor fills in
-  /// this tick.
+  /// Removes as much tissue as the energy of this tick allows, or adds a filling. If the tissue has changed, returns
+  /// true and sets `cut` except for its normal. `energy`: used energy, J. Not called if the tool neither cuts nor fills
+  /// in this tick.
   virtual bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept = 0;
   /// Computes the contacts at the head's new position, after the cut. Sets the members of `out` from `count` on
   /// ("Results of feel()"). Called only while contact with tissue holds the tool back.

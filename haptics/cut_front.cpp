@@ -11,7 +11,8 @@ namespace typodont::haptics {
 
 namespace {
 
-// blocks, additional width of the front around the blocks that a cut needs, so that the front is rarely moved
+// number of blocks by which the front is wider, on each side, than the blocks that a cut needs, so that the front is
+// rarely moved
 constexpr int kRoom = 2;
 constexpr std::size_t kGroups = 1 << 15;  // upper limit of the number of groups; the front of any dental bur has fewer
 
@@ -35,8 +36,8 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes
   const int layers = across - 2 * kRoom;
   parts_.resize(static_cast<std::size_t>(
       std::clamp(static_cast<int>(std::bit_floor(static_cast<unsigned>(layers))), 4, kMostParts)));
-  // Each part has memory for twice the average number of groups, because the parts in the middle of the head contain
-  // more groups.
+  // Each part of the lists has memory for twice the average number of groups, because the parts in the middle of the
+  // head contain more groups.
   const std::size_t room = 2 * std::min(2 * kRows * kRows * count, kGroups) / parts_.size() + Groups::kRoom;
   for (Groups& part : parts_) {
     part.x.assign(room, 0);
@@ -93,7 +94,8 @@ void CutFront::move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept 
   const glm::ivec3 first = from - (size_ - (to - from + 1)) / 2, shift = first - first_;
   std::fill(moved_.begin(), moved_.end(), -kNever);
   if (known_) {
-    // The front is moved by `shift` blocks. Range of the blocks that remain in it, in indices before the move.
+    // The front is moved by `shift` blocks. a and b limit the range of the blocks that remain in the front, as indices
+    // before the move.
     const glm::ivec3 a = glm::max(shift, 0), b = glm::min(size_ + shift, size_);
     for (int x = a.x; x < b.x; ++x) {
       for (int y = a.y; y < b.y; ++y) {
@@ -148,7 +150,7 @@ int CutFront::renewed_early(double way) const noexcept {
   if (outdated() > 0 || !(way > 0)) return -1;
   std::array<double, kMostParts> ticks_left;
   for (std::size_t i = 0; i < parts_.size(); ++i) ticks_left[i] = (parts_[i].until - way_) / way;
-  // One part can be renewed per tick. So within the next n ticks, at most n parts may expire.
+  // One part of the lists can be renewed per tick. So within the next n ticks, at most n parts may expire.
   const auto end = ticks_left.begin() + static_cast<std::ptrdiff_t>(parts_.size());
   const auto soonest = std::min_element(ticks_left.begin(), end);
   const std::ptrdiff_t part = soonest - ticks_left.begin();

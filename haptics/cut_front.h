@@ -23,17 +23,18 @@ int widest_group() noexcept;
 /// fastest. Buffers are allocated once, at set-up.
 class CutFront {
  public:
-  /// Allocates buffers that suffice for each of these tools. `lanes`: samples per group; the result does not depend on
-  /// it.
+  /// Allocates buffers that are large enough for each of these tools. `voxel`: m, voxel size; `lanes`: number of
+  /// samples in a group; the result of a cut does not depend on it.
   CutFront(std::span<const Tool> tools, double voxel, int lanes = widest_group());
 
-  /// Returns the number of parts n. Part i contains every n-th layer of blocks along x, starting at layer i. A larger
-  /// head has more parts, so that the renewal of one part does not make a tick much longer.
+  /// Returns the number n of parts of the lists. Part i contains every n-th layer of blocks along x, starting at layer
+  /// i. A larger head has more parts, so that the renewal of one part does not make a tick much longer.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
-  /// Consecutive groups of the same kind; the kind states which pieces of the head can be nearest to the group's
-  /// samples. `narrow`: only the first kNarrowest samples of each group can change. `stage`: no group changes before
-  /// the head has moved this number of eighths of the list's lifetime (always 0 for heads that are not balls).
+  /// Consecutive groups of samples in a list that have the same kind. The kind states which pieces of the head's
+  /// outline can be nearest to the samples. `narrow`: only the first kNarrowest samples of each group can change.
+  /// `stage`: no group changes before the head has moved this number of eighths of the path for which the list is valid
+  /// (always 0 for heads that are not balls).
   struct Run {
     int kind;
     bool narrow;
@@ -41,7 +42,7 @@ class CutFront {
   };
   static constexpr int kStages = 8, kNarrowest = 8;
 
-  /// A group in the list before sorting.
+  /// A group of samples in a list before the list is sorted.
   struct Found {
     float x, y;
     std::int32_t z, at;
@@ -50,7 +51,8 @@ class CutFront {
     std::uint8_t length, label;
   };
 
-  /// The sorted groups, with one array per property. A vector load may read a few elements beyond the last group.
+  /// The sorted groups of a list, with one array per property. A vector load may read a few elements beyond the last
+  /// group.
   struct Listed {
     float* x;  // voxels, x coordinate relative to the first voxel of the front
     float* y;
@@ -60,7 +62,8 @@ class CutFront {
     std::uint8_t* label;   // tissue of the samples that may change
   };
 
-  /// Must be called when anything except this tool's cuts has lowered the field: a filling, an undo, or another tool.
+  /// Must be called when the field was lowered by a filling, an undo or another tool, because the stored slacks are
+  /// then not valid any more.
   void forget() noexcept { known_ = false; }
   /// The first sample of a listed group, as an index in a patch with edge length n whose first voxel is `patch_lo`.
   /// `lanes`: number of samples in the group.
@@ -69,7 +72,7 @@ class CutFront {
     int lanes;
   };
   std::vector<Place> listed_in(const glm::ivec3& patch_lo, int n) const;
-  /// Must be called when only labels have changed. The lists are then made again.
+  /// Must be called when only tissue labels have changed. The lists, which contain the labels, are then made again.
   void renew_lists() noexcept { drop_listed(); }
 
  private:
@@ -78,12 +81,12 @@ class CutFront {
   static constexpr int kRows = 4, kDeep = 8;
   static constexpr double kRound = 512;  // voxels; the path length then restarts at 0, to keep float precision
   static constexpr float kNever = 1e9f;
-  static constexpr int kKinds = 20;  // upper limit of the number of kinds of groups
-  // Lifetime of a list in voxels of path, for balls and for other heads. With a longer lifetime, lists are renewed less
-  // often but are longer.
+  static constexpr int kKinds = 20;  // upper limit of the number of kinds of groups (see Run)
+  // Length of the head's path, in voxels, for which a list is valid. kListedOfBall: for balls; kListedOfHead: for other
+  // heads. With a larger value, lists are renewed less often but are longer.
   static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;
-  // Voxels per sweep, largest motion of a head that uses lists. A faster head would use up the lifetime of its lists at
-  // once.
+  // Voxels, longest motion in one sweep for which lists are used. A faster head would leave the path for which a list
+  // is valid at once.
   static constexpr double kMostListed = 0.2;
 
   /// One part of the lists: the groups of samples along z that the head may change before its path length is `until`.
@@ -94,19 +97,20 @@ class CutFront {
     std::vector<std::int32_t> z, at;
     std::vector<std::uint8_t> length, label;
     int count = 0;
-    // voxels; until: path length at the end of the list's lifetime; lasts: length of the lifetime
+    // voxels; until: path length of the head up to which the list is valid; lasts: length of the path for which the
+    // list is valid
     double until = -1, lasts = 0;
     int room() const { return static_cast<int>(x.size()) - kRoom; }
     Listed listed() { return {x.data(), y.data(), z.data(), at.data(), length.data(), label.data()}; }
     static constexpr int kRoom = 40;  // number of unused elements at the end, because a vector load may read them
 
-    // Groups before sorting. They are sorted by kind (the pieces of the meridian that can be closest; for a ball, the
-    // position relative to it) and by the stage at which they may change.
+    // The groups before sorting. They are sorted by kind (the pieces of the meridian that can be nearest; for a ball,
+    // the position of the group relative to the ball) and by the stage at which they may change.
     std::vector<Found> found;
     std::array<Run, kKinds * 2 * kStages> runs;
     int run_count = 0;
     void sort(int listed) noexcept;
-    /// Returns the stage that the head has reached at the path length `way`.
+    /// Returns the stage (eighth of the list's lifetime) that the head has reached at the path length `way`.
     int stage(double way) const noexcept { return static_cast<int>((way - (until - lasts)) / lasts * kStages); }
   };
 
@@ -128,33 +132,34 @@ class CutFront {
     return due_.data() + (at.x * size_.y + at.y) * size_.z + at.z;
   }
 
-  /// Returns the part that contains a layer of blocks; layers are counted from the first layer of the front.
+  /// Returns the part of the lists that contains a layer of blocks; layers are counted from the first layer of the
+  /// front.
   int part_of(int layer) const noexcept { return (first_.x + layer) & (parts() - 1); }
-  /// Sets the patch to which the lists refer. The existing lists stay valid if the new patch contains all their samples
-  /// (`holds`).
+  /// Sets the patch to which the lists refer. The existing lists stay valid if `holds` is true, that is, if the new
+  /// patch contains all their samples. `n`: edge length of the patch in samples.
   void keep_listed(const glm::ivec3& patch_lo, int n, bool holds) noexcept;
   void drop_listed() noexcept {
     for (Groups& part : parts_) part.until = -1;
   }
-  /// Returns the number of parts that must be renewed.
+  /// Returns the number of parts of the lists that must be renewed.
   int outdated() const noexcept;
-  /// Returns a part that should be renewed now, before it expires, so that later no tick must renew several parts; -1:
-  /// none. `way`: path per tick, voxels.
+  /// Returns a part of the lists that should be renewed now, before it expires, so that later no tick must renew
+  /// several parts; -1: none. `way`: path of the head per tick, voxels.
   int renewed_early(double way) const noexcept;
 
-  /// Returns table `k`, whose values depend only on the height (z) of a sample.
+  /// Returns table `k` of terms that depend only on the z coordinate of a sample.
   float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kDeep + kBeyond); }
 
-  // Number of additional entries in the tables of heights beyond the front, because a group may begin at the last
-  // sample of the front.
+  // Number of additional entries in the tables of z-dependent terms beyond the front, because a group may begin at the
+  // last sample of the front.
   static constexpr int kBeyond = 32;
   int lanes_;
   glm::ivec3 size_{0};   // size of the front in blocks
-  glm::ivec3 first_{0};  // index of the first block in due_
+  glm::ivec3 first_{0};  // position of the first block of the front in the grid of blocks
   // due_: for each block, the path length at which it must be examined again; moved_: buffer for moving the front
   std::vector<float> due_, moved_;
   static constexpr int kMostParts = 16;
-  // the number of parts is a power of two; positions are relative to the first voxel of the front
+  // the parts of the lists; their number is a power of two; positions are relative to the first voxel of the front
   std::vector<Groups> parts_;
   // First voxel of the patch to which the lists refer; `listed_n_` is the edge length of this patch in voxels.
   glm::ivec3 listed_lo_{0};
@@ -163,7 +168,7 @@ class CutFront {
   bool known_ = false;
   bool along_axis_ = false;  // true if the last sweep was along the axis of a drill
   double way_ = 0;           // voxels, path length of the head's farthest point since the last restart
-  Pose X_V_;                 // pose of the head in frame V (voxels)
+  Pose X_V_;                 // pose of the head in the frame V of the voxel grid, in voxels
 };
 
 }  // namespace typodont::haptics

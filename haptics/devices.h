@@ -16,10 +16,10 @@
 namespace typodont::haptics {
 
 struct HandOptions {
-  double rate = 1000;                 // Hz, rate of devices whose rate can be chosen
-  bool paced = true;                  // false: scripted hands run as fast as possible, without waiting
-  Pose X_WH;                          // pose of the device's base in the workbench frame, from the rig file
-  Pose X_ST;                          // pose of the tool's head relative to the stylus
+  double rate = 1000;  // Hz, rate of devices whose rate can be chosen
+  bool paced = true;   // true: scripted hands wait for the time of each sample; false: they run as fast as possible
+  Pose X_WH;           // pose of the device's base in the workbench frame, from the rig file
+  Pose X_ST;           // pose of the tool's head relative to the stylus
   std::vector<std::string> tools;     // names of the session's tools, for use in scripts
   std::string pedal;                  // pedal to use: "auto", a device path or a serial number; empty: no pedal
   std::filesystem::path assets;       // folder that contains devices/*.json
@@ -36,7 +36,7 @@ struct FoundDevice {
   std::string address;  // address for --hand; empty for pedals
   std::string kind;     // kind of device: "force feedback", "6-DoF mouse", "pedal", …
   std::string model, serial;
-  std::string node;        // device node /dev/…, or name of the service
+  std::string node;        // device node, such as /dev/hidraw0, or name of the service
   double force_limit = 0;  // N, largest force of the device
   bool permitted = true;
   std::string mend;  // command or sentence that tells the user how to repair a problem; empty: no problem
@@ -66,10 +66,10 @@ std::unique_ptr<HapticDevice> open_hand(const std::string& address, const HandOp
 /// Opens a hand for a session; hardware may then be unplugged and plugged in again. Throws Error.
 std::unique_ptr<HapticDevice> open_live_hand(const std::string& address, const HandOptions& options);
 
-/// Adds a foot pedal to a hand. The pedal value is the larger one of the pedal and the hand's button. `pedal`: see
-/// HandOptions::pedal. If it is empty, or if "auto" finds no pedal, returns the hand alone. After a pedal was
-/// unplugged, it is searched for again. open_hand() calls this function for hardware. Throws Error if the named pedal
-/// does not exist.
+/// Adds a foot pedal to a hand. The resulting pedal value is the larger value of the foot pedal and the hand's button.
+/// `pedal`: see HandOptions::pedal. If it is empty, or if "auto" finds no pedal, returns the hand alone. After a pedal
+/// was unplugged, it is searched for again. open_hand() calls this function for hardware. Throws Error if the named
+/// pedal does not exist.
 std::unique_ptr<HapticDevice> add_pedal(std::unique_ptr<HapticDevice> hand, const std::string& pedal);
 
 /// Returns all connected devices, including pedals. Never throws for a broken device or missing permission; the

@@ -20,7 +20,7 @@ class FreshLabels {
     if (count_ < kMost) at_[count_] = static_cast<std::int32_t>(at);
     ++count_;
   }
-  /// Returns false if there were more such voxels than this list can store.
+  /// Returns false if more voxels were added than this list can store.
   bool all() const noexcept { return count_ <= kMost; }
   std::span<const std::int32_t> known() const noexcept {
     return {at_, static_cast<std::size_t>(count_ < kMost ? count_ : kMost)};
@@ -51,8 +51,8 @@ class Fill {
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added, FreshLabels* fresh = nullptr) const noexcept;
 
-  /// kept_by_head(): distance from p to the region that the head and its exit path leave for filling. beyond_limit():
-  /// the same distance for the tool's limit, if is_limited(). Voxels, negative inside the region.
+  /// kept_by_head(): distance in voxels from p to the region outside the head and its exit path, which may be filled;
+  /// negative inside this region. beyond_limit(): the same distance for the tool's limit; valid if is_limited().
   double kept_by_head(const dvec3& p) const noexcept;
   double beyond_limit(const dvec3& p) const noexcept;
   bool is_limited() const noexcept { return within_ != nullptr; }
@@ -66,7 +66,7 @@ class Fill {
   HeadField head_;  // voxels, distance field of the head with its exit path
   dvec3 center_;    // voxels, centre of the ball
   double radius_;
-  Pose X_VT_;  // pose of the head in voxels
+  Pose X_VT_;  // pose of the head in the frame V of the voxel grid, in voxels
   glm::ivec3 lo_, hi_;
 };
 

@@ -15,7 +15,7 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
   past_[newest_] = {tick.t, {tick.f_T_W, tick.tau_T_W}};
   count_ = std::min(count_ + 1, past_.size());
 
-  // Energy that the last force has transferred to the hand since the last tick.
+  // Computes the energy that the last force has transferred to the hand since the last tick.
   const dvec3 moved = begun_ ? tick.X_WT.p - X_WT_.p : dvec3(0);
   const dvec3 turned = begun_ ? rotation_vector(X_WT_.R, tick.X_WT.R) : dvec3(0);
   const double dt = begun_ ? std::max(to_seconds(tick.t - t_), 0.0) : tick_;

@@ -68,7 +68,8 @@ TYPODONT_KERNEL void take_root(F8& v) {
   v = root;
 }
 
-/// A table of permutations. For each set of lanes, it contains the permutation that moves these lanes to the front.
+/// A table of lane permutations. For each set of lanes, the table contains the permutation that moves these lanes to
+/// the front of a vector.
 struct Compaction {
   I8 order[256] = {};
   Compaction() {

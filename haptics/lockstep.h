@@ -23,10 +23,10 @@ class LockStep {
   /// sets `cut` if the tissue changed.
   bool tick(const HandSample& hand, ServoTick& out, Cut& cut);
 
-  /// While `stalled` is true, the carver does nothing: cuts wait, and no snapshot is taken. Simulates a late carver.
+  /// Simulates a late carver. While `stalled` is true, the carver does nothing: cuts wait, and no snapshot is taken.
   void stall(bool stalled) { stalled_ = stalled; }
 
-  // The single steps of a run.
+  // The following functions are the single steps of a tick.
   /// Lets the carver repeat the waiting cuts up to the index `through`.
   void apply_cuts(std::uint64_t through);
   /// Lets the carver take a snapshot around `center_W` (m).

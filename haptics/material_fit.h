@@ -22,8 +22,8 @@ struct FeedSample {
 };
 
 struct FitOptions {
-  /// Step size η of eq. 14, density per newton. 0: η is chosen for each moment such that one step removes the fraction
-  /// `relaxation` of the error.
+  /// Step size η of eq. 14, in density per newton. 0: η is chosen for each moment (interval of the curve) such that one
+  /// step removes the fraction `relaxation` of the error.
   double eta = 0;
   // fraction η g Σw² of the error that one step removes; eq. 14 converges for values between 0 and 2
   double relaxation = 0.3;
@@ -33,7 +33,7 @@ struct FitOptions {
 };
 
 struct MaterialFit {
-  std::uint64_t seed = 0, tissue_hash = 0;  // identify the packing and the tissue to which the fit belongs
+  std::uint64_t seed = 0, tissue_hash = 0;  // seed: random seed of the fitted packing; tissue_hash: hash of its tissue
   // For every sphere: fitted hardness as a fraction of its tissue's own hardness; 1 if the tool never touched the
   // sphere.
   std::vector<float> hardness;

@@ -34,9 +34,10 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
 /// Parameters of a simulated hand with the equation of motion m·a = K (x_path − x) + b (v_path − v) + push + F_device.
 /// Orientation and pedal follow the path exactly.
 struct HandModel {
-  double mass = 0.15;           // kg, m in the equation
-  double damping = 5;           // N·s/m, b in the equation
-  dvec3 stiffness{0};           // N/m, diagonal of K in the equation
+  double mass = 0.15;  // kg, mass of the hand (m in the equation of motion)
+  double damping = 5;  // N·s/m, damping of the hand's pull towards the path (b in the equation of motion)
+  // N/m, stiffness of the hand's pull towards the path on each axis (diagonal of K in the equation of motion)
+  dvec3 stiffness{0};
   dvec3 push{0};                // N, constant additional force
   double tremor_amplitude = 0;  // N, amplitude of a sinusoidal force on each axis (physiological tremor has 8–12 Hz)
   double tremor_frequency = 9;  // Hz, frequency of the tremor

@@ -83,7 +83,7 @@ void Servo::State::rest(TickData& now, bool valid) noexcept {
   const HandSample& hand = now.hand;
   ServoTick& out = now.out;
   out.X_WT = valid ? Pose{hand.X_WT.p, made_unit(hand.X_WT.R)}
-                   : motion.X_WG;  // the last pose of the proxy replaces an invalid pose
+                   : motion.X_WG;  // where the hand's pose is invalid, the last pose of the proxy replaces it
   out.X_WG = motion.placed ? motion.X_WG : out.X_WT;
   out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
   if (settings.spindle.run_up_time > 0) {
@@ -131,7 +131,7 @@ inline void Servo::State::account(TickData& now, bool turns) noexcept {
   now.turned = turns ? rotation_vector(motion.last_hand.R, now.X_WT.R) : dvec3(0);
   now.jumped = glm::dot(now.moved, now.moved) > P::hand_speed_limit * P::hand_speed_limit * now.dt * now.dt;
   motion.leap = std::max(0.0, (now.jumped ? P::leap_time : motion.leap) - now.dt);
-  if (motion.idle) return;  // the hand felt no force, so no energy was exchanged
+  if (motion.idle) return;  // the hand felt no force in the last tick, so no energy was exchanged
   // Work on the hand: last force × displacement + last torque × rotation. It is exact, because the force was constant
   // during the tick.
   now.given_to_hand = glm::dot(l.last_force, now.moved) + glm::dot(l.last_torque, now.turned);
@@ -285,7 +285,7 @@ void Servo::State::report_soft(ContactTick& now) noexcept {
   ServoTick& out = now.out;
   out.X_WG.p += now.soft.yielded;
   out.depth = glm::length(out.X_WG.p - out.X_WT.p);
-  // the tool also touches hard tissue, which is reported instead of soft tissue
+  // If the tool also touches hard tissue, the tick reports the hard tissue instead of the soft tissue.
   if (out.tissue != Tissue::kAir) return;
   out.tissue = Tissue::kGingiva;
   const double push = glm::length(now.soft.force);

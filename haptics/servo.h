@@ -21,7 +21,7 @@ class ContactMethod;
 class SoftSurface;
 class SoftTissue;
 
-/// Everything that the servo needs before its first tick. SI units.
+/// The settings of the servo: everything that it needs before its first tick. SI units.
 struct ServoSettings {
   // N/m, stiffness of the coupling in enamel; for another tissue it is scaled by the tissue's own stiffness
   double stiffness = 1000;
@@ -50,7 +50,7 @@ struct ServoSettings {
   // All tools of the session, beginning with `tool`; empty: only `tool`. Use tool_set() to read them.
   std::vector<Tool> tools;
   Spindle spindle;
-  VoxelFrame frame;                             // frame of the tissue volume
+  VoxelFrame frame;                             // position and voxel size of the tissue volume's grid
   std::uint32_t laws = kServoLaws;              // version of the force laws; a replay uses the version in the recording
   std::shared_ptr<const ContactMethod> method;  // contact method; null: default_contact_method()
   // soft tissue around the tooth (soft_tissue.h); null: the scene has no soft tissue
@@ -90,8 +90,8 @@ class Servo {
   Servo(Servo&&) noexcept;
   Servo& operator=(Servo&&) noexcept;
 
-  /// Takes over a new snapshot from the carver, and repeats the cuts that were made after it was taken. Afterwards
-  /// `fresh` contains the buffers of the old snapshot.
+  /// Replaces the present snapshot by a new one from the carver, and repeats the cuts that were made after the new one
+  /// was taken. Afterwards `fresh` contains the buffers of the old snapshot.
   void adopt(Snapshot& fresh) noexcept;
 
   /// Computes one tick. Returns true and sets `cut` if the tissue changed.

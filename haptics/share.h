@@ -9,8 +9,9 @@ namespace typodont::haptics {
 
 inline constexpr double kFractionUnit = 1.0 / (1 << 23);
 
-/// Returns the inside fraction of a voxel, in units, if the surface is `distance` voxels away from its centre. Floats
-/// between 1 and 2 have equal spacing (one unit), so the difference of two bit patterns is a number of units.
+/// Returns the fraction of a voxel that lies inside the surface, as a number of units, if the surface is `distance`
+/// voxels away from the voxel's centre. Floats between 1 and 2 have equal spacing (one unit), so the difference of two
+/// bit patterns is a number of units.
 inline std::int32_t inside_units(float distance) {
   // The code has no branch, so that the compiler can vectorise the sum over a leaf.
   const float above = distance < -0.5f ? -0.5f : distance;

@@ -14,7 +14,8 @@
 
 namespace typodont::haptics {
 
-/// Owns its memory; a copy copies the elements. Set-up functions allocate, and throw std::bad_alloc.
+/// An array whose start can be moved. It owns its memory; a copy of the object copies the elements. Set-up functions
+/// allocate memory, and throw std::bad_alloc.
 template <class T>
 class SlidingBuffer {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -111,7 +112,7 @@ class SlidingBuffer {
 
   T* memory_ = nullptr;
   std::size_t count_ = 0;  // number of elements
-  std::size_t ring_ = 0;   // number of elements after which the ring repeats
+  std::size_t ring_ = 0;   // number of elements of the ring buffer, after which its memory repeats
   std::size_t first_ = 0;  // position of the array's first element in the ring
 };
 

@@ -18,7 +18,7 @@ struct SoftLaw {
   double friction = 0.1;            // coefficient of Coulomb friction for a tool that does not rotate
   double specific_energy = 0.3e9;   // J/m³, energy that a bur needs to remove soft tissue
   double spacing = 0.35e-3;         // m, distance between the simulated points
-  double bleeding_depth = 0.25e-3;  // m; a deeper cut bleeds
+  double bleeding_depth = 0.25e-3;  // m, threshold of the depth of a cut; a deeper cut bleeds
   double blood_radius = 2.5e-3;     // m, final radius of the blood stain around a wound
   double blood_time = 8;            // s, time constant with which the stain grows
 };
@@ -31,7 +31,7 @@ struct SoftWound {
 /// Returns the radius in m of the blood stain around a wound, `age` seconds after the bleeding began.
 double blood_radius(const SoftLaw& law, double age) noexcept;
 
-/// New state of one point, for the renderer.
+/// New state of one point of the soft tissue, for the renderer.
 struct SoftMove {
   std::uint32_t point = 0;  // index in SoftSurface::points()
   float inward = 0;         // m, displacement of the point against its normal, including the depth of a cut

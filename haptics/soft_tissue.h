@@ -148,19 +148,19 @@ class SoftTissue {
   /// A point that is not at rest.
   struct Active {
     std::uint32_t point = 0;
-    double v = 0, before = 0;  // m, elastic displacement inward: now, and at the start of the tick
+    double v = 0, before = 0;  // m, elastic displacement of the point inward; v: now; before: at the start of the tick
     double stiffness = 0;      // N/m, stiffness of the layer below the point
     double springs = 0;        // N/m, sum of the stiffness of the layer and of all links to neighbours
     double limit = 0;          // m, largest displacement, including the depth of a cut
-    double yield = 0;          // m/N, displacement per force within one tick
-    // Data of the contact with the tool.
+    double yield = 0;          // m/N, displacement of the point per newton within one tick
+    // The following members describe the contact of the point with the tool.
     bool contact = false;
-    double exit = 0;  // m, depth below the resting point down to which the head extends
+    double exit = 0;  // m, depth to which the head extends below the resting position of the point
     // weight 0..1 of the contact: 1 if the head presses the point from above, 0 if the side of the head passes the
     // point
     double weight = 0;
-    dvec3 slope{0};  // change of `exit` per displacement of the tool, a vector
-    // m, part of the overlap that already existed when the contact began; it exerts no force and fades
+    dvec3 slope{0};  // gradient of `exit` with respect to the position of the tool
+    // m, overlap that already existed when the contact began; it exerts no force and decreases to zero
     double ignored = 0;
     double force = 0;  // N, force that moves the point inward
     double stop = 0;   // N, additional force at a point that has reached its limit
@@ -169,14 +169,14 @@ class SoftTissue {
   struct Shape {
     HeadField head, shank;
     double shank_z = 0;  // m, position of the shank on the tool's axis
-    // m, distance by which the head is enlarged; otherwise a thin tip could pass between two points
+    // m, distance by which the head is enlarged, because a thin tip could otherwise pass between two points
     double blunt = 0;
     bool has_shank = false;
     struct Ball {
       double z = 0, r = 0;  // m, centre of the ball on the axis, and its radius
     };
     std::vector<Ball> balls;
-    // m; low, high: extent along the axis; radius: largest radius; reach: distance to the farthest point
+    // m; low, high: ends of the tool along its axis; radius: its largest radius; reach: distance to its farthest point
     double low = 0, high = 0, radius = 0, reach = 0;
     double distance(const dvec3& p_T) const noexcept;
     dvec3 gradient(const dvec3& p_T) const noexcept;
@@ -195,13 +195,15 @@ class SoftTissue {
   std::vector<Shape> shapes_;
   double coupling_;  // N/m, stiffness between hand and tool
   std::vector<Active> active_;
-  std::vector<std::int32_t> slot_;      // for each point: its index in active_; -1: the point is at rest
-  std::vector<float> cut_, sent_;       // for each point: depth of the cut, and displacement that was last sent, m
+  std::vector<std::int32_t> slot_;  // for each point: its index in active_; -1: the point is at rest
+  // m, for each point; cut_: depth of the cut; sent_: displacement that was last sent to the renderer
+  std::vector<float> cut_, sent_;
   std::vector<std::uint8_t> waits_;     // for each point: 1 if it is in the list to_send_
   std::vector<std::uint32_t> to_send_;  // points that may have moved since they were last sent
   std::array<SoftWound, kMaxWounds> wounds_{};
   std::size_t wound_count_ = 0;
-  dvec3 u_{0}, u_before_{0};  // m, displacement of the tool by the tissue: now, and in the last tick
+  // m, displacement of the tool that the soft tissue causes; u_: in this tick; u_before_: in the last tick
+  dvec3 u_{0}, u_before_{0};
   bool touching_ = false;
   bool placed_ = false;  // true if last_ contains the pose of the last tick
   Pose last_;

@@ -70,13 +70,14 @@ struct Cylinder : Solid {
 /// A truncated cone, or a cone with a tip. The distance is computed in the half plane through the axis.
 struct Cone : Solid {
   dvec3 center, axis;
-  double radius, top_radius, half;  // m; radius at the height -half, radius at the height +half, half the height
+  // m; radius: at the height -half; top_radius: at the height +half; half: half the height
+  double radius, top_radius, half;
 
   double distance(const dvec3& p) const override {
     const dvec3 d = p - center;
     const double z = glm::dot(d, axis);
     const glm::dvec2 q(glm::length(d - z * axis), z), corner(radius, -half), side(top_radius - radius, 2 * half);
-    // The distances to the two end discs and to the slanted side.
+    // Computes the distances to the two end discs and to the slanted side.
     const double below = glm::length(glm::dvec2(std::max(q.x - radius, 0.0), q.y + half));
     const double above = glm::length(glm::dvec2(std::max(q.x - top_radius, 0.0), q.y - half));
     const double s = std::clamp(glm::dot(q - corner, side) / glm::dot(side, side), 0.0, 1.0);
@@ -364,9 +365,9 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
   if (std::ranges::any_of(parts, [](const Part& part) { return part.hardness != kOwnHardness; }))
     dense.hardness.assign(count, kOwnHardness);
 
-  // Works block by block. Between two points, a distance changes by at most the distance of the points. So the
-  // distances at the centre of a block show which solids matter in the block. Often they show that the whole block is
-  // air or deep inside.
+  // Samples the solids block by block. The distance to a solid changes from point to point by at most the distance of
+  // the points. So the distances at the centre of a block show which solids matter in the block. Often they show that
+  // the whole block is air or deep inside.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto label = [&](std::size_t i, const Part* part) {

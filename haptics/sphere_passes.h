@@ -26,7 +26,7 @@ enum class Removal {
 };
 
 /// State of a sphere that was cut. `base` is the sphere before the present cut: as packed, or after an earlier cut from
-/// another side. Eq. 6 computes the present sphere from it. Shaders read this struct as ten doubles.
+/// another side. Eq. 6 computes the present sphere from the base. Shaders read this struct as ten doubles.
 struct CutSphere {
   dvec3 base{0};           // m, centre of the base, frame W
   double base_radius = 0;  // m, radius of the base
@@ -80,9 +80,9 @@ struct SphereChange {
   packing::CutSphere after;
 };
 
-/// Used by one thread at a time; after set-up, by the servo thread. All results have the same bits as on the CPU. The
-/// returned lists are not sorted. If a function returns false, the state of the tissue on the GPU is unknown, and
-/// load() must be called before any other function.
+/// The three passes on a GPU. Used by one thread at a time; after set-up, by the servo thread. All results have the
+/// same bits as on the CPU. The returned lists are not sorted. If a function returns false, the state of the tissue on
+/// the GPU is unknown, and load() must be called before any other function.
 class SpherePasses {
  public:
   virtual ~SpherePasses() = default;

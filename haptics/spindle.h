@@ -10,8 +10,8 @@
 
 namespace typodont::haptics {
 
-/// Linear torque–speed curve T = T_s (1 − ω/ω₀). It is exact for air turbines, and approximate for electric handpieces
-/// and implant motors.
+/// A motor with the linear torque–speed curve T = T_s (1 − ω/ω₀). This curve is exact for air turbines, and approximate
+/// for electric handpieces and implant motors.
 struct Spindle {
   std::string name = "ideal";
   double free_speed = 0;    // rad/s, speed ω₀ without load at full pedal

@@ -1,5 +1,5 @@
-// The dense copy of the tissue in which the servo computes contact and cuts. The carver fills it; then it belongs to
-// the servo.
+// The patch: the dense copy of the tissue around the tool, in which the servo computes contact and cuts. The carver
+// fills it; then it belongs to the servo.
 #pragma once
 
 #include <algorithm>
@@ -37,9 +37,9 @@ struct SurfacePatch : Snapshot {
   // along each axis, and covers a larger region. Its lengths are in its own, larger voxels.
   std::vector<SurfacePatch> wide;
   int every = 1;
-  // Determines which samples the carver must copy when it reuses the patch. copied_at: state of the tissue at the last
-  // copy (TissueVolume::mark(); 0: copy all samples). The box (inclusive): voxels in which the servo has written to the
-  // patch.
+  // The following members determine which samples the carver must copy when it uses the patch again. copied_at: state
+  // of the tissue at the last copy (TissueVolume::mark(); 0: copy all samples). The box (inclusive) contains the voxels
+  // in which the servo has written to the patch.
   std::uint64_t copied_at = 0;
   glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};
 
@@ -106,14 +106,14 @@ struct FieldSample {
 // sample_linear(), sample_linear_gradient() and sample_cubic() do not check bounds: the caller must check holds()
 // first.
 
-/// Returns the trilinear interpolation; its error is h²/4R for a surface of radius R, its time 3–4 ns. For searches,
-/// never for a force.
+/// Returns the trilinear interpolation of the field at p_V (voxels). Its error is h²/4R for a surface of radius R and a
+/// voxel size h; it takes 3–4 ns. It is used for searches, never for a force.
 double sample_linear(const SurfacePatch& patch, const dvec3& p_V) noexcept;
-/// Returns the trilinear interpolation with its gradient.
+/// Returns the trilinear interpolation of the field at p_V (voxels), with its gradient.
 FieldSample sample_linear_gradient(const SurfacePatch& patch, const dvec3& p_V) noexcept;
-/// Returns the interpolation by a quasi-interpolating cubic B-spline on 6³ samples: C², exact for cubic polynomials,
-/// error O(h⁴). The prefilter is local and part of the weights, so no coefficients must be updated after a cut (Condat,
-/// Blu & Unser 2005, sec. III).
+/// Returns the interpolation of the field at p_V (voxels) by a quasi-interpolating cubic B-spline on 6³ samples. It is
+/// C² continuous and exact for cubic polynomials, with an error of O(h⁴). The prefilter is local and part of the
+/// weights, so no coefficients must be updated after a cut (Condat, Blu & Unser 2005, sec. III).
 FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
 /// Returns for each tissue the sum of the trilinear weights of the eight labels around a point. Air is omitted, and the

@@ -12,11 +12,11 @@ namespace typodont::haptics {
 
 namespace {
 
-// Voxels, longest path that is cut in one step. Only the head at its end pose is cut; for each sample, a search finds
-// out whether it was deeper during the motion.
+// Voxels, longest path that is cut in one step; kShortOfLaws4: in the force laws up to version 4. In one step, only the
+// head at its end pose is cut; for each sample, a search finds out whether it was deeper during the motion.
 constexpr double kShort = 3, kShortOfLaws4 = 1;
-// Voxels, tolerance: a drill moves along its axis if it moves perpendicular to it by less than this per step. Over a
-// whole bed, the error is then far below kTop.
+// Voxels, tolerance of a step of a drill perpendicular to its axis. Below it, the drill counts as moving along its
+// axis. Over a whole bed, the error is then far below kTop.
 constexpr double kAlongAxis = 1e-9;
 // first version of the force laws in which a drill that moves along its axis cuts only at its end
 constexpr std::uint32_t kLawsOfAxis = 7;
@@ -30,7 +30,7 @@ bool has_rim(const MeridianPiece& end, const MeridianPiece& flank) {
 /// Returns true if the drill `tool` moves from A to B (voxels) along its own axis, towards its free end.
 bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double reach) {
   if (!tool.implant || tool.implant->kind != ImplantToolKind::kDrill) return false;
-  // the upper end of a short head is near, so it could matter too
+  // The upper end of a short head is near the samples, so it could affect them too.
   if (tool.shape != HeadShape::kCylinder || tool.length < tool.diameter) return false;
   const dvec3 axis = A.R * dvec3(0, 0, -1), way = B.p - A.p;
   const double along = glm::dot(way, axis);
@@ -38,8 +38,8 @@ bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double rea
   return along >= 0 && glm::length(way - along * axis) + turned <= kAlongAxis;
 }
 
-// Voxels, largest deviation of a sample's curved path from a straight line. With the larger value, a fast rotation is
-// divided into half as many parts.
+// Voxels, largest allowed deviation of a sample's curved path from a straight line; kBendOfLaws4: in the force laws up
+// to version 4. With the larger value, a fast rotation is divided into half as many segments.
 constexpr double kBend = 0.01, kBendOfLaws4 = 0.0025;
 
 }  // namespace
@@ -136,7 +136,8 @@ double Sweep::path_from(const Sweep& before) const noexcept {
 }
 
 bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
-  constexpr int kBlock = 8;  // voxels; listed groups lie in the blocks around the sweep
+  // voxels, edge length of the blocks around the sweep in which the listed groups of samples lie
+  constexpr int kBlock = 8;
   const glm::ivec3 lo = lo_ - patch_lo, hi = patch_lo + n - 1 - hi_;
   return std::min({lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}) > kBlock + 1;
 }

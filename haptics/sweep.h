@@ -57,7 +57,7 @@ class Sweep {
   /// this sweep, in voxels.
   double path_from(const Sweep& before) const noexcept;
 
-  /// voxels; distances are correct up to this distance from the new surface, which is the range of the cubic
+  /// voxels, distance from the new surface up to which the distances of a cut are correct; it is the range of the cubic
   /// interpolation
   static constexpr float kMargin = 3.5f;
   /// voxels, largest depth that is written; a sample deeper inside the head needs no exact depth
@@ -66,7 +66,8 @@ class Sweep {
  private:
   bool carve_ball(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                   std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed) const noexcept;
-  /// `leaf` (may be null): the block is a leaf; receives `emptied` and `slack`.
+  /// Removes tissue from a block of samples, for a head that is not a ball. `leaf`: not null if the block is a leaf; it
+  /// receives `emptied` and `slack`.
   bool carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                   std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed,
                   LeafCut* leaf = nullptr) const noexcept;
@@ -75,14 +76,15 @@ class Sweep {
                   RemovedVolume* removed) const noexcept;
   bool carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   RemovedVolume* removed) const noexcept;
-  /// Version of carve() for a long path. `known` (may be null): blocks that need not be examined yet are skipped,
-  /// because none of their samples can change.
+  /// Does the same as carve(), for a long path. `known` (may be null): blocks that need not be examined yet are
+  /// skipped, because none of their samples can change.
   bool carve_way(const HeadTarget& target, RemovedVolume* removed, const DueBlocks* known) const noexcept;
   /// Removes tissue from the blocks in one part of the active front (CutFront) of a head that is not a ball. `listed`:
   /// number of groups found.
   bool carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, int& listed) const noexcept;
-  /// Removes tissue from the due blocks of some parts of the front (`parts`: one bit for each part), without lists.
+  /// Removes tissue from those blocks of some parts of the front that must be examined, without lists. `parts`: set of
+  /// parts, one bit for each part.
   bool carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops, const HeadTarget& target) const noexcept;
   /// Returns true if this patch contains all samples that were listed around the head in another patch.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;
@@ -91,7 +93,7 @@ class Sweep {
     way.pieces = pieces_;
     return way;
   }
-  /// Returns the largest rounding error of a sample's depth in a head that is not a ball, voxels.
+  /// Returns an upper bound (voxels) of the rounding error of a sample's depth in a head that is not a ball.
   float rounding_of_depth() const noexcept { return 1e-3f + 2e-6f * static_cast<float>(reach_); }
   /// Returns true if the step is so short that the ball at B is accurate enough instead of the capsule. They differ by
   /// ab²/8r.
@@ -105,7 +107,7 @@ class Sweep {
   // straight path from pose B back to pose A; way_back() sets its member `pieces`
   Straight back_;
   glm::ivec3 base_;        // voxels, origin of the coordinates of A and B; it is near them, so that floats are precise
-  glm::vec3 a_, ab_;       // voxels, relative to base_: A, and the vector from A to B (the capsule's axis)
+  glm::vec3 a_, ab_;       // voxels; a_: position A relative to base_; ab_: vector from A to B (the capsule's axis)
   float inverse_length2_;  // 1/|ab|²; 0 if A and B are equal
   float radius_;           // voxels, largest radius of the head
   // Number of segments into which a long path is divided. In each segment, a sample moves through the head on a

@@ -29,7 +29,8 @@ struct RasterBlock {
   std::vector<float> distance;
 };
 
-/// The only owner of the tissue. Used by one thread at a time (the carver thread). Set-up functions throw Error.
+/// The tissue as a sparse distance field, and its only owner. Used by one thread at a time (the carver thread). Set-up
+/// functions throw Error.
 ///
 /// File format (.vdb): grids "distance" (float, mm, level set, background = band) and "tissue" (int32 labels, see
 /// contract/tissue.h), both with a linear transform whose scale is the voxel size in mm, and the metadata
@@ -77,7 +78,7 @@ class TissueVolume {
   void copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
                   std::uint8_t* hardness = nullptr) const;
 
-  // With the following functions, a box of copied samples can be updated instead of being copied again.
+  // The following functions update a box of copied samples, which then need not be copied completely again.
   /// Returns a number that identifies the present state of the tissue, for written_since(). It is never 0, and
   /// different volumes have different numbers.
   std::uint64_t mark();

@@ -17,8 +17,8 @@ namespace {
 
 using glm::dvec2;
 
-// Height above the free end, as a ratio to the diameter. Below this height, the density of samples does not increase
-// any more.
+// Height above the free end, as a ratio to the head's diameter, below which the density of surface samples does not
+// increase any more.
 constexpr double kBluntEnd = 0.1;
 
 /// One piece of a head's meridian, in the half plane (ρ ≥ 0, z). A meridian is a convex chain of straight lines and
@@ -256,7 +256,7 @@ HeadField HeadField::with_exit_path(const Tool& tool, double unit) {
 double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) const noexcept {
   // best2: squared distance to the closest point; best_x, best_z: vector from the closest point to (ρ, z)
   double best2 = 1e300, best_x = 0, best_z = 0;
-  // outward normal of the closest piece; used for points exactly on the surface
+  // (way_x, way_z): outward normal of the closest piece, used for points exactly on the surface
   double way_x = 0, way_z = 0;
   bool outside = false;
   for (int i = 0; i < count; ++i) {

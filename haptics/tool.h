@@ -39,13 +39,14 @@ class HeadField {
   /// by one unit of length.
   static HeadField with_exit_path(const Tool& tool, double unit);
 
-  /// Returns the signed distance from a point in T to the surface, negative inside; exact for every shape.
+  /// Returns the signed distance from a point in frame T to the surface, negative inside; exact for every shape.
   double distance(const dvec3& p_TQ) const noexcept;
-  /// Returns the signed distance from a point in T, and in `to_piece` the distance to each piece. If the distance to a
-  /// piece is larger than the smallest one by more than 2 r, this piece is not the closest one for any other point
-  /// within the distance r.
+  /// Returns the signed distance from a point in frame T to the surface. `to_piece` receives the distance to each piece
+  /// of the meridian. If the distance to a piece is larger than the smallest one by more than 2 r, this piece is not
+  /// the closest one for any other point within the distance r.
   double distance(const dvec3& p_TQ, double (&to_piece)[4]) const noexcept;
-  /// Returns the signed distance from a point in T, and in `n_T` the unit direction in T in which it increases.
+  /// Returns the signed distance from a point in frame T to the surface. `n_T` receives the unit direction in T in
+  /// which the distance increases.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept;
 
   // Pieces of the meridian from the free end to the shank end, in double precision. (The class Sweep uses floats.)
@@ -74,15 +75,15 @@ struct Tool {
   // Fraction of the normal force that contributes to cutting, for a contact at the end of the head. Between side and
   // end, the fraction is interpolated by the squared cosine of the angle to the axis.
   double end_efficiency = 1;
-  // Fraction of the push along the hand's path that contributes to cutting, for an edge that does not rotate; 0: the
-  // tool has no such edge.
+  // Fraction of the hand's push that contributes to cutting, for a cutting edge that does not rotate but is drawn along
+  // the hand's path; 0: the tool has no such edge.
   double scrapes = 0;
   double sink_yield = 0;  // N, force at which the tip sinks into softened tissue; 0: it never sinks
   // coefficient μ_c: ratio of the tangential cutting force to the normal force (Preston, Archard)
   double cutting_coefficient = 0.3;
 
-  // Parts that never cut. The shank extends from the upper end of the head to the handpiece and widens from its neck.
-  // The safe end is a round-ended pin beyond the free end.
+  // The following members describe parts that never cut. The shank extends from the upper end of the head to the
+  // handpiece and widens from its neck. The safe end is a round-ended pin beyond the free end.
   double shank_length = 0;         // m, length of the part of the shank that can have contact; 0: none
   double shank_diameter = 1.6e-3;  // m, diameter of the shank; default: friction grip, ISO 1797 type 3
   double neck_diameter = 0;        // m, diameter of the neck
@@ -124,7 +125,8 @@ struct Tool {
   double profile(double z) const;
 };
 
-/// A part of a tool that never cuts, described like a tool. `z`: position of the part's centre on the tool's axis, m.
+/// A part of a tool that never cuts. Its shape is described by a Tool. `z`: position of the part's centre on the tool's
+/// axis, m.
 struct NonCuttingPart {
   Tool shape;
   double z = 0;

@@ -42,7 +42,7 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
         energy += w * (forward[i] * forward[i] + backward[i] * backward[i]);
       }
     }
-    // because |2fb| ≤ f² + b² for the errors f and b, |k| never exceeds 1
+    // |k| never exceeds 1, because |2fb| ≤ f² + b² for the forward error f and the backward error b.
     const double k = energy > 0 ? -2 * cross / energy : 0.0;
     result.reflection.push_back(k);
     variance *= 1 - k * k;

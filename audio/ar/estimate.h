@@ -9,20 +9,20 @@ namespace typodont::audio {
 
 struct Estimate {
   std::vector<double> reflection;
-  double variance = 0;           // variance of the prediction residual
+  double variance = 0;  // variance of the prediction residual (the part of the sound that the model does not predict)
   std::vector<double> by_order;  // residual variance of orders 0…p for the criteria; may be empty
   /// true if the solution was unstable and was replaced by the stable model with the same spectrum
   bool refactored = false;
 };
 
-/// Burg's method (Burg 1975). `weights`, if not empty, weight the prediction errors (Swingler 1979); weights.size() ==
-/// x.size(). The result is stable by construction.
+/// Fits a model by Burg's method (Burg 1975). `weights`, if not empty, weight the prediction errors (Swingler 1979);
+/// weights.size() == x.size(). The result is stable by construction.
 Estimate burg(std::span<const double> x, std::size_t order, std::span<const double> weights = {});
-/// Yule–Walker method: Levinson–Durbin on the biased autocorrelation of the (tapered) samples. The result is stable
-/// by construction.
+/// Fits a model by the Yule–Walker method: Levinson–Durbin on the biased autocorrelation of the (tapered) samples. The
+/// result is stable by construction.
 Estimate yule_walker(std::span<const double> x, std::size_t order, std::span<const double> taper = {});
-/// Modified covariance method (Marple 1980): least squares of forward and backward prediction. The solution may be
-/// unstable; then `refactored` is set.
+/// Fits a model by the modified covariance method (Marple 1980): least squares of forward and backward prediction. The
+/// solution may be unstable; then `refactored` is set.
 Estimate modified_covariance(std::span<const double> x, std::size_t order);
 
 enum class Criterion { kAkaike, kBayes };

@@ -10,9 +10,9 @@
 
 namespace typodont::audio {
 
-/// Condition number of the direct form: Σ|a| times the ratio of the standard deviations of output and residual.
-/// Rounding errors act on the direct recursion like an additional excitation whose ratio to the true excitation is
-/// the machine epsilon times this number.
+/// Returns the condition number of the direct form: Σ|a| times the ratio of the standard deviations of output and
+/// residual. Rounding errors act on the direct recursion like an additional excitation whose ratio to the true
+/// excitation is the machine epsilon times this number.
 double direct_form_condition(const ArModel& model);
 
 /// Reference implementation, a plain loop: y[n] = gain·e[n] − Σ a_i y[n−i].
@@ -38,7 +38,7 @@ class BlockFilter {
  public:
   static constexpr int kBlock = 64;
   explicit BlockFilter(const ArModel& model);
-  /// Filters kBlock samples.
+  /// Filters the next kBlock samples: the noise drives the filter, and `out` receives its output.
   void process(const T* noise, T* out) noexcept;
 
  private:
@@ -58,7 +58,7 @@ class LatticeFilter {
   double next(double noise) noexcept;
   /// Sets other coefficients of the same order between two samples. The states are kept.
   void set(const std::vector<double>& reflection, double level) noexcept;
-  double energy() const noexcept;  // sum of the squared states
+  double energy() const noexcept;  // returns the sum of the squared states of the filter
   double level() const noexcept { return level_; }
 
  private:
@@ -71,15 +71,16 @@ class LatticeFilter {
 class ArFilter {
  public:
   static constexpr int kBlock = 64;
-  /// largest condition number for float; the rounding noise is then 70 dB below the excitation
+  /// Upper limit of the condition number for the block form in float. At this limit, the rounding noise is 70 dB below
+  /// the excitation.
   static constexpr double kFloatLimit = 4e3;
-  /// largest condition number for double; the rounding noise is then 110 dB below the excitation; above it, the
-  /// lattice is used
+  /// Upper limit of the condition number for the block form in double. At this limit, the rounding noise is 110 dB
+  /// below the excitation. Above it, the lattice form is used.
   static constexpr double kDoubleLimit = 1e10;
   enum class Form { kFloat, kDouble, kLattice };
 
   explicit ArFilter(const ArModel& model);
-  void process(const float* noise, float* out) noexcept;  // filters kBlock samples
+  void process(const float* noise, float* out) noexcept;  // filters the next kBlock samples of noise into `out`
   Form form() const noexcept { return form_; }
 
  private:

@@ -399,7 +399,9 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     report.speed_ratio = speed.ratio;
     if (speed.range() > kConstantSpeed) {
       x = at_constant_speed(x, model_rate, speed);
-      fill();  // the interpolation leaves a band below half the rate empty; this call fills the band with noise
+      // The interpolation leaves the frequencies just below half the sampling rate empty; this call fills them with
+      // noise.
+      fill();
       report.notes.push_back(
           fmt::format("changes of the spindle's speed removed: {:.1f} %, measured on the line at "
                       "{:.0f} Hz",

@@ -96,7 +96,7 @@ LineTrack track_of(std::span<const std::complex<double>> z, double rate, double 
   track.bandwidth = bandwidth;
   for (std::size_t at = 0; at + kLineStep < z.size(); at += kLineStep) {
     double amplitude = 0;
-    std::complex<double> turned = 0;  // Σ z[i+1] conj z[i]: its angle is the mean phase step
+    std::complex<double> turned = 0;  // sum of z[i+1] · conj(z[i]); its angle is the mean phase step per sample
     for (std::size_t i = at; i < at + kLineStep; ++i) {
       amplitude += std::abs(z[i]);
       turned += z[i + 1] * std::conj(z[i]);
@@ -158,7 +158,8 @@ double floor_about(const std::vector<double>& power, double bin, double frequenc
   return around[around.size() / 2];
 }
 
-/// Returns a copy of the process `noise`, with its variance reduced by `variance`.
+/// Returns a copy of the process `noise` (the random fluctuation of a line). The variance of the copy is smaller by
+/// `variance`.
 LineNoise without(LineNoise noise, double variance) {
   const double all = noise.deviation() * noise.deviation();
   noise.gain = all > variance ? noise.gain * std::sqrt(1 - variance / all) : 0.0;
@@ -248,8 +249,10 @@ std::vector<double> lines_through_window(const std::vector<TakenLine>& lines, st
     const double varies = line.amplitude_noise.deviation();
     const double square = line.amplitude * line.amplitude * (1 + varies * varies);
     // The frequency of the line is assumed to have a normal distribution. For each of several frequencies of this
-    // distribution, the spectrum of a sinusoid in a Hann window is added; this spectrum has a closed form.
-    constexpr int kPoints = 9;  // number of evenly spaced frequencies from −2 to 2 standard deviations
+    // distribution, the spectrum of a sinusoid in a Hann window is added; this spectrum has a closed form. kPoints:
+    // number of these frequencies, which are evenly spaced from −2 to 2 standard deviations around the line's mean
+    // frequency.
+    constexpr int kPoints = 9;
     double weights = 0;
     for (int k = 0; k < kPoints; ++k) weights += std::exp(-0.125 * (k - 4) * (k - 4));
     for (int k = 0; k < kPoints; ++k) {

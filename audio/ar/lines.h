@@ -11,25 +11,25 @@ namespace typodont::audio {
 
 /// Amplitude and frequency of one spectral line over time, one entry per kLineStep samples.
 struct LineTrack {
-  double frequency = 0;           // Hz, mean frequency
+  double frequency = 0;           // Hz, mean frequency of the line
   double bandwidth = 0;           // Hz, half width (−3 dB) of the band in which the line was followed
   double floor = 0;               // one-sided power density (1/Hz) of the noise next to the line
   std::vector<double> amplitude;  // amplitude of the sinusoid; full scale is 1
-  std::vector<double> deviation;  // Hz, deviation from the mean frequency
+  std::vector<double> deviation;  // Hz, deviation of the line's frequency from its mean frequency
 
   double mean_amplitude() const;
-  /// Variances that the noise in the band would cause without any fluctuation of the line. The first function gives the
-  /// variance of the amplitude, divided by the square of its mean; the second gives the variance of the frequency
-  /// (Hz²).
+  /// The two functions return the variances that the noise in the band would cause without any fluctuation of the line.
+  /// The first function gives the variance of the amplitude, divided by the square of its mean; the second gives the
+  /// variance of the frequency (Hz²).
   double amplitude_variance_of_noise() const;
   double frequency_variance_of_noise() const;
-  /// Standard deviation of the amplitude divided by its mean: 0 for a steady sinusoid, 0.52 for noise in a narrow
-  /// band.
+  /// Returns the standard deviation of the amplitude divided by its mean: 0 for a steady sinusoid, 0.52 for noise in a
+  /// narrow band.
   double variation() const;
-  /// variation() without the contribution of the noise next to the line.
+  /// Returns variation() without the contribution of the noise next to the line.
   double own_variation() const;
-  /// True for a sinusoid, false for narrow-band noise (which has a variation of 0.52). True only if the noise next to
-  /// the line is so weak that both cases can be distinguished.
+  /// Returns true for a sinusoid, false for narrow-band noise (which has a variation of 0.52). True only if the noise
+  /// next to the line is so weak that both cases can be distinguished.
   bool steady() const {
     return !amplitude.empty() && own_variation() < kSteadyVariation && amplitude_variance_of_noise() < kWeakestLine;
   }
@@ -50,7 +50,8 @@ struct TakenLine {
   ModelLine line;
   // Hz, standard deviation of the line's frequency in the recording, including the drift of the spindle.
   double spread = 0;
-  double variation = 0;  // LineTrack::variation() in the recording
+  // relative variation of the line's frequency in the recording, as LineTrack::variation() returns it
+  double variation = 0;
 };
 
 /// Removes the steady lines from x, so that the rest can be modelled as noise. Returns at most 16 lines, strongest

@@ -9,7 +9,7 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kFrame = 0.05;  // s, length of a frame
+constexpr double kFrame = 0.05;  // s, length of the frames into which the recording is divided
 // dB, distance below the level of the loud frames at which the drill counts as inaudible
 constexpr double kAudible = 25;
 constexpr double kEvenWithin = 1.5;      // dB, largest change over kEvenOver frames that counts as a constant level

@@ -22,12 +22,13 @@ class InterpolationKernels {
   /// Returns the signal at `offset` (0 ≤ offset < 1) samples after *x, for playback at `speed`. Reads x[−reach+1 …
   /// reach].
   float read(const float* x, double offset, double speed) const noexcept;
-  int reach(double speed) const noexcept;  // number of samples that read() uses on each side
+  // returns the number of samples that read() uses on each side of the position
+  int reach(double speed) const noexcept;
   int longest_reach() const noexcept { return sets_.back().taps / 2; }
 
  private:
   struct Set {
-    double speed;             // the highest playback speed for which this set is used
+    double speed;             // the highest playback speed for which this set of kernels is used
     int taps;                 // number of filter taps; a multiple of 16
     std::vector<float> rows;  // table of (kPhases + 1) rows with `taps` coefficients each
   };

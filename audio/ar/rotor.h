@@ -11,7 +11,7 @@ inline constexpr double kLineWindow = 4096.0 / 48000;  // s, length of the analy
 struct SpectralLine {
   double frequency = 0;   // Hz, frequency of the line
   double prominence = 0;  // dB, height above the median of the neighbouring spectrum
-  double level_dB = 0;    // dB re 1/Hz, power density
+  double level_dB = 0;    // dB re 1/Hz, power density of the sound at the line
 };
 /// Returns the peaks of the smoothed spectrum, strongest first. `window`: s, length of the analysis windows; a longer
 /// window resolves weaker lines if their frequency is constant.

@@ -14,8 +14,8 @@ std::vector<double> window_samples(Window window, std::size_t n);
 /// of n samples that overlap by half. A sound shorter than one window is padded with zeros.
 std::vector<double> welch(std::span<const double> x, std::size_t n, double rate);
 
-/// Expected value of welch() for a sound with the power spectrum `power`: `power` convolved with the window's spectrum.
-/// `power` is the double-sided density times the rate, at 2^m + 1 frequencies (see sampled_power()).
+/// Returns the expected value of welch() for a sound with the power spectrum `power`: `power` convolved with the
+/// window's spectrum. `power` is the double-sided density times the rate, at 2^m + 1 frequencies (see sampled_power()).
 std::vector<double> expected_welch(const std::vector<double>& power, std::size_t n, double rate);
 
 /// Returns the biased autocorrelation r_0…r_lags of the samples: r_l = Σ x[i] x[i+l] / count.
@@ -29,8 +29,8 @@ std::vector<double> power_of_taps(std::span<const double> taps, std::size_t poin
 
 /// Returns the log-spectral distance in dB: the root mean square of 10·log10(a/b).
 double log_spectral_distance(std::span<const double> a, std::span<const double> b);
-/// Log-spectral distance in dB between welch() of Gaussian noise and the true spectrum of this noise, on average. The
-/// sound has `count` samples and the windows n samples (Welch 1967: variance of overlapping Hann windows).
+/// Returns the log-spectral distance (dB) between welch() of Gaussian noise and the true spectrum of this noise, on
+/// average. The sound has `count` samples and the windows n samples (Welch 1967: variance of overlapping Hann windows).
 double chance_distance(std::size_t count, std::size_t n);
 /// Returns the Itakura–Saito distance (1968): the mean of a/b − ln(a/b) − 1. It is not symmetric, and 0 for equal
 /// spectra.

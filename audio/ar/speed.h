@@ -11,13 +11,13 @@ namespace typodont::audio {
 /// 0.
 struct SpeedTrack {
   double frequency = 0;       // Hz, mean frequency of the spectral line that shows the speed
-  double step = 0;            // s, time between two values
+  double step = 0;            // s, time between two values of the speed
   std::vector<double> ratio;  // ratio of the speed to the mean speed; empty if no line could be followed
 
   bool known() const { return !ratio.empty(); }
   // returns the speed ratio at time t (s): interpolated linearly, constant beyond the ends; 1 if the speed is not known
   double at(double t) const;
-  double range() const;  // highest ratio minus lowest ratio
+  double range() const;  // returns the highest minus the lowest ratio of the speed to its mean
 };
 
 /// Follows the strongest steady line of the sound. The result is empty if no line is steady, or if the sound is

@@ -23,7 +23,8 @@ constexpr std::array<TissueColour, kTissueCount> kColours = {{
     {4.0, 0.0, 4000, 2.0, 0.7},   // composite
 }};
 
-/// Factor by which the tissue changes the power at a frequency in Hz. The change of the whole level is not included.
+/// Returns the factor by which the tissue changes the power at a frequency in Hz. The change of the whole level is not
+/// included.
 double power_factor(const TissueColour& colour, double frequency) {
   const double f = std::clamp(frequency, 200.0, 16000.0);
   const double away = std::log2(f / colour.centre) / colour.width_octaves;

@@ -20,8 +20,9 @@ class ModalBank {
  private:
   static constexpr int kModes = 3;
   struct Mode {
-    float re = 0, im = 0;            // complex amplitude of the mode
-    float turn_re = 0, turn_im = 0;  // factor per sample: rotation and decay
+    float re = 0, im = 0;  // present complex amplitude of the mode (real part, imaginary part)
+    // complex factor by which the amplitude is multiplied per sample: it rotates and decays
+    float turn_re = 0, turn_im = 0;
     float weight = 0;
   };
   std::array<std::array<Mode, kModes>, kTissueCount> modes_;
@@ -42,7 +43,7 @@ class Scrape {
   GaussianNoise noise_;
   float per_radian_;
   float low_ = 0, high_[2] = {}, damped_[2] = {};
-  std::array<float, kTissueCount> damping_;  // coefficient of each tissue's low-pass filter
+  std::array<float, kTissueCount> damping_;  // coefficient of the low-pass filter for each tissue
 };
 
 /// A saliva ejector: noise through a resonance, modulated slowly (gurgling).

@@ -9,7 +9,7 @@
 namespace typodont::audio {
 
 namespace {
-// limit of a line's frequency, as a ratio to the sample rate; a line with a higher frequency is omitted
+// ratio of a line's frequency to the sample rate; a line with a higher frequency is omitted
 constexpr double kHighest = 0.45;
 constexpr int kWarmUp = 4000;  // number of values after which a process that starts from zero is stationary
 }  // namespace

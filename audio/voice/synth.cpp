@@ -22,15 +22,16 @@ namespace typodont::audio {
 namespace {
 
 // Parameters of the mapping from the hand's work to sound. audio/README.md gives the source of each number.
-constexpr double kFastestSpeed = 2;  // limit of the speed, as a ratio to the free speed
+constexpr double kFastestSpeed = 2;  // upper limit of the spindle's speed, as a ratio to its free speed
 constexpr double kAttack = 0.5e-3;   // s, time constant of all level changes
 // s, duration of the run-up from rest to free speed, measured in one recording; used if the spindle's speed jumps
 constexpr double kRunUp = 0.4;
-constexpr double kRunDown = 1.25;  // s, time constant of the run-down, measured in the same recording
-// limit, as a ratio to the free speed: a larger change of the speed between two ticks is caused by switching, not by
-// load
+// s, time constant of the run-down from free speed, measured in the same recording as kRunUp
+constexpr double kRunDown = 1.25;
+// ratio to the free speed; a larger change of the speed between two ticks is caused by switching, not by load
 constexpr double kJump = 0.5;
-constexpr double kAtRest = 0.03;         // limit, as a ratio to the free speed; at a lower speed the drill is silent
+// ratio of the spindle's speed to the free speed; below it the drill is silent
+constexpr double kAtRest = 0.03;
 constexpr float kTouchStrength = 0.02f;  // amplitude of a tap's first contact; full scale is 1
 constexpr float kTapPerNewton = 0.25f;
 // N/s, least rise of the force in a tap; a force that rises more slowly counts as a push
@@ -279,7 +280,8 @@ struct DrillSynth::Impl {
     } else {
       for (int i = 0; i < count; ++i) {
         const auto s = static_cast<float>(speeds[i]);
-        // speed^3.75; the exponent was measured in a recorded run-down, see the README
+        // the amplitude of the idle sound, speed^3.75; the exponent was measured in a recorded run-down
+        // (audio/README.md)
         rotor[i] = s * s * s * std::sqrt(s * std::sqrt(s));
         brightness[i] = level_at(bright, i);
       }
@@ -310,7 +312,7 @@ struct DrillSynth::Impl {
       }
     }
 
-    // Sound of hand instruments.
+    // Adds the sound of hand instruments, if one is audible.
     if (!scrape_level.zero() || !modal.silent()) {
       for (int i = 0; i < count; ++i) {
         if (!scrape_level.zero()) {
@@ -379,11 +381,12 @@ struct DrillSynth::Impl {
   double free_speed;
   bool reference_given = free_speed > 0;
   std::vector<RotorTone> tones;
-  std::vector<double> phases;  // turns, phase of each tone
+  std::vector<double> phases;  // for each tone of the rotor: its phase in turns
   const double teeth, tooth_peak;
-  double tooth_phase = 0;  // fraction 0..1 of the interval from tooth to tooth
+  double tooth_phase = 0;  // 0..1, phase of the bursts: fraction of the interval between two teeth that has passed
   InterpolationKernels kernels;
-  std::vector<ModelStream> streams;  // the idle sound, then the working sound of each tissue
+  // sounds that are mixed: first the idle sound, then the working sound of each tissue
+  std::vector<ModelStream> streams;
   RotorLines lines;
   ModalBank modal;
   Scrape scrape;
@@ -393,15 +396,19 @@ struct DrillSynth::Impl {
   const float attack, bright_pole;
   const double run_up, run_down;
 
-  std::vector<SoundState> pending;  // ring buffer of the states that do not yet take effect
+  std::vector<SoundState> pending;  // ring buffer of the states whose time is in the future
   std::size_t head = 0, count_pending = 0;
   std::uint64_t late = 0, dropped = 0;
 
-  double index_now = 0, index_next = 0, last_state = 0;  // samples
+  // samples since the start: time of the present state, of the next call's first sample, and of the last state
+  double index_now = 0, index_next = 0, last_state = 0;
   bool heard_any = false, gliding = false, in_contact = false;
-  double speed = 0, speed_target = 0, speed_step = 0;  // ratios to the free speed
+  // spindle speed of the sound now, the speed at the end of the present ramp, and the change per sample of the ramp, as
+  // ratios to the free speed
+  double speed = 0, speed_target = 0, speed_step = 0;
   int ramp_left = 0;
-  std::array<Level, kTissueCount> weights;  // gains of the streams
+  // gain of each stream: first the idle sound, then the working sound of each tissue
+  std::array<Level, kTissueCount> weights;
   Level bright, scrape_level, suction_level, spray_level;
   float slip = 0, low = 0;
   double last_force = 0;

@@ -89,7 +89,7 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
   const auto value = [&](std::size_t row, const char* name, double fallback, double low, double high) {
     const int column = table.column(name);
     const double v = column < 0 ? fallback : table.rows[row][static_cast<std::size_t>(column)];
-    if (std::isnan(v)) return fallback;  // the cell is empty
+    if (std::isnan(v)) return fallback;  // NaN means that the cell of the table is empty
     if (v < low || v > high) table.fail(row, name, fmt::format("{}", v), fmt::format("{} to {}", low, high));
     return v;
   };
@@ -103,7 +103,7 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
   ContactTrack track;
   track.has_spindle = table.column("spindle_krpm") >= 0;
   double before = -1;
-  std::size_t back = 0;  // index of the row from which differences are taken
+  std::size_t back = 0;  // index of the earlier row that the present row is compared with
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
     const double t = value(row, "t_s", 0, 0, 1e6);
     if (t <= before) table.fail(row, "t_s", fmt::format("{} after {}", t, before), "times that increase");

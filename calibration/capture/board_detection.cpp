@@ -1,5 +1,5 @@
-// The only file that includes OpenCV. stb reads the pictures, because OpenCV's readers would load a hundred libraries
-// at every start of the program.
+// Finds chessboards in pictures. This is the only file that includes OpenCV. The library stb reads the pictures,
+// because OpenCV's readers would load a hundred libraries at every start of the program.
 #include <stb/stb_image.h>
 
 #include <map>

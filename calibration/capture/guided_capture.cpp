@@ -298,7 +298,7 @@ void GuidedCapture::solve() {
       solve_verify_step(bench_, captures_);
       break;
     case Step::kDrift:
-      break;  // solves nothing: the marks are only stored, because later sessions are compared with them
+      break;  // this step solves nothing: its marks are only stored, because later sessions are compared with them
   }
 }
 
@@ -380,7 +380,8 @@ Live GuidedCapture::judge(std::size_t index) const {
 std::vector<float> cue_sound(Cue cue, double sample_rate) {
   // Pairs of tones: rising for a touch that was taken, falling for an undone touch, two low tones for a touch that
   // does not fit.
-  constexpr double kTones[][2] = {{660, 660}, {880, 1320}, {220, 196}, {1320, 880}, {1047, 1568}};  // Hz, frequencies
+  // Hz, frequencies of the two tones of each pair
+  constexpr double kTones[][2] = {{660, 660}, {880, 1320}, {220, 196}, {1320, 880}, {1047, 1568}};
   const auto& tones = kTones[static_cast<int>(cue)];
   std::vector<float> sound(static_cast<std::size_t>(0.16 * sample_rate));
   double phase = 0;

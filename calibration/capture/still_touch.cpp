@@ -5,7 +5,7 @@
 namespace typodont::calibration {
 
 namespace {
-constexpr std::size_t kSamples = 4096;  // number of samples, a tenth of a second at 40 kHz
+constexpr std::size_t kSamples = 4096;  // number of samples that the ring buffer holds: a tenth of a second at 40 kHz
 constexpr std::size_t kFewest = 4;
 // pedal positions 0..1, thresholds: above kDown the pedal counts as pressed, below kUp as released
 constexpr double kDown = 0.5, kUp = 0.3;
@@ -37,7 +37,7 @@ StillTouch::Verdict StillTouch::judge() noexcept {
   while (used < count_ && back(used).t >= begin) ++used;
   // The window is complete if a sample exists before the window or at its beginning.
   if (used < kFewest || (used == count_ && back(used - 1).t > begin)) return Verdict::kTooSoon;
-  // Sums the differences to one of the samples. So the mean of equal samples has no rounding error.
+  // Computes the mean from the differences to one of the samples. So the mean of equal samples has no rounding error.
   const dvec3 origin = back(0).p;
   dvec3 sum(0);
   for (std::size_t i = 0; i < used; ++i) sum += back(i).p - origin;

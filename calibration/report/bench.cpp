@@ -19,7 +19,7 @@ namespace typodont::calibration {
 
 namespace {
 
-constexpr double kSigma = 2e-4;  // m, standard deviation of the noise
+constexpr double kSigma = 2e-4;  // m, standard deviation of the simulated noise
 constexpr double kNone = BenchRow::kNone;
 
 /// Makes one row. `touches` counts pairs, samples, captures or corners; `time_us` is the time of one solution.
@@ -117,7 +117,7 @@ void register_rows(std::vector<BenchRow>& rows, int trials) {
       const int runs = std::max(4, trials / 10);
       Noise random(static_cast<std::uint64_t>(count));
       RegistrationOptions known;
-      known.known_sigma = kSigma;  // OpenCV uses the same value as its threshold
+      known.known_sigma = kSigma;  // Our solver gets the noise, because OpenCV uses the same value as its threshold.
       double blind = 0, ours = 0, theirs = 0;
       for (int t = 0; t < runs; ++t) {
         const Pairs pairs(random, count, outliers);

@@ -21,7 +21,7 @@ namespace typodont::calibration {
 namespace {
 
 constexpr double kSmallestReach = 3e-3;    // m, limit: if every coordinate is smaller, the file is probably in metres
-constexpr double kLargestReach = 10;       // m, limit of the distance from the origin
+constexpr double kLargestReach = 10;       // m, largest plausible distance of a point from the origin
 constexpr double kUnitLengthError = 0.01;  // tolerance of a quaternion's length, which should be 1
 
 /// Reads the column names in the header line. Returns an empty list if the file has no header.

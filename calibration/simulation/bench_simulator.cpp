@@ -15,7 +15,7 @@ dquat small_turn(Noise& random, double angle) {
   return glm::normalize(dquat(1, 0.5 * v.x, 0.5 * v.y, 0.5 * v.z));
 }
 
-// The nominal mirror bench. The origin of W is in the middle of the workspace, 120 mm below the mirror; y up, z
+// Returns the nominal mirror bench. The origin of W is in the middle of the workspace, 120 mm below the mirror; y up, z
 // towards the user. The panel is above the mirror, oriented so that its image is perpendicular to the user's line of
 // sight through the workspace.
 RigGeometry drawn_rig() {

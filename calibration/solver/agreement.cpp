@@ -17,7 +17,8 @@ namespace typodont::calibration {
 
 namespace {
 
-// Returns the edge of a cube that is as large as the region filled by the points. For a flat set, this is its extent.
+// Returns the edge (m) of a cube that is as large as the region that the points fill. For a flat set of points, this is
+// its extent.
 double extent(Points points) {
   dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
   for (const dvec3& p : points) low = glm::min(low, p), high = glm::max(high, p);
@@ -39,7 +40,8 @@ class Consensus {
         n_(p_H.size()),
         false_alarm_(false_alarm),
         floor_(std::max(rounding_of(p_H, p_D), sigma / 30)),
-        // A normal distribution has its largest density at its centre.
+        // Logarithm of the volume in which wrong pairs are assumed to lie. If the noise is known, this volume is the
+        // reciprocal of the largest density of the noise, which a normal distribution has at its centre.
         log_volume_(sigma > 0 ? 1.5 * std::log(2 * kPi) + 3 * std::log(sigma)
                               : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
         log_choose_(n_ + 1) {
@@ -129,13 +131,14 @@ class Consensus {
       if (fit.sse < best.sse) best = std::move(fit);
     }
     if (best.pairs.empty()) return best;
-    // probability of stopping too early among good pairs; stage 3 corrects such a stop
+    // probability that the forward search (stage 2) stops too early among good pairs; stage 3 corrects such a stop
     constexpr double kGrowthFalseAlarm = 0.01;
     const double surely_within = chi_squared_quantile(1 - kGrowthFalseAlarm / static_cast<double>(half), 3);
     const std::size_t step = 1 + n_ / 200;
     while (best.pairs.size() < n_) {
       const std::size_t next = std::min(n_, best.pairs.size() + step);
-      Indices pairs = nearest(best.X_DH, next);  // order[next - 1] is the farthest of these pairs
+      // the `next` pairs with the smallest residuals; order[next - 1] is the farthest of these pairs
+      Indices pairs = nearest(best.X_DH, next);
       const double dof = 3 * static_cast<double>(best.pairs.size()) - 6;
       const double variance = std::max(best.sse / dof, floor_ * floor_);
       const double farthest = r2[order[next - 1]];
@@ -315,7 +318,7 @@ class Consensus {
   std::int64_t first_bin_ = 0;
   std::array<double, kBins> log_alpha_{};
   mutable std::map<std::size_t, double> quantiles_;
-  mutable std::vector<Candidate> by_median_;  // candidates of find_widest
+  mutable std::vector<Candidate> by_median_;  // candidates that find_widest() compares
 };
 
 // Consensus for a known noise level: the noise limit is fixed, and hypotheses are compared by their number of
@@ -338,8 +341,8 @@ class KnownNoise {
   /// Finds the largest agreement. `all` is the fit to all pairs. Sets smaller than `least` are not needed.
   Agreement find(const Fit& all, std::size_t least) const {
     Agreement best{grow(all, 0), 0};
-    // The probability of missing four good pairs among sixteen is 1e-9; if there are few pairs, all triples are
-    // tried.
+    // Upper limit of the number of triples. With it, the probability of missing four good pairs among sixteen is 1e-9.
+    // If there are few pairs, all triples are tried.
     const double most = std::min(3000.0, 4 * std::pow(static_cast<double>(n_), 3));
     double needed = needed_for(std::max(least, best.fit.pairs.size()));
     if (needed == 0 && cost(best.fit) > expected_) needed = needed_for(n_ / 2);
@@ -353,7 +356,7 @@ class KnownNoise {
     for (double draw = 0; draw < std::min(needed, most); ++draw) {
       const std::size_t i = random_index(state), j = random_index(state), k = random_index(state);
       if (i == j || j == k || i == k || !same_length(i, j) || !same_length(j, k) || !same_length(i, k)) continue;
-      // If all three pairs already agree with the best motion, this triple would give the same result again.
+      // If all three pairs already agree with the best motion, this triple would give the same motion again.
       if (agrees[i] && agrees[j] && agrees[k] && best.fit.sse <= expected_) continue;
       const dvec3 h[3] = {p_H_[i], p_H_[j], p_H_[k]}, d[3] = {p_D_[i], p_D_[j], p_D_[k]};
       const std::size_t have = best.fit.pairs.size();
@@ -387,8 +390,9 @@ class KnownNoise {
     return std::abs(glm::length(p_H_[i] - p_H_[j]) - glm::length(p_D_[i] - p_D_[j])) <= edge_;
   }
 
-  /// Sum of the squared residuals, m². The residual of a pair that does not agree counts as the limit (Torr & Zisserman
-  /// 2000). If agreeing pairs were only counted, wrong pairs near their true positions could shift the motion.
+  /// Returns the sum of the squared residuals, m². The residual of a pair that does not agree counts as the limit (Torr
+  /// & Zisserman 2000). If agreeing pairs were only counted, wrong pairs near their true positions could shift the
+  /// motion.
   double cost(const Fit& fit) const { return fit.sse + static_cast<double>(n_ - fit.pairs.size()) * limit2_; }
 
   double needed_for(std::size_t count) const {

@@ -67,7 +67,7 @@ ArmGeometry to_geometry(const std::array<double, kArmParameters>& v) {
 
 namespace {
 
-/// True joint angles, and the rotation axes of D, E and F in H.
+/// True angles of the joints (rad), and the rotation axes of the joints D, E and F in frame H of the haptic base.
 struct Joints {
   std::array<double, 6> q;
   dvec3 tilt_axis, axis[3];
@@ -261,7 +261,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
                                 static_cast<int>(nuisance.rank());
     const double total = rms(to_geometry(values));
     const double previous = sigma;
-    // Sets a lower limit of the noise. Without it, rounding errors of exact data would seem to determine some
+    // Sets a lower limit of the estimated noise. Without it, rounding errors of exact data would seem to determine some
     // directions.
     if (result.degrees_of_freedom > 0) {
       sigma = std::max(1e-9, total * std::sqrt(static_cast<double>(rows) / 3 / result.degrees_of_freedom));

@@ -56,7 +56,8 @@ struct Turn {
   Vector3d w_;
 };
 
-// Projects p_W into the picture; optionally computes the derivatives with respect to lens, camera and point.
+// Projects a point p_W (m, frame W) into the picture. On request, also computes the derivatives with respect to lens,
+// camera and point.
 struct Projection {
   double x = 0, y = 0;
   Eigen::Matrix<double, 2, 9> by_lens;
@@ -210,7 +211,7 @@ Pose plane_pose(const Eigen::Matrix3d& H, double f, double cx, double cy) {
   K << f, 0, cx, 0, f, cy, 0, 0, 1;
   Eigen::Matrix3d B = K.inverse() * H;
   double scale = 2 / (B.col(0).norm() + B.col(1).norm());
-  if (B(2, 2) < 0) scale = -scale;  // selects the solution in front of the camera
+  if (B(2, 2) < 0) scale = -scale;  // of the two solutions, takes the one in front of the camera
   B *= scale;
   Eigen::Matrix3d R;
   R.col(0) = B.col(0), R.col(1) = B.col(1), R.col(2) = B.col(0).cross(B.col(1));
@@ -324,7 +325,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   frame.col(0) = axes.eigenvectors().col(2), frame.col(1) = axes.eigenvectors().col(1),
   frame.col(2) = frame.col(0).cross(frame.col(1));
   const Eigen::Quaterniond fq(frame);
-  const Pose X_WB{middle, {fq.w(), fq.x(), fq.y(), fq.z()}};  // the board on which the touched points lie
+  // pose in frame W of the board on which the touched points lie
+  const Pose X_WB{middle, {fq.w(), fq.x(), fq.y(), fq.z()}};
   const Pose X_BW = inverse(X_WB);
 
   const auto planar = [&](const std::vector<const Sighting*>& seen, SeenOn on) {

@@ -31,11 +31,11 @@ double median(std::vector<double> values) {
   return *mid;
 }
 
-// A stream without frozen samples, divided into segments at missing samples.
+// A stream without the samples of a frozen sensor, divided into segments where samples are missing.
 struct Track {
   std::vector<double> t;
   std::vector<dvec3> p;
-  std::vector<std::size_t> begin, end;  // for each sample: begin and end of its segment
+  std::vector<std::size_t> begin, end;  // for each sample: indices of the begin and the end of its segment
   double step = 0;                      // s, median sample interval
   int lost = 0, frozen = 0;
 };
@@ -86,7 +86,7 @@ Track clean(const Stream& stream, const char* which) {
 struct Interpolated {
   bool valid = false;
   dvec3 p{0, 0, 0}, v{0, 0, 0};
-  double noise_gain = 1;  // ratio of the variance of p to the variance of a sample
+  double noise_gain = 1;  // ratio of the variance of the interpolated p to the variance of one sample
 };
 
 // Interpolates by the Lagrange polynomial through the six samples around u. Returns no value across a gap.
@@ -161,13 +161,13 @@ double noise_of(const Track& track) {
     const dvec3 d = track.p[i] - 4.0 * track.p[i - 1] + 6.0 * track.p[i - 2] - 4.0 * track.p[i - 3] + track.p[i - 4];
     magnitude.push_back(glm::dot(d, d));
   }
-  // 2.366 is the median of chi-squared with 3 degrees of freedom
+  // The squared magnitude is 70 σ² times a chi-squared variable with 3 degrees of freedom, whose median is 2.366.
   return std::sqrt(median(magnitude) / (70 * 2.365974));
 }
 
 struct Shift {
   double u = 0;     // s, shift of the sparse stream: query(t) = sparse(t - u - rate (t - middle))
-  double rate = 0;  // s/s, difference of the clocks' rates
+  double rate = 0;  // s/s, relative difference of the rates of the two clocks
 };
 
 class Matcher {
@@ -365,7 +365,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   const bool a_asks = track_a.step < 0.95 * track_b.step;
   const Track& query = a_asks ? track_a : track_b;
   const Track& sparse = a_asks ? track_b : track_a;
-  const double sign = a_asks ? -1 : 1;  // the delay is sign · u
+  const double sign = a_asks ? -1 : 1;  // the delay of B is sign · u, where u is the shift of the sparse stream
   Matcher matcher(query, sparse);
   const double shared = matcher.end() - matcher.start();
   if (!(shared > 12 * sparse.step)) {
@@ -401,7 +401,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   const std::size_t stride = std::max<std::size_t>(1, samples_in_horizon / 400);
   struct Curve {
     std::vector<double> values;
-    std::vector<Minimum> minima;  // minima, best first
+    std::vector<Minimum> minima;  // minima of the mismatch over the delay, best first
     double best() const { return minima.empty() ? std::numeric_limits<double>::infinity() : minima.front().mismatch; }
   } curves[2];
   for (int rotate = 0; rotate < 2; ++rotate) {
@@ -474,7 +474,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     if (!skew || !solution.determined) return solution;
     for (double reach = horizon;; reach = std::min(shared, 2 * reach)) {
       Shift from = solution.shift;
-      // a longer interval has another middle, at which the shift is different
+      // A longer interval has another middle, so the shift is adapted to the new middle by the clocks' rate difference.
       if (reach > horizon) from.u += from.rate * (0.25 * reach);
       const auto next = matcher.solve(from, result.rotated, true, reach);
       if (!next.determined) return solution;
@@ -482,7 +482,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
       if (reach >= shared) return solution;
     }
   };
-  // The residual contains white noise of both streams. `fraction`: the part that comes from the sparse stream.
+  // The residual contains white noise of both streams. `fraction`: the sparse stream's share of the residual's
+  // variance.
   const double fraction = sigma_q + sigma_s > 0 ? sigma_s * sigma_s / (sigma_q * sigma_q + sigma_s * sigma_s) : 0.5;
   const double density = sparse.step / query.step;
   const auto noise2 = [&](const Matcher::Solution& s) {

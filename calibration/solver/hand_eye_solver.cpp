@@ -31,7 +31,8 @@ using Indices = std::vector<std::size_t>;
 // m, length that converts a rotation error to a displacement; about the length of a stylus
 constexpr double kLever = 0.1;
 constexpr double kFloor = 1e-13;  // rad and m, lower limit of residuals; smaller residuals are rounding errors
-// Number of random samples. If half of the rows are good, the probability that all samples are bad is 1e-23
+// Number of random samples of three rows. If half of the rows are good, the probability that all samples contain bad
+// rows is 1e-23.
 constexpr std::size_t kTriples = 400;
 constexpr std::size_t kRefined = 10;       // number of samples that are refined by concentration steps
 constexpr std::size_t kLeastToReject = 8;  // smallest number of rows for which any row may be rejected
@@ -39,7 +40,8 @@ constexpr std::size_t kLeastToReject = 8;  // smallest number of rows for which 
 constexpr std::size_t kLeastForFullNoise = 20;
 // rad rms, smallest rotations that determine X and Z
 constexpr double kLeastMainTurn = 2 * kDegree, kLeastSecondTurn = 1 * kDegree;
-constexpr double kTurnOverNoise = 4;  // lower limit of the ratio of a rotation to the rotation noise
+// lower limit of the arm's rotations, as a ratio to the noise of rotations; smaller rotations do not determine X and Z
+constexpr double kTurnOverNoise = 4;
 
 Matrix3d eigen(const dquat& q) {
   return Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
@@ -68,7 +70,7 @@ dquat turned_by(const Vector3d& v) {
   return {std::cos(0.5 * angle), k * v.x(), k * v.y(), k * v.z()};
 }
 
-/// The two unknown poses.
+/// The two unknown poses: X of the sensor on the arm, and Z of its counterpart in the room.
 struct Unknowns {
   Pose X, Z;
 };
@@ -161,9 +163,9 @@ class Solver {
     return r;
   }
 
-  // Solves by least squares without a noise model. Rotation (Shah 2013): R_X and R_Z maximise Σ tr(R_Zᵀ R_A R_X R_Bᵀ).
-  // If they need not be rotations, the solution consists of the first singular vectors of Σ R_B ⊗ R_A; for motions, of
-  // its first eigenvector.
+  // Solves by least squares without a noise model. The rotations R_X and R_Z maximise Σ tr(R_Zᵀ R_A R_X R_Bᵀ) (Shah
+  // 2013). First solves for general matrices instead of rotations. This solution consists of the first singular vectors
+  // of Σ R_B ⊗ R_A; for relative motions (X = Z), of its first eigenvector. Then takes the nearest rotations.
   Unknowns closed_form(const Indices& rows) const {
     Matrix9 T = Matrix9::Zero();
     for (const std::size_t i : rows) {
@@ -254,7 +256,8 @@ class Solver {
       }
       if (sample.score < winner.score) winner = std::move(sample);
     }
-    // Scale: the expected largest distance in the half if all rows are good.
+    // Estimates the noise of rotation and of translation. The largest residual in the better half of the rows is
+    // divided by the value that is expected for a noise of 1 if all rows are good.
     const Unknowns at = closed_form(winner.rows);
     std::vector<double> turns, shifts;
     for (std::size_t i = 0; i < n_; ++i) {
@@ -362,7 +365,8 @@ class Solver {
                   scale.asDiagonal();
   }
 
-  // Computes the range of the arm's rotation: the second moment of the rotation vectors between the arm's poses, in S.
+  // Computes the range of the arm's rotation: the second moment of the rotation vectors between the arm's poses, in the
+  // stylus frame S.
   void find_turns(const Indices& rows) {
     Matrix3d moment = Matrix3d::Zero();
     double count = 0;
@@ -455,8 +459,9 @@ class Solver {
   std::size_t n_;
   int parameters_;
   Eigen::MatrixXd covariance_;
-  double rotation_sigma_ = 0, translation_sigma_ = 0;  // rad, m per axis
-  Vector3d axis_ = Vector3d::Zero();                   // axis of the largest rotations, in S
+  // rad and m per axis: standard deviations of the noise of rotation and of translation
+  double rotation_sigma_ = 0, translation_sigma_ = 0;
+  Vector3d axis_ = Vector3d::Zero();  // axis of the arm's largest rotations, in frame S of the stylus
   HandEyeResult result_;
 };
 

@@ -91,7 +91,7 @@ class Model {
     for (std::size_t i = 0; i < captures.registration.size(); ++i) {
       if (captures.registration[i].dots) add(kTouch, i);
     }
-    // Frame of the panel and tilt axes of the mirror.
+    // Sets the frame of the panel, and the two axes about which the mirror can tilt.
     const Panel& p = bench.rig.panel;
     right_ = p.lower_right - p.lower_left, up_ = p.upper_left - p.lower_left;
     width_ = glm::length(right_), height_ = glm::length(up_);

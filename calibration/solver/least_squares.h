@@ -11,8 +11,8 @@ namespace typodont::calibration {
 
 struct LeastSquares {
   Eigen::VectorXd x;
-  Eigen::MatrixXd covariance;  // covariance of x
-  double sigma = 0;            // standard deviation per residual component
+  Eigen::MatrixXd covariance;  // covariance of the unknowns x
+  double sigma = 0;            // standard deviation of each component of the residuals
   int degrees_of_freedom = 0;
   std::vector<bool> used;
   std::vector<double> residuals;  // norm of each block's residual

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kLeast = 3;      // smallest number of pairs that determine a motion
 constexpr std::size_t kSearched = 64;  // limit of the number of pairs that are searched first, if there are more pairs
 
-// Two motions, and the assignment of the pairs to them.
+// Two rigid motions, and the assignment of the pairs to them.
 struct Halves {
   Pose X[2];
   Indices pairs[2];

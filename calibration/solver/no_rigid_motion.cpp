@@ -42,7 +42,8 @@ std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double
 
 std::optional<double> other_scale_by_median(Points p_H, Points p_D, double rounding) {
   const std::size_t n = p_H.size(),
-                    // for many points, a sample of two thousand pairs of points is sufficient
+                    // If there are many points, about two thousand pairs of points are sufficient, so only every
+                    // step-th point is used.
       step = std::max<std::size_t>(1, n / 64);
   std::vector<double> ratios;
   for (std::size_t i = 0; i < n; i += step) {
@@ -63,15 +64,16 @@ std::optional<double> other_scale_by_median(Points p_H, Points p_D, double round
   return std::nullopt;
 }
 
-// Reflects D (p_D -> -p_D). If D is a mirror image of H, the reflected D is a rigid motion of H.
+// Reflects the points of D (p_D -> -p_D). If D is a mirror image of H, the reflected points are a rigid motion of those
+// in H.
 bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const RegistrationOptions& options) {
   if (p_H.size() < 4) return false;
   std::vector<dvec3> inverted(p_D.size());
   std::transform(p_D.begin(), p_D.end(), inverted.begin(), [](const dvec3& p) { return -p; });
   const Fit mirrored = largest_agreement(p_H, inverted, options, 5 * fit.pairs.size() / 4).fit;
   if (mirrored.pairs.size() < std::max<std::size_t>(4, p_H.size() / 4)) return false;
-  // A flat set is its own mirror image, so the ordinary fit and the mirrored fit are equal. For other sets, the correct
-  // fit is tighter and has more pairs.
+  // A flat set of points is its own mirror image, so the ordinary fit and the mirrored fit are equally good. For other
+  // sets, the correct fit has smaller residuals and more pairs.
   const double floor2 = std::pow(rounding_of(p_H, p_D), 2);
   const auto variance = [&](const Fit& f) {
     return std::max(f.sse / std::max(1.0, 3 * static_cast<double>(f.pairs.size()) - 6), floor2);

@@ -49,7 +49,7 @@ Matrix3d cross_matrix(const Vector3d& v) {
 
 struct Scatter {
   Vector3d values;  // sums of squares along each principal axis, ascending
-  Matrix3d axes;    // principal axes in H, one per column
+  Matrix3d axes;    // principal axes in frame H of the haptic base, one per column
 };
 
 Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
@@ -71,7 +71,7 @@ Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
   return scatter;
 }
 
-/// Second moment (m²) of a uniformly filled box about the centroid.
+/// Returns the second moment (m²) of a uniformly filled box about the centroid.
 Matrix3d second_moment(const Box& box_H, const dvec3& centroid_H) {
   const Vector3d size = eigen(box_H.high - box_H.low), offset = eigen(0.5 * (box_H.high + box_H.low) - centroid_H);
   return Matrix3d((size.cwiseProduct(size) / 12).asDiagonal()) + offset * offset.transpose();
@@ -115,14 +115,14 @@ class Registration {
     return rest;
   }
 
-  // Returns the limit (m) of the residual of a good pair.
+  // Returns the largest residual (m) that a good pair may have.
   double reach(double sigma, double dof) const {
     const double p = 1 - options_.false_alarm / static_cast<double>(n_);
     return std::max(rounding_, options_.known_sigma > 0 ? options_.known_sigma * std::sqrt(chi_squared_quantile(p, 3))
                                                         : sigma * std::sqrt(3 * f_quantile(p, 3, std::max(1.0, dof))));
   }
 
-  // Finds the agreeing pairs.
+  // Finds the pairs that agree on one rigid motion.
   void agree() {
     fit_ = fit_to(p_H_, p_D_, everyone_);
     exact_ = fit_.sse <= static_cast<double>(n_) * rounding_ * rounding_;
@@ -232,7 +232,7 @@ class Registration {
     }
   }
 
-  // Estimates the noise from the residuals.
+  // Estimates the noise from the residuals of the agreeing pairs.
   void estimate_noise() {
     const auto k = static_cast<double>(fit_.pairs.size());
     for (const std::size_t i : fit_.pairs) result_.centroid_H += p_H_[i] / k;
@@ -379,7 +379,7 @@ class Registration {
   double noise_ = 0;  // m per axis, largest noise with which the residuals are compatible
   // true if all points coincide, or lie on a line, within rounding errors
   bool coincident_ = false, collinear_ = false;
-  int undetermined_ = 0;  // number of undetermined rotations
+  int undetermined_ = 0;  // number of rotations that the points do not determine
 };
 
 }  // namespace

@@ -62,7 +62,9 @@ PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius) {
   const std::vector<dvec3> flat{{-width / 2, 0, 0}, {width / 2, 0, 0}, {0, height / 2, 0}, {0, -height / 2, 0}};
   const std::vector<dvec3> seen{row(0) - 0.5 * row(1), row(0) + 0.5 * row(1), row(0) + 0.5 * row(2),
                                 row(0) - 0.5 * row(2)};
-  const Pose X0 = fit_rigid(flat, seen);  // X_WP, origin in the panel's middle, z towards the viewer
+  // pose X_WP of the panel in frame W; the panel's frame P has its origin in the panel's middle and z towards the
+  // viewer
+  const Pose X0 = fit_rigid(flat, seen);
 
   const auto unpack = [&](const Eigen::VectorXd& x) {
     const dquat R = rotation_vector(dvec3(x[3], x[4], x[5])) * X0.R;

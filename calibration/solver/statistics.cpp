@@ -51,7 +51,7 @@ double beta_fraction(double a, double b, double x) {
   return h;
 }
 
-// Upper tail 1 - I_x(a, b) of the beta distribution; accurate even if the result is tiny.
+// Returns the upper tail 1 - I_x(a, b) of the beta distribution; accurate even if the result is tiny.
 double beta_upper(double a, double b, double x) {
   if (x <= 0) return 1;
   if (x >= 1) return 0;

@@ -21,7 +21,8 @@ using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
 constexpr std::size_t kLeastPoints = 100;
 constexpr int kMostRounds = 200;
-constexpr double kFaces = 0.5;    // lower limit of the cosine of the angle between the normals of both surfaces
+// lower limit of the cosine of the angle between the normals of both surfaces; a point with a smaller cosine is ignored
+constexpr double kFaces = 0.5;
 constexpr double kTukey = 4.685;  // Tukey's constant, for which the estimate has 95 % efficiency if errors are normal
 // ratio of the standard deviation to the median of |residual|, for normal errors
 constexpr double kPerMedian = 1.4826;
@@ -48,10 +49,10 @@ double quantile(std::vector<double> values, double share) {
   return *at;
 }
 
-/// A point of S that lies near D.
+/// A point of the scan (frame S) that lies near the surface of the data (frame D).
 struct Residual {
   std::size_t point;
-  double distance;  // m, signed distance of the point from D
+  double distance;  // m, signed distance of the point from the surface of the data (frame D)
   dvec3 p_D, n_D;
 };
 
@@ -90,7 +91,7 @@ class SurfaceFit {
   }
 
  private:
-  /// Finds the points of S near D, and their residuals.
+  /// Finds the points of the scan (frame S) that lie near the surface of the data (frame D), and their residuals.
   void look() {
     residuals_.clear();
     for (std::size_t i = 0; i < points_.size(); ++i) {
@@ -193,8 +194,8 @@ class SurfaceFit {
     const Matrix7 inverse = H.ldlt().solve(Matrix7::Identity());
     const Eigen::Matrix<double, 6, 6> C = (count / (count - 7) * inverse * scores * inverse).topLeftCorner<6, 6>();
 
-    // Transforms from the centroid to the origin of D: t = centre + x - R c, so a rotation θ changes t by −θ ×
-    // centre.
+    // Transforms the covariance from the centroid to the origin of frame D: t = centre + x - R c, so a rotation θ
+    // changes t by −θ × centre.
     Eigen::Matrix<double, 6, 6> to_origin = Eigen::Matrix<double, 6, 6>::Identity();
     to_origin.topLeftCorner<3, 3>() /= radius_;
     to_origin.bottomLeftCorner<3, 3>() = cross_matrix(X_ * centroid_S_) / radius_;
@@ -244,7 +245,8 @@ class SurfaceFit {
   dvec3 centroid_S_{0};
   double radius_ = 0;  // m, rms distance of the points from their centroid
   Pose X_;
-  double offset_ = 0, limit_ = 0;  // m, offset between the surfaces; robust limit of the residuals
+  // m: offset_ is the offset between the surfaces, limit_ is the robust limit of the residuals
+  double offset_ = 0, limit_ = 0;
   std::vector<Residual> residuals_;
   bool undetermined_ = false;
   SurfaceRegistration result_;

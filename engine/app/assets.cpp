@@ -104,7 +104,8 @@ fs::path user_folder() {
 
 namespace {
 
-/// True if `path` lies in `folder`. Symbolic links are followed, also if only the first folders of `path` exist.
+/// Returns true if `path` lies in `folder`. Symbolic links are followed, also if only the first folders of `path`
+/// exist.
 bool lies_in(const fs::path& path, const fs::path& folder) {
   std::error_code code;
   const fs::path file = fs::weakly_canonical(fs::absolute(path), code);
@@ -114,8 +115,8 @@ bool lies_in(const fs::path& path, const fs::path& folder) {
   return std::mismatch(real.begin(), real.end(), file.begin(), file.end()).first == real.end();
 }
 
-/// True if the text of `path` begins with the text of `folder`. Symbolic links are not followed, because links inside
-/// the assets are trusted.
+/// Returns true if the text of `path` begins with the text of `folder`. Symbolic links are not followed, because links
+/// inside the assets are trusted.
 bool named_in(const fs::path& path, const fs::path& folder) {
   const fs::path file = fs::absolute(path).lexically_normal(), at = fs::absolute(folder).lexically_normal();
   return std::mismatch(at.begin(), at.end(), file.begin(), file.end()).first == at.end();

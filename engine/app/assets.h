@@ -30,7 +30,7 @@ struct ScenePlace {
 /// Error if the file does not exist there, or if it lies outside the allowed folders; in the second case the function
 /// does not check if the file exists.
 std::filesystem::path find_file(const std::filesystem::path& path, const ScenePlace& place);
-/// The user's folder, ~/Typodont or $TYPODONT_HOME; it contains sessions/, scenes/ and rigs/.
+/// Returns the user's folder, ~/Typodont or $TYPODONT_HOME; it contains sessions/, scenes/ and rigs/.
 std::filesystem::path user_folder();
 /// Finds a rig file. `rig` is a path, or the name of a rig in assets/rigs/, for example "closeup". Throws Error.
 std::filesystem::path find_rig(const std::string& rig);

@@ -21,7 +21,7 @@ namespace {
 using display::BenchPlan;
 using display::BenchSpec;
 
-constexpr double kPoint = 72 / 25.4;                             // points per millimetre of paper
+constexpr double kPoint = 72 / 25.4;  // number of points (the drawing's unit of length) per millimetre of paper
 constexpr double kWidth = 297 * kPoint, kHeight = 210 * kPoint;  // points, size of an A4 page in landscape format
 constexpr double kText = 7.5, kSmall = 6.5, kTitle = 13;         // points, heights of the text sizes
 
@@ -270,7 +270,7 @@ class Drawing {
     page_.disc(view(eye), 3);
     page_.disc(view(dvec3(0)), 1.6);
 
-    // Draws the names of the parts.
+    // Draws the names of the bench's parts.
     const auto label = [&](const dvec3& p, double dx, double dy, const Colour& colour, const std::string& text,
                            double align = 0) {
       page_.colour(colour);

@@ -46,7 +46,7 @@ constexpr std::size_t kFilmQuality = 2;
 void write_pictures(PictureStage& stage, const ServoTick& tick, std::span<const render::Particle> particles,
                     const std::string& hint, const fs::path& folder, const std::string& name,
                     std::vector<session::SessionPicture>& kept, const std::string& title) {
-  // These pictures have the best quality. The film has a lower quality because of its many frames.
+  // The pictures of the demo have the best quality. The film has a lower quality because of its many frames.
   const render::Quality of_film = stage.quality();
   stage.set_quality(render::kQualityLadder[0]);
   stage.draw(tick, particles, 0, hint);

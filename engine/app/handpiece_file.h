@@ -10,15 +10,11 @@
 
 namespace typodont {
 
-/// Name of the file in assets/handpieces/ for the handpiece that holds the tool; empty if there is none. The rules are
-/// tried in this order, and the first that applies decides:
-/// - the tool's own key "handpiece";
-/// - no handpiece for a head wider than 8 mm;
-/// - "gauge" for an implant tool of the kind gauge, and "ratchet" for an implant tool that is turned by hand;
-/// - a handle for a tool that does not turn;
-/// - the shank in the ISO 6360 code (1xx: straight handpiece, 2xx: contra-angle);
-/// - the motor's key "handpiece";
-/// - "turbine".
+/// Returns the name of the file in assets/handpieces/ for the handpiece that holds the tool; empty if there is none.
+/// The rules are tried in this order, and the first that applies decides: - the tool's own key "handpiece"; - no
+/// handpiece for a head wider than 8 mm; - "gauge" for an implant tool of the kind gauge, and "ratchet" for an implant
+/// tool that is turned by hand; - a handle for a tool that does not turn; - the shank in the ISO 6360 code (1xx:
+/// straight handpiece, 2xx: contra-angle); - the motor's key "handpiece"; - "turbine".
 std::string handpiece_name(const haptics::Tool& tool, const haptics::Spindle& spindle);
 
 /// Reads a handpiece from JSON (docs/interface.md describes the keys). Throws Error.

@@ -36,12 +36,13 @@ class HapticLoop {
 
   haptics::Carver& carver() { return steps_.carver(); }
   haptics::Servo& servo() { return steps_.servo(); }
-  /// The snapshot of the tissue that the servo began to use before the last tick; null if it kept the old snapshot.
+  /// Returns the snapshot of the tissue that the servo began to use before the last tick; null if it kept the old
+  /// snapshot.
   const PatchUse* fresh_patch() const { return steps_.fresh_snapshot(); }
 
  private:
   haptics::LockStep steps_;
-  double stall_ = 0;  // s, duration of each stall
+  double stall_ = 0;  // s, duration of each pause (stall) that the loop simulates
   bool held_ = false;
 };
 

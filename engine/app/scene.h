@@ -48,7 +48,7 @@ struct Scene {
   std::optional<SurroundingsPlan> surroundings;
   /// mouth mirror in the second hand at the start; its diameter is 0 if there is none
   MouthMirror mouth_mirror;
-  HandpieceView handpieces;  // settings for drawing handpieces
+  HandpieceView handpieces;  // how the picture shows handpieces
   /// suction nozzle with a fixed pose; empty: the default nozzle beside the tooth
   std::optional<debris::Suction> suction;
   bool suction_on = false;       // true: the suction is on at the start
@@ -69,15 +69,15 @@ Scene parse_scene(const Json& json, const std::filesystem::path& file);
 /// Reads a scene from JSON. The program searches for the files to which the JSON refers in the folders of `place`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file, const ScenePlace& place);
 
-/// Path of the scene's volume; empty if the scene's tissue consists of solids. Throws Error.
+/// Returns the path of the scene's volume; empty if the scene's tissue consists of solids. Throws Error.
 std::filesystem::path volume_file(const Scene& scene);
 
 /// Reads a mouth mirror with the keys {"translation_mm", "normal" or "rotation_wxyz", "diameter_mm", "fog",
 /// "focal_mm"}. Throws Error.
 MouthMirror read_mouth_mirror(const Json& json);
 
-/// True if a second hand holds the suction tip. If the scene also has a mouth mirror, the second hand holds the mirror,
-/// and the result is false.
+/// Returns true if a second hand holds the suction tip. If the scene also has a mouth mirror, the second hand holds the
+/// mirror, and the result is false.
 inline bool hand_holds_suction(const Scene& scene) {
   return scene.suction_tip.opening > 0 && scene.mouth_mirror.diameter == 0;
 }
@@ -94,9 +94,9 @@ haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueV
 /// Sets the contact model that the user chose with the option --model; does nothing if `name` is empty. Also changes
 /// the scene's text, which the recording contains. Throws Error that lists the available models.
 void choose_model(Scene& scene, const std::string& name);
-/// Name of the scene's contact model.
+/// Returns the name of the scene's contact model.
 std::string_view model_name(const Scene& scene);
-/// True if pictures show triangles of the contact model, not of the volume's surface.
+/// Returns true if pictures show triangles of the contact model, not of the volume's surface.
 bool draws_own_surface(const Scene& scene);
 
 /// Names of the scene's tools, in the order of the scene.

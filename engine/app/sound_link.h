@@ -50,13 +50,13 @@ class SoundLink {
   /// Ends the sound. A sound file is complete only after this call. Throws Error if the file cannot be written.
   void stop(Nanos t);
   bool live() const { return live_; }
-  /// Last measured latency from a tick to its sound, s. It includes the latency that the sound device states. NaN
-  /// before the first sound, and for files. Any thread.
+  /// Returns the last measured latency from a tick to its sound, s. It includes the latency that the sound device
+  /// states. NaN before the first sound, and for files. Any thread.
   double latency() const noexcept { return latency_.load(std::memory_order_relaxed); }
   audio::AudioStats stats() const { return output_->stats(); }
-  /// Number of ticks that were lost because the sound device did not play for a long time. Any thread.
+  /// Returns the number of ticks that were lost because the sound device did not play for a long time. Any thread.
   std::uint64_t unheard() const noexcept { return ticks_.dropped(); }
-  /// Text for the recording: file name and hash of the synthesizer's model, and sample rate.
+  /// Returns the text for the recording: file name and hash of the synthesizer's model, and sample rate.
   std::string about() const;
 
  private:

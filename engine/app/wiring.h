@@ -45,7 +45,8 @@ struct SessionSettings {
     for (double& v : all) v = fraction;
     return all;
   }
-  /// Returns the stiffness of each tissue with these factors, N/m, for set_stiffness() of the servo.
+  /// Returns the stiffness (N/m) of each tissue multiplied by the factors in these settings, for set_stiffness() of the
+  /// servo.
   PerTissue stiffness_of(const MaterialTable& materials) const {
     PerTissue scaled{};
     for (std::size_t i = 0; i < scaled.size(); ++i) scaled[i] = stiffness[i] * materials[i].stiffness;
@@ -53,14 +54,14 @@ struct SessionSettings {
   }
 };
 
-/// State of the recording.
+/// State of the recording, for the user interface.
 struct RecordState {
   std::uint64_t ticks = 0, cuts = 0;
   bool complete = true;                   // true: no data was lost so far
   bool disk_low = false, failed = false;  // disk_low: the disk is nearly full; failed: recording has stopped
 };
 
-/// The latest sample of a headset's controller.
+/// The latest sample of the headset's controller that moves the tool.
 struct XrHandSample {
   Pose X_WT;
   double pedal = 0;      // 0..1, position of the trigger
@@ -114,12 +115,12 @@ struct PictureTiming {
 struct Wiring {
   explicit Wiring(const haptics::Carver& carver) : patch(carver) {}
 
-  // From the servo thread to the carver thread
+  // From the servo thread to the carver thread: the cuts, and the newest tick
   Ring<Cut> cuts_to_carver{1 << 14};
   Latest<ServoTick> tick_to_carver;
-  // From the carver thread to the servo thread
+  // From the carver thread to the servo thread: the newest snapshot of the tissue near the tool
   haptics::PatchExchange patch;
-  // From the servo thread to the drawing thread
+  // From the servo thread to the drawing thread: the newest tick, and the cuts, which produce debris
   Latest<ServoTick> tick_to_render;
   Ring<Cut> cuts_to_debris{1 << 12};
   // From the servo thread to the drawing thread, sixty times per second: the points of the soft gum that have moved,
@@ -130,15 +131,15 @@ struct Wiring {
   // user interface.
   Ring<TissueCommand> tissue_commands{64};
   Latest<TissueState> tissue_to_render{{}};
-  // From the carver thread to the recorder thread
+  // From the carver thread to the recorder thread: edits of strokes, and pieces of tissue that came loose
   Ring<StrokeEdit> edits_to_recorder{1 << 10};
   Ring<LoosePiece> pieces_to_recorder{1 << 10};
-  // From the carver thread to the drawing thread
+  // From the carver thread to the drawing thread: pieces of tissue that came loose, drawn as debris
   Ring<LoosePiece> pieces_to_debris{1 << 10};
-  // From the carver thread to the drawing thread
+  // From the carver thread to the drawing thread: the changed parts of the tissue's mesh
   Ring<MeshBatch*> bricks{256};
-  // From the carver thread to the user interface. Used if a headset shows the session and an operator watches in a
-  // window.
+  // From the carver thread to the user interface: the changed parts of the tissue's mesh. Used if a headset shows the
+  // session and an operator watches in a window.
   Ring<MeshBatch*> bricks_to_watch{256};
   // From the carver thread to the computing thread of LiveViews (live_views.h): copies of the tissue that this thread
   // has requested. LiveViews contains the channel from this thread to the user interface.
@@ -146,38 +147,40 @@ struct Wiring {
   // From the carver thread to the planner thread of the expert (live_expert.h): copies of the tissue for planning. Used
   // if the hand is an expert.
   Ring<haptics::TissueVolume*> copies_to_expert{2};
-  // From the drawing thread (window) to the servo thread. Used if the hand is the mouse.
+  // From the drawing thread (window) to the servo thread: the pose of the hand by the mouse. Used if the hand is the
+  // mouse.
   Latest<haptics::HandSample> pointer;
-  // From the user interface to the carver thread. Used if an instructor paints.
+  // From the user interface to the carver thread: moves of the brush with which an instructor paints tissue
   Ring<BrushMove> paint_to_carver{1 << 10};
-  // From the user interface to the servo thread
+  // From the user interface to the servo thread: settings that the user changed
   Latest<SessionSettings> settings;
-  // From the servo thread to the user interface. Used if an operator watches.
+  // From the servo thread to the user interface: all ticks, for the score. Used if an operator watches.
   Ring<ServoTick> ticks_to_score{1 << 14};
-  // From the recorder thread to the user interface
+  // From the recorder thread to the user interface: state of the recording
   Latest<RecordState> record_to_render;
   // From the headset's thread, which draws the pictures if there is a headset: the controller's samples to the servo
   // thread (used if the controller is the hand), and the frames' times to the recorder thread.
   Latest<XrHandSample> xr_hand;
   Ring<display::HmdTiming> xr_frames_to_recorder{1 << 12};
-  // From the drawing thread to the recorder thread
+  // From the drawing thread to the recorder thread: measured times of the frames
   Ring<PictureTiming> pictures_to_recorder{1 << 12};
-  // From the servo thread to the recorder thread
+  // From the servo thread to the recorder thread: all ticks, cuts and uses of snapshots, and the timing of the loop
   Ring<ServoTick> ticks_to_recorder{1 << 15};
   Ring<Cut> cuts_to_recorder{1 << 14};
   Ring<PatchUse> patches_to_recorder{1 << 12};
   Latest<LoopReport> loop_to_recorder;
-  // From the servo thread to the stream thread. Null if the session is not published to other programs.
+  // From the servo thread to the stream thread: all ticks. Null if the session is not published to other programs.
   std::unique_ptr<Ring<ServoTick>> ticks_to_stream;
   // From the servo thread to the drawing thread: timing of the loop, heat of the motors
   Latest<LoopReport> loop_to_render;
-  // From the drawing thread to the recorder thread, after each change
+  // From the drawing thread to the recorder thread, after each change: the position of the eyes, and the view
   Ring<SeenFrom> seen_to_recorder{1 << 10};
-  // From the second hand's thread to the drawing thread and the recorder thread
+  // From the second hand's thread to the drawing thread and the recorder thread: the pose of the mouth mirror
   Latest<MouthMirror> mouth_mirror;
   /// pose of the suction tip; published instead of the mirror if the second hand holds the tip
   Latest<SuctionTip> suction_tip;
-  // From the drawing thread to the recorder thread, after each change
+  // To the recorder thread: from the drawing thread each switch of the water, and from the second hand's thread the
+  // samples of the left hand
   Ring<WaterSwitch> water_to_recorder{64};
   Ring<haptics::HandSample> left_to_recorder{1 << 13};
   /// From the drawing thread (or the headset's thread) to the application thread: the newest position of the eyes

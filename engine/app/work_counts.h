@@ -24,12 +24,12 @@ struct WorkCounts {
   std::uint64_t pipelines = 0;         // largest number of graphics pipelines that existed at the same time
   std::uint64_t turns = 0;             // number of passes of the drawing loop; most of them draw nothing
   std::uint64_t desktop_requests = 0;  // number of requests to the desktop
-  std::uint64_t samples = 0;           // number of sound samples
+  std::uint64_t samples = 0;           // number of sound samples that were computed
   std::uint64_t particles_stepped = 0;
   // Counts of the spray, and of the film of water and slurry on the tissue. film_texels: number of texels that were
   // written for the film's picture.
   std::uint64_t droplets_stepped = 0, film_cells_stepped = 0, film_texels = 0;
-  // Counts of the process.
+  // Counts of the whole process.
   std::uint64_t allocations = 0, threads = 0, libraries = 0, bytes_written = 0;
   double cpu_seconds = 0, servo_cpu_seconds = 0;  // s, CPU time of all threads together, and of the servo thread
 };
@@ -46,7 +46,7 @@ std::array<WorkCount, 26> listed(const WorkCounts& counts);
 /// libraries.
 WorkCounts process_counts();
 
-/// Time since the command was started, s. The system measures it with a resolution of 10 ms.
+/// Returns the time since the command was started, s. The system measures it with a resolution of 10 ms.
 double seconds_since_command();
 
 /// Counts an allocation. Called by operator new of this program; other programs count no allocations. It costs one

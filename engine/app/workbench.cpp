@@ -129,7 +129,7 @@ struct Workbench::Impl {
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
   void count_work(const WorkCounts& running);
-  /// Number of requests to the desktop so far; 0 if the picture is shown in another program's window.
+  /// Returns the number of requests to the desktop so far; 0 if the picture is shown in another program's window.
   std::uint64_t desktop_requests() {
     return picture && picture->stage() && !options.embedded ? picture->stage()->output().requests() : 0;
   }
@@ -209,7 +209,7 @@ void Workbench::Impl::set_up() {
                                    in_words(hands.left->info()))
                      : "left hand: none");
 
-  // Opens the sound.
+  // Opens the sound output, if the scene and the options ask for sound.
   if (scene.needs("sound") && options.audio != "none:") {
     std::string address = options.audio;
     if (address.empty() && !audio::audio_devices().empty()) address = "portaudio:";
@@ -385,7 +385,8 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
     pressed = over.pressed;
     follow_keys(over);
-    // In the operator's window, score_ticks() passes every tick to the meter instead.
+    // In the operator's window, score_ticks() passes every tick to the meter of the score. So this line passes only the
+    // newest tick, and only without such a meter.
     if (implant && !meter) implant->add({&tick, 1});
     edit_tissue(over);
     picture->draw(tick, hint(), summary.work);
@@ -424,7 +425,7 @@ double Workbench::Impl::caught() const {
   return tick.t - followed > kStuckTime ? tick.depth : 0;
 }
 
-/// Text over the picture: the keys and states of the session, and the load of the device's motors.
+/// Returns the text over the picture: the keys and states of the session, and the load of the device's motors.
 std::string Workbench::Impl::hint() const {
   const session::Language language = options.language;
   const auto words = [&](std::string_view key, const auto&... values) { return hud_text(language, key, values...); };
@@ -520,7 +521,8 @@ void Workbench::Impl::follow_implant_key(int key) {
   session->wiring.settings.publish(settings);
 }
 
-/// Text about the present phase of an implant exercise and its problems: "4/16 Pilot drill …: 3.2 of 6 mm, …".
+/// Returns the text about the present phase of an implant exercise and its problems: "4/16 Pilot drill …: 3.2 of 6 mm,
+/// …".
 std::string Workbench::Impl::implant_line() const {
   const session::Language language = options.language;
   const session::ImplantTask& task = *scene.implant;
@@ -796,8 +798,8 @@ session::Score Workbench::score_so_far() {
   LiveViews* const views = m.picture ? m.picture->views() : nullptr;
   const bool judged = views && views->judged();
   if (judged) input = *views->judged();  // the result of the latest evaluation of the tissue
-  // The volumes of the evaluation are used only in a resumed session. Otherwise they are computed from the volumes at
-  // the start and the removed volume.
+  // In a resumed session, the volumes of the tissues come from this evaluation. Otherwise they are computed from the
+  // volumes at the start and the removed volume.
   if (m.scene.resume.empty() || !judged) {
     input.before = input.after = m.volumes_before;
     const PerTissue removed = m.session->wiring.tissue_to_render.front().removed;

@@ -79,7 +79,7 @@ struct ImplantStatus {
 
 struct WorkbenchStatus {
   double seconds = 0;
-  ServoTick tick;            // the latest tick
+  ServoTick tick;            // the latest tick of the servo
   std::uint32_t faults = 0;  // fault bits that were set in the last second
   // m, distance between hand and tool if the tool has not followed the hand for one second; otherwise 0.
   double caught = 0;
@@ -159,7 +159,7 @@ class Workbench {
   /// Changes the colour (sRGB) of a tissue in all pictures and draws them again.
   void color(Tissue tissue, const dvec3& color);
 
-  /// The views of the running session; null if the session is not shown to an operator.
+  /// Returns the views of the running session; null if the session is not shown to an operator.
   LiveViews* views();
   /// Shows a second picture from a free viewpoint, on the operator's GPU device. If both pictures would be in one
   /// window, it replaces the trainee's picture. A size of 0 switches it off.
@@ -173,7 +173,7 @@ class Workbench {
   void drop_picture();
   /// Creates the pictures again on a new GPU device.
   void make_picture(gpu::Device& device);
-  /// The keys that were pressed in the last step(), with the codes of display::UserInput.
+  /// Returns the keys that were pressed in the last step(), with the codes of display::UserInput.
   const std::vector<int>& pressed() const;
   /// Sets the line of text below the picture in a steered session. It replaces the help about the keys.
   void say(const std::string& line);
@@ -181,7 +181,7 @@ class Workbench {
   /// answer within 50 ms, this function releases all devices. stop() must still be called; it completes the recording.
   void emergency_stop();
 
-  /// True after the process received SIGINT, SIGTERM or SIGHUP. The caller should then end, too.
+  /// Returns true after the process received SIGINT, SIGTERM or SIGHUP. The caller should then end, too.
   static bool asked_to_stop();
 
   WorkbenchStatus status();
@@ -192,7 +192,8 @@ class Workbench {
   FinishedHand take_hand();
   const haptics::DeviceInfo& hand() const;
   bool recording() const;
-  /// The PictureStage that draws the picture, with its GPU device and the left eye's picture; null if nothing is drawn.
+  /// Returns the PictureStage that draws the picture, with its GPU device and the left eye's picture; null if nothing
+  /// is drawn.
   PictureStage* stage();
 
   /// Switches the emergency stop on or off. While it is on, drill and force are off (see hands/hands.h).

@@ -13,11 +13,11 @@
 
 namespace typodont::cache {
 
-/// Path of the cache folder: $TYPODONT_CACHE if this variable is set, else the folder typodont/ in $XDG_CACHE_HOME or
-/// in ~/.cache. The path is empty if none of these variables is set.
+/// Returns the path of the cache folder: $TYPODONT_CACHE if this variable is set, else the folder typodont/ in
+/// $XDG_CACHE_HOME or in ~/.cache. The path is empty if none of these variables is set.
 std::filesystem::path folder();
 
-/// Hash of a file's content; no value if the file cannot be read.
+/// Returns the hash of a file's content; no value if the file cannot be read.
 std::optional<std::uint64_t> hash_of(const std::filesystem::path& file);
 
 /// Adds the identity of this build of the program to a key, because another build may compute another result from the

@@ -9,11 +9,11 @@ using Nanos = std::int64_t;  // a time in ns since an arbitrary start
 
 inline constexpr Nanos kNanosPerSecond = 1'000'000'000;
 
-/// Present time, in ns, of the system clock CLOCK_MONOTONIC. Any thread.
+/// Returns the present time (ns) of the system clock CLOCK_MONOTONIC. Any thread.
 Nanos now() noexcept;
 
-/// CPU time, in ns, that the calling thread has used so far. Unlike elapsed time, it does not depend on the load of the
-/// machine.
+/// Returns the CPU time (ns) that the calling thread has used so far. Unlike elapsed time, it does not depend on the
+/// load of the machine.
 Nanos thread_cpu_time() noexcept;
 
 constexpr double to_seconds(Nanos t) {

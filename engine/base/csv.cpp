@@ -61,7 +61,7 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
     const auto cells = split(text);
     const std::string place = fmt::format("line {}", number);
 
-    if (table.columns.empty()) {  // this line is the header
+    if (table.columns.empty()) {  // the first line that is not empty is the header
       for (const auto cell : cells) {
         if (!contains(required, cell) && !contains(optional, cell)) {
           throw Error(file.string(), place, fmt::format("column \"{}\"", cell.substr(0, 40)),

@@ -17,7 +17,7 @@ struct CsvTable {
   std::vector<std::vector<double>> rows;
   std::vector<std::size_t> lines;  // number of the file's line of each row, for error messages
 
-  /// Index of the column with this name, or -1 if there is none.
+  /// Returns the index of the column with this name, or -1 if there is none.
   int column(std::string_view name) const;
   /// Throws an Error whose message names the file, the line and the column.
   [[noreturn]] void fail(std::size_t row, std::string_view column, std::string_view found,

@@ -55,7 +55,7 @@ bool is_json(std::string_view head) {
   return text.starts_with("{") || text.starts_with("[");
 }
 
-/// True if the bytes are not a PDF and contain no control character that occurs only in binary files.
+/// Returns true if the bytes are not a PDF and contain no control character that occurs only in binary files.
 bool is_text(std::string_view head) {
   if (head.starts_with("%PDF-")) return false;
   return std::none_of(head.begin(), head.end(), [](char c) {
@@ -64,7 +64,7 @@ bool is_text(std::string_view head) {
   });
 }
 
-/// True for text that is neither JSON, nor a web page, nor a mesh.
+/// Returns true for text that is neither JSON, nor a web page, nor a mesh.
 bool is_plain_text(std::string_view head) {
   return is_text(head) && !is_json(head) && !without_space(head).starts_with("<") && !head.starts_with("ply") &&
          !head.starts_with("solid");

@@ -12,7 +12,7 @@
 namespace typodont {
 
 enum class FileKind {
-  kText,   // plain text without a format
+  kText,   // plain text of no known format
   kCache,  // a cache file of this program, which may replace a file of any kind
   kSession,
   kVolume,
@@ -31,7 +31,7 @@ enum class FileKind {
   kLabels     // a volume with a tissue number for each voxel
 };
 
-/// Name of a kind of file in messages, for example "a session (.h5)".
+/// Returns the name of a kind of file in messages, for example "a session (.h5)".
 std::string_view name_of(FileKind kind) noexcept;
 /// File name extensions of a kind, in lower case and with the dot. kText has none.
 std::span<const std::string_view> endings_of(FileKind kind) noexcept;
@@ -39,8 +39,8 @@ std::span<const std::string_view> endings_of(FileKind kind) noexcept;
 /// kText if none of them has it.
 FileKind kind_of_name(const std::filesystem::path& file, std::span<const FileKind> kinds);
 
-/// True if a file of this kind may replace an existing file, which must be empty or of the same kind. `head` are the
-/// first bytes of the existing file (up to 4 KiB) and `size` is its size in bytes.
+/// Returns true if a file of this kind may replace an existing file, which must be empty or of the same kind. `head`
+/// are the first bytes of the existing file (up to 4 KiB) and `size` is its size in bytes.
 bool may_replace(FileKind kind, std::string_view head, std::uintmax_t size);
 
 }  // namespace typodont

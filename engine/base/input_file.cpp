@@ -23,7 +23,7 @@ constexpr std::uintmax_t kMiB = std::uintmax_t{1} << 20, kGiB = std::uintmax_t{1
 
 struct KindOfInput {
   std::string_view name;
-  std::uintmax_t largest;  // size limit in bytes
+  std::uintmax_t largest;  // bytes, largest size that the file may have
 };
 // Each size limit is several times the largest useful file of its kind. Examples of large files: a recording of one day
 // at 1 kHz has 20 GiB, a scan of 1024³ voxels of two bytes has 2 GiB, and half an hour of sound at 192 kHz has 1.3 GiB

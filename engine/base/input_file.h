@@ -13,9 +13,9 @@ namespace typodont {
 /// The kind of content that an input file should have. largest_input() gives the size limit of each kind.
 enum class InputKind { kJson, kTable, kSession, kVolume, kScan, kMesh, kSound, kPicture, kAny };
 
-/// Name of a kind of input in messages, for example "a JSON file".
+/// Returns the name of a kind of input in messages, for example "a JSON file".
 std::string_view name_of(InputKind kind) noexcept;
-/// Size limit of a kind of input, in bytes. A larger file is refused before it is read.
+/// Returns the size limit of a kind of input, in bytes. A larger file is refused before it is read.
 std::uintmax_t largest_input(InputKind kind) noexcept;
 
 /// From now on this process remembers the files that it reads, and refuses to overwrite them. Only commands call this
@@ -26,9 +26,9 @@ void remember_inputs() noexcept;
 /// an input. A directory, device, FIFO, socket or terminal is refused without opening it. Returns the file's size in
 /// bytes. Any thread. Throws Error.
 std::uintmax_t require_input(const std::filesystem::path& file, InputKind kind);
-/// Same as require_input(), but returns all bytes of the file.
+/// Checks the file as require_input() does, and returns all its bytes.
 std::string read_input(const std::filesystem::path& file, InputKind kind);
-/// Same as require_input(), but returns a binary stream at the file's beginning.
+/// Checks the file as require_input() does, and returns a binary stream at the file's beginning.
 std::ifstream open_input(const std::filesystem::path& file, InputKind kind);
 
 /// Returns the remembered input that is the same file as `file`, or no value if there is none. Two names mean the same
@@ -42,7 +42,7 @@ class LineReader {
   LineReader(const std::filesystem::path& file, InputKind kind) : file_(file), in_(open_input(file, kind)) {}
   /// Reads the next line. Returns false at the end of the file. Throws Error if a line is too long.
   bool next(std::string& line);
-  /// Number of the line that next() returned last, counted from 1.
+  /// Returns the number of the line that next() returned last, counted from 1.
   std::size_t number() const noexcept { return number_; }
 
  private:

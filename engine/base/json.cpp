@@ -67,7 +67,7 @@ class Reader {
   // limit of nested arrays and objects; to destroy a deeper document would overflow the stack
   static constexpr int kDeepest = 200;
 
-  /// Column of the parser's present position, in characters, counted from 1.
+  /// Returns the column of the parser's present position, in characters, counted from 1.
   std::size_t column() const {
     const std::string_view before = text_.substr(0, at_);
     // this is also correct on the first line, where rfind() returns npos, because npos + 1 is 0
@@ -385,7 +385,7 @@ Json Json::parse(std::string_view text, std::string_view name, Lines lines) {
   return Json(document, &document->root, "");
 }
 
-/// Position of this value for error messages, for example `line 7, "a.b[2]"`. Unknown parts are omitted.
+/// Returns the position of this value for error messages, for example `line 7, "a.b[2]"`. Unknown parts are omitted.
 std::string Json::place(std::string_view path) const {
   if (path.empty()) return "";
   if (!document_->lines_named) return fmt::format("\"{}\"", path);

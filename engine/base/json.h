@@ -37,8 +37,8 @@ class Json {
   bool has(std::string_view key) const;
   Json operator[](std::string_view key) const;           // throws Error if the key is missing
   std::optional<Json> find(std::string_view key) const;  // no value if the key is missing
-  std::vector<Json> items() const;                       // elements of an array
-  std::vector<std::string> keys() const;                 // keys of an object
+  std::vector<Json> items() const;                       // returns the elements of an array
+  std::vector<std::string> keys() const;                 // returns the keys of an object
   /// Throws Error if the object has a key that is not in this list.
   void allow_only(std::initializer_list<std::string_view> keys) const;
 
@@ -49,8 +49,9 @@ class Json {
                     long long max = std::numeric_limits<long long>::max()) const;
   bool boolean() const;
   std::string string() const;
-  dvec3 vec3() const;                                    // value of an array [x, y, z]
-  std::vector<double> numbers(std::size_t count) const;  // elements of an array that must have exactly `count` numbers
+  dvec3 vec3() const;  // returns the value of an array [x, y, z] of three numbers
+  // returns the elements of an array that must have exactly `count` numbers
+  std::vector<double> numbers(std::size_t count) const;
 
   double number_or(std::string_view key, double fallback, double min = -std::numeric_limits<double>::infinity(),
                    double max = std::numeric_limits<double>::infinity()) const;

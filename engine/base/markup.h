@@ -1,4 +1,4 @@
-// Writes text into HTML and SVG.
+// Escapes text so that it can be written into HTML and SVG.
 #pragma once
 
 #include <string>

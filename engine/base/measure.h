@@ -11,7 +11,7 @@
 
 namespace typodont {
 
-/// Quantile of the values. `fraction` (0..1) is 0.5 for the median. There must be at least one value.
+/// Returns a quantile of the values. `fraction` (0..1) is 0.5 for the median. There must be at least one value.
 inline double quantile(std::vector<double> values, double fraction) {
   const auto wanted = static_cast<std::size_t>(fraction * static_cast<double>(values.size()));
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::min(wanted, values.size() - 1));
@@ -31,7 +31,7 @@ class EvenSample {
     values_.resize(kMost / 2);
     stride_ *= 2;
   }
-  /// Quantile of the sampled values, or 0 if there are no values.
+  /// Returns a quantile of the sampled values, or 0 if there are no values.
   double quantile(double fraction) const { return values_.empty() ? 0 : typodont::quantile(values_, fraction); }
 
   static constexpr std::size_t kMost = std::size_t{1} << 17;

@@ -5,8 +5,8 @@
 
 namespace typodont {
 
-/// Path of the program or shared library that contains this code, with links resolved. The path is empty if it is
-/// unknown.
+/// Returns the path of the program or shared library that contains this code, with links resolved. The path is empty if
+/// it is unknown.
 std::filesystem::path own_file();
 
 }  // namespace typodont

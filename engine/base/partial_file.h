@@ -33,12 +33,12 @@ class PartialFile {
   PartialFile(const PartialFile&) = delete;
   PartialFile& operator=(const PartialFile&) = delete;
 
-  /// The path of the file as the caller stated it.
+  /// Returns the path of the file as the caller stated it.
   const std::filesystem::path& file() const noexcept { return file_; }
-  /// Path of the temporary file, which exists and is empty. The caller writes the content into this file.
+  /// Returns the path of the temporary file, which exists and is empty. The caller writes the content into this file.
   const std::filesystem::path& path() const noexcept { return path_; }
-  /// False if `file` is a device or FIFO. Then keep() copies the content into it instead of renaming the temporary
-  /// file.
+  /// Returns false if `file` is a device or FIFO. Then keep() copies the content into it instead of renaming the
+  /// temporary file.
   bool makes_file() const noexcept { return stream_ < 0; }
 
   /// Syncs the temporary file to the disk and renames it to `file`, so that the content survives a power cut. Throws

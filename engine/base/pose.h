@@ -16,7 +16,7 @@ using glm::dvec3;
 /// A rotation and a translation in m. A pose never mirrors (a mirror is a flag of the display). The type is trivially
 /// copyable, so that messages between threads can contain it.
 struct Pose {
-  dvec3 p{0, 0, 0};     // m, position of B's origin as seen from A
+  dvec3 p{0, 0, 0};     // m, position of the origin of frame B in frame A
   dquat R{1, 0, 0, 0};  // unit quaternion that rotates vectors from B into A
 
   /// Converts a point from frame B to frame A (m).
@@ -31,13 +31,13 @@ inline Pose inverse(const Pose& X_AB) {
   return {R_BA * -X_AB.p, R_BA};
 }
 
-/// Pose between a and b: the position lies on a straight line and the rotation is a slerp. s = 0 gives a, and s = 1
-/// gives b.
+/// Returns the pose between a and b: the position lies on a straight line and the rotation is a slerp. s = 0 gives a,
+/// and s = 1 gives b.
 inline Pose interpolate(const Pose& a, const Pose& b, double s) {
   return {glm::mix(a.p, b.p, s), glm::slerp(a.R, b.R, s)};
 }
 
-/// The shortest rotation that rotates unit vector `from` into unit vector `to`.
+/// Returns the shortest rotation that rotates the unit vector `from` into the unit vector `to`.
 inline dquat rotation_between(const dvec3& from, const dvec3& to) {
   const double c = glm::dot(from, to);
   if (c < -1.0 + 1e-12) {  // the directions are opposite, so any perpendicular axis is correct
@@ -49,18 +49,18 @@ inline dquat rotation_between(const dvec3& from, const dvec3& to) {
   return glm::normalize(dquat(1 + c, axis.x, axis.y, axis.z));
 }
 
-/// Angle between the rotations a and b, in rad, from 0 to π.
+/// Returns the angle between the rotations a and b, in rad, from 0 to π.
 inline double rotation_angle(const dquat& a, const dquat& b) {
   return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a, b))));
 }
 
-/// Upper bound, in m, of the distance that a point of a body moves if the body's frame moves from a to b. The point
-/// lies within `reach` (m) of the frame's origin.
+/// Returns an upper bound (m) of the distance that a point of a body moves if the body's frame moves from a to b. The
+/// point lies within `reach` (m) of the frame's origin.
 inline double displacement_bound(const Pose& a, const Pose& b, double reach) {
   return glm::length(b.p - a.p) + rotation_angle(a.R, b.R) * reach;
 }
 
-/// True if all components are equal.
+/// Returns true if all components of both poses are equal.
 inline bool same(const Pose& a, const Pose& b) {
   return a.p == b.p && a.R == b.R;
 }

@@ -23,13 +23,13 @@ class Ring {
     dropped_.fetch_add(1, std::memory_order_relaxed);
     return false;
   }
-  /// True if the next push() will succeed. Producer thread.
+  /// Returns true if the next push() will succeed. Producer thread.
   bool has_room() const noexcept { return queue_.write_available() > 0; }
   /// Removes the oldest value and copies it to `value`. Returns false if the ring is empty. Consumer thread.
   bool pop(T& value) noexcept { return queue_.pop(value); }
-  /// Number of values that can be popped now. Consumer thread.
+  /// Returns the number of values that can be popped now. Consumer thread.
   std::size_t ready() const noexcept { return queue_.read_available(); }
-  /// Number of values that were lost because the ring was full. Any thread.
+  /// Returns the number of values that were lost because the ring was full. Any thread.
   std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
 
  private:

@@ -7,11 +7,12 @@
 
 namespace typodont {
 
-/// Number of the file descriptor if `file` names an open descriptor of this process (/dev/stdout, /proc/self/fd/1,
-/// /dev/fd/63); otherwise no value.
+/// Returns the number of the file descriptor if `file` names an open descriptor of this process (/dev/stdout,
+/// /proc/self/fd/1, /dev/fd/63); otherwise no value.
 std::optional<int> own_descriptor(std::filesystem::path file);
 
-/// True if `file` is a character device, a FIFO or an open descriptor. Such a file is written to and never replaced.
+/// Returns true if `file` is a character device, a FIFO or an open descriptor. Such a file is written to and never
+/// replaced.
 bool is_stream(const std::filesystem::path& file);
 
 }  // namespace typodont

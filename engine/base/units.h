@@ -1,5 +1,5 @@
-// Unit literals and factors for the program's inputs and outputs. Inside the program all values are in SI units: m, N,
-// s, rad, kg, J.
+// Unit literals, and factors that convert units in the program's inputs and outputs. Inside the program all values are
+// in SI units: m, N, s, rad, kg, J.
 #pragma once
 
 #include <numbers>
@@ -9,15 +9,15 @@ namespace typodont {
 inline constexpr double kPi = std::numbers::pi;
 
 // Factors that convert numbers in files to SI units, for example value_m = number * kMillimetre.
-inline constexpr double kMillimetre = 1e-3;               // m
-inline constexpr double kMicrometre = 1e-6;               // m
-inline constexpr double kCubicMillimetre = 1e-9;          // m³
-inline constexpr double kSquareMillimetre = 1e-6;         // m²
-inline constexpr double kNewtonPerMillimetre = 1e3;       // N/m
-inline constexpr double kJoulePerCubicMillimetre = 1e9;   // J/m³
-inline constexpr double kKrpm = 2 * kPi * 1000.0 / 60.0;  // rad/s
-inline constexpr double kDegree = kPi / 180.0;            // rad
-inline constexpr double kGramPerCubicCentimetre = 1e3;    // kg/m³
+inline constexpr double kMillimetre = 1e-3;               // m, one millimetre
+inline constexpr double kMicrometre = 1e-6;               // m, one micrometre
+inline constexpr double kCubicMillimetre = 1e-9;          // m³, one cubic millimetre
+inline constexpr double kSquareMillimetre = 1e-6;         // m², one square millimetre
+inline constexpr double kNewtonPerMillimetre = 1e3;       // N/m, one newton per millimetre
+inline constexpr double kJoulePerCubicMillimetre = 1e9;   // J/m³, one joule per cubic millimetre
+inline constexpr double kKrpm = 2 * kPi * 1000.0 / 60.0;  // rad/s, one thousand revolutions per minute
+inline constexpr double kDegree = kPi / 180.0;            // rad, one degree
+inline constexpr double kGramPerCubicCentimetre = 1e3;    // kg/m³, one gram per cubic centimetre
 
 namespace literals {
 constexpr double operator""_mm(long double v) {

@@ -11,12 +11,12 @@ namespace typodont {
 struct BenchRow {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-  std::string name{};        // "slide on a sphere, median", "filter block float" …
+  std::string name{};        // what was measured, for example "slide on a sphere, median" or "filter block float"
   std::string knob{};        // the setting that trades error for time: "voxel 0.1 mm", "order 300"
   double error = kNone;      // error in `error_unit`; kNone if no reference value exists
   std::string error_unit{};  // unit and kind of the error, for example "degree, greatest"
   double time_ns = kNone;    // thread CPU time in ns for one unit of `per`
-  std::string per{};         // "tick", "query", "brick", "sample" …
+  std::string per{};         // what the time of the row belongs to: "tick", "query", "brick", "sample" …
   // name of the method or measured lower limit to whose time `time_ns` is compared; empty: no baseline
   std::string baseline{};
   double ratio = kNone;  // time divided by the baseline's time

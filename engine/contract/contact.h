@@ -62,16 +62,16 @@ inline constexpr std::uint32_t kServoLaws = 9;
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {
   std::uint64_t index = 0;       // number of ticks since the servo started
-  Nanos t = 0;                   // ns since the session's start, time at which the hand was sampled
+  Nanos t = 0;                   // ns, time since the session's start at which the hand was sampled
   Pose X_WT;                     // pose of the tool at the hand; origin in the head's centre, z along the shank
   Pose X_WG;                     // pose of the proxy, which stays outside the tissue and is drawn
-  dvec3 f_T_W{0, 0, 0};          // N, force on the hand
+  dvec3 f_T_W{0, 0, 0};          // N, frame W, force on the hand
   dvec3 tau_T_W{0, 0, 0};        // N·m, torque on the hand about the head centre
   double pedal = 0;              // position of the pedal, 0 (released) to 1
   double depth = 0;              // m, distance between hand and proxy: |X_WG.p - X_WT.p|
   dvec3 n_C_W{0, 0, 0};          // unit contact normal, pointing out of the tissue; zero if the tool has no contact
   double contact_area = 0;       // m², area of the head in contact with tissue
-  PerTissue removed{};           // m³ of each tissue removed since the start
+  PerTissue removed{};           // m³, for each tissue: volume that was removed since the start
   Tissue tissue = Tissue::kAir;  // the tissue with the largest area of contact
   double spindle = 0;            // rad/s, rotation speed of the spindle
   double cutting_power = 0;      // W, present cutting power
@@ -98,7 +98,7 @@ struct Cut {
   Nanos t = 0;
   Pose X_WA, X_WB;         // pose of the head before and after the cut; origin in the head's centre
   std::uint32_t tool = 0;  // index in the session's list of tools
-  PerTissue removed{};     // m³ of each tissue removed by this cut; negative for a filling
+  PerTissue removed{};     // m³, for each tissue: volume that this cut removed; negative for a filling
   dvec3 n_C_W{0, 0, 0};    // unit normal, pointing out of the tissue
   double spindle = 0;      // rad/s, rotation speed of the spindle about the tool's z, with sign
   double fill_radius = 0;  // m, radius of the filled ball; 0 if the cut removes tissue
@@ -108,10 +108,10 @@ struct Cut {
 /// recorder.
 struct LoosePiece {
   std::uint64_t cut = 0;    // number of the cut that separated the piece
-  Nanos t = 0;              // ns, time of that cut
+  Nanos t = 0;              // ns, time of the cut
   dvec3 center_W{0, 0, 0};  // m, centre of the piece's bounding box
   double radius = 0;        // m, half the longest edge of the bounding box
-  PerTissue removed{};      // m³ of each tissue in the piece
+  PerTissue removed{};      // m³, for each tissue: its volume in the piece
 };
 
 /// States in which tick the servo began to use a surface patch. A replay needs these records and the cuts to give the

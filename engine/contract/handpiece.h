@@ -13,7 +13,7 @@ namespace typodont {
 
 /// A circular cross-section of a part. Its centre lies in the plane y = 0.
 struct HandpieceRing {
-  double x = 0, z = 0;  // m, middle of the circle
+  double x = 0, z = 0;  // m, frame H of the handpiece: x and z of the circle's middle
   double radius = 0;    // m, radius of the circle
 };
 
@@ -33,8 +33,8 @@ struct HandpiecePart {
   int repeat = 1;    // number of copies, spaced evenly around the tool's axis
 };
 
-/// A handpiece in its frame H. The origin of H is on the tool's axis, z points along the shank as in T, and the body
-/// extends from the head towards +x.
+/// A handpiece in its frame H. The origin of H is on the tool's axis, z points along the shank as in the tool's frame
+/// T, and the body extends from the head towards +x.
 struct Handpiece {
   std::string name;
   // If true, the origin of H is the centre of the tool's head, and the handpiece is drawn instead of the tool's
@@ -47,8 +47,8 @@ struct Handpiece {
 struct HandpieceView {
   bool shown = true;
   bool open = true;  // true: the handpiece is not drawn where it hides the cut from an eye
-  // Rotation angle in rad about the tool's z, from the x of T to the x of H. At −35° the handpiece points to the right
-  // and to the user.
+  // rad, rotation angle about the tool's z axis, from the x axis of the tool's frame T to the x axis of the handpiece's
+  // frame H. At −35° the handpiece points to the right and to the user.
   double roll = -35 * kDegree;
 };
 

@@ -25,7 +25,7 @@ struct DurationHistogram {
     const double octaves = std::log2(static_cast<double>(duration) / kSmallest);
     return std::min(kBins - 1, 1 + static_cast<int>(octaves * kPerOctave));
   }
-  /// Upper edge of bin i in ns.
+  /// Returns the upper edge (ns) of bin i.
   static double upper_edge(int i) noexcept { return kSmallest * std::exp2(static_cast<double>(i) / kPerOctave); }
 
   void add(Nanos duration) noexcept { ++counts[static_cast<std::size_t>(bin(duration))]; }
@@ -34,8 +34,8 @@ struct DurationHistogram {
     for (const std::uint32_t n : counts) sum += n;
     return sum;
   }
-  /// Upper edge, in ns, of the bin that contains the quantile q (0..1). So the result is never less than the true
-  /// quantile. The result is 0 if the histogram is empty.
+  /// Returns the upper edge (ns) of the bin that contains the quantile q (0..1). So the result is never less than the
+  /// true quantile. The result is 0 if the histogram is empty.
   double quantile(double q) const noexcept {
     const double wanted = q * static_cast<double>(total());
     double sum = 0;
@@ -89,7 +89,7 @@ struct LoopReport {
   std::array<char, 320> note{};
   // The next fields describe the safety layer of a device with motors.
   double heat = 0;        // present heat of the motor windings, as a fraction of the limit, 0..1
-  double worst_heat = 0;  // largest `heat` so far
+  double worst_heat = 0;  // largest heat of the motors so far, as a ratio to the limit
   // N, largest force that the motors may produce now without overheating; 0 if the device has no motors
   double bearable_force = 0;
   bool armed = false;        // true if the device may push the hand now

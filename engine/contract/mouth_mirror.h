@@ -11,16 +11,16 @@ namespace typodont {
 struct MouthMirror {
   Pose X_WM;
   double diameter = 0;  // m, diameter of the glass; 0: no mirror
-  double fog = 0;       // 0 (clear) to 1 (completely fogged)
+  double fog = 0;       // fog on the glass, 0 (clear) to 1 (completely fogged)
   double focal = 0;     // m, focal length of a concave, magnifying mirror; 0 if the mirror is plane
 };
 
-// Distance in m from the glass to the tooth that the user sees in a concave mirror. The mirror is drawn with its
+// m, distance from the glass to the tooth that the user sees in a concave mirror. The mirror is drawn with its
 // magnification at this distance.
 inline constexpr double kMirrorWorkDistance = 15e-3;
 
-/// Magnification of the upright virtual image of an object at the distance kMirrorWorkDistance: 1 / (1 − distance /
-/// focal length).
+/// Returns the magnification of the upright virtual image of an object at the distance kMirrorWorkDistance: 1 / (1 −
+/// distance / focal length).
 inline double magnification(const MouthMirror& mirror) {
   return mirror.focal > 0 ? 1 / (1 - kMirrorWorkDistance / mirror.focal) : 1;
 }
@@ -28,8 +28,8 @@ inline double magnification(const MouthMirror& mirror) {
 // Diameter in m of a mirror of size 4, which is used if the scene states no size. Size 5 has 24 mm.
 inline constexpr double kDefaultMirrorDiameter = 22e-3;
 
-/// Pose of the mirror in the frame T of the tool that holds it: X_WM = X_WT * mirror_in_tool(). The z axis of T points
-/// along the handle, and its origin is the middle of the glass.
+/// Returns the pose of the mirror in the frame T of the tool that holds it: X_WM = X_WT * mirror_in_tool(). The z axis
+/// of T points along the handle, and its origin is the middle of the glass.
 inline Pose mirror_in_tool() {
   return {{0, 0, 0}, rotation_between(dvec3(std::sqrt(0.5), 0, std::sqrt(0.5)), dvec3(0, 0, 1))};
 }

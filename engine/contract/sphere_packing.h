@@ -13,8 +13,8 @@ namespace typodont {
 /// spheres are stored in the order in which the packer placed them, larger spheres first. This order is exact only to
 /// the resolution of the packer's grid.
 struct SpherePacking {
-  std::vector<dvec3> center;   // m, in frame W
-  std::vector<double> radius;  // m; always above 0
+  std::vector<dvec3> center;   // m, frame W, centre of each sphere
+  std::vector<double> radius;  // m, radius of each sphere; always above 0
   std::vector<Tissue> tissue;  // never kAir; each sphere lies in one tissue
 
   std::uint64_t seed = 0;         // seed of the packer's random numbers
@@ -24,7 +24,7 @@ struct SpherePacking {
   PerTissue solid_volume{};       // m³, volume of each tissue; the spheres fill only a fraction of it
 
   std::size_t size() const { return radius.size(); }
-  /// Volume of the spheres in each tissue, m³.
+  /// Returns the volume of the spheres in each tissue, m³.
   PerTissue sphere_volume() const {
     PerTissue sum{};
     for (std::size_t i = 0; i < size(); ++i) {
@@ -33,7 +33,7 @@ struct SpherePacking {
     }
     return sum;
   }
-  /// Fraction of the tissue's volume that the spheres fill, 0 to 1.
+  /// Returns the fraction of the tissue's volume that the spheres fill, 0 to 1.
   double coverage() const {
     double spheres = 0, solid = 0;
     for (const double v : sphere_volume()) spheres += v;

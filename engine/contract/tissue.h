@@ -26,7 +26,7 @@ enum class Tissue : std::uint8_t {
 };
 inline constexpr int kTissueCount = 10;
 
-/// Name of a tissue in all files, for example "enamel" or "cortical_bone".
+/// Returns the name of a tissue in all files, for example "enamel" or "cortical_bone".
 std::string_view name_of(Tissue tissue) noexcept;
 std::optional<Tissue> tissue_named(std::string_view name) noexcept;
 
@@ -37,15 +37,15 @@ struct Material {
   double specific_energy = 30e9;  // J/m³, energy needed to remove a volume
   double static_friction = 0.2;
   double dynamic_friction = 0.15;
-  double density = 2900;  // kg/m³
-  dvec3 color{1, 1, 1};   // sRGB, 0..1
+  double density = 2900;  // kg/m³, density of the tissue
+  dvec3 color{1, 1, 1};   // sRGB, 0..1, colour of the tissue
 };
 using MaterialTable = std::array<Material, kTissueCount>;
 
 /// A quantity for each tissue, for example the removed volume in m³.
 using PerTissue = std::array<double, kTissueCount>;
 
-/// Sum of the quantity over all tissues, added in the order of the tissues.
+/// Returns the sum of the quantity over all tissues, added in the order of the tissues.
 constexpr double total(const PerTissue& quantity) noexcept {
   double sum = 0;
   for (const double of_one : quantity) sum += of_one;

@@ -40,10 +40,10 @@ struct Debris::State {
   // for each group of kGroup particles: a lower bound of the particles' due steps
   std::vector<std::uint32_t> first_due;
   struct Chip {      // data of a particle that the inner loop does not need
-    double born_at;  // s, time of creation
+    double born_at;  // s, time at which the particle was created
     float mass0;     // kg, mass at creation; 0 if suction has removed the particle
     float diameter;  // m, diameter of one chip
-    float density;   // kg/m³
+    float density;   // kg/m³, density of the chip
     float stokes;    // 1/s, drag rate of a slow particle (Stokes drag)
     Tissue tissue;
   };
@@ -56,7 +56,7 @@ struct Debris::State {
   std::uint32_t step = kMostSteps;
   PerTissue born{};
   double decayed = 0, sucked = 0, dropped = 0, deposited = 0;
-  double gravity = 0;               // m/s²
+  double gravity = 0;               // m/s², magnitude of the acceleration of gravity
   double density_by_viscosity = 0;  // s/m², density of the air divided by its viscosity
   bool drawn = false;               // true if suction was on in the last step
   glm::dvec3 nozzle_W{0};           // m, position of the nozzle in the last step
@@ -289,7 +289,8 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction, F
     s.first = s.slot(1);
     --s.count;
   }
-  // If the nozzle was switched on or moved, the due steps are no longer valid. Then all particles get a full update.
+  // If the nozzle was switched on or moved, the stored times of the particles' next updates are no longer valid. Then
+  // all particles are updated now.
   const bool drawn = suction != nullptr;
   if (drawn && (!s.drawn || suction->p_W != s.nozzle_W || suction->flow != s.flow)) {
     for (std::size_t i = 0; i < s.count; ++i) {

@@ -27,13 +27,13 @@ struct CoarseField {
   glm::dvec3 origin{0};             // m, position of sample (0,0,0) in frame W
   double spacing = 5e-4;            // m, distance between neighbouring samples
   glm::ivec3 size{0};               // number of samples per axis; 0 if there is no tissue
-  const float* distance = nullptr;  // m, negative in the tissue
+  const float* distance = nullptr;  // m, signed distances of the samples from the surface, negative in the tissue
 };
 
 /// A suction nozzle, which draws in air from all directions.
 struct Suction {
-  glm::dvec3 p_W{0};     // m, position of the nozzle
-  double flow = 5e-3;    // m³/s; a dental high-volume suction draws about 300 l/min
+  glm::dvec3 p_W{0};     // m, frame W, position of the suction nozzle
+  double flow = 5e-3;    // m³/s, flow of air into the nozzle; a dental high-volume suction draws about 300 l/min
   double radius = 4e-3;  // m, radius of the nozzle; a particle at a smaller distance is removed
 };
 
@@ -46,9 +46,9 @@ struct DebrisOptions {
   double least_chip = 5e-6, greatest_chip = 50e-6;
   double decay_time = 2.0;  // s, time in which a particle's mass falls by a factor of e (Kim & Park 2006, sec. 4.6)
   double lifetime = 6.0;    // s, age at which a particle is removed
-  glm::dvec3 gravity_W{0, 0, -9.81};  // m/s²
-  double air_density = 1.2;           // kg/m³
-  double air_viscosity = 1.8e-5;      // Pa·s
+  glm::dvec3 gravity_W{0, 0, -9.81};  // m/s², frame W, acceleration of gravity
+  double air_density = 1.2;           // kg/m³, density of the air
+  double air_viscosity = 1.8e-5;      // Pa·s, viscosity of the air
   double restitution = 0.3;           // normal speed after a bounce divided by the speed before it
   double slide = 0.7;                 // tangential speed after a bounce divided by the speed before it
   double scatter = 0.25;              // standard deviation of the launch velocity divided by the rim speed
@@ -81,8 +81,8 @@ class Film;
 struct NewParticle {
   glm::dvec3 p_W{0}, v_W{0};  // position in m, velocity in m/s
   double chip = 0;            // m, diameter of one chip of the particle
-  double density = 0;         // kg/m³
-  float mass = 0;             // kg
+  double density = 0;         // kg/m³, density of the particle
+  float mass = 0;             // kg, mass of the particle
   Tissue tissue = Tissue::kAir;
 };
 
@@ -95,7 +95,7 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
 
 /// A particle as the renderer draws it.
 struct DebrisPoint {
-  glm::vec3 p_W{0};              // m, position
+  glm::vec3 p_W{0};              // m, frame W, position of the particle
   float diameter = 0;            // m, diameter of a ball that has the particle's remaining mass
   Tissue tissue = Tissue::kAir;  // tissue of a chip; kAir for a droplet of water
   float chip = 0;                // m, diameter of one chip; the finest chips are drawn as mist
@@ -118,16 +118,16 @@ class Debris {
   void step(double dt, const CoarseField& field, const Suction* suction = nullptr, Film* film = nullptr) noexcept;
 
   std::size_t alive() const noexcept;
-  double time() const noexcept;  // s, sum of all steps so far
+  double time() const noexcept;  // returns the sum (s) of all steps so far
   DebrisLedger ledger() const noexcept;
   /// Writes the living particles into `points`, oldest first, and returns their number. One thread.
   std::size_t write_points(std::span<DebrisPoint> points) const noexcept;
-  /// Velocity, in m/s, of the particle that write_points() writes at index `i`. Valid only while suction has removed no
-  /// particle.
+  /// Returns the velocity (m/s, frame W) of the particle that write_points() writes at index `i`. Valid only while
+  /// suction has removed no particle.
   glm::vec3 velocity(std::size_t i) const noexcept;
-  /// Diameter in m of one chip of particle i, on which its drag depends.
+  /// Returns the diameter (m) of one chip of particle i, on which its drag depends.
   double chip(std::size_t i) const noexcept;
-  double mass(std::size_t i) const noexcept;  // mass of particle i in kg
+  double mass(std::size_t i) const noexcept;  // returns the mass (kg) of particle i
   std::uint64_t hash() const noexcept;
 
  private:

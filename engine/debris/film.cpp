@@ -28,7 +28,7 @@ struct Film::State {
   struct Cell {
     glm::ivec3 sample;
     glm::vec3 p, n;    // p: point on the surface in m; n: unit normal
-    float area = 0;    // m²
+    float area = 0;    // m², area of the surface that the cell represents
     float height = 0;  // m, height of the point p along `up`
     float tilt = 0;    // cosine of the angle between normal and `up`
     bool drains = false;
@@ -157,7 +157,8 @@ void Film::State::link(std::int32_t i) {
   const glm::dvec3 n(cell.n);
   const glm::dvec3 e = glm::normalize(glm::cross(n, std::abs(n.x) < 0.8 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0))),
                    f = glm::cross(n, e);
-  // products x², xy and y² of the components of each d_k, in spacings
+  // for each neighbour k: the products x², xy and y² of the components of d_k in the tangent plane; the unit of x and y
+  // is the spacing of the grid
   std::array<glm::dvec3, kMostNeighbours> products;
   double squares = 0;
   glm::ivec3 d;

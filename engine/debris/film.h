@@ -23,9 +23,9 @@ namespace typodont::debris {
 
 struct FilmOptions {
   glm::dvec3 up{0, 0, 1};         // unit vector, opposite to gravity
-  double gravity = 9.81;          // m/s²
-  double water_density = 1000;    // kg/m³
-  double water_viscosity = 1e-3;  // Pa·s, at 20 °C
+  double gravity = 9.81;          // m/s², acceleration of gravity
+  double water_density = 1000;    // kg/m³, density of the water
+  double water_viscosity = 1e-3;  // Pa·s, viscosity of the water at 20 °C
   // Largest volume fraction of solids with which slurry flows: that of randomly packed rough grains. The viscosity
   // rises towards infinity at this fraction (Krieger & Dougherty 1959).
   double most_solids = 0.6;
@@ -47,18 +47,18 @@ struct FilmOptions {
 /// + flung.
 struct FilmLedger {
   Load deposited, on_surface, sucked;
-  Load run_off;      // kg that dripped off, drained into the gum, or landed beside the surface
-  double dried = 0;  // kg of water that evaporated
-  Load flung;        // kg that the bur threw off
+  Load run_off;      // kg, mass that dripped off, drained into the gum, or landed beside the surface
+  double dried = 0;  // kg, mass of water that evaporated
+  Load flung;        // kg, mass that the bur threw off
 };
 
 /// A cell of the film. `water` and `solids` are heights, that is, volumes divided by the cell's area.
 struct FilmCell {
   glm::ivec3 sample{0};  // the sample of the field to which the cell belongs
-  glm::vec3 p_W{0};      // m, point on the surface
+  glm::vec3 p_W{0};      // m, frame W: point on the tissue's surface at which the cell lies
   glm::vec3 n_W{0};      // unit normal, pointing out of the tissue
-  double area = 0;       // m²
-  double water = 0;      // m, height of the water
+  double area = 0;       // m², area of the surface that the cell represents
+  double water = 0;      // m, height of the water on the cell
   PerTissue solids{};    // m, height of the solids of each tissue
 };
 
@@ -77,7 +77,7 @@ class Film {
   /// Adds a load to the cell nearest to the point. If the nearest cell is farther away than two spacings, the load is
   /// counted as run_off.
   void deposit(const glm::dvec3& p_W, const Load& load);
-  /// Height in m of the water at a point; 0 if there is no cell at the point.
+  /// Returns the height in m of the water at a point; 0 if there is no cell at the point.
   double water_at(const glm::dvec3& p_W) const;
   /// Removes the film that the bur throws off: the fraction `share` of the load of all cells within `reach` (m) of the
   /// point. Returns the removed load.
@@ -88,10 +88,11 @@ class Film {
   /// suction_rate·(v/suction_speed)², where v is the speed of the air at the cell.
   void step(double dt, const Suction* suction = nullptr);
 
-  std::size_t loaded() const;                     // number of cells with water or solids
-  std::uint64_t cells_stepped() const;            // number of computed cells, summed over all substeps
-  std::size_t cells() const;                      // number of cells
-  FilmCell cell(const glm::ivec3& sample) const;  // the cell of a sample; its area is 0 if the sample has no cell
+  std::size_t loaded() const;           // returns the number of cells with water or solids
+  std::uint64_t cells_stepped() const;  // returns the number of computed cells, summed over all substeps
+  std::size_t cells() const;            // returns the number of cells of the film
+  // returns the cell of a sample; its area is 0 if the sample has no cell
+  FilmCell cell(const glm::ivec3& sample) const;
   bool has_cell(const glm::ivec3& sample) const;
   FilmLedger ledger() const;
   std::uint64_t hash() const;

@@ -23,7 +23,7 @@ namespace typodont::debris {
 /// The state of the nozzles and of the bur during a step.
 struct SpraySource {
   Pose X_WT;               // pose of the tool: origin in the head's centre, z along the shank
-  double head_radius = 0;  // m, radius of the head
+  double head_radius = 0;  // m, radius of the tool's head
   double head_half = 0;    // m, distance from the head's centre to its free end
   double spindle = 0;      // rad/s, rotation speed about the tool's z, with sign
   double water = 0;        // flow of water as a fraction of the nozzles' full flow, 0 to 1
@@ -37,8 +37,9 @@ struct SprayOptions {
   double longest_step = 2e-3;  // s, longest straight part of a droplet's curved path
   double lifetime = 0.5;       // s; an older droplet is removed because it has left the scene
   glm::dvec3 gravity_W{0, 0, -9.81};
-  double air_density = 1.2, air_viscosity = 1.8e-5;                              // kg/m³, Pa·s
-  double water_density = 1000, water_viscosity = 1e-3, surface_tension = 0.072;  // kg/m³, Pa·s, N/m
+  double air_density = 1.2, air_viscosity = 1.8e-5;  // density of the air (kg/m³), and its viscosity (Pa·s)
+  // density (kg/m³), viscosity (Pa·s) and surface tension (N/m) of the water
+  double water_density = 1000, water_viscosity = 1e-3, surface_tension = 0.072;
   double scatter = 0.25;  // standard deviation of the velocity of a thrown-off droplet divided by the rim speed
   // A droplet splashes if We^½ Re^¼ (Weber and Reynolds number) exceeds this number (Mundo, Sommerfeld & Tropea 1995).
   // Then the fraction `splashed` of the droplet leaves as fine mist.
@@ -56,8 +57,8 @@ struct SprayOptions {
 struct SprayLedger {
   Load sprayed, flung;  // water from the nozzles; slurry that the bur threw off the film
   Load in_air, deposited, sucked;
-  Load left;     // kg that flew past the tissue or left as mist
-  Load dropped;  // kg that was lost because the buffer was full
+  Load left;     // kg, mass that flew past the tissue or left as mist
+  Load dropped;  // kg, mass that was lost because the buffer was full
 };
 
 class Spray {
@@ -72,7 +73,7 @@ class Spray {
             const Suction* suction = nullptr);
 
   std::size_t alive() const;
-  std::uint64_t droplets_stepped() const;  // number of moved droplets, summed over all steps
+  std::uint64_t droplets_stepped() const;  // returns the number of moved droplets, summed over all steps
   SprayLedger ledger() const;
   /// Writes the droplets in the air into `points` and returns their number.
   std::size_t write_points(std::span<DebrisPoint> points) const;

@@ -43,7 +43,8 @@ struct Compositor::Impl {
   gpu::Device& device;
   gpu::ShaderInputs inputs;
   VkSampler sampler = VK_NULL_HANDLE;
-  // first index: the mix; second index: 1 if source and target have the same size
+  // The first index is the Mix, which states how the pictures of both eyes are combined. The second index is 1 if
+  // source and target have the same size.
   std::array<std::array<VkPipeline, 2>, kMixes> pipelines{};
   VkPipeline writing_pipeline = VK_NULL_HANDLE;
   VkFormat format = VK_FORMAT_UNDEFINED;
@@ -230,7 +231,8 @@ struct Compositor::Impl {
     Rects parts;
     for (std::size_t i = history.size() - behind; i < history.size(); ++i)
       for (std::size_t eye = 0; eye < 2; ++eye) {
-        // If the eyes share every region, drawing a pixel for one eye also draws it for the other.
+        // If both eyes share every region, drawing a pixel for one eye also draws it for the other eye, so all parts
+        // are stored under index 0.
         auto& of_place = parts[mix_of(how) == Mix::kOneEye ? eye : 0];
         const auto add = [&](const VkRect2D& rect) {
           if (std::none_of(of_place.begin(), of_place.end(), [&](const VkRect2D& r) { return same(r, rect); }))

@@ -211,7 +211,8 @@ dmat4 opengl_projection(const Frustum& f) {
 }
 
 dmat4 vulkan_projection(const Frustum& f) {
-  // The same projection for Vulkan: the y row is negated (Vulkan's y points down), and depth is mapped to 0..1.
+  // Makes the projection for Vulkan from that for OpenGL: the y row is negated (Vulkan's y points down), and depth is
+  // mapped to 0..1.
   dmat4 m = opengl_projection(f);
   m[1][1] = -m[1][1];
   m[2][1] = -m[2][1];

@@ -46,7 +46,7 @@ struct Mirror {
 
 struct Head {
   dvec3 eye_center{0, 0, 0.6};  // m, frame W, midpoint between the eyes
-  double ipd = 0.063;           // m, interpupillary distance
+  double ipd = 0.063;           // m, distance between the user's eyes (interpupillary distance)
   dvec3 right{1, 0, 0};         // unit vector from the left eye to the right eye
   std::string tracker;          // address "opentrack:PORT" (head_tracker.h); empty: the head does not move
 };
@@ -55,7 +55,8 @@ struct Head {
 struct HmdRig {
   // true: D is the room's STAGE space; false: D is the LOCAL space, with its origin at the user's seat
   bool stage = true;
-  // pose of D, measured for example relative to a haptic arm; no value: the work is placed in front of the user
+  // pose of the headset's frame D in frame W, measured for example relative to a haptic arm; no value: the work is
+  // placed in front of the user
   std::optional<Pose> X_WD;
   double magnify = 1;  // magnification of the picture and of the hand's motion; only if X_WD is not measured
   /// m, without X_WD: distance of the work in front of the eyes, and below the eyes
@@ -74,8 +75,8 @@ struct DisplayRig {
   Screen screen;
   std::optional<Mirror> mirror;
   Head head;
-  Pose X_WH;       // pose of the haptic base
-  Pose left_X_WH;  // pose of the second hand's device
+  Pose X_WH;       // pose of the haptic base (frame H) in frame W
+  Pose left_X_WH;  // pose of the base of the second hand's device in frame W
   // devices by address and serial number, "woodenhaptics:1234567"; empty: not specified
   std::string hand, left_hand, pedal;
   double pedal_limit = 0;  // s, limit of the time for which the pedal may be pressed without a break; 0: the default

@@ -25,9 +25,9 @@ constexpr std::size_t kPacketBytes = 48;
 
 // Parameters of MotionFilter. Sigma: noise of camera trackers after OpenTrack's own filter. Agility: square root of the
 // spectral density of the acceleration of a user's head during work.
-constexpr double kPositionSigma = 0.5e-3;  // m, noise of the position
+constexpr double kPositionSigma = 0.5e-3;  // m, standard deviation of the noise of a tracked position
 constexpr double kPositionAgility = 0.15;  // m/s^1.5, square root of the acceleration's spectral density
-constexpr double kDirectionSigma = 5e-3;   // rad, noise of the direction
+constexpr double kDirectionSigma = 5e-3;   // rad, standard deviation of the noise of a tracked direction
 constexpr double kDirectionAgility = 1;    // rad/s^1.5, square root of the angular acceleration's spectral density
 
 template <class Number>
@@ -90,7 +90,8 @@ std::optional<HeadMotion> parse_opentrack(std::span<const std::byte> packet) {
     for (std::size_t b = 0; b < 8; ++b) bits |= std::to_integer<std::uint64_t>(packet[8 * i + b]) << (8 * b);
     numbers[i] = std::bit_cast<double>(bits);
     const double most = i < 3 ? 200 : 360;
-    if (!(std::abs(numbers[i]) <= most)) return std::nullopt;  // this comparison also refuses NaN
+    // written with `!`, so that the comparison also refuses NaN
+    if (!(std::abs(numbers[i]) <= most)) return std::nullopt;
   }
   return HeadMotion{dvec3(numbers[0], numbers[1], numbers[2]) * 1e-2, numbers[3] * kDegree, numbers[4] * kDegree,
                     numbers[5] * kDegree};
@@ -110,12 +111,12 @@ void MotionFilter::add(Nanos t, const dvec3& measured) noexcept {
   }
   const double dt = to_seconds(t - t_);
   t_ = t;
-  // Prediction step.
+  // Predicts the state at the time of the measurement (Kalman filter).
   x_ += v_ * dt;
   p_xx_ += dt * (2 * p_xv_ + dt * p_vv_) + density_ * dt * dt * dt / 3;
   p_xv_ += dt * p_vv_ + density_ * dt * dt / 2;
   p_vv_ += density_ * dt;
-  // Correction step.
+  // Corrects the state by the measurement (Kalman filter).
   const double s = p_xx_ + sigma2_, k_x = p_xx_ / s, k_v = p_xv_ / s;
   const dvec3 innovation = measured - x_;
   x_ += k_x * innovation;

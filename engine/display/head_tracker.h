@@ -85,7 +85,7 @@ class HeadTracker {
  private:
   Head rest_;
   glm::dmat3 R_WK_;  // rotation from the tracker's axes to frame W
-  double scale_;     // length scale of the rig
+  double scale_;     // length scale of the rig: ratio of lengths in the picture to real lengths
   MotionFilter center_, right_;
   Stats stats_;
   int socket_ = -1;

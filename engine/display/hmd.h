@@ -36,7 +36,7 @@ struct HmdFrame {
   bool draw = false;     // true if a picture is needed; otherwise call submit() without a picture
   bool focused = false;  // true if the hands are available to this program
   Nanos shown_at = 0;    // predicted time of display on the program's clock; 0: unknown
-  double period = 0;     // s, time between two frames
+  double period = 0;     // s, time between two frames of the headset
   std::array<EyeView, 2> eyes;
   Pose X_WH;                     // pose of the head (x right, y up, looking along −z)
   std::array<HmdHand, 2> hands;  // hands in the order left, right
@@ -52,7 +52,7 @@ struct HmdTiming {
   bool judged = false;        // true if the predicted head pose could be compared with the measured one
   double position_error = 0;  // m, error of the predicted head position
   double angle_error = 0;     // rad, error of the predicted head orientation
-  Pose X_WH;                  // the predicted head pose
+  Pose X_WH;                  // predicted pose of the user's head in frame W
 };
 
 /// Vibration of the controller in the tool's hand. An amplitude of zero switches it off.

@@ -24,7 +24,7 @@ struct HostPixels {
   std::size_t pitch = 0;
 };
 
-/// The destination of a composed frame.
+/// The picture, in memory or on a screen, into which a frame is composed.
 struct Target {
   /// if set, there is no Vulkan image: the CPU composes into this memory after the eyes' pictures are drawn
   HostPixels memory;

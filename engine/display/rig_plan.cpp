@@ -12,10 +12,10 @@ namespace {
 
 constexpr double kGlassMargin = 0.01;  // m, margin of glass around the lines of sight
 
-/// A half space outward · p ≤ offset with |outward| = 1.
+/// A half space that limits the workspace: the points p with outward · p ≤ offset, where |outward| = 1.
 struct Limit {
   dvec3 outward;
-  double offset;  // m, distance of the boundary plane from the origin along `outward`
+  double offset;  // m, distance of the boundary plane from the origin of W along `outward`
   std::string name;
 };
 
@@ -140,7 +140,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   DisplayRig& rig = plan.rig;
   rig.kind = DisplayKind::kMirror;
 
-  // Places the eyes, the picture and the mirror.
+  // Places the eyes, the picture and the mirror of the planned bench.
   rig.head.eye_center = spec.eye_distance * dvec3(0, -std::cos(spec.gaze), std::sin(spec.gaze));
   rig.head.ipd = spec.ipd;
   rig.head.right = {1, 0, 0};

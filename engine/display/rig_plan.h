@@ -43,7 +43,7 @@ struct BenchPlan {
   Screen picture;  // the panel's mirror image, where the user sees the picture
   /// m, frame W: corners of the smallest glass: near left, near right, far right, far left
   std::array<dvec3, 4> glass{};
-  double glass_width = 0, glass_length = 0;  // m, size of this glass
+  double glass_width = 0, glass_length = 0;  // m, width and length of the smallest glass
   dvec3 low{0, 0, 0}, high{0, 0, 0};         // m, frame W: the largest box inside all limits; low = high: no box exists
   std::array<Face, 6> faces;                 // faces in the order -x, +x, -y, +y, -z, +z
   double nearest = 0, farthest = 0;          // m, nearest and farthest comfortable distance from the eyes

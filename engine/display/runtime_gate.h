@@ -13,7 +13,7 @@ namespace typodont::display {
 
 class RuntimeGate {
  public:
-  // Functions for the headset's thread:
+  // The following functions are called by the headset's thread.
   void enter(const char* call) noexcept {
     call_.store(call, std::memory_order_relaxed);
     since_.store(now(), std::memory_order_relaxed);

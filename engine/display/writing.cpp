@@ -21,7 +21,8 @@ struct Color {
 };
 constexpr Color kInk{236, 240, 244, 255}, kFaint{150, 160, 172, 255}, kPanel{14, 17, 21, 200}, kTrack{60, 66, 74, 220};
 
-// Lengths, as multiples of half the picture's height.
+// Lengths of the text over the picture, as multiples of half the picture's height: height of the letters, margin at the
+// picture's border, space inside a panel, radius of a panel's corners, smallest width of a panel.
 constexpr double kLetters = 0.062, kMargin = 0.05, kPad = 0.035, kCorner = 0.028, kLeastPanel = 0.74;
 constexpr double kLeastLetters = 13;  // pixels, smallest height of the letters
 // pixels, smallest height of the letters in a text with Chinese characters, whose strokes are closer together
@@ -128,7 +129,7 @@ std::string force_text(const Hud& hud) {
   std::replace(text.begin(), text.end(), '.', hud.words.decimal);
   return text;
 }
-/// Filled fraction of the force bar. It is rounded to steps that are smaller than a pixel on most screens.
+/// Returns the filled fraction of the force bar. It is rounded to steps that are smaller than a pixel on most screens.
 double force_fraction(const Hud& hud) {
   constexpr double kSteps = 256;
   return hud.force_shown && hud.force_limit > 0
@@ -272,8 +273,8 @@ bool can_write(std::string_view text) {
 
 namespace {
 
-/// Height of a glyph in atlas pixels: the number of rows that are at least half inside the glyph. The glyph's box is
-/// higher, because it has a margin.
+/// Returns the height of a glyph in atlas pixels: the number of rows that are at least half inside the glyph. The
+/// glyph's box is higher, because it has a margin.
 double ink_rows(const font::Glyph& g) {
   int rows = 0;
   for (int j = 0; j < g.h; ++j) {

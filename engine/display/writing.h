@@ -28,16 +28,16 @@ bool can_write(std::string_view text);
 /// The values that the text shows.
 struct Hud {
   bool visible = false;
-  std::string tool;  // "round 1.2 mm"
+  std::string tool;  // name of the tool, for example "round 1.2 mm"
   double speed_krpm = 0;
   // false: the force and its bar are not shown, because they would reveal the stimuli of a blind experiment
   bool force_shown = true;
-  double force = 0;        // N, force that is shown
+  double force = 0;        // N, force that the text shows
   double force_limit = 5;  // N, force at the bar's end
   std::string hint;        // parts separated by three spaces; lines break there
   HudWords words;
   double least_letters = 0;  // least ratio of the letters' height to half the picture's height; see readable_letters()
-  glm::dmat2 upright{1.0};   // result of display::upright()
+  glm::dmat2 upright{1.0};   // matrix that makes the text upright on the screen; result of display::upright()
   double aspect = 0;         // width / height of the physical picture; 0: derived from the pixels
 };
 

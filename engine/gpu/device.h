@@ -90,7 +90,7 @@ struct Device {
   void lose() { lose_ = true; }
   bool take_loss() { return std::exchange(lose_, false); }
 
-  int validation_messages() const;  // number of validation warnings and errors so far
+  int validation_messages() const;  // returns the number of validation warnings and errors so far
   std::string name() const { return properties.deviceName; }
 
   Allocation allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags required,

@@ -16,20 +16,20 @@ namespace {
 using glm::dvec2;
 
 constexpr int kLeastAround = 8, kMostAround = 40;
-// distance between the rings of a smooth path, as a ratio to the length of a triangle's side
+// distance between the rings of a handpiece's smooth path, as a ratio to the length of a triangle's side
 constexpr double kLongStep = 2;
 // rad, limit: if the angle between two pieces of the outline is larger, they meet in a sharp edge
 constexpr double kSharp = 35 * kDegree;
-constexpr double kBandEdge = 0.02e-3;        // m, length of the soft edge of a band
-const dvec3 kBandColor(0.035, 0.035, 0.04);  // sRGB, colour of a band
+constexpr double kBandEdge = 0.02e-3;        // m, length of the soft edge of a coloured band on a handpiece
+const dvec3 kBandColor(0.035, 0.035, 0.04);  // sRGB, colour of a band on a handpiece
 
 /// A circle of a part, and its position along the part's path.
 struct Ring {
   double x, z, radius;
-  double s;  // m, position along the part's path
+  double s;  // m, position of the ring along the part's path
 };
 
-/// Returns the value at t of the Catmull-Rom curve through four values; t is 0 at b and 1 at c.
+/// Returns the value at t of the Catmull-Rom curve through the four values a, b, c and d; t is 0 at b and 1 at c.
 double through(double a, double b, double c, double d, double t) {
   return b + 0.5 * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
 }
@@ -146,7 +146,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
     }
     from = to;
   }
-  // Adds the flat ends.
+  // Adds the flat discs that close the part at both ends.
   for (const bool last : {false, true}) {
     const std::size_t i = last ? n - 1 : 0;
     if (rings[i].radius <= 0) continue;

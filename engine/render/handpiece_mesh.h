@@ -10,12 +10,12 @@
 
 namespace typodont::render {
 
-/// A vertex of a handpiece, frame H.
+/// A vertex of a handpiece. Positions and directions are in frame H of the handpiece.
 struct HandpieceVertex {
-  glm::vec3 p{0}, n{0, 0, 1};     // position (m) and unit normal
+  glm::vec3 p{0}, n{0, 0, 1};     // position (m) and unit normal in frame H of the handpiece
   glm::vec3 middle{0};            // m, point on the part's path; thin parts are widened away from this point
   glm::vec3 around{1, 0, 0};      // unit vector around the part: the direction of its brushed grooves
-  glm::vec3 color{1};             // linear light
+  glm::vec3 color{1};             // colour of the surface in linear light
   glm::vec4 look{0.3f, 0, 1, 0};  // x: roughness; y: 1 if brushed; z: 1 if metal; w: glow
   // x, y: m, position along the path and around the part; y is scaled so that a whole number of knurls fits around
   // the part. z: depth of the knurl, 0..1
@@ -24,8 +24,8 @@ struct HandpieceVertex {
 
 /// A sphere swept along a line while its radius changes linearly: the shape that casts the shadow.
 struct RoundCone {
-  dvec3 a{0}, b{0};       // m, frame H, centres of the two ends
-  double ra = 0, rb = 0;  // m, radii at a and b
+  dvec3 a{0}, b{0};       // m, frame H of the handpiece, centres of the cone's two ends
+  double ra = 0, rb = 0;  // m, radii of the cone at its ends a and b
 };
 
 struct HandpieceMesh {

@@ -25,7 +25,8 @@ constexpr int kLampRays = 4;
 // in grid spacings: limit of the distance between the lookup point for a curved surface and the lookup point for its
 // flat triangle
 constexpr float kCurved = 0.15f;
-constexpr double kBegin = 0.5;  // distance from a surface, in spacings of the grid, at which its light is looked up
+// distance from a surface, in grid spacings, of the point at which the surface's light is looked up
+constexpr double kBegin = 0.5;
 
 /// Returns directions that are distributed evenly over the sphere (Fibonacci's spiral).
 std::array<glm::vec3, kRays> sphere_directions() {
@@ -87,7 +88,7 @@ class RayTree {
           }
         continue;
       }
-      // The nearer child is visited first.
+      // The child of the tree's node that is nearer to the ray's start is visited first.
       Waiting a{node.first, entry(nodes_[node.first], from, inverse)};
       Waiting b{node.second, entry(nodes_[node.second], from, inverse)};
       if (a.way > b.way) std::swap(a, b);
@@ -145,7 +146,9 @@ class RayTree {
         ++counts[part];
         for (const glm::vec3& c : triangles[order_[k]].corners) boxes[part].grow(c, c);
       }
-      std::array<float, kParts> after{};  // estimated time of all triangles in the steps from this index on
+      // for each of the kParts steps along the axis: the estimated time of tracing rays against all triangles in this
+      // step and the later ones
+      std::array<float, kParts> after{};
       Box box;
       std::size_t count = 0;
       for (int p = kParts - 1; p > 0; --p) {
@@ -284,7 +287,7 @@ glm::vec4 light_at(const LightGrid& grid, const dvec3& p, const glm::vec3& n) {
 struct LightScene::Impl {
   std::vector<LitTriangle> triangles;
   RayTree tree;
-  LightGrid empty;  // the grid before the light is computed
+  LightGrid empty;  // the grid with its origin, spacing and size, before the light is computed
   std::array<glm::vec3, kRays> directions = sphere_directions();
   struct Sample {
     std::size_t at = 0;  // index of the sample in the grid

@@ -21,7 +21,7 @@ namespace typodont::render {
 /// back is black.
 struct LitTriangle {
   std::array<glm::vec3, 3> corners;  // m, frame W, corners of the triangle
-  glm::vec3 albedo{0.5f};            // linear, fraction of the light that is reflected
+  glm::vec3 albedo{0.5f};            // fraction of the light that the triangle reflects, for linear red, green and blue
 };
 
 /// Adds the triangles of a body's bricks; `origin`: m, frame W, origin of the vertices.

@@ -34,7 +34,7 @@ std::optional<PixelBox> glass_in(const Eye& eye, const MouthMirror& mirror, cons
     m[3] = glm::dvec4(X_WM.p, 1);
     return eye.projection * eye.view * m;
   }();
-  // Projects an octagon that contains the disc.
+  // Finds the box by projecting an octagon that contains the mirror's disc.
   constexpr int kCorners = 8;
   const double r = 0.5 * mirror.diameter / std::cos(kPi / kCorners);
   glm::dvec2 lo(1e9), hi(-1e9);
@@ -47,7 +47,7 @@ std::optional<PixelBox> glass_in(const Eye& eye, const MouthMirror& mirror, cons
     lo = glm::min(lo, p);
     hi = glm::max(hi, p);
   }
-  // a part of the disc is behind the eye, so the box is the whole picture
+  // a part of the mirror's disc is behind the eye, so the box is the whole picture
   if (nearest <= 1e-6) return PixelBox{0, 0, size.x, size.y};
   const glm::dvec2 scale = 0.5 * glm::dvec2(size);
   const glm::ivec2 first = glm::clamp(glm::ivec2(glm::floor((lo + 1.0) * scale)) - 1, glm::ivec2(0), size);

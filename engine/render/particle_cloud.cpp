@@ -11,7 +11,7 @@ namespace typodont::render {
 
 namespace {
 
-struct Step {  // same layout as in debris.comp
+struct Step {  // data of one step of motion, in the same layout as in the shader debris.comp
   glm::vec4 gravity, origin;
   glm::ivec4 size;
   glm::vec4 sink, air, bounce;

@@ -20,24 +20,26 @@ struct CloudLaw {
   std::size_t capacity = 100'000;
   glm::dvec3 gravity{0, 0, -9.81};                   // m/s², acceleration of gravity
   double air_density = 1.2, air_viscosity = 1.8e-5;  // kg/m³ and Pa·s
-  double restitution = 0.3, slide = 0.7;  // ratios of the speeds after and before a bounce: normal, tangential
+  // ratios of a particle's speeds after and before a bounce: normal, and tangential to the surface
+  double restitution = 0.3, slide = 0.7;
   // s, time in which a particle's mass falls by a factor of e; age at which a particle is removed
   double decay_time = 2, lifetime = 6;
   double least_shown = 3e-5;  // m, smallest drawn diameter; smaller particles are drawn in this size but fainter
-  glm::dvec3 origin{0};       // origin of the distance field, m, frame W
+  glm::dvec3 origin{0};       // m, frame W, position of the distance field's first sample
   double spacing = 5e-4;      // m, spacing of the samples of the distance field
-  glm::ivec3 size{0};         // number of samples, x slowest; 0: no tissue to bounce off
+  // number of samples of the distance field along each axis (x is the slowest index); 0: no tissue to bounce off
+  glm::ivec3 size{0};
 };
 
 struct CloudParticle {
-  glm::vec3 p{0};                              // m, frame W, position
+  glm::vec3 p{0};                              // m, frame W, position of the particle
   float age = 0;                               // s, time since creation
   glm::vec3 v{0};                              // m/s, velocity
   float mass = 0;                              // kg, mass at creation; 0: removed by suction
   float chip = 0;                              // m, diameter of a single chip; one particle represents several chips
   float density = 0;                           // kg/m³, density of the chip's material
   float rate = -1;                             // 1/s, drag rate; ≥ 1e30: at rest; < 0: computed from the speed
-  std::uint8_t color[4] = {255, 255, 255, 0};  // sRGB
+  std::uint8_t color[4] = {255, 255, 255, 0};  // sRGB, colour of the particle
 };
 static_assert(sizeof(CloudParticle) == 48);
 
@@ -90,9 +92,10 @@ class ParticleCloud {
   };
   std::deque<Cohort> cohorts_;
   std::size_t first_ = 0, count_ = 0, shown_ = 0;
-  double time_ = 0, pending_ = 0;  // s: time of all motion so far; time of the motion that the next record() computes
+  // s: time_ is the time of all motion so far; pending_ is the time of the motion that the next record() computes
+  double time_ = 0, pending_ = 0;
   glm::vec4 sink_{0};
-  double nozzle_ = 0;  // m, radius of the nozzle
+  double nozzle_ = 0;  // m, radius of the suction nozzle
   int steps_ = 0;
 };
 

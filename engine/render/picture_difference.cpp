@@ -138,7 +138,7 @@ double hyab(const dvec3& a, const dvec3& b) {
 
 /// Returns the strength of edges (index 0) and of points (index 1) in the achromatic channel.
 std::array<Plane, 2> features(const Plane& achromatic, double pixels_per_degree) {
-  constexpr double kWidth = 0.082;  // deg, width of a feature in the field of view
+  constexpr double kWidth = 0.082;  // degrees, width of an edge or a point (a feature) in the field of view
   const double sigma = 0.5 * kWidth * pixels_per_degree;
   const int radius = static_cast<int>(std::ceil(3 * sigma));
   const auto bell = [&](double x) { return std::exp(-x * x / (2 * sigma * sigma)); };

@@ -8,7 +8,7 @@ namespace typodont::render {
 
 struct Quality {
   std::string_view name = "high";
-  int samples = 4;        // samples per pixel
+  int samples = 4;        // number of samples per pixel
   int shadow_map = 2048;  // texels, width and height of the shadow map; 0: no shadow, no ambient occlusion
   int shadow_taps = 16;
   int occlusion_taps = 16;

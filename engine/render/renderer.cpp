@@ -48,7 +48,7 @@ struct Renderer::Impl {
   ToolBody tool_body, tip_body;
   Handpiece handpiece;
   HandpieceBody handpiece_body;
-  SuctionTip tip_made;  // the tip for which `tip_body` was created
+  SuctionTip tip_made;  // the suction tip for which `tip_body` was created
   MirrorPass mirror;
   BackgroundPass background;
   ParticlePass particles;
@@ -320,7 +320,7 @@ struct Renderer::Impl {
     for (shared::FrameData* d : {&now, &before})
       d->tool_head = d->tool_end = d->tool_motion = d->cursor = d->cursor_down = d->handpiece[0] = d->handpiece[1] =
           d->handpiece[2] = d->handpiece[3] = glm::vec4(0);
-    // ignores a change of the fog, because the tiles of the glass are drawn in every frame
+    // a change of the mirror's fog is ignored here, because the tiles of the mirror's glass are drawn in every frame
     now.mirror.y = before.mirror.y;
     const bool eyes_stay = !std::memcmp(now.clip_from_world, before.clip_from_world, sizeof now.clip_from_world);
     if (!eyes_stay || last_settings != settings_version) ++eyes_version;

@@ -2,6 +2,7 @@
 // renderer. The renderer draws two eyes in one pass (multiview) into a picture with two layers; a display composes
 // and shows this picture (engine/display). Objects that a frame does not contain have no pipeline and load no shader.
 // A frame equal to the previous frame is not drawn again. FrameStats counts the work.
+// README.md of this folder has an overview and defines the terms.
 #pragma once
 
 #include <array>
@@ -31,7 +32,7 @@ struct Vertex {
   glm::vec3 p{0};        // m, position relative to the mesh's origin
   glm::vec3 n{0, 0, 1};  // unit normal, pointing out of the tissue
   std::array<Tissue, 2> tissue{Tissue::kEnamel, Tissue::kEnamel};
-  float second = 0;             // 0..1: fraction of tissue[1]
+  float second = 0;             // 0..1, fraction of the second tissue, tissue[1]
   Tissue under = Tissue::kAir;  // the tissue below the surface tissue
   float shows = 0;              // 0..1, fraction of the lower tissue's colour that is visible through the surface
   float depth = 0;              // m, depth of the lower tissue below the surface
@@ -69,17 +70,17 @@ enum class View {
 };
 
 struct Eye {
-  glm::dmat4 view{1.0};        // maps W to the eye's frame, m
+  glm::dmat4 view{1.0};        // maps positions (m) from frame W to the eye's frame
   glm::dmat4 projection{1.0};  // maps the eye's frame to Vulkan's clip space
   dvec3 position{0, 0, 0};     // m, frame W, position of the eye
   bool flip = false;           // true if the eye sees the scene in a mirror
 };
 
 struct Particle {
-  glm::vec3 p{0};        // m, frame W, position
+  glm::vec3 p{0};        // m, frame W, position of the particle
   float radius = 2e-5f;  // m, radius of the particle
-  glm::vec3 color{1};    // sRGB
-  float opacity = 1;     // 1 for a chip; less for mist
+  glm::vec3 color{1};    // sRGB, colour of the particle
+  float opacity = 1;     // opacity of the particle: 1 for a chip, less for mist
   glm::vec3 streak{0};   // m, frame W: path of a droplet during the exposure; it ends at p
 };
 
@@ -179,7 +180,7 @@ struct Frame {
   Background background = Background::kGradient;
 };
 
-/// A rectangle of a picture in pixels.
+/// A rectangle of a picture; position and size in pixels.
 struct PixelBox {
   int x = 0, y = 0, width = 0, height = 0;
   bool operator==(const PixelBox&) const = default;

@@ -11,7 +11,7 @@ using glm::vec4;
 
 // Light of the lamp and the room. `typodont render` writes these values to frame.json for the reference pictures.
 const float kLampHalfAngle = 0.12f;                // rad, half the angle that the lamp subtends at the tissue
-const vec3 kLampColor = vec3(1.0, 0.975, 0.94);    // linear
+const vec3 kLampColor = vec3(1.0, 0.975, 0.94);    // colour of the lamp's light, linear
 const vec3 kRoomFloor = vec3(0.13, 0.12, 0.11);    // radiance of the room from below
 const vec3 kRoomCeiling = vec3(0.44, 0.47, 0.52);  // radiance of the room from above
 const vec3 kRoomWindow = vec3(0.45, 0.50, 0.58);   // additional radiance of the window's middle
@@ -24,25 +24,25 @@ struct FrameData {
   mat4 light_from_world;
   /// x: width of the shadow map, m; y: depth of the shadow map, m; z: size of a texel, m; w: 1 if there is a map
   vec4 light_size;
-  vec4 key;           // xyz: unit, towards the lamp; w: strength
-  vec4 up;            // xyz: unit; w: ambient strength
+  vec4 key;           // xyz: unit vector towards the lamp; w: strength of the lamp's light
+  vec4 up;            // xyz: unit vector towards the ceiling; w: strength of the room's light
   vec4 window;        // xyz: unit, towards the window that glossy surfaces reflect
-  vec4 tool_head;     // xyz: head centre, m; w: radius, m; 0: no tool
+  vec4 tool_head;     // xyz: centre of the tool's head, m, frame W; w: its radius, m; 0: no tool
   vec4 tool_end;      // xyz: far end of the shank, m; w: its radius, m
-  vec4 tool_motion;   // x: angle, rad; y: motion blur by the spindle, 0 .. 1
+  vec4 tool_motion;   // x: angle of the spindle, rad; y: motion blur of the tool by the spindle, 0 .. 1
   vec4 background;    // x: 1: the gradient is drawn, 0: black; w: opacity of the background
-  vec4 picture;       // xy: size of a pixel in clip space
+  vec4 picture;       // xy: size of a pixel of the picture in clip space
   vec4 clip;          // clip plane: only points with dot(clip.xyz, p) + clip.w > 0 are drawn; 0 0 0 1: everything
   vec4 section;       // clip plane for tissue only, in the same form as `clip`
   vec4 cursor;        // xyz: start of the cursor's line, m; w: radius of its ring, m; 0: no cursor
-  vec4 cursor_down;   // xyz: unit direction of the line
+  vec4 cursor_down;   // xyz: unit direction of the cursor's line
   vec4 mirror;        // x: the mouth mirror's radius, m; y: fog; z: 1 divided by the magnification
   vec4 handpiece[4];  // round cones that cast the handpiece's shadow: head a, b, body a, b; xyz: m; w: radius, m
   // x: half the lamp's width divided by its distance; y: width of the spot's soft border, m; zw: half the spot's width
   // and height, m
   vec4 lamp;
-  vec4 lamp_middle;       // xyz: middle of the spot, m
-  vec4 lamp_right;        // xyz: unit, along the spot's first side
+  vec4 lamp_middle;       // xyz: middle of the lamp's spot, m, frame W
+  vec4 lamp_right;        // xyz: unit vector along the width of the lamp's spot
   vec4 tissue_color[16];  // indexed by contract/tissue.h and drawn_matter.h: linear colour; w: translucency
   vec4 tissue_look[16];   // optical properties of each tissue: x: roughness; y: metal; z: wetness
   vec4 film_origin;       // the film's grid: xyz: position of the first sample, m, frame W; w: samples per m

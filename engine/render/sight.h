@@ -10,7 +10,7 @@
 namespace typodont::render {
 
 struct BoxInWorld {
-  glm::dvec3 lo, hi;  // m, frame W, corners of the box
+  glm::dvec3 lo, hi;  // m, frame W, corners of the box: least and greatest coordinates
 };
 
 /// Returns the six planes of the view frustum. A visible point has dot(plane, (p, 1)) ≥ 0 for all planes (Gribb &

@@ -19,8 +19,8 @@ using glm::dvec2;
 using glm::dvec3;
 
 constexpr double kMark = 0.4e-3;       // m, height of a depth mark's ring
-constexpr double kMarkEdge = 0.01e-3;  // m, height of the ring's soft edge
-constexpr int kRingsPerTurn = 10;      // number of profile rings per turn of a thread
+constexpr double kMarkEdge = 0.01e-3;  // m, height of the soft edge of a depth mark's ring
+constexpr int kRingsPerTurn = 10;      // number of rings of mesh vertices per turn of a thread
 // number of corners around the axis; kHeadAround is divisible by 6, 8 and 12 flutes
 constexpr int kHeadAround = 72, kShaftAround = 36;
 
@@ -174,7 +174,7 @@ void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around, fl
 
 ToolMesh make_suction_mesh(double opening, double wall, double slant, double length) {
   const double inner = opening / 2, outer = inner + wall, depth = 4 * opening, slope = std::tan(slant);
-  const double ends = outer * slope + opening;  // m, z of the upper end of the slanted opening
+  const double ends = outer * slope + opening;  // m, z at which the slanted opening of the suction tip ends
   ToolMesh mesh;
   // The profile begins at the dark bottom inside the tube, goes down to the rounded rim, and then up along the outside.
   add_lathe(mesh, {{0, depth}, {inner, depth}, {inner, ends}, {inner, 0.3 * wall}, {inner + 0.2 * wall, 0}}, 48, 0.9f);
@@ -217,7 +217,7 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
     if (shape.flutes > 0) {
       double phase = (angle / (2 * kPi) + shape.helix * (z - z0) / span) * shape.flutes;
       phase -= std::floor(phase);
-      // 0 at the thread's cutting edge, 1 at the bottom of the groove
+      // position in the thread's profile: 0 at the cutting edge, 1 at the bottom of the groove
       const double groove = phase < 0.2 ? phase / 0.2 : 1 - (phase - 0.2) / 0.8;
       const double fade = std::clamp((z1 - z) / (0.15 * span), 0.0, 1.0);
       return r * (1 - shape.flute_depth * groove * fade);

@@ -37,12 +37,12 @@ enum class Finish { kPolished = 0, kBrushed = 1, kGrit = 2 };
 /// A vertex of the tool, and the same vertex on the hull, which is the blurred picture of a fast rotating tool. The
 /// renderer interpolates between the two by the spindle speed.
 struct ToolVertex {
-  glm::vec3 p{0}, n{0, 0, 1};            // m, tool frame
-  glm::vec3 hull_p{0}, hull_n{0, 0, 1};  // m, position and normal on the hull
+  glm::vec3 p{0}, n{0, 0, 1};            // position (m) and unit normal in the tool's frame
+  glm::vec3 hull_p{0}, hull_n{0, 0, 1};  // position (m) and unit normal of the same vertex on the hull
   float spins = 1;                       // 1: the vertex rotates with the spindle
   float rough = 0.3f;
   float mark = 0;    // 1: the vertex is on a dark depth mark
-  float finish = 0;  // value of Finish
+  float finish = 0;  // finish of the metal at the vertex: a value of Finish
 };
 struct ToolMesh {
   std::vector<ToolVertex> vertices;

@@ -42,8 +42,8 @@ constexpr double kSmoothing = 0.25e-3;  // m, standard deviation of the Gaussian
 
 struct Facet {
   dvec3 p{0};              // voxels, centre of the facet
-  dvec3 n{0};              // unit normal, pointing out of the tissue
-  double area = 0;         // voxels²
+  dvec3 n{0};              // unit normal of the facet, pointing out of the tissue
+  double area = 0;         // voxels², area of the facet
   std::size_t inside = 0;  // index of the sample next to the facet that lies inside the tissue
 };
 
@@ -146,7 +146,7 @@ std::optional<Ball> fit_ball(const std::vector<Facet>& facets) {
   return Ball{mean + c, std::sqrt(square / weight + glm::dot(c, c))};
 }
 
-/// Distance in voxels from p along `direction` to the last point inside the tissue.
+/// Returns the distance in voxels from p along `direction` to the last point inside the tissue.
 double last_inside(const DenseField& field, const dvec3& p, const dvec3& direction) {
   const double longest = glm::length(dvec3(field.size));
   double last = 0, previous = field.sample(p);
@@ -260,8 +260,8 @@ std::pair<double, double> roughness(const std::vector<dvec3>& curve, double sigm
   return counted > 0 ? std::pair(square / static_cast<double>(counted), length) : std::pair(0.0, 0.0);
 }
 
-/// Smallest width of the cavity in voxels, measured across its longer axis at the height `w` along `axes.w`. The two
-/// ends of the cavity are excluded.
+/// Returns the smallest width of the cavity in voxels, measured across its longer axis at the height `w` along
+/// `axes.w`. The two ends of the cavity are excluded.
 std::optional<double> narrowest(const DenseField& before, const DenseField& after, const Axes& axes, double w) {
   // Computes the outline of the removed tissue as seen along the opening's axis.
   double count = 0, mu = 0, mv = 0, uu = 0, uv = 0, vv = 0;
@@ -466,7 +466,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     }
   }
 
-  // Measures the floor.
+  // Measures the floor of the cavity.
   double floor_height = 0;
   if (area_of(floor) >= kLeastArea) {
     std::vector<std::pair<double, double>> depths, heights;
@@ -494,7 +494,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     if (width) m.isthmus = *width * h;
   }
 
-  // Measures the walls.
+  // Measures the walls of the cavity.
   if (area_of(walls) >= kLeastArea) {
     std::vector<std::pair<double, double>> leans, depths, thickness;
     for (const Facet& f : walls) {
@@ -527,7 +527,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     }
   }
 
-  // Measures the margin.
+  // Measures the margin of the cavity (its edge on the natural surface).
   double square = 0, length = 0;
   for (const auto& curve : margins(in.before, after)) {
     const auto [mean_square, its_length] = roughness(curve, kSmoothing / h);
@@ -536,7 +536,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   }
   if (length > 0) m.margin_roughness = std::sqrt(square / length) * h;
 
-  // Measures the distance to the pulp.
+  // Measures the smallest distance from the cavity to the pulp.
   if (!known.to_pulp.empty()) {
     double exposed = 0;
     for (const Facet& f : fresh) {

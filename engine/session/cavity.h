@@ -61,7 +61,7 @@ struct CavityMeasures {
   std::optional<double> pulp_exposed;  // m², area of exposed pulp; no value if there is no pulp
   struct Cup {
     dvec3 center_W{0};  // m, centre of the sphere
-    double radius = 0;  // m
+    double radius = 0;  // m, radius of the sphere
     dvec3 axis_W{0};    // unit vector out of the opening, the mean normal of the new surface
   };
   std::optional<Cup> cup;            // a sphere fitted to the new surface, for a socket that was reamed

@@ -37,7 +37,7 @@ std::string_view differing_column(const ServoTick& replayed, const ServoTick& re
   comparable.cpu_time = recorded.cpu_time;
   comparable.X_WT = recorded.X_WT;  // the hand's pose is the replay's input, so it is not compared
   comparable.pedal = recorded.pedal;
-  // These fault bits come from the limits of the recorded device, so the replay cannot produce them.
+  // Fault bits that come from the limits of the recorded device, so the replay cannot produce them.
   constexpr std::uint32_t kDevices = bits(Fault::kForceLimit) | bits(Fault::kSlewLimit);
   comparable.faults = (replayed.faults & ~kLoopsFaults) | (recorded.faults & (kLoopsFaults | kDevices));
   return first_difference(tick_columns(), comparable, recorded);

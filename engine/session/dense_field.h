@@ -21,16 +21,16 @@ struct DenseField {
                static_cast<std::size_t>(size.z) +
            static_cast<std::size_t>(z);
   }
-  /// Trilinear interpolation at the point p (in voxels). Outside the box, the function returns the value at the nearest
-  /// point of the box.
+  /// Returns the trilinear interpolation of the distance at the point p (voxels). Outside the box, the function returns
+  /// the value at the nearest point of the box.
   double sample(const glm::dvec3& p) const;
-  /// Gradient at the point p, not normalised. It is computed by central differences of interpolated values at `reach`
-  /// voxels to either side of p.
+  /// Returns the gradient of the distance at the point p (voxels), not normalised. It is computed by central
+  /// differences of interpolated values at `reach` voxels to either side of p.
   glm::dvec3 gradient(const glm::dvec3& p, double reach = 0.5) const;
 };
 
-/// Fraction of a voxel's volume that lies inside a surface at the signed distance `distance` (voxels) from the voxel's
-/// centre.
+/// Returns the fraction of a voxel's volume that lies inside a surface at the signed distance `distance` (voxels) from
+/// the voxel's centre.
 double fraction_inside(double distance);
 
 /// Computes true distances from a field that is correct only near its surface, as a field is after cuts. The closest
@@ -39,7 +39,7 @@ double fraction_inside(double distance);
 /// unchanged.
 DenseField redistanced(const DenseField& field);
 
-/// For every voxel, the array index of the nearest marked voxel. If no voxel is marked, every value is SIZE_MAX.
+/// Returns for every voxel the array index of the nearest marked voxel. If no voxel is marked, every value is SIZE_MAX.
 std::vector<std::size_t> nearest_marked(const glm::ivec3& size, const std::vector<bool>& marked);
 
 }  // namespace typodont::session

@@ -12,7 +12,7 @@
 namespace typodont::session {
 
 struct FilmOptions {
-  int width = 1280, height = 720;  // pixels of a frame
+  int width = 1280, height = 720;  // pixels, width and height of a frame of the film
   double fps = 30;
 };
 
@@ -39,7 +39,7 @@ class FilmWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Path of the program ffmpeg, found with the variable PATH; no value if it is not installed.
+/// Returns the path of the program ffmpeg, found with the variable PATH; no value if it is not installed.
 std::optional<std::filesystem::path> find_ffmpeg();
 
 }  // namespace typodont::session

@@ -14,15 +14,16 @@ namespace {
 constexpr std::array<std::string_view, 7> kDeeds = {"smooth", "mark", "drill", "check", "tap", "place", "close"};
 constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
     "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
-// limit of the spindle speed divided by the phase's speed; a faster spindle is noted
+// ratio of the spindle's speed to the speed that the phase asks for; a larger ratio is noted
 constexpr double kOverSpeed = 1.1;
 // Time in s: if the tool of a later phase touches the bone for this time, that phase becomes the present phase.
 constexpr double kSkipPhaseTime = 1.5;
 // s; a phase of smoothing, marking or checking ends after its goal has been met for this time
 constexpr double kHeld = 0.3;
-constexpr double kDrilled = 0.05e-3;  // m, depth tolerance for a drill
-constexpr double kChecked = 0.25e-3;  // m, depth tolerance for a gauge
-constexpr double kThreaded = 0.3e-3;  // m, depth tolerance for a tap
+// m, tolerance of the depth: a phase with a drill is complete from this far above its depth
+constexpr double kDrilled = 0.05e-3;
+constexpr double kChecked = 0.25e-3;  // m, tolerance of the depth for a phase with a depth gauge
+constexpr double kThreaded = 0.3e-3;  // m, tolerance of the depth for a phase with a tap
 // Threshold in N: with a smaller force, the tool counts as having no contact, because a tool without contact follows
 // the hand.
 constexpr double kLeastContactForce = 0.05;
@@ -57,7 +58,7 @@ double ImplantCylinder::distance(const dvec3& p_W) const {
 }
 
 double ImplantCylinder::distance(std::span<const dvec3> path_W) const {
-  constexpr double kStep = 0.05e-3;  // m, length of a step
+  constexpr double kStep = 0.05e-3;  // m, length of the steps along the path at which the distance is computed
   double best = 1e9;
   for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
     const dvec3 way = path_W[i + 1] - path_W[i];
@@ -208,8 +209,8 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   const bool touches = tick.contact_area > 0 || force > kLeastContactForce;
   const double removed = volume_of(tick), cut = std::max(0.0, removed - removed_last_);
   removed_last_ = removed;
-  // A tool works if it cuts or moves deeper. The trainee may pull out the tool of the last phase, because this is not
-  // work.
+  // A tool works if it cuts or moves deeper. Pulling out the tool of the last phase is not work, so the trainee may do
+  // it.
   if (dt > 0)
     insertion_speed_ += ((depth_ - last_depth_) / dt - insertion_speed_) * (1 - std::exp(-dt / kInsertionFilterTime));
   last_depth_ = depth_;

@@ -23,20 +23,20 @@ inline constexpr std::uint32_t kFree = 0, kSliding = 1, kDrilling = 2, kPerforat
 /// A cylinder with flat ends, which represents a bed or an implant without its thread. SI units, frame W.
 struct ImplantCylinder {
   dvec3 bottom_W{0}, axis_W{0, 0, -1};  // bottom_W: middle of the lower end, m; axis_W: unit vector into the bone
-  double length = 0, radius = 0;        // m
-  /// Distance from a point to the surface of the cylinder in m, negative inside.
+  double length = 0, radius = 0;        // m, length and radius of the cylinder
+  /// Returns the distance from a point to the surface of the cylinder in m, negative inside.
   double distance(const dvec3& p_W) const;
-  /// Smallest distance from the points of a polyline to the surface, in m. If the result is 0.3 mm or more, it is at
-  /// most 1 µm too large.
+  /// Returns the smallest distance from the points of a polyline to the surface, in m. If the result is 0.3 mm or more,
+  /// it is at most 1 µm too large.
   double distance(std::span<const dvec3> path_W) const;
 };
 
 /// The planned position of an implant. SI units, frame W.
 struct ImplantPlan {
   dvec3 entry_W{0};         // m, middle of the implant's platform
-  dvec3 axis_W{0, 0, -1};   // unit vector into the bone
+  dvec3 axis_W{0, 0, -1};   // unit vector along the implant's axis, into the bone
   double length = 0;        // m, length of the implant
-  double diameter = 0;      // m, diameter of the thread
+  double diameter = 0;      // m, outer diameter of the implant's thread
   double bed_diameter = 0;  // m, diameter of the last drill that makes the bed
   dvec3 apex_W() const { return entry_W + length * axis_W; }
   ImplantCylinder cylinder() const { return {apex_W(), axis_W, length, diameter / 2}; }
@@ -47,7 +47,7 @@ enum class ImplantAction { kSmooth, kMark, kDrill, kCheck, kTap, kPlace, kClose 
 std::string_view name_of(ImplantAction deed) noexcept;
 std::optional<ImplantAction> implant_action_named(std::string_view name) noexcept;
 
-/// One phase of the procedure, in SI units.
+/// One phase of the implant procedure. SI units.
 struct ImplantPhase {
   TaskText name;
   ImplantAction deed = ImplantAction::kDrill;
@@ -61,7 +61,7 @@ struct ImplantPhase {
 /// The root of a neighbouring tooth: all points within `radius` of the line from a to b.
 struct NeighbourRoot {
   dvec3 a_W{0}, b_W{0};
-  double radius = 0;  // m
+  double radius = 0;  // m, radius of the root
 };
 
 /// An implant exercise as the scene states it.
@@ -75,7 +75,7 @@ struct ImplantTask {
   double depth_tolerance = 0;  // m, limit of the depth beyond the planned depth; beyond it the trainee is warned
   double canal_clearance = 0;  // m; at a smaller distance from the nerve canal the trainee is warned
   std::vector<dvec3> canal_W;  // the nerve canal as a polyline; empty if there is no canal
-  double canal_radius = 0;     // m
+  double canal_radius = 0;     // m, radius of the nerve canal
   std::vector<NeighbourRoot> neighbours;
 };
 
@@ -86,13 +86,13 @@ class ImplantMeter {
   void add(std::span<const ServoTick> ticks);
   ImplantMeasures result() const;
 
-  /// Index of the present phase. After the last phase it equals the number of phases.
+  /// Returns the index of the present phase. After the last phase it equals the number of phases.
   std::size_t phase() const { return phase_; }
-  /// The note that the trainee sees now.
+  /// Returns the note that the trainee sees now.
   ImplantNote note() const { return note_; }
-  /// Depth, in m, of the tool's tip below the plan's entry, along the plan's axis.
+  /// Returns the depth, in m, of the tool's tip below the plan's entry, along the plan's axis.
   double depth() const { return depth_; }
-  double temperature() const { return temperature_; }  // °C, temperature of the bone at the drill
+  double temperature() const { return temperature_; }  // returns the temperature (°C) of the bone at the drill
   const ImplantTask& task() const { return task_; }
 
  private:
@@ -110,12 +110,12 @@ class ImplantMeter {
   double depth_ = 0, temperature_ = HeatModel::body;
   bool started_ = false;
   Nanos last_t_ = 0;
-  double removed_last_ = 0, removed_in_phase_ = 0;  // m³, volumes up to the last tick and in the present phase
+  double removed_last_ = 0, removed_in_phase_ = 0;  // m³, volumes removed up to the last tick, and in the present phase
   double held_ = 0;                                 // s, time for which the goal of the phase has been met so far
   double later_tool_time_ = 0;                      // s, time for which the tool of a later phase has worked so far
   bool works_ = false;                              // true while the tool in the hand works on the bone
-  double last_depth_ = 0;                           // m, depth in the last tick
-  double insertion_speed_ = 0;                      // m/s, filtered speed along the plan's axis
+  double last_depth_ = 0;                           // m, depth of the tool's tip in the last tick
+  double insertion_speed_ = 0;  // m/s, low-pass filtered speed of the tool along the axis of the plan
   // The force curve of this phase. When all bins are full, pairs of bins are joined, and a bin becomes twice as long.
   static constexpr std::size_t kBins = 200;
   std::vector<double> across_, along_;

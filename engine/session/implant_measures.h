@@ -25,10 +25,10 @@ enum class ImplantNote {
 inline constexpr std::size_t kImplantNoteCount = 8;
 std::string_view name_of(ImplantNote note) noexcept;
 
-/// A model of the bone temperature at the drill. The bone near the bed is one mass with one temperature. A fraction of
-/// the cutting power heats this mass, and it cools towards body temperature. The parameters are estimates, except the
-/// temperature `harmful`: Eriksson & Albrektsson, J Prosthet Dent 1983;50:101-107, found bone damage at 47 °C for one
-/// minute.
+/// Model of the temperature of the bone at the drill. The bone near the bed is one mass with one temperature. A
+/// fraction of the cutting power heats this mass, and it cools towards body temperature. The parameters are estimates,
+/// except the temperature `harmful`: Eriksson & Albrektsson, J Prosthet Dent 1983;50:101-107, found bone damage at 47
+/// °C for one minute.
 struct HeatModel {
   // Fraction of the cutting power that heats the bone. The chips remove the rest of the heat.
   static constexpr double fraction = 0.3;
@@ -43,7 +43,7 @@ struct HeatModel {
 /// the time without contact is not counted.
 struct ForceCurve {
   std::vector<float> across, along;  // N, mean force perpendicular to the plan's axis and along it, for each interval
-  double span = 0;                   // s, length of an interval
+  double span = 0;                   // s, length of an interval of contact time
 };
 
 struct ImplantPhaseMeasures {
@@ -51,7 +51,7 @@ struct ImplantPhaseMeasures {
   bool done = false, skipped = false;
   // s, times of the first contact and of the phase's end; negative if this has not yet happened
   double began = -1, ended = -1;
-  double force_max = 0;                           // N, largest force
+  double force_max = 0;                           // N, largest force in the phase
   double over_force = 0;                          // s, time for which the force was above its limit
   double depth = 0;                               // m, largest depth below the plan's entry
   double hottest = HeatModel::body;               // °C, highest temperature
@@ -68,8 +68,9 @@ struct ImplantBedMeasures {
   double canal_distance = 1e9;             // m, distance from the bed's surface to the wall of the nerve canal
   double neighbour_distance = 1e9;         // m, distance from the bed's wall to the nearest neighbouring root
   // The next measures are computed from the tissue (measure_bed()). They are negative if they are unknown.
-  double diameter = -1, ovality = -1;  // m, diameter and ovality
-  double perforated = -1;              // fraction of the upper nine tenths of the bed's wall that has no bone behind it
+  // m, mean diameter of the bed, and ovality (difference of its largest and smallest diameter)
+  double diameter = -1, ovality = -1;
+  double perforated = -1;  // fraction of the upper nine tenths of the bed's wall that has no bone behind it
 };
 
 struct ImplantMeasures {
@@ -80,7 +81,7 @@ struct ImplantMeasures {
   double bone_contact = -1;          // fraction of the implant's surface that touches bone; negative if unknown
   double over_force = 0;             // s, time for which the force was above its limit
   double hottest = HeatModel::body;  // °C, highest temperature
-  double phases_done() const;        // fraction of the phases that are complete, 0..1
+  double phases_done() const;        // returns the fraction of the phases that are complete, 0..1
 };
 
 }  // namespace typodont::session

@@ -115,7 +115,7 @@ struct SessionWriter::Impl {
            status.state == WriterStatus::State::kDiskFull;
   }
   bool close() noexcept;
-  /// True if the session file was removed or replaced by another file.
+  /// Returns true if the session file was removed or replaced by another file.
   bool is_gone() const noexcept;
 
   template <class Message>

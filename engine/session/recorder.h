@@ -22,7 +22,7 @@ namespace typodont::session {
 struct WriterOptions {
   // ns, longest time for which data is only in memory, if heartbeat() is called
   Nanos flush_interval = kNanosPerSecond / 2;
-  int deflate = 3;  // compression level, 1..9
+  int deflate = 3;  // level of the compression of the recording's data (deflate), 1..9
   // Limits of the free space on the disk, in bytes. If it is less than `disk_needed`, the constructor throws Error.
   // Below `disk_low`, the status contains a warning. Below `disk_reserve` (about two flushes with their journal), rows
   // are not written and are counted as lost.

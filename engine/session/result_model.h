@@ -18,12 +18,12 @@ namespace typodont::session {
 struct TissueLabels {
   VoxelFrame frame;            // position of the grid in frame W; sample (0,0,0) lies at the frame's origin
   glm::ivec3 size{0};          // number of samples per axis; 0 if there are no labels
-  std::vector<Tissue> tissue;  // z is the fastest index
+  std::vector<Tissue> tissue;  // tissue label of each sample; z is the fastest index
 };
 
 struct ResultModel {
   struct Vertex {
-    glm::vec3 p_W{0};  // m
+    glm::vec3 p_W{0};  // m, frame W, position of the vertex
     glm::vec3 n{0};    // unit normal, pointing out of the tissue
     Tissue tissue = Tissue::kAir;
     float off = 0;  // m, distance from the ideal's surface; positive: too much tissue remains, negative: cut too deep
@@ -41,7 +41,7 @@ struct ModelView {
   dvec3 look_W{0, 0, -1}, up_W{0, 1, 0};
 };
 
-/// An oblique view from above, as in the first picture of the report. `axis_W` points out of the opening.
+/// Returns an oblique view from above, as in the first picture of the report. `axis_W` points out of the opening.
 ModelView angled_view(const dvec3& axis_W);
 
 /// Draws a picture with three bytes per pixel (sRGB), top row first. `ground` is the grey value of the background, 0 to

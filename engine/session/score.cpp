@@ -105,7 +105,7 @@ HandMeasures HandMeter::result() const {
 
 namespace {
 
-/// True for tissue that the trainee should keep: all tissue except caries and old fillings.
+/// Returns true for tissue that the trainee should keep: all tissue except caries and old fillings.
 bool is_healthy(Tissue t) {
   return t != Tissue::kAir && t != Tissue::kCaries && t != Tissue::kAmalgam && t != Tissue::kComposite;
 }
@@ -127,8 +127,8 @@ double healthy_removed(const ScoreInput& in) {
   return sum;
 }
 
-/// Volume, in m³, of the difference from the ideal. It is computed from the voxels if these were measured, otherwise
-/// from the volumes per tissue.
+/// Returns the volume, in m³, of the difference from the ideal. It is computed from the voxels if these were measured,
+/// otherwise from the volumes per tissue.
 std::optional<double> against_ideal(const ScoreInput& in, double sign) {
   if (in.cavity && in.cavity->has_ideal) return (sign > 0 ? in.cavity->over_volume : in.cavity->under_volume) * kMm3;
   if (!in.ideal) return std::nullopt;

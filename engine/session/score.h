@@ -22,7 +22,7 @@ struct HandMeasures {
   double time = 0;           // s, time from the first tick to the last
   double contact_time = 0;   // s, time in which the head touched tissue
   double force_mean = 0;     // N, mean force over the ticks with contact
-  double force_max = 0;      // N, largest force
+  double force_max = 0;      // N, largest force in the session
   double path_length = 0;    // m, length of the path of the head's centre (at the hand's pose), without tremor
   int strokes = 0;           // number of strokes, which are contacts in which tissue was cut
   double tremor_rms = 0;     // m, root mean square of the hand's motion above 5 Hz while in contact
@@ -139,7 +139,7 @@ struct Score {
 
   bool counts() const { return full > 0; }
   bool passed() const { return points >= pass.points; }
-  /// True if the item's fraction of its full points is less than the fraction of 100 points that the pass mark
+  /// Returns true if the item's fraction of its full points is less than the fraction of 100 points that the pass mark
   /// requires.
   bool missed(const ScoreItem& item) const { return item.full > 0 && item.points < pass.points / 100 * item.full; }
 };
@@ -147,7 +147,8 @@ struct Score {
 std::vector<std::string> known_score_names();
 std::string_view unit_of(std::string_view score_name);
 
-/// Default target of a measure, used if neither a rule nor an ideal states one. No value if there is no default.
+/// Returns the default target of a measure, used if neither a rule nor an ideal states one. No value if there is no
+/// default.
 std::optional<double> default_target(std::string_view score_name);
 
 /// Returns the rules for a scene that states no rules.
@@ -158,7 +159,7 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input);
 /// ideal, the default target is used. If the ideal itself would miss a default target, the ideal's value replaces that
 /// target. Throws Error.
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);
-/// Reads the same keys from the block "task", which may also have other keys.
+/// Reads the same keys as rules_from() from the block "task" of a scene, which may also have other keys.
 std::vector<ScoreRule> task_rules(const Json& task, const ScoreInput& input);
 /// Checks names, kinds and ranges of the rules. This needs no session. Throws Error.
 void check_rules(const Json& block);

@@ -24,22 +24,22 @@ struct SourceFile {
 /// parameters.
 struct StreamSpec {
   struct Column {
-    std::string name;  // "head_x_m": letters, digits and _
-    std::string unit;  // "m"
+    std::string name;  // name of the column, for example "head_x_m"; it consists of letters, digits and _
+    std::string unit;  // unit of the column's numbers, for example "m"
     bool operator==(const Column&) const = default;
   };
-  std::string name;  // "head"
+  std::string name;  // name of the stream, for example "head"
   std::vector<Column> columns;
   bool operator==(const StreamSpec&) const = default;
 };
 
 /// Data that is known before the first tick. A replay needs nothing else besides the ticks.
 struct SessionHeader {
-  std::string scene_json;                                    // the complete scene as JSON, with all overrides
-  std::string rig_json;                                      // the complete rig as JSON; empty if there is no rig
-  std::vector<SourceFile> files;                             // the files from which the scene and the rig were built
-  std::string hand;                                          // the device's address, e.g. "script:hand.csv"
-  std::string trainee;                                       // free text that names the trainee; empty if unknown
+  std::string scene_json;         // the complete scene as JSON, with all overrides
+  std::string rig_json;           // the complete rig as JSON; empty if there is no rig
+  std::vector<SourceFile> files;  // the files from which the scene and the rig were built
+  std::string hand;               // address of the hand's device, for example "script:hand.csv"
+  std::string trainee;            // free text that names the trainee; empty if unknown
   std::vector<std::pair<std::string, std::uint64_t>> seeds;  // names and seeds of all random number generators
   std::vector<std::string> tools;         // name or JSON text of each tool; Cut::tool is an index into this list
   std::vector<StreamSpec> streams;        // streams that are recorded in addition to the ticks
@@ -68,7 +68,7 @@ std::string_view name_of(EventKind kind) noexcept;
 /// A fault bit and its name in files.
 struct FaultName {
   Fault fault;
-  std::string name;  // "bad_input"
+  std::string name;  // name of the fault in files, for example "bad_input"
 };
 const std::vector<FaultName>& fault_names();
 /// Returns the name of a fault bit, for example "stale_patch", or "unknown" for other values.

@@ -99,7 +99,8 @@ class TableReader {
            H5Dread(dataset.get(), type, memory.get(), space.get(), H5P_DEFAULT, out) >= 0;
   }
 
-  /// True if the file contains all chunks of the dataset. HDF5 would read a missing chunk as zeros without an error.
+  /// Returns true if the file contains all chunks of the dataset. HDF5 would read a missing chunk as zeros without an
+  /// error.
   static bool all_chunks_written(const H5& dataset, hsize_t rows) {
     H5 properties(H5Dget_create_plist(dataset.get()), H5Pclose);
     H5 space(H5Dget_space(dataset.get()), H5Sclose);

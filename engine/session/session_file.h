@@ -32,13 +32,13 @@ class SessionReader {
 
   const std::filesystem::path& file() const;
   const SessionHeader& header() const;
-  /// True if the recording was not finished. The causes are a crash, a kill, an incomplete copy, or a recording that
-  /// still runs.
+  /// Returns true if the recording was not finished. The causes are a crash, a kill, an incomplete copy, or a recording
+  /// that still runs.
   bool truncated() const;
-  /// True if another process is writing this file now.
+  /// Returns true if another process is writing this file now.
   bool being_recorded() const;
   const Lost& lost() const;
-  /// Gaps in the recording, in order of time. The data before and after each gap can be read.
+  /// Returns the gaps in the recording, in order of time. The data before and after each gap can be read.
   const std::vector<Gap>& gaps() const;
 
   std::uint64_t tick_count() const;
@@ -51,7 +51,7 @@ class SessionReader {
   const std::vector<SessionEvent>& events() const;
   const std::vector<StreamData>& streams() const;  // the streams have the order of header().streams
   const std::optional<SessionResult>& result() const;
-  /// Timing of the servo loop; no value if the session did not run live.
+  /// Returns the timing of the servo loop; no value if the session did not run live.
   const std::optional<LoopReport>& loop() const;
 
  private:

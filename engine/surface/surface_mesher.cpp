@@ -176,7 +176,8 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
     const int axis = edge.axis, u = (axis + 1) % 3, v = (axis + 2) % 3;
     const glm::ivec3 base(edge.cell >> 8, edge.cell >> 4 & 15, edge.cell & 15);
     static constexpr int kRing[4][2] = {
-        // Offsets to the four cells along u and v, in counter-clockwise order about +axis
+        // Offsets of the four cells around the edge, along u and v. They are in counter-clockwise order as seen from
+        // the positive end of the axis.
         {1, 1},
         {0, 1},
         {0, 0},
@@ -253,7 +254,7 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
     }
   }
 
-  // Computes the bounds for culling.
+  // Computes the bounds of the brick's mesh; the renderer does not draw bricks whose bounds are out of view.
   mesh.low = mesh.high = mesh.vertices.empty() ? glm::vec3(0) : mesh.vertices[0].position;
   for (const SurfaceVertex& vertex : mesh.vertices) {
     mesh.low = glm::min(mesh.low, vertex.position);

@@ -20,7 +20,7 @@ namespace {
 struct Bur {
   const char* name;
   HeadShape shape;
-  double diameter, length;  // m, size of the bur
+  double diameter, length;  // m, diameter and length of the bur's head
 };
 constexpr Bur kBurs[] = {{"round 1.2 mm", HeadShape::kSphere, 1.2e-3, 1.2e-3},
                          {"pear 1.0 x 2 mm", HeadShape::kPear, 1.0e-3, 2e-3},

@@ -72,7 +72,7 @@ TissueVolume with_mesh(TissueMesh mesh) {
 struct Bur {
   const char* name;
   HeadShape shape;
-  double diameter, length;  // m, size of the bur
+  double diameter, length;  // m, diameter and length of the bur's head
 };
 constexpr Bur kBurs[] = {{"round 1.2 mm", HeadShape::kSphere, 1.2e-3, 1.2e-3},
                          {"cylinder 1.0 x 4 mm", HeadShape::kCylinder, 1.0e-3, 4e-3},
@@ -85,7 +85,7 @@ void cutting_rows(const TissueMesh& mesh, const Bur& bur, bool quick, std::vecto
   ServoSettings settings;
   settings.tool.shape = bur.shape;
   settings.tool.diameter = bur.diameter, settings.tool.length = bur.length;
-  settings.spindle.free_speed = 300'000 * 2 * kPi / 60;  // rad/s
+  settings.spindle.free_speed = 300'000 * 2 * kPi / 60;  // rad/s, speed of the spindle without load
   settings.materials.fill({1000, 20e9, 0.2, 0.15, 2900, dvec3(0.9)});
   settings.method = read_contact_method(Json::parse(R"("mesh_lod")", "bench"));
   LockStep steps(with_mesh(mesh), settings);

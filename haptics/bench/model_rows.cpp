@@ -33,7 +33,7 @@ using namespace bench;
 
 constexpr double kStiffness = 1000;      // N/m, stiffness of tissue and coupling
 constexpr double kSpecificEnergy = 8e9;  // J/m³, specific energy of the tissue
-// Smallest force in N whose direction is evaluated, because the direction of a smaller force has no meaning.
+// N, smallest force whose direction is evaluated, because the direction of a smaller force has no meaning.
 constexpr double kLeast = 0.02;
 // number of ticks after which the hand is on the surface and the force has risen completely
 constexpr int kSettled = 100;
@@ -140,9 +140,9 @@ class ForceRecord {
   double worst_angle() const { return worst_angle_; }
   double size() const { return std::sqrt(size_squares_ / std::max(count_, 1)); }
   double worst_size() const { return worst_size_; }
-  /// Largest step of the force from tick to tick, minus the step of the exact force, in N.
+  /// Returns the largest step (N) of the force from tick to tick, minus the step of the exact force.
   double step() const { return step_; }
-  /// Largest energy, in J, that the force had given to the hand at any time.
+  /// Returns the largest energy (J) that the force had given to the hand at any time.
   double given() const { return most_given_; }
 
  private:

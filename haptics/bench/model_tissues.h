@@ -54,8 +54,8 @@ Course slide_course(const ModelTissue& tissue, int ticks, const Slide& slide = {
 /// and 200 mm/s.
 Course tap_course(const ModelTissue& tissue);
 
-/// Volume, in m³, of the part of the exact shape that lies within `radius` of any segment. The points of a grid with
-/// the spacing `step` are counted.
+/// Returns the volume, in m³, of the part of the exact shape that lies within `radius` of any segment. The points of a
+/// grid with the spacing `step` are counted.
 double swept_volume(const ExactShape& shape, const std::vector<std::pair<dvec3, dvec3>>& segments, double radius,
                     double step);
 

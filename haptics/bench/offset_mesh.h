@@ -33,7 +33,7 @@ class OffsetMesh {
   std::optional<Hit> first_hit(const dvec3& from, const dvec3& to) const noexcept;
 
   mesh_lod::TriangleGrid grid_;
-  std::vector<glm::uvec3> corners_;  // indices of each face's corners
+  std::vector<glm::uvec3> corners_;  // for each face: the indices of its three vertices
   std::vector<dvec3> normals_;       // unit normal at each vertex
   dvec3 proxy_{0};
 };

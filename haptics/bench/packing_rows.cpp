@@ -52,7 +52,8 @@ dvec3 direction(std::mt19937_64& random) {
   }
 }
 
-/// Volume, in m³, of the part of the ball that lies within `r` of the segment. The points of a grid are counted.
+/// Returns the volume, in m³, of the part of the ball that lies within `r` of the segment. The points of a grid are
+/// counted.
 double exact_groove(const dvec3& a, const dvec3& b, double r) {
   constexpr double h = 0.02e-3;
   const dvec3 lo = glm::min(a, b) - r, hi = glm::max(a, b) + r;
@@ -85,7 +86,7 @@ class PackedMethod final : public ContactMethod {
   Parameters parameters_;
 };
 
-/// A block of bone with a socket that is 0.5 mm wider than the reamer.
+/// Returns a block of bone with a socket that is 0.5 mm wider than the reamer.
 DenseTissue socket_field() {
   return read_solids(Json::parse(R"({"voxel_mm": 0.8, "band_mm": 4, "solids": [{"tissue": "cancellous_bone",
       "solid": {"difference": [{"box": {"size_mm": [56, 56, 32]}},
@@ -230,7 +231,8 @@ class Rows {
     ServoSettings settings;
     settings.tool.diameter = settings.tool.length = 2 * kHead;
     settings.spindle.free_speed = 300 * kKrpm;
-    settings.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy = 8e9;  // J/m³
+    // J/m³, specific cutting energy of dentin in this benchmark
+    settings.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy = 8e9;
     settings.method = std::make_shared<PackedMethod>(packing);
     const std::vector<double> times = bench::least_of([&] {
       return bench::servo_times(TissueVolume(ball_field()), settings, 1, count, [](int i, const ServoTick&) {
@@ -251,7 +253,8 @@ class Rows {
     settings.spindle.free_speed = 0.3 * kKrpm;
     settings.stiffness = 60e3, settings.damping = 20;
     settings.force_limit = 250, settings.torque_limit = 10;
-    for (Material& m : settings.materials) m.stiffness = 1000, m.specific_energy = 0.4e9;  // N/m, J/m³
+    // N/m, stiffness, and J/m³, specific cutting energy of all tissues
+    for (Material& m : settings.materials) m.stiffness = 1000, m.specific_energy = 0.4e9;
     settings.method = std::make_shared<PackedMethod>(packing);
     const std::vector<double> times = bench::least_of([&] {
       dvec3 x(0, 0, kReamerStart), v(0);

@@ -22,7 +22,8 @@ namespace {
 // number of ticks before the measurement begins; by then the force has risen and contact exists
 constexpr int kApproach = 200;
 
-/// One hand with one tool. `hand(i, last, dt)` returns the tool's pose in tick i after the tick `last`.
+/// A case of the benchmark: one hand with one tool. `hand(i, last, dt)` returns the tool's pose in tick i after the
+/// tick `last`.
 struct ProcessCase {
   std::string name;
   Tool tool;
@@ -34,7 +35,7 @@ struct ProcessCase {
 /// Returns the tool's pose for a hand that slides around a ball at 30 mm/s and a depth of 0.4 mm. Its path is a great
 /// circle that is oblique to the voxel axes.
 Pose slide(int tick, const Tool& tool, double dt) {
-  constexpr double kSpeed = 0.03;  // m/s
+  constexpr double kSpeed = 0.03;  // m/s, speed of the hand
   const double radius = kBallRadius + tool.radius(), angle = kSpeed * dt * tick / radius + 0.3;
   const dvec3 u = glm::normalize(dvec3(1, 0.3, 0.2)), v = glm::normalize(glm::cross(u, dvec3(0.2, -0.1, 1)));
   return {(radius - 4e-4) * (std::cos(angle) * u + std::sin(angle) * v)};

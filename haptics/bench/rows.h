@@ -10,7 +10,7 @@
 
 namespace typodont::haptics::bench {
 
-/// True if the bench measures the default contact model.
+/// Returns true if the bench measures the default contact model.
 inline bool by_default(const BenchOptions& options) {
   return !options.method || options.method->name() == default_contact_method()->name();
 }
@@ -32,8 +32,8 @@ void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 /// the measurement.
 void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dense, std::vector<BenchRow>& rows);
 
-/// Lower bound, in ns, of the median time of a drilling tick. It is the sum of three times: the tick's cut alone,
-/// repeated in a separate patch; one query; and a scan of the samples that the cut reads and writes.
+/// Returns a lower bound, in ns, of the median time of a drilling tick. It is the sum of three times: the tick's cut
+/// alone, repeated in a separate patch; one query; and a scan of the samples that the cut reads and writes.
 double drilling_floor(const DenseTissue& dense, const ServoSettings& settings, int ticks);
 
 /// Adds rows for a patch that is copied during drilling and passed to the servo. `scene` is a drilling scene with the

@@ -61,7 +61,7 @@ struct Scene {
   Scene(const DenseTissue& dense, const ServoSettings& settings);
   Scene(TissueVolume tissue, const ServoSettings& settings);
 
-  /// The servo's patch, for contact models that use a distance field.
+  /// Returns the servo's patch, for contact models that use a distance field.
   const SurfacePatch& patch() const { return dynamic_cast<const SurfacePatch&>(servo.snapshot()); }
   /// Takes a new snapshot if one is due, as at the start of every tick. The first snapshot has its centre at the hand.
   /// Returns true if a snapshot was taken.

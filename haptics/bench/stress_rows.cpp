@@ -29,7 +29,7 @@ namespace {
 using namespace bench;
 
 constexpr double kMostEnergy = 1e-9;  // J, largest energy that a hand may receive; the energy ledger guarantees this
-// Largest step of the force, in N per tick, in addition to the coupling's response to the hand's own motion.
+// N per tick, largest allowed step of the force in addition to the coupling's response to the hand's own motion.
 constexpr double kMostStep = 0.25;
 constexpr double kHostileLimit = 8;  // N, force limit for erratic hands
 constexpr std::string_view kBlock6 = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}])";
@@ -38,7 +38,7 @@ constexpr double kBlock6Top = 2e-3;  // m, height of the block's surface
 /// The values that were measured in a run.
 struct Felt {
   int ticks = 0, not_finite = 0;
-  double most_force = 0;  // N, largest force
+  double most_force = 0;  // N, largest force in the run
   double over_limit = 0;  // N, largest excess over the force limit
   double energy = 0;      // J, largest energy that was given to the hand
   double step = 0;  // N per tick, largest step of the force in addition to stiffness times the hand's displacement
@@ -105,7 +105,7 @@ class Run {
 
 /// A simulated hand: a mass with a damper, pulled by an external force.
 struct Mass {
-  double mass = 0.15, damping = 5;  // mass in kg, damping in N·s/m
+  double mass = 0.15, damping = 5;  // mass of the simulated hand in kg, and its damping in N·s/m
   dvec3 x{0}, v{0};
 
   void step(const dvec3& pull, const dvec3& force, double dt) {
@@ -306,7 +306,7 @@ class Stress {
   /// depth is half of its radius, because at an edge a deeper tip could also be held by the other face.
   void fast_probe() {
     constexpr const char* kCampaign = "fast probe";
-    constexpr double kTip = 0.125e-3;     // m, radius of the tip
+    constexpr double kTip = 0.125e-3;     // m, radius of the probe's tip
     constexpr std::size_t kLanded = 200;  // number of ticks after which the tip is on the surface
     constexpr double kLeast = 0.02;       // N; a smaller force does not count as contact
     std::vector<ModelTissue> tissues;

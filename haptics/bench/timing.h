@@ -10,7 +10,7 @@
 
 namespace typodont::haptics::bench {
 
-/// CPU time of one call in ns: the median over `repeats` batches of calls.
+/// Returns the CPU time of one call in ns: the median over `repeats` batches of calls.
 template <class F>
 double batch_ns(int repeats, int batch, F&& work) {
   std::vector<double> times;
@@ -22,7 +22,7 @@ double batch_ns(int repeats, int batch, F&& work) {
   return quantile(times, 0.5);
 }
 
-/// Time in ns that two readings of the clock take. It is subtracted from measured times.
+/// Returns the time in ns that two readings of the clock take. It is subtracted from measured times.
 inline double clock_ns() {
   std::vector<double> times;
   for (int i = 0; i < 1001; ++i) {

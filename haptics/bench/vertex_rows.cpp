@@ -42,7 +42,7 @@ std::vector<double> tick_times(const TissueMesh& mesh, bool cuts, int ticks) {
   ServoSettings settings;
   settings.tool.diameter = settings.tool.length = 2 * kBur;
   settings.cutting = cuts;
-  settings.spindle.free_speed = 300'000 * 2 * kPi / 60;  // rad/s
+  settings.spindle.free_speed = 300'000 * 2 * kPi / 60;  // rad/s, speed of the spindle without load
   settings.materials.fill({1000, 20e9, 0.2, 0.15, 2900, dvec3(0.9)});
   settings.method = read_contact_method(Json::parse(R"({"vertex": {"edge_mm": 0.1}})", "bench"));
   return bench::least_of([&] {

@@ -21,12 +21,12 @@ class ErraticHand {
   ErraticHand(std::uint64_t seed, dvec3 home) : random_(seed), home_(home), p_(home) {}
   Pose next(double dt) {
     if (random_() % 400 == 0) {
-      constexpr double kSpeeds[] = {0.01, 0.03, 0.1, 0.2};  // m/s
+      constexpr double kSpeeds[] = {0.01, 0.03, 0.1, 0.2};  // m/s, speeds between which the hand changes
       speed_ = kSpeeds[random_() % 4];
     }
     v_ += std::sqrt(dt) * 3.0 * speed_ * anywhere() - dt * (6.0 * v_ + 60.0 * (p_ - home_));
     if (const double length = glm::length(v_); length > speed_) v_ *= speed_ / length;
-    turn_ += std::sqrt(dt) * 10.0 * anywhere() - dt * 4.0 * turn_;  // rad/s
+    turn_ += std::sqrt(dt) * 10.0 * anywhere() - dt * 4.0 * turn_;  // rad/s, rotation speed of the hand
     if (const double rate = glm::length(turn_); rate > 0) {
       R_ = glm::normalize(glm::angleAxis(rate * dt, turn_ / rate) * R_);
     }
@@ -52,8 +52,8 @@ class InvalidInput {
  public:
   /// Changes that the caller must make in a tick with invalid input.
   struct Other {
-    Nanos clock = 0;    // ns, jump of the clock
-    bool undo = false;  // true: undo the last stroke
+    Nanos clock = 0;    // ns, jump of the clock that the caller must add to its time
+    bool undo = false;  // true if the caller must undo the last stroke
   };
 
   InvalidInput(std::uint64_t seed, dvec3 home) : random_(seed), home_(home) {}

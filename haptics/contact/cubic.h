@@ -5,8 +5,8 @@
 
 namespace typodont::haptics {
 
-/// Number of doubles per SIMD operation on this processor: 8, 4 or 2. The result has the same bits for each of these
-/// numbers.
+/// Returns the number of doubles per SIMD operation on this processor: 8, 4 or 2. The result has the same bits for each
+/// of these numbers.
 int widest_cubic() noexcept;
 
 /// Tricubic interpolation: computes a weighted sum over 6 × 6 rows of eight samples. The first two samples of a row

@@ -1,6 +1,7 @@
 // Code of the tricubic sum and its gradient. cubic.cpp includes this file once for each vector width `Lanes`.
 
-/// Values of polynomials in t for kLanes consecutive samples of a row, starting with sample `at`.
+/// Evaluates polynomials in t for kLanes consecutive samples of a row, starting with sample `at`. The values are the
+/// interpolation weights of these samples.
 template <std::size_t powers>
 TYPODONT_KERNEL Lanes at_fraction(const double (&c)[powers][8], int at, double t, double t2) {
   Lanes p = *reinterpret_cast<const Lanes*>(c[1] + at) * t;
@@ -18,7 +19,8 @@ TYPODONT_KERNEL void weigh(const double (&c)[powers][8], double t, double* weigh
   const double t2 = t * t;
   for (int at = 0; at < 8; at += kLanes) *reinterpret_cast<Lanes*>(weights + at) = at_fraction(c, at, t, t2);
 }
-/// The weights, rounded to multiples of 2^-29. Their sum is exactly 1, and the sum of the derivatives is exactly 0.
+/// The interpolation weights, rounded to multiples of 2^-29. Their sum is exactly 1, and the sum of their derivatives
+/// is exactly 0.
 template <std::size_t powers>
 TYPODONT_KERNEL void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;

@@ -28,9 +28,9 @@ class RecentCuts {
   }
   const Made& operator[](std::uint64_t index) const noexcept { return made_[index % kLength]; }
   Made& operator[](std::uint64_t index) noexcept { return made_[index % kLength]; }
-  /// Index of the last cut; 0: no cut yet.
+  /// Returns the index of the last cut; 0: no cut yet.
   std::uint64_t last() const noexcept { return last_; }
-  /// Index of the oldest stored cut after `index`; last() + 1 if no such cut is stored.
+  /// Returns the index of the oldest stored cut after `index`; last() + 1 if no such cut is stored.
   std::uint64_t first_after(std::uint64_t index) const noexcept {
     return std::max(index, last_ >= kLength ? last_ - kLength : 0) + 1;
   }

@@ -10,7 +10,8 @@
 namespace typodont::haptics {
 
 DampingFit fit_damping(std::span<const PushSample> samples) {
-  // Tolerance: a smaller ratio det / (dd · vv) means that depth and velocity are proportional
+  // Tolerance: a ratio det / (dd · vv) smaller than this means that depth and velocity are proportional, so that the
+  // fit cannot separate stiffness and damping.
   constexpr double kIndependent = 1e-9;
   const auto each = [&](auto&& use) {
     for (std::size_t i = 1; i + 1 < samples.size(); ++i) {

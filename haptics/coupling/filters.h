@@ -11,8 +11,10 @@ namespace typodont::haptics {
 
 enum class ForceFilter {
   kNone,
-  kSlew,    // Wang 2009: the force changes by at most δ per tick, in any direction
-  kStroke,  // vertex deformation: the force is constant during a stroke, until the computed force differs too much
+  kSlew,  // filter of Wang 2009: the force changes by at most δ per tick, in any direction
+  // filter of the vertex deformation method: the force is constant during a stroke, until the computed force differs
+  // too much from it
+  kStroke,
 };
 
 inline std::optional<ForceFilter> force_filter_named(std::string_view name) noexcept {
@@ -24,7 +26,7 @@ inline std::optional<ForceFilter> force_filter_named(std::string_view name) noex
 
 struct ForceFilterLaw {
   double step = 0.02;    // N per tick, limit of the change: δ of Wang 2009
-  double still = 0.001;  // N, ξ of the vertex deformation method: a smaller force counts as zero
+  double still = 0.001;  // N, ξ of the vertex deformation method: a force smaller than this counts as zero
   // N, limit of the difference between the computed force and the constant force of a stroke; at a larger difference,
   // the computed force is used
   double renewal = 0.10;

@@ -20,8 +20,8 @@ struct PassivityLaw {
   // factor on the fastest recent retreat, because the servo may miss a tick and a retreat may accelerate
   double margin = 2.5;
   double memory = 0.05;  // s, time constant with which earlier retreats are forgotten
-  // m/s², expected acceleration of any hand; a hand that moves inward faster than turning × tick is expected to
-  // continue inward
+  // m/s², expected acceleration of any hand; a hand that moves inward faster than this acceleration × the tick length
+  // is expected to continue inward
   double turning = 2;
   // s, tick length for which `turning` is valid; after much longer ticks the hand may retreat as fast as it advanced
   double human_tick = 1e-3;
@@ -29,12 +29,13 @@ struct PassivityLaw {
   double twisting = 20;           // rad/s², expected angular acceleration of any hand
   // true: positions are encoder counts, so their differences say nothing about changes of the hand's velocity
   bool in_counts = false;
-  double faster = 1.2;  // factor on the greatest recent speed; the product is the limit of the speed of a retreat
-  // Factor on the greatest recent velocity change. The product is the limit of the velocity change of a hand that may
-  // reverse at once.
+  // factor; the speed of a retreat is expected to be at most this factor times the greatest recent speed
+  double faster = 1.2;
+  // Factor. The velocity of a hand that may reverse at once is expected to change in a tick by at most this factor
+  // times the greatest recent velocity change.
   double again = 3;
-  // Factor on the mean velocity change. The product is added to the greatest recent change, as a margin, for a hand
-  // that does not reverse at once.
+  // Factor for a hand that does not reverse at once. As a margin, this factor times the mean velocity change is added
+  // to the greatest recent change.
   double change_margin = 0.6;
   /// threshold of the mean velocity change, as a ratio to the greatest change: a smaller mean (start or end of one
   /// stroke) adds no margin
@@ -46,14 +47,14 @@ struct PassivityLaw {
   // hand may approach fast and then land slowly
   double free_hold = 0.15;
   double fading = 0.5;  // s, time constant of the decay after the time `hold`
-  double uneven = 1.5;  // factor on the longest recent tick, for an irregular clock
+  double uneven = 1.5;  // factor on the longest recent tick, used if the clock is irregular
   double still = 1e-4;  // m/s, limit: a slower motion is rounding or rest
   double leap = 2;      // m/s, limit: a faster motion is a jump of the input
   // s, time constant with which the longest tick is forgotten, because a clock that missed ticks will probably miss
   // ticks again
   double clock_memory = 10;
   double longest_gap = 5;  // ticks, limit: a longer gap is a pause and does not count as the longest tick
-  // J, debt that the energy ledger may have. It is a part of the allowed debt of 1 nJ. The remaining part is for
+  // J, debt that the energy ledger may have. Of the allowed debt of 1 nJ, the part that is not used here is kept for
   // rounding and a sudden reversal.
   double credit = 0.5e-9;
 };
@@ -62,7 +63,8 @@ struct PassivityLaw {
 struct RecentMaximum {
   double most = 0, age = 0;
   void see(double x, double dt, double hold, double fade) noexcept {
-    if (x >= 0.8 * most) {  // a value nearly as large as the maximum restarts the time `hold`
+    // a value nearly as large as the maximum restarts the time for which the maximum does not decay
+    if (x >= 0.8 * most) {
       most = std::max(most, x), age = 0;
     } else if ((age += dt) > hold) {
       most *= fade;
@@ -75,8 +77,8 @@ struct PassivityState {
   double advance = 0;  // m per tick, greatest recent advance against the force
   dvec3 moved{0};      // m, displacement of the hand in the previous tick
   double way = 0;      // m, length of `moved`
-  // decay_for: s, tick length for which the other values were computed. per_second: 1/s, inverse of this length. decay,
-  // clock_decay: decay factors per tick.
+  // decay_for: s, tick length for which the other three values were computed. per_second: 1/s, inverse of this length.
+  // decay, clock_decay: factors by which the recent retreats, and the longest tick, decay per tick.
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
   RecentMaximum pace,
       change;  // m/s, greatest recent speed and greatest recent velocity change per tick, also without contact
@@ -160,7 +162,7 @@ inline void observe(const PassivityLaw& law, const dvec3& moved, double way, con
   if (before > 0) state.retreat = std::max(state.retreat, -glm::dot(moved, state.moved) / before);
   state.moved = moved, state.way = way;
   state.rotation_retreat *= state.decay;
-  if (state.turned != dvec3(0)) {  // skipped for the common case of a hand that does not rotate
+  if (state.turned != dvec3(0)) {  // skipped for a hand that does not rotate, the common case
     state.rotation_retreat =
         std::max(state.rotation_retreat, -glm::dot(turned, state.turned) / glm::length(state.turned));
   }
@@ -180,7 +182,8 @@ inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dve
   observe(law, moved, glm::length(moved), turned, dt, tick, strength > 0, state);
   double at_stake = 0;
   if (strength > 0) {
-    const double along = glm::dot(f, moved) / strength;  // m; > 0: in the direction of the force, outward
+    // m, displacement along the force; positive: in the direction of the force, out of the tissue
+    const double along = glm::dot(f, moved) / strength;
     state.retreat = std::max(state.retreat, along);
     state.advance = std::max(state.advance * state.decay, -along);
     const double twitch = law.turning * tick * tick;
@@ -188,8 +191,9 @@ inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dve
                                        : twitch + (tick > 2.2 * law.human_tick ? state.advance : along);
     at_stake = strength * std::max({law.margin * state.retreat, back, 1e-3 * twitch});
   }
-  if (twist > 0) {  // this also runs for a tool whose force is already zero, because the torque decays more slowly
-    const double out = glm::dot(tau, turned) / twist;  // rad; > 0: in the direction of the torque
+  if (twist > 0) {  // also for a tool whose force is already zero, because the torque decays more slowly
+    // rad, rotation about the torque's axis; positive: in the direction of the torque
+    const double out = glm::dot(tau, turned) / twist;
     state.rotation_retreat = std::max(state.rotation_retreat, out);
     state.rotation_advance = std::max(state.rotation_advance * state.decay, -out);
     const double twitch = law.twisting * tick * tick;
@@ -199,8 +203,8 @@ inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dve
   return at_stake;
 }
 
-/// The fraction, 0..1, of force and torque that the ledger can pay for. `energy`: J in the ledger; the other arguments
-/// are those of energy_at_stake().
+/// Returns the fraction, 0..1, of force and torque that the energy ledger can pay for. `energy`: J in the ledger; the
+/// other arguments are those of energy_at_stake().
 inline double passive_fraction(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
                                const dvec3& turned, double dt, double tick, double energy,
                                PassivityState& state) noexcept {

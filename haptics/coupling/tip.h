@@ -10,14 +10,14 @@ namespace typodont::haptics {
 struct TipLaw {
   double yield = 0;             // N, yield force of the tissue at the surface; 0: this tool never sinks
   double hardening = 1500;      // N/m, increase of the yield force with depth
-  double grip = 0.6;            // ratio of the holding force on withdrawal to the yield force
-  double depth_limit = 0.5e-3;  // m, limit of the depth
+  double grip = 0.6;            // ratio of the force that holds the tip on withdrawal to the yield force
+  double depth_limit = 0.5e-3;  // m, limit of the tip's depth in the tissue
 };
 
 struct TipState {
-  double sunk = 0;   // m, depth of the tip; 0: not sunk
-  dvec3 p{0};        // m, W, head's centre at the position where the tip is held
-  dvec3 n{0, 0, 1};  // unit, direction out of the tissue
+  double sunk = 0;   // m, depth of the tip in the tissue; 0: the tip is not sunk
+  dvec3 p{0};        // m, frame W, position of the head's centre at which the tip is held
+  dvec3 n{0, 0, 1};  // unit vector in frame W, direction out of the tissue
 };
 
 /// Computes one tick of a sunk tip. The tip deforms only plastically, so it only absorbs energy. Its position p follows
@@ -47,7 +47,7 @@ inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, b
   pull = hand - state.p;
   dvec3 sideways = pull - glm::dot(pull, state.n) * state.n;
   const double length = glm::length(sideways);
-  if (stiffness * length > resistance) {  // the tip ploughs sideways
+  if (stiffness * length > resistance) {  // the tip ploughs sideways through the tissue
     state.p += sideways * (1 - resistance / (stiffness * length));
     pull = hand - state.p;
   }

@@ -34,15 +34,15 @@ inline double band_weight(double frequency, double band) noexcept {
   return x * x * (3 - 2 * x);
 }
 
-/// Returns the phase advanced by the spindle's rotation, rad, modulo 2π. The number of teeth is an integer, so the
-/// phase of the teeth has no jump.
+/// Returns the spindle's angle (rad, modulo 2π) after a rotation at `speed` (rad/s) for `dt` (s). The number of teeth
+/// is an integer, so the phase of the teeth has no jump.
 inline double advance_phase(double phase, double speed, double dt) noexcept {
   return std::fmod(phase + speed * dt, 2 * kPi);
 }
 
-/// Returns the force on the tool, N, W. `axis`: direction of the shank; `normal`: direction out of the tissue, zero
-/// without contact; `cutting`: N, tangential force of the teeth, the same as for the sound; `band`: Hz, law.band,
-/// limited by the servo's rate.
+/// Returns the vibration force on the tool (N, frame W). `axis`: direction of the shank; `normal`: direction out of the
+/// tissue, zero without contact; `cutting`: N, tangential force of the teeth, the same as for the sound; `band`: Hz,
+/// law.band, limited by the servo's rate.
 inline dvec3 vibration_force(const VibrationLaw& law, double band, double phase, double speed, const dvec3& axis,
                              const dvec3& normal, double cutting) noexcept {
   const double once = band_weight(speed / (2 * kPi), band);

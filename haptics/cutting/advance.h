@@ -1,4 +1,5 @@
-// Computes whether a head approaches the samples near a point, for the kernels. Private to haptics/cutting.
+// Computes bounds of the speed at which a head approaches the samples near a point. With these bounds, the kernels
+// (vector functions) omit samples from which the head recedes. Private to haptics/cutting.
 #pragma once
 
 #include <algorithm>

@@ -34,18 +34,22 @@ struct Block {
 /// A part of a sweep's work that is processed together: groups of eight samples along z, and the data that their rows
 /// share.
 struct Work {
-  static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // kLongest: limit of a row's samples
-  // terms of the distance that are equal for all samples of a row, for eight rows
+  // kLongest: upper limit of the number of samples in a row
+  static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;
+  // Terms of the distance from the head's axis that are equal for all samples of a row of samples along z; one lane for
+  // each of eight rows.
   F8 u[kRowBatches], v[kRowBatches];
   I8 base[kRowBatches];  // index of the row's first sample
   // z[i] contains the z coordinates of the samples i to i + 7 of a row, relative to A (the beginning of the sweep)
   F8 z[kLongest];
-  std::uint32_t groups[kGroups];  // packed as: first sample << 16 | row
+  // the listed groups, each packed as: z index of its first sample << 16 | index of its row
+  std::uint32_t groups[kGroups];
   int batches = 0, count = 0;
 };
 
-/// Raises the samples of some groups (eight samples along z each): new = max(old, min(radius - distance, kInner)), if
-/// this is above -kMargin. `narrow`: rows are shorter than a group.
+/// Raises the samples of some groups. A group is eight samples along z. Each sample becomes max(old, min(radius -
+/// distance, kInner)) if this is above -kMargin, where `distance` is the distance from the centre of the ball.
+/// `narrow`: true if the rows of the block are shorter than a group.
 template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
@@ -55,7 +59,7 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
   const auto* const all_u = reinterpret_cast<const float*>(work.u);
   const auto* const all_v = reinterpret_cast<const float*>(work.v);
   const auto* const base = reinterpret_cast<const std::int32_t*>(work.base);
-  I8 moved_taken[Work::kGroups];  // loss of volume of each group in which the surface moved
+  I8 moved_taken[Work::kGroups];  // for each group in which the surface moved: the removed volume
   std::int32_t moved_at[Work::kGroups];
   int moved = 0;
   I8 any_raised = {};
@@ -96,7 +100,7 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
       for (int i = 0; i < size_z; ++i) at[i] = now[i];
     }
     any_raised |= raised;
-    // A branch on whether a group changed would be mispredicted, so groups are stored without a branch.
+    // Stores every group without a branch. A branch on the condition that a group changed would often be mispredicted.
     moved_taken[moved] = eight::share_taken(old, now);
     moved_at[moved] = first;
     moved += any_of(moved_taken[moved] > 0);
@@ -112,7 +116,8 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
   return any_of(any_raised);
 }
 
-/// Appends to the list of groups those elements of `entries` whose lane is set in `mask`.
+/// Appends groups of samples to the list in `work`. A lane of `entries` contains one packed group; it is appended if
+/// the lane is set in `mask`.
 TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
   const unsigned which = bits_of(mask);
   I8 first;
@@ -121,19 +126,20 @@ TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
   work.count += __builtin_popcount(which);
 }
 
-/// Raises a block of samples to their depth in a capsule. `capsule`: false if the sweep is so short that the ball at
-/// its end B covers everything ahead of its beginning A. Examines only samples that can change: samples in the ball
-/// around the sweep; if the sweep continues another sweep, only samples ahead of A and outside the ball that is already
-/// empty. Returns true if a sample changed; adds the removed volume to `removed`.
+/// Raises a block of samples to their depth in the sweep of a ball from A to B. This sweep is a capsule. `capsule`:
+/// false if the sweep is so short that the ball at B covers everything ahead of A. Examines only samples that can
+/// change: samples near the sweep. If the sweep continues another sweep, examines only samples ahead of A and outside
+/// the ball that is already empty. Returns true if a sample changed; adds the removed volume to `removed`.
 template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
-  // Ball that bounds all changes: around B if the ball at B covers everything, otherwise around the middle of the
-  // sweep.
+  // A ball that contains all samples that can change. Its centre is B if the ball at B covers everything, otherwise the
+  // middle between A and B.
   const float share = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
   const float mx = share * c.abx, my = share * c.aby, mz = share * c.abz, reach2 = reach * reach;
-  // If the sweep continues another sweep, everything in this ball around A is already empty.
+  // If this sweep continues another sweep, all tissue in a ball around A with the radius `inner` has already been
+  // removed.
   const float inner = c.radius - Sweep::kInner - 0.01f, inner2 = c.continues && inner > 0 ? inner * inner : -1.0f;
   // z of A (the beginning of the sweep), counted from the first sample of a row
   const float first = c.az - static_cast<float>(block.lo_z);
@@ -158,8 +164,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
     if (!(reach2 > (px - mx) * (px - mx))) continue;
     const auto base_x = static_cast<std::int32_t>(static_cast<std::size_t>(x) * block.stride_x);
     for (int y0 = 0; y0 < block.size_y; y0 += 8) {
-      // For eight rows, computes the samples that can change: an interval [low, high) without the samples of the hole,
-      // where the ball has already removed everything.
+      // For each of eight rows, computes the samples that can change. They are an interval [low, high) without a hole.
+      // The hole contains the samples from which the ball has already removed everything.
       const I8 y = y0 + counts;
       const F8 py = static_cast<float>(block.lo_y + y0) + steps - c.ay, qy = py - my;
       F8 half = reach2 - (px - mx) * (px - mx) - qy * qy;
@@ -167,8 +173,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
       half = met ? half : F8{};
       take_root(half);
       const F8 dot_xy = px * c.abx + py * c.aby;
-      // These bounds are truncated to integers later. All values are positive, so adding 1 and truncating rounds them
-      // up.
+      // The bounds low and high of the changed samples are truncated to integers later. All values are positive, so
+      // adding 1 and truncating rounds them up.
       F8 low = first + (mz + 1.0f) - half, high = first + (mz + 1.0f) + half;
       if (rises) {
         const F8 edge = first + (1.0f - slip) - dot_xy * slope;
@@ -242,19 +248,20 @@ bool carve_ball_ahead(const Block* block, const Capsule* capsule, RemovedVolume*
                            : carve_block<false, false>(*block, *capsule, removed);
 }
 
-/// The blocks around a ball, the path length at which each block is due, and the list of groups that carve_due() fills.
+/// The blocks of the active front around a ball, the path length at which each block must be examined again, and the
+/// list of groups of samples that carve_due() fills.
 struct BallBlocks {
   BallFront f;
-  const Tissue* tissue;  // pointer to the label of the front's first voxel
+  const Tissue* tissue;  // pointer to the tissue label of the first voxel of the active front
   int stride_x, stride_y;
-  glm::ivec3 lo, hi;            // voxels that the sweep may reach, plus one voxel
-  glm::ivec3 held_lo, held_hi;  // range of voxels in the patch
+  glm::ivec3 lo, hi;            // box of the voxels that the sweep may change, enlarged by one voxel on each side
+  glm::ivec3 held_lo, held_hi;  // first and last voxel of the patch
   float* due;                   // pointer to the path length at which the front's first block must be examined again
   int due_x, due_y;
   float way;    // path length of the head at the end of this sweep
   float ahead;  // additional path length for which the listed groups stay valid; 0: no groups are listed
-  float slip;   // upper bound of the rounding error of a depth
-  int lanes;    // number of lanes of a group
+  float slip;   // voxels, upper bound of the rounding error of a depth
+  int lanes;    // number of samples in a group
   // The lists of the front consist of parts. Successive layers of blocks along x belong to successive parts,
   // cyclically. `parts`: number of parts; `part`: index of this part; `first_layer`: index of the part that contains
   // the first layer.
@@ -274,8 +281,8 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
   }
 }
 
-/// Computes the depth of eight samples of a row, and the mask of the samples ahead of A. `u`, `v`: terms of the
-/// distance that are equal for all samples of the row.
+/// Computes the depth of eight samples of a row in the ball. `ahead`: mask of the samples ahead of A, the beginning of
+/// the sweep. `u`, `v`: terms of the distance that are equal for all samples of the row.
 template <bool capsule>
 TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
                                     const F8& second, F8& depth, I8& ahead) {
@@ -297,7 +304,7 @@ TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, c
   depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
 }
 
-/// Computes the terms of the distance that are equal for all samples of a row, for eight rows.
+/// Computes, for eight rows, the terms of a sample's distance from the ball that are equal for all samples of a row.
 template <bool capsule>
 TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8& u, F8& v) {
   const Capsule& c = f.c;
@@ -375,8 +382,8 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
           const bool whole = x0 >= b.held_lo.x && y0 >= b.held_lo.y && z0 >= b.held_lo.z &&
                              x0 + kRows - 1 <= b.held_hi.x && y0 + kRows - 1 <= b.held_hi.y &&
                              z0 + kDeep - 1 <= b.held_hi.z;
-          // A quick test of a block that is far from the surface, by the sample at its middle: field and depth change
-          // by at most one per voxel.
+          // A quick test of a block that is far from the surface, with the sample at its middle. From voxel to voxel,
+          // the field and the depth change by at most one.
           if (whole) {
             const float middle = f.distance[(x0 + 1) * b.stride_x + (y0 + 1) * b.stride_y + z0 + 3];
             const float least = middle - kHalf - b.slip, slack = least - (length - Sweep::kMargin - away);
@@ -413,7 +420,8 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             any_raised |= raised;
             const I8 lost = eight::share_taken(old, now);
             if (any_of(lost > 0)) taken.add(lost, b.tissue + first, at, 0, 8);
-            // Once the head has reached its deepest point at a sample, the sample does not change any more.
+            // If the head has already been at its deepest position relative to a sample, the sample does not change any
+            // more.
             F8 slack = (raised ? now : least) - depth;
             slack = now >= Sweep::kInner ? F8{} + kNever : slack;
             least_slack = slack < least_slack ? slack : least_slack;
@@ -489,8 +497,8 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kDeep);
   const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-  // The tables of heights must extend beyond the sweep, because groups extend beyond it, and because the lists were
-  // made when the head was up to one voxel away.
+  // The tables with terms that depend only on z must extend beyond the sweep, for two reasons: groups extend beyond the
+  // sweep, and the lists were made when the head was up to one voxel away.
   const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
   const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kDeep) + 16;
   BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},

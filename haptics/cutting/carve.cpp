@@ -48,8 +48,8 @@ bool relabel(SurfacePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3
   return restore_labels(hi - lo + 1, patch.distance.data() + at, patch.tissue.data() + at, edge * edge, edge);
 }
 
-/// The common part of both kinds of removal. `make` writes the distances of the box from a to b, and returns true if
-/// any distance changed.
+/// Removes tissue and updates the labels. Both kinds of removal (sweeps, and whole voxels) use this function. `make`
+/// writes the distances of the box from a to b, and returns true if any distance changed.
 template <class Make>
 PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi, bool* changed, CutFront* front,
                     PerTissue* hardened, Make make) noexcept {

@@ -17,12 +17,13 @@ TYPODONT_KERNEL Ints share_taken(Floats was, Floats is) {
   return as_ints(after + all(1.5f)) - as_ints(before + all(1.5f));
 }
 
-/// Sums the removed volume by label. Keeps a running sum as long as the label stays the same.
+/// Sums the removed volume for each tissue label. Keeps a running sum as long as the label stays the same.
 struct Taken {
   RemovedVolume* removed;
   GradedSamples graded;  // a copy, so that the pointers stay in registers
   Ints units = {};
-  // sums of units times hardness bytes: of the low 16 bits of each product, and of its other bits
+  // Sums of volume units times hardness bytes. hard_low: sum of the low 16 bits of each product; hard_high: sum of the
+  // other bits.
   Ints hard_low = {}, hard_high = {};
   int groups = 0;
   std::uint8_t label = 0;

@@ -28,10 +28,10 @@ constexpr int kLanes = 8;
 // voxels, limit: air samples up to this distance from the filling also get the filling's label, so that a query at the
 // surface finds the label
 constexpr float kLabelled = 1;
-constexpr float kSlip = 1e-3f;  // voxels, upper bound of the rounding error of a chord
+constexpr float kSlip = 1e-3f;  // voxels, upper bound of the rounding error of a chord of the ball
 
-/// Eight samples of a row. Samples outside the block count as completely filled, so that the filling does not change
-/// them.
+/// Eight samples of a row, one per lane. Samples outside the block count as completely filled, so that the filling does
+/// not change them.
 struct Lanes {
   float* at;
   int from, to;  // range of the lanes that lie in the block

@@ -15,15 +15,18 @@ class FreshLabels;
 /// A ball of filling. Positions are in voxels, relative to the base voxel of the head's pose.
 struct FillBall {
   HeadPose head;
-  MeridianPiece pieces[HeadField::kMaxPieces];  // pieces of the head, and of its path out of the tissue
-  unsigned all_pieces;                          // one bit for each piece
+  // meridian pieces of the shape that no filling may enter: the head, and its path out of the tissue
+  MeridianPiece pieces[HeadField::kMaxPieces];
+  unsigned all_pieces;  // a set that contains all pieces: one bit for each piece
   float x, y, z, radius;
   Tissue label;
   const Fill* filling;  // the filling to which the ball belongs; the kernel reads its limit
 };
 
 struct FillBlock {
-  glm::ivec3 first, size;  // first sample of the block, relative to the same base voxel
+  // `first`: first sample of the block, relative to the base voxel of the ball; `size`: number of samples along each
+  // axis
+  glm::ivec3 first, size;
   float* distance;
   Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;

@@ -22,19 +22,21 @@ struct HeadBlock {
   float* distance;
   const Tissue* tissue;
   std::ptrdiff_t at, stride_x, stride_y;  // index of the block's first sample, which may lie outside the array
-  int from[3], to[3];                     // the part of the block to process
+  int from[3], to[3];                     // range of the samples in the block that are processed, for x, y and z
   glm::ivec3 first;                       // first sample of the block, relative to the base voxel of the pose
   // Coefficients of a plane that bounds the depth of every sample from above. Such a plane exists because the distance
   // from a convex head is a convex function.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
-  int kind;       // the piece that is nearest to all samples, between its ends; or kManyPieces + a set of pieces
+  // the meridian piece that is nearest to all samples, if the nearest points lie between its ends; otherwise
+  // kManyPieces plus a set of pieces
+  int kind;
   bool beside;    // true if some samples may have been deeper in the head during the motion than at its end
   float slowest;  // voxels, smallest distance by which the head approaches a sample of the block during the motion
 
   /// Returns the address of the distance of a sample near the block's centre.
   const float* middle() const { return distance + (at + stride_x + stride_y + 3); }
-  /// Returns an upper bound of the depths in row (ix, iy).
+  /// Returns an upper bound of the depths (voxels) of all samples in row (ix, iy) of the block.
   float deepest(int ix, int iy) const {
     return bound + static_cast<float>(ix) * bound_x + static_cast<float>(iy) * bound_y +
            std::max((kDeep - 1) * bound_z, 0.0f);
@@ -63,7 +65,7 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the four headers above.
+// This header is included last, because it uses the four headers that are included above it.
 #include "haptics/cutting/head_block_kernel.h"
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -85,7 +87,7 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the four headers above
+// This header is included last, because it uses the four headers that are included above it.
 #include "haptics/cutting/head_block_kernel.h"
 
 bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, PathMaxima* tops, RemovedVolume* removed,
@@ -105,15 +107,17 @@ constexpr int kStretch = 64;  // number of samples of a row that are listed toge
 constexpr float kBent = 0.3f;
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 
-/// Eight blocks relative to a head: distances of the blocks' centres from the head and from each piece, and the
-/// outward direction.
+/// Eight blocks relative to a head, one per lane: distances of the blocks' centres from the head and from each piece of
+/// its meridian, and the outward direction.
 struct Seen {
   F8 distance, to_piece[HeadField::kMaxPieces];
-  F8 x, y, z, rho, n_rho, n_z;  // in T: the block's centre (rho: distance from the axis), and the outward direction
+  // frame T of the head: position of the block's centre, its distance rho from the axis, and the outward direction
+  // (n_rho, n_z)
+  F8 x, y, z, rho, n_rho, n_z;
 };
 
-/// Computes the data of the eight blocks. `R`: rotation from V to T, column by column; centres are relative to the
-/// head's centre.
+/// Computes the distances and directions of eight blocks. `R`: rotation from the frame V of the voxels to the frame T
+/// of the head, column by column. The blocks' centres are relative to the head's centre.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_blocks(const MeridianPiece* pieces, int count, const float* R, const F8* center, Seen* seen) {
   const F8 vx = center[0], vy = center[1], vz = center[2];
@@ -193,8 +197,8 @@ TYPODONT_KERNEL F8 root(const F8& v) {
   return eight::root(v);
 }
 
-/// For a point: its distance beyond the ends of a piece of the meridian, measured along the piece, and its depth below
-/// the piece. T is one float or eight floats.
+/// Position of a point relative to a piece of the meridian: its distance beyond the ends of the piece, measured along
+/// the piece, and its depth below the piece. T is one float or eight floats.
 template <class T>
 TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& z, T& from_a, T& from_b, T& depth) {
   if (piece.radius == 0) {
@@ -210,7 +214,8 @@ TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& 
 
 /// For each of two neighbouring pieces of the meridian, tests whether this piece alone is nearest to all of `count`
 /// samples along z while the head moves by `ahead`. Returns one bit for each piece, which is 1 if this is the case.
-/// `first`, `last`: indices of the two pieces, or of one piece. `v`: the first sample relative to the head, in V.
+/// `first`, `last`: indices of the two pieces, which are equal if there is only one piece. `v`: position of the first
+/// sample relative to the head, in the frame V of the voxels.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const float* R, const float* v, int count,
                     float ahead) {
@@ -264,8 +269,8 @@ class HeadPass {
   }
   int lanes() const { return lanes_; }
 
-  /// Evaluates the added blocks. Afterwards what() returns for each block whether it must be cut, only examined, or
-  /// neither.
+  /// Evaluates the added blocks. After this call, what() returns for each block whether it must be cut, must only be
+  /// examined, or need not be read.
   void look() {
     for (int lane = lanes_; lane < 8; ++lane) {
       for (int i = 0; i < 3; ++i) center_[i][lane] = center_[i][0];
@@ -274,9 +279,9 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// The `kind` of a group of samples states which pieces of the meridian can be nearest to its samples. If a single
-  /// piece is nearest to all samples of the group, returns this piece; otherwise returns `kind`. The group begins at
-  /// `first_voxel`.
+  /// Narrows the `kind` of a group of samples, which states which pieces of the meridian can be nearest to its samples.
+  /// If a single piece is nearest to all samples of the group, returns this piece; otherwise returns `kind`. The group
+  /// begins at `first_voxel`.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);
     const int first = std::countr_zero(set), last = static_cast<int>(std::bit_width(set)) - 1;
@@ -286,9 +291,9 @@ class HeadPass {
     return alone != 0 ? std::countr_zero(alone) : kind;
   }
 
-  /// Returns true if the samples of the block must be read to decide whether the head can change them on a path of
-  /// `ahead`; `block` is then the part of the block inside the target. Otherwise sets `slack` to the smallest motion of
-  /// the head after which a sample can change.
+  /// Returns true if the samples of the block must be read to decide whether the head can change them while it moves by
+  /// `ahead`. `block` is then the part of the block that lies inside the target. Otherwise sets `slack` to the smallest
+  /// motion of the head after which a sample can change.
   bool near(int lane, const HeadTarget& target, HeadBlock& block, float& slack, bool& clipped) const {
     const float d = seen_.distance[lane];
     slack = d - (Sweep::kMargin + kHalf);
@@ -303,7 +308,8 @@ class HeadPass {
       return false;
     }
     slack = kNoEnd;
-    // The block was deep inside the head at the other pose, where the tissue was already removed. So it is empty.
+    // The block was deep inside the head at the other pose of the sweep. The head removed the tissue there, so the
+    // block is empty.
     if (after_ && d < -(Sweep::kInner + kHalf + way)) return false;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
     block.distance = target.distance, block.tissue = target.tissue;
@@ -319,14 +325,15 @@ class HeadPass {
     return true;
   }
 
-  // kLook: the block is only examined, because the head recedes from the whole block
+  // kNone: the block need not be read. kLook: the block is only examined, because the head recedes from all its
+  // samples. kRaise: samples of the block are raised.
   enum class Work { kNone, kLook, kRaise };
   /// Completes a block for which near() returned true. Returns kNone and sets `slack` if no sample of the block can
   /// change while the head moves by `ahead`.
   Work what(int lane, HeadBlock& block, float& slack, bool clipped) const {
     const float d = seen_.distance[lane], way = after_ ? back_.longest : 0;
-    // A quick test of a block that is far from the surface, by the sample at its middle: field and depth change by at
-    // most one per voxel.
+    // A quick test of a block that is far from the surface, with the sample at its middle. From voxel to voxel, the
+    // field and the depth change by at most one.
     if (!clipped) {
       slack = *block.middle() + d - 2 * kHalf;
       if (slack > 1 + way) return Work::kNone;
@@ -363,8 +370,9 @@ class HeadPass {
     const float* const R = pose_.R;
     const glm::vec3 n_T(out * at.x, out * at.y, seen_.n_z[lane]);
     const glm::vec3 n(R[0] * n_T.x + R[1] * n_T.y + R[2] * n_T.z, R[3] * n_T.x + R[4] * n_T.y + R[5] * n_T.z,
-                      R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);  // normal in V
-    // Without a known direction, the only bound is that the depth changes by at most one per voxel.
+                      R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);  // normal in the frame V of the voxels
+    // If the direction of the head's surface is unknown, the only known bound is that the depth changes by at most one
+    // per voxel.
     const bool known = glm::dot(n, n) > 0.5f;
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
@@ -392,13 +400,13 @@ class HeadPass {
   bool after_;
   float rounding_, ahead_;
   glm::ivec3 blocks_[8];
-  F8 center_[3];  // centres of the blocks, relative to the head
+  F8 center_[3];  // voxels, centres of the eight blocks relative to the head's centre
   Seen seen_;
   int lanes_ = 0;
 };
 
-/// Up to eight due blocks. Sweep::carve_due_blocks() calls look(), choose() and carve() in this order, so that the
-/// samples of one batch are loaded into the cache while another batch is computed.
+/// Up to eight blocks that must be examined. Sweep::carve_due_blocks() calls look(), choose() and carve() in this
+/// order, so that the samples of one batch are loaded into the cache while another batch is computed.
 class HeadBatch {
  public:
   explicit HeadBatch(const HeadPass& none) : pass_(none) {}
@@ -430,8 +438,8 @@ class HeadBatch {
       }
     }
   }
-  /// Cuts the chosen blocks and stores when they are due again, `way` being the present path length. `again`: they are
-  /// due at once.
+  /// Cuts the chosen blocks, and stores the path length of the head at which each block is due again (must be
+  /// examined). `way`: present path length of the head. `again`: true if the blocks are due at once.
   bool carve(PathMaxima& tops, float slip, float way, bool again) {
     bool changed = false;
     for (int lane = 0; lane < lanes_; ++lane) {
@@ -439,7 +447,8 @@ class HeadBatch {
         BlockSlack found{.ahead = slip};
         changed |= carve_head_block(pass_.pose(), block_[lane], work_[lane] == HeadPass::Work::kRaise, tops,
                                     tops.removed, found);
-        slack_[lane] = clipped_[lane] ? 0 : found.slack;  // nothing is known about the rest of the block
+        // 0 for a block that lies only partly in the patch, because nothing is known about its other part
+        slack_[lane] = clipped_[lane] ? 0 : found.slack;
       }
       *due_[lane] = again ? way : way + (slack_[lane] - slip);
     }
@@ -496,7 +505,8 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
         if (raise || (leaf && work == HeadPass::Work::kLook)) {
           changed |= carve_head_block(pass.pose(), block, raise, tops, removed, found);
           emptied |= found.emptied;
-          block_slack = clipped ? 0 : found.slack;  // nothing is known about the part outside `from` .. `to`
+          // 0 if the block is clipped, because nothing is known about its samples outside `from` .. `to`
+          block_slack = clipped ? 0 : found.slack;
         }
         if (k > 0) least_slack = std::min(least_slack, block_slack);
       }
@@ -562,7 +572,8 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
               changed |=
                   carve_head_block(pass.pose(), block, work == HeadPass::Work::kRaise, tops, tops.removed, found);
-              slack = clipped ? 0 : found.slack;  // nothing is known about the rest of the block
+              // 0 if the block is clipped, because nothing is known about its other samples
+              slack = clipped ? 0 : found.slack;
               kinds[z - z0] = block.kind;
             }
             // After the cut at pose A (k = 0), every block is due at once, because its remaining samples are examined
@@ -606,10 +617,10 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
   return changed;
 }
 
-/// Carves the due blocks of some parts for a head that is too fast for lists. The samples of a large head are in no
-/// cache near the core, so the blocks pass through three stages, eight at a time. The first stage evaluates the blocks'
-/// positions and requests one sample of each block from memory. The second stage chooses the blocks that may change and
-/// requests their rows. The third stage cuts the rows.
+/// Cuts those blocks of some parts of the front that must be examined, for a head that is too fast for lists. The
+/// samples of a large head are in no cache near the core, so the blocks pass through three stages, eight at a time. The
+/// first stage evaluates the blocks' positions and requests one sample of each block from memory. The second stage
+/// chooses the blocks that may change and requests their rows. The third stage cuts the rows.
 bool Sweep::carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops,
                              const HeadTarget& target) const noexcept {
   const float way = static_cast<float>(front.way_), slip = rounding_of_depth();
@@ -665,9 +676,9 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .tops = &tops};
   const int outdated = front.outdated();
   if (outdated < front.parts()) {
-    // The tables of heights must extend beyond the sweep, because groups extend to the ends of their blocks, and
-    // because the lists were made when the head was up to one voxel away. Lists that were made before the head moved
-    // along its axis also extend beyond the box of this motion.
+    // The tables with terms that depend only on z must extend beyond the sweep, for two reasons: groups extend to the
+    // ends of their blocks, and the lists were made when the head was up to one voxel away. Lists that were made before
+    // the head moved along its axis also extend beyond the box of this motion.
     const int beyond = along_axis_ ? 64 : 16;
     const int lo = std::max(((lo_.z - from.z) & ~7) - beyond, 0),
               hi = std::min(((hi_.z - from.z) | 7) + beyond, front.size_.z * kDeep - 1);
@@ -678,7 +689,7 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
   int anew = 0;
   bool changed = false;
-  unsigned unlisted = 0;  // parts without lists, one bit each
+  unsigned unlisted = 0;  // set of the parts of the front for which no lists are made; one bit for each part
   for (int part = 0; part < front.parts(); ++part) {
     CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
     if (front.way_ <= groups.until && part != early) {

@@ -73,7 +73,7 @@ TYPODONT_KERNEL Floats root(Floats v) {
 TYPODONT_KERNEL Ints as_ints(Floats v) {
   return (Ints)v;
 }
-/// Returns the low 16 bits of each lane; high_half() returns the other bits. For lanes that are not negative.
+/// Returns the low 16 bits of each lane. Negative lanes are not allowed. high_half() returns the other bits.
 TYPODONT_KERNEL Ints low_half(Ints v) {
   return v & 0xffff;
 }
@@ -247,8 +247,9 @@ TYPODONT_KERNEL unsigned bits(const Mask& mask) {
 #ifdef TYPODONT_SIXTEEN_LANES
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v4")
-// Masks with one bit per lane instead of full vectors. `P`: prefix of the intrinsics. Some operations use masked
-// intrinsics, because GCC 12 warns wrongly about an unused operand of the intrinsics without mask.
+// Defines the vector operations for processors whose masks have one bit per lane instead of full vectors. `P`: prefix
+// of the intrinsics. Some operations use masked intrinsics, because GCC 12 warns wrongly about an unused operand of the
+// intrinsics without mask.
 #define TYPODONT_MASKED_LANES(V, I, P, COUNT, M)                                           \
   using Floats = V;                                                                        \
   typedef int Ints __attribute__((vector_size(4 * COUNT)));                                \

@@ -15,7 +15,7 @@ namespace halves {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
-// This header is included last, because it uses cut_kernel.h
+// This header is included last, because it uses the functions of cut_kernel.h.
 #include "haptics/cutting/leaf_kernel.h"
 
 Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
@@ -30,7 +30,7 @@ namespace eight {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
-// This header is included last, because it uses cut_kernel.h
+// This header is included last, because it uses the functions of cut_kernel.h.
 #include "haptics/cutting/leaf_kernel.h"
 
 __attribute__((target("avx2"))) Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo,
@@ -47,7 +47,7 @@ namespace sixteen {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
-// This header is included last, because it uses cut_kernel.h
+// This header is included last, because it uses the functions of cut_kernel.h.
 #include "haptics/cutting/leaf_kernel.h"
 
 Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
@@ -79,10 +79,12 @@ Sweep::LeafCut Sweep::carve_leaf_ball(const glm::ivec3& lo, float* distance) con
   const Capsule capsule{a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_};
   const glm::ivec3 from = lo - base_;
   constexpr float kHalf = 6.1f;  // voxels, distance from a leaf's centre to its corners, |(3.5, 3.5, 3.5)|, rounded up
-  // slip: voxels, largest rounding error of a depth
+  // outer: voxels, radius of the region in which the sweep changes samples; slip: voxels, largest rounding error of a
+  // depth
   const float outer = radius_ + kMargin, slip = 1e-3f + 2e-6f * outer;
   const float away = glm::length(glm::vec3(from) + 3.5f - a_ - ab_) - (kHalf + outer + slip);
-  // The distance from the head at B to all samples exceeds the sweep's length, so the head did not touch them.
+  // All samples are farther from the head at B (the end of the sweep) than the sweep is long. So the head did not touch
+  // them.
   if (away > glm::length(ab_)) return {false, false, away};
   LeafCut cut = carve_on_this_processor(!is_ball(), capsule, from, distance);
   cut.slack -= slip;

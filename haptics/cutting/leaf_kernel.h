@@ -1,7 +1,8 @@
 // This file is included once in each namespace of lane_ops.h, that is, once for each vector width, after cut_kernel.h.
 // It raises the samples of one leaf of the tissue to their depth in a ball.
 
-/// Terms of the samples' distance that are the same in every plane of constant x. The index is y, then z.
+/// Terms of a sample's distance from the ball that are the same in every plane of constant x. The array index is 8 y +
+/// z.
 struct LeafPlane {
   alignas(64) float along_y[64], along_z[64], apart_y[64], apart_z[64];
 };

@@ -19,7 +19,7 @@ namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the three headers above
+// This header is included last, because it uses the three headers that are included above it.
 #include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, RemovedVolume* removed) {
@@ -42,7 +42,7 @@ namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the three headers above
+// This header is included last, because it uses the three headers that are included above it.
 #include "haptics/cutting/listed_kernel.h"
 
 __attribute__((target("avx2"))) bool ball(const BallFront* f, RemovedVolume* removed) {
@@ -66,7 +66,7 @@ namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the three headers above
+// This header is included last, because it uses the three headers that are included above it.
 #include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, RemovedVolume* removed) {
@@ -88,7 +88,7 @@ namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the three headers above
+// This header is included last, because it uses the three headers that are included above it.
 #include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, RemovedVolume* removed) {
@@ -129,8 +129,8 @@ bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedV
 bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (lanes == sixteen::kLanes) {
-    // A part of a list often contains only wide or only narrow groups. Then the kernel for the other width is not
-    // called.
+    // A part of a list often contains only narrow groups (at most their first 8 samples can change) or only wide
+    // groups. Then the kernel for the other width is not called.
     bool is_listed[2] = {};
     for (int r = 0; r < front.run_count; ++r) is_listed[front.runs[r].narrow] = true;
     const bool wide = is_listed[false] && sixteen::head(&front, removed);

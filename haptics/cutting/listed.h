@@ -1,5 +1,5 @@
-// Cuts the groups of samples that are listed in front of a head (CutFront). Most cuts change only listed groups.
-// Private to haptics/cutting.
+// Cuts the groups of samples in the lists of the active front (CutFront). Most cuts change only these samples. Private
+// to haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -31,9 +31,11 @@ struct BallFront {
   // position of the first block's first voxel, relative to the base voxel from which `c` is measured
   glm::ivec3 origin;
   float* distance;  // pointer to the distance of the sample at the origin
-  struct {          // tables, indexed by the height (z)
-    float* apart;   // distance from A along z; if the ball at B covers everything: squared distance from B along z
-    float* ahead;   // distance from A along z, times the z component of the motion
+  struct {          // tables of terms that depend only on the z coordinate of a sample, which is their index
+    // voxels, distance from A (the start of the sweep) along z; if the ball at B (the end) covers everything: squared
+    // distance from B along z
+    float* apart;
+    float* ahead;  // voxels², distance from A along z, multiplied by the z component of the motion
   } heights;
   CutFront::Listed groups;
   struct Ranges {  // ranges of the groups that may have changed by now: ahead of the ball, beside it, behind it
@@ -48,9 +50,10 @@ struct BallFront {
 struct HeadFront {
   HeadPose pose;
   const MeridianPiece* pieces;
-  glm::ivec3 origin;  // origin of the groups' positions, relative to the pose's base
+  glm::ivec3 origin;  // origin of the positions of the groups, relative to the base voxel of the pose
   float* distance;
-  float* along[3];  // table by height: coordinates along x, y, z in T
+  // for each z coordinate of a sample: the terms of the sample's coordinates x, y, z in frame T that depend on it
+  float* along[3];
   CutFront::Listed groups;
   const CutFront::Run* runs;
   int run_count;

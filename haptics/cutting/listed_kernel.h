@@ -1,5 +1,5 @@
 // This file is included once in each namespace of lane_ops.h, that is, once for each vector width. It cuts the groups
-// that are listed in front of a head.
+// of samples in the lists of the active front (haptics/cut_front.h).
 
 constexpr int kChunk = 128;  // number of groups that are processed together
 constexpr int kAhead = 24;   // number of groups between the group that is processed and the group that is prefetched
@@ -11,7 +11,7 @@ TYPODONT_KERNEL void fetch(const float* group) {
   if constexpr (kLanes * sizeof(float) >= 64) __builtin_prefetch(group + kLanes - 1);
 }
 
-/// Returns true if all samples may change in each of the groups from this group on (one group per lane).
+/// Reads one group per lane, from this group on. Returns true if in each of these groups all samples may change.
 TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
   constexpr std::uint64_t kWhole = kLanes * 0x0101010101010101u;
   std::uint64_t parts[kLanes / 8], differ = 0;
@@ -20,13 +20,13 @@ TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
   return differ == 0;
 }
 
-/// Values that all samples of a group have in common, for each of kChunk groups.
+/// Terms of the distance that are equal for all samples of a group, for each of kChunk groups.
 struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };
 
-/// Processes groups one by one. `ahead`: true if all samples of the groups lie ahead of A; `whole`: true if all samples
-/// may change. If a flag is true, the corresponding test of each sample is omitted.
+/// Cuts the groups one by one. `ahead`: true if all samples of the groups lie ahead of A, the start of the sweep.
+/// `whole`: true if all samples may change. If a flag is true, the corresponding test of each sample is omitted.
 template <bool capsule, bool ahead, bool whole>
 TYPODONT_KERNEL void carve_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
                                   int to_g, Mask& raised, Taken& taken) {
@@ -62,7 +62,8 @@ TYPODONT_KERNEL void carve_groups(const BallFront& f, const Capsule& c, const Ba
 
 template <bool capsule>
 TYPODONT_KERNEL void carve_range(const BallFront& f, const Capsule& c, int from, int to, Mask& raised, Taken& taken) {
-  constexpr float kSlip = 1e-3f;  // voxels, upper bound of the rounding error of the plane through A
+  // voxels, upper bound of the rounding error of a sample's distance from the plane through A, the start of the sweep
+  constexpr float kSlip = 1e-3f;
   const float slip = kSlip * (std::abs(c.abx) + std::abs(c.aby) + std::abs(c.abz)), last = (kLanes - 1) * c.abz;
   const float low = std::min(last, 0.0f) - slip, high = std::max(last, 0.0f) + slip;
   BallRows rows;
@@ -111,8 +112,8 @@ TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, RemovedVolu
   return any(raised);
 }
 
-/// Input of may_be_deeper(), the test for samples that may have been deeper during the motion. Each struct below
-/// computes the depth below one kind of piece, for consecutive groups.
+/// Input of may_be_deeper(), which tests whether samples may have been deeper in the head during the motion than at its
+/// end. Each struct below computes the depth below one kind of meridian piece, for consecutive groups.
 struct Passed {
   Floats way_rho, way_z, least;
 };
@@ -197,7 +198,7 @@ struct HeadRows {
   alignas(64) float way_x[kChunk], way_y[kChunk], way_z[kChunk];
 };
 
-/// Motion of the head relative to the groups, evaluated at the middle of each group.
+/// Motion of the head relative to groups of samples, evaluated at the middle of each group.
 struct HeadSides {
   float half, off;  // voxels: half length of a group, and upper bound of its component perpendicular to the axis
   float across;     // voxels, upper bound of the motion's component perpendicular to the axis
@@ -232,7 +233,7 @@ struct HeadSides {
     const Floats way_z = all(T[2]) * x + all(T[5]) * y + (all(T[8]) * z + all(back.shift[2]));
     store(rows.way_x + g, way_x - all(half * bend[0])), store(rows.way_y + g, way_y - all(half * bend[1]));
     store(rows.way_z + g, way_z - all(half * bend[2]));
-    // The direction from the axis differs from sample to sample.
+    // The direction perpendicular to the axis differs from sample to sample, so the bounds include its range.
     const Floats inverse = all(1.0f) / greater(rho, all(1e-3f)), seen = all(off) * inverse;
     const Floats err = all(across) * pick(more(all(0.75f), seen), all(1.14f) * seen, all(2.0f));
     const Mask tip = more(all(first.ax == 0.0f ? off + Sweep::kMargin : 0.0f), rho);
@@ -242,7 +243,8 @@ struct HeadSides {
   }
 };
 
-/// Processes groups one by one. `beside`: true if some of their samples may have been deeper during the motion.
+/// Cuts the groups one by one. `beside`: true if some of their samples may have been deeper during the motion than at
+/// its end.
 template <bool beside, class Below>
 TYPODONT_KERNEL void carve_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend,
                                   int g0, int from, int to, Mask& raised, Taken& taken) {

@@ -11,8 +11,8 @@
 
 namespace typodont::haptics {
 
-/// A piece of the meridian as floats: HeadField::Piece with its outward normals at both ends; for a line also its
-/// length.
+/// A piece (line or arc) of the meridian as floats: HeadField::Piece with its outward normals at both ends; for a line
+/// also its length.
 struct MeridianPiece {
   float ax, az, bx, bz, dx, dz, inverse2, cx, cz, radius;
   float nax, naz, nbx, nbz;
@@ -29,11 +29,11 @@ inline constexpr int kManyPieces = HeadField::kMaxPieces;
 /// enough.
 struct HeadPose {
   glm::ivec3 base;
-  float p[3];  // position of the head relative to `base`
-  float R[9];  // rotation from V to T, column by column
+  float p[3];  // voxels, position of the head's centre relative to `base`
+  float R[9];  // rotation from the frame V of the voxels to the frame T of the head, column by column
 };
 
-/// A box of samples that a head cuts.
+/// A box of samples from which a head removes tissue.
 struct HeadTarget {
   glm::ivec3 lo, size;
   float* distance;
@@ -41,7 +41,8 @@ struct HeadTarget {
   const Tissue* tissue;
 };
 
-inline constexpr float kNoEnd = 1e9f;  // a slack so large that it counts as infinite
+// voxels, a slack (motion until a sample can change) so large that it counts as infinite
+inline constexpr float kNoEnd = 1e9f;
 
 void flatten(const HeadField& head, MeridianPiece* pieces);
 HeadPose head_pose(const Pose& X_VT);

@@ -29,7 +29,7 @@ class PlacedHead {
  private:
   HeadField head_;  // lengths in voxels
   Tissue label_;
-  Pose X_TV_;  // positions in voxels
+  Pose X_TV_;  // pose of the voxel frame V in the head's frame T; positions in voxels
   glm::ivec3 lo_, hi_;
 };
 

@@ -19,7 +19,7 @@ struct GradedSamples {
   const Tissue* tissue = nullptr;          // labels of the samples; null: no sample is filled
   const std::uint8_t* hardness = nullptr;  // null if the tissue has no hardness per voxel
 
-  /// Returns the hardness byte of a sample, or the hardness byte of the filling that covers it.
+  /// Returns the hardness byte of a sample. If a filling covers the sample, returns the hardness byte of the filling.
   std::uint8_t felt(std::ptrdiff_t at) const noexcept {
     return tissue && is_filled(tissue[at]) ? kOwnHardness : hardness[at];
   }

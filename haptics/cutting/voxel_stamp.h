@@ -28,7 +28,7 @@ class VoxelStamp {
 
  private:
   HeadField head_;  // lengths in voxels
-  Pose X_TV_;       // positions in voxels
+  Pose X_TV_;       // pose of the voxel frame V in the head's frame T; positions in voxels
   glm::ivec3 lo_, hi_;
 };
 

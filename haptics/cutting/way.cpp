@@ -30,12 +30,12 @@ namespace {
 
 namespace {
 
-constexpr int kSteps = 24;           // limit of the steps of a search; almost every search needs fewer than ten
+constexpr int kSteps = 24;           // upper limit of the steps of one search; almost every search needs fewer than ten
 constexpr float kBesideSlip = 0.5f;  // voxels, upper bound of the error when a block is evaluated at its centre
 
-/// Restricts `lowest` .. `highest` (heights of the first samples of blocks) to heights at which a block is nearer than
-/// `far` to an axis. The blocks' centres have the horizontal offset `off` from a point on the axis at height `height`.
-/// Returns false if no height remains.
+/// Restricts the range `lowest` .. `highest` of z coordinates in a column of blocks. It keeps the blocks that are
+/// nearer than `far` (voxels) to the head's axis. The blocks' centres have the offset `off` (x, y) from a point of the
+/// axis at the z coordinate `height`. Returns false if no block remains.
 bool column_beside_axis(const glm::vec2& off, const glm::vec3& axis, float far, float height, int& lowest,
                         int& highest) {
   // the condition |d|² - (d·a)² <= far² with d = (off, z) is quadratic in z
@@ -75,8 +75,9 @@ struct Depth {
 /// alternates between this intersection (exact for a corner) and the maximum of a parabola.
 struct Search {
   unsigned set;      // one bit for each piece that can be nearest to one of the samples on this path
-  Points from, way;  // start and path of the samples, in the head's frame
-  F8 a, b, s;        // fractions of the path: the maximum lies between a and b, and is searched at s
+  Points from, way;  // `from`: start positions of the samples; `way`: vectors of their paths; both in the head's frame
+  // fractions of the path, 0..1: the largest depth of the sample lies between a and b, and is now searched at s
+  F8 a, b, s;
   Depth at_a, at_b;
   F8 best, top, needed;
   I8 open;
@@ -101,8 +102,8 @@ struct Search {
     nearest(head, rho, p.z).normal(n_rho, n_z);
     return {n_rho * p.x * inverse, n_rho * p.y * inverse, n_z};
   }
-  /// Begins the search at the fraction `share` of the path. Positions are in voxels relative to HeadPose::base of the
-  /// path's first pose.
+  /// Begins the search at the fraction `share` of the path. x, y, z: positions of the samples, in voxels relative to
+  /// HeadPose::base of the path's first pose.
   TYPODONT_KERNEL void begin(const Straight& head, unsigned pieces, const F8& x, const F8& y, const F8& z,
                              const F8& least, float share, float most) {
     const float* const T = head.turn;
@@ -138,16 +139,16 @@ struct Search {
   }
 };
 
-/// Centres of eight blocks, and their largest depths in the head. Depth is concave in space, too, so a plane bounds the
-/// depth of every sample.
+/// The centres of eight blocks, and the largest depth of each centre in the head during the motion. The depth is a
+/// concave function of the position, so a plane bounds the depths of all samples of a block.
 struct Centres {
   unsigned set;  // input: pieces that can be nearest to any of the centres on the path
   // input, two limits of the depth: if no sample of a block is deeper than `outside`, or all samples are deeper than
   // `emptied`, the block is treated as a whole
   float outside, emptied;
-  F8 x, y, z;        // positions of the samples, relative to the base voxel of the first pose
+  F8 x, y, z;        // voxels, positions of the centres, relative to the base voxel of the first pose
   F8 best, top;      // lower and upper bound of the largest depth of each centre
-  F8 n_x, n_y, n_z;  // normal of the plane, out of the head
+  F8 n_x, n_y, n_z;  // normal of the plane that bounds the depths, pointing out of the head
   F8 share;          // fraction of the path at which the centres are deepest
 };
 
@@ -158,7 +159,8 @@ void look_at(const Straight* way_at, Centres* centres) {
   search.begin(way, centres->set, centres->x, centres->y, centres->z, eight::all(centres->outside), 0.5f,
                centres->emptied);
   for (int step = 0; step < kSteps && any_of(search.open); ++step) search.step(way, step, centres->emptied);
-  // Combines the two tangents that bound the curve, so that the combined bound is constant along the path.
+  // Two tangents bound the depth along the path. They are combined such that the resulting bound is constant along the
+  // path.
   const F8 up = search.at_a.slope, down = search.at_b.slope;
   const I8 at_a = up <= 0.0f, at_b = ~at_a & (down >= 0.0f);
   const F8 part = at_a ? eight::all(1) : at_b ? F8{} : down / (down - up);
@@ -177,9 +179,9 @@ void look_at(const Straight* way_at, Centres* centres) {
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
   Points at;  // positions of the centres in the head's frame
-  F8 rho;     // distance from the head's axis
-  // Mask of the centres from all samples of whose blocks the head recedes. Depth is concave along the path, so each
-  // sample is then deepest at the beginning of the path.
+  F8 rho;     // voxels, distances of the centres from the head's axis
+  // Mask of the blocks from which the head recedes, at all their samples. The depth is concave along the path, so each
+  // sample of such a block is deepest at the beginning of the path.
   I8 recedes;
 
   /// Returns the pieces (one bit each) that can be nearest to a sample within `reach` of the centre's initial position.
@@ -201,15 +203,16 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
   found->at = p, found->rho = rho;
 }
 
-/// Computes AtStart::recedes. As advance_beside() for eight centres at once, but only the smallest n·w. `rounding`:
-/// error of a normal's component of the path.
+/// Computes AtStart::recedes for eight centres at once. The method is that of advance_beside(), but only the smallest
+/// n·w is computed. `rounding`: voxels, rounding error of the component of a path along a normal.
 TYPODONT_KERNEL I8 receding(const Straight& way, const AtStart& at, float rounding) {
   const float* const T = way.turn;
   const F8 x = at.at.x, y = at.at.y, z = at.at.z, none = {};
   const F8 wx = (T[0] * x + T[3] * y) + (T[6] * z + way.shift[0]),
            wy = (T[1] * x + T[4] * y) + (T[7] * z + way.shift[1]),
            wz = (T[2] * x + T[5] * y) + (T[8] * z + way.shift[2]);
-  // the normals at the ends of the neighbouring pieces that can be nearest to a sample of the block
+  // Finds the first and the last normal of the neighbouring meridian pieces that can be nearest to a sample of the
+  // block.
   const F8 within = (at.depth > 0.0f ? at.depth : -at.depth) + 2 * kHalf;
   F8 first_x = none, first_z = none, last_x = none, last_z = none;
   I8 from_axis = {};
@@ -226,7 +229,7 @@ TYPODONT_KERNEL I8 receding(const Straight& way, const AtStart& at, float roundi
   }
   const I8 tip = from_axis & (at.rho < kHalf + Sweep::kMargin);
   first_x = tip ? none : first_x, first_z = tip ? eight::all(-1) : first_z;
-  // the smallest component of w away from the axis within kHalf of the centre
+  // Computes the smallest component of the motion w away from the axis, over all points within kHalf of the centre.
   const F8 across = eight::root(wx * wx + wy * wy), inverse = 1.0f / eight::greater(at.rho, eight::all(kHalf));
   const F8 ux = x * inverse, uy = y * inverse, sine = kHalf * inverse, radial = wx * ux + wy * uy;
   const F8 cosine = eight::root(eight::greater(1.0f - sine * sine, none)), around = wx * uy - wy * ux;
@@ -235,7 +238,8 @@ TYPODONT_KERNEL I8 receding(const Straight& way, const AtStart& at, float roundi
   const F8 away = beside ? round * sine - radial * cosine : across, along = -wz;
   const I8 between = (first_x * along >= first_z * away) & (away * last_z >= along * last_x);
   const F8 ends = eight::greater(first_x * away + first_z * along, last_x * away + last_z * along);
-  const F8 approach = between ? eight::root(away * away + along * along) : ends;  // greatest, on the way back
+  // the largest n·w on the path back; its negative value is the smallest n·w of the motion
+  const F8 approach = between ? eight::root(away * away + along * along) : ends;
   return -approach >= way.turned * kHalf + rounding;
 }
 
@@ -279,9 +283,10 @@ struct WayBlock {
   int from[3], to[3];
   glm::ivec3 first;  // first sample of the block, relative to the base voxel of the first pose
   float top, n[3], share;
-  float bent;    // upper bound of the error when the centre's values are used for the other samples
+  // voxels, upper bound of the error when the depth at the centre is used for the other samples of the block
+  float bent;
   float* due;    // receives the path length at which the block is due again; null: the value is not stored
-  unsigned set;  // the pieces that can be nearest to any sample on the path
+  unsigned set;  // the pieces of the meridian that can be nearest to any sample on the path, one bit for each piece
   bool emptied;
 
   /// A plane bounds the depth in each row of the block. Returns the bound of the row through the centre minus the bound
@@ -291,8 +296,8 @@ struct WayBlock {
   }
   /// Returns the plane's upper bound of all depths in the row through the block's centre.
   float most() const { return top + bent + std::abs(n[2]) * kMiddle.z; }
-  /// Returns how far (voxels) the plane's bound of a row is below -kMargin, the smallest value of any sample. If the
-  /// result is not negative, the row cannot change.
+  /// Returns the distance (voxels) by which the upper bound of the depths in a row is below -kMargin, the smallest
+  /// value of any sample. If the result is not negative, the row cannot change.
   float unread(int ix, int iy) const { return emptied ? -1.0f : -Sweep::kMargin - (most() - off(ix, iy)); }
   /// Returns the plane's upper bound of all depths in the block.
   float most_of_all() const { return most() + std::abs(n[0]) * kMiddle.x + std::abs(n[1]) * kMiddle.y; }
@@ -324,8 +329,8 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVo
   Search searches[kAll];
   std::ptrdiff_t at[kAll];
   int rows = 0, open = 0, still_open[kAll];
-  float unread = kNoEnd;    // voxels, slack of the rows that are not read
-  F8 read = F8{} + kNoEnd;  // voxels, slack of the rows that are read but cannot change
+  float unread = kNoEnd;    // voxels, smallest slack (motion until a sample can change) of the rows that are not read
+  F8 read = F8{} + kNoEnd;  // voxels, smallest slack of the rows that are read but cannot change in this motion
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
       if (const float room = block.unread(ix, iy); room >= 0) {
@@ -393,7 +398,8 @@ bool carve_tops(PathMaxima* tops_at, int first) {
   Search search;
   const F8 least = eight::greater(old, F8{} - Sweep::kMargin);
   search.begin(tops.back, (1u << tops.back.count) - 1, x, y, z, least, 0, Sweep::kInner);
-  // The first step is at the other end of the path. If the maximum is there, it was already cut, with the same bits.
+  // The first step of the search evaluates the other end of the path. If the maximum is there, the sample was already
+  // cut there, with the same bits.
   search.step(tops.back, 0, Sweep::kInner);
   const F8 at_ends = search.best;
   for (int step = 1; step < kSteps && any_of(search.open); ++step) search.step(tops.back, step, Sweep::kInner);
@@ -419,7 +425,7 @@ void PathMaxima::carve() noexcept {
 Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach) {
   const glm::dmat3 R_AV = glm::transpose(glm::dmat3(X_VA.R)), R_BV = glm::transpose(glm::dmat3(X_VB.R));
   const dvec3 moved = R_BV * (X_VA.p - X_VB.p);
-  // Computes the rotation minus the identity, without loss of digits by cancellation.
+  // Computes the rotation matrix minus the identity matrix, without loss of digits by cancellation.
   const glm::dmat3 turn = (R_BV - R_AV) * glm::transpose(R_AV);
   Straight way{.from = head_pose(X_VA),
                .shift = {},
@@ -434,8 +440,8 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
     way.shift[i] = static_cast<float>(moved[i]);
     for (int j = 0; j < 3; ++j) way.turn[3 * i + j] = static_cast<float>(turn[i][j]), turned += turn[i][j] * turn[i][j];
   }
-  // For a rotation, the sum of the squared elements of this difference is twice the squared chord of the rotation
-  // angle.
+  // `turn` is a rotation matrix minus the identity matrix. The sum of its squared elements is twice the squared chord
+  // of the rotation angle.
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   way.turned = static_cast<float>(std::sqrt(turned / 2));
   way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
@@ -500,9 +506,11 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
     centres.outside = -(kMargin + kHalf + kTop + way.slip), centres.emptied = kInner + kHalf + way.slip;
     WayBlock blocks[8];
     glm::ivec3 begun[8];
-    float* due[8];  // receive the path lengths at which these blocks are due again; null: not stored
+    // for each block: pointer to the stored path length at which it must be examined again; null: the value is not
+    // stored
+    float* due[8];
     const auto note = [&](float* at, float slack) {
-      // only the last segment of the path determines at which path length a block is due
+      // Only the last segment of the path determines the path length at which a block must be examined again.
       if (at && k == straights_) *at = known->way + (slack - known->slip);
     };
     int lanes = 0, started = 0;
@@ -543,8 +551,8 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
       }
       lanes = 0;
     };
-    // Omits blocks that are too far from the head on the whole path. If the head was cut out at the beginning of the
-    // path, also omits empty blocks and blocks from which the head recedes.
+    // Omits blocks that are too far from the head on the whole path. If the tissue inside the head was removed at the
+    // beginning of the path, also omits empty blocks and blocks from which the head recedes.
     const bool cut_before = continues_ || k > 1;
     const auto choose = [&] {
       fill_up(starts, started);

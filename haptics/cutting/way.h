@@ -15,12 +15,12 @@ namespace typodont::haptics {
 /// shift + turn p.
 struct Straight {
   HeadPose from;
-  float shift[3], turn[9];  // vector, and matrix column by column
+  float shift[3], turn[9];  // `shift`: vector in voxels; `turn`: matrix, column by column
   const MeridianPiece* pieces;
   int count;
-  float turned;   // upper bound of the difference between the paths of samples at a distance of one voxel
-  float longest;  // longest path of any sample that a cut may change
-  float slip;     // upper bound of the error of a tangent to the depth along the path
+  float turned;   // voxels, upper bound of the difference between the paths of two samples that are one voxel apart
+  float longest;  // voxels, length of the longest path of any sample that a cut may change
+  float slip;     // voxels, upper bound of the error of a tangent to the curve of the depth along the path
   // For a motion along the axis of a cylinder: a sample does not change if z > still_above and rho + z > still_beyond
   // in the head's frame. Such a sample lies above the rim of the end, and nearer to the flank than to the end, during
   // the whole motion. kNoEnd for every other motion.
@@ -33,7 +33,7 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
 struct DueBlocks {
   float* due;
   glm::ivec3 first, size;  // first block, and number of blocks along each axis
-  float way;               // voxels, path length at the end of the sweep
+  float way;               // voxels, path length of the head at the end of the sweep
   float slip;              // voxels, largest rounding error of a depth
 
   /// Returns the path lengths at which the blocks of a row along z must be examined again, from the block that begins
@@ -45,14 +45,16 @@ inline constexpr float kTop = 5e-4f;  // voxels, tolerance of the computed large
 // voxels, limit: for a motion of at most this length, only the head's final pose is cut, which saves a seventh of the
 // time
 inline constexpr float kSlow = 0.05f;
-// voxels, limit: nearer to a corner, rounding dominates the direction from the corner
+// voxels, limit of the distance to a corner of the meridian; at a smaller distance, rounding dominates the direction
+// from the corner
 inline constexpr float kNear = 0.01f;
 
-/// Returns the smallest distance r from the axis at which the additional depth between the ends of a path, about way² /
-/// 4 r, can be ignored, if one piece is nearest along the whole path.
+/// Returns the smallest distance r from the axis at which a sample's depth along the path need not be searched. Between
+/// the ends of a path, the depth can be larger by about way² / (4 r) if one piece is nearest along the whole path. At
+/// this distance r, the additional depth can be ignored.
 inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   const float least = way.longest * way.longest / (3.6f * kTop);
-  // the 4 voxels include the depth of a cut, which is at most 3 voxels
+  // The margin of 4 voxels includes the depth of a cut, which is at most 3 voxels.
   return piece.radius == 0.0f || piece.radius > least + 4 ? least : kNoEnd;
 }
 

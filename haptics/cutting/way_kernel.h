@@ -1,7 +1,8 @@
 // This file is included in namespaces of lane_ops.h, after depth_kernel.h. It computes how the depth of samples changes
 // along their path.
 
-/// Returns the depths of samples. Samples that do not change (see Straight::still_above) count as far outside the head.
+/// Returns the depths of samples. Samples that a motion along the axis does not change (see Straight::still_above) get
+/// a depth far outside the head.
 TYPODONT_KERNEL Floats unless_still(Floats depth, Floats rho, Floats z, float above, float beyond) {
   return pick(more_where(more(z, all(above)), rho + z, all(beyond)), all(-kNoEnd), depth);
 }
@@ -69,12 +70,13 @@ TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Fl
                     all(0.0f));
 }
 
-/// The piece of the meridian nearest to some samples, and the component of a direction towards this piece, computed
-/// without another square root. The direction is given by its components perpendicular to the axis and along it, both
-/// multiplied by rho.
+/// The piece of the meridian nearest to some samples, and the component of a given direction towards this piece. It is
+/// computed without another square root. The direction is given by its component perpendicular to the axis and its
+/// component along the axis, both multiplied by the distance rho from the axis.
 struct NearestOnWay {
   NearestPiece nearest;
-  /// component of the direction away from the nearest point, multiplied by the distance to that point and by rho
+  /// component of the direction away from the nearest point of the piece, multiplied by the distance to that point and
+  /// by rho
   Floats away;
 
   TYPODONT_KERNEL void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }

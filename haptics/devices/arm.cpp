@@ -10,8 +10,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Arc cosine whose argument is limited to [-1, 1]. So a linkage at the end of its range or a wrong encoder count does
-/// not give NaN.
+/// Returns the arc cosine of `cosine` limited to [-1, 1]. So a linkage at the end of its range or a wrong encoder count
+/// does not give NaN.
 double angle_of(double cosine) {
   return std::acos(std::clamp(cosine, -1.0, 1.0));
 }
@@ -209,7 +209,7 @@ double position_step(const Arm& arm) {
 }
 
 dvec3 gravity_torque(const Arm& arm, const dvec3& theta) {
-  constexpr double g = 9.81;  // m/s²
+  constexpr double g = 9.81;  // m/s², acceleration of gravity
   return {0, -g * (arm.mass_b * arm.center_b + arm.mass_c * arm.Lb) * std::sin(theta.y),
           g * arm.mass_c * arm.center_c * std::sin(theta.z)};
 }

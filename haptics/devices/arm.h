@@ -18,12 +18,13 @@ namespace typodont::haptics {
 struct Arm {
   std::string name;
   enum class Linkage { kSerial, kFiveBar } linkage = Linkage::kSerial;
-  // m, diameters of the capstans (on the motors) and of the bodies that they drive, for A, B, C
+  // m, for the bodies A, B and C (the parts of the arm that the motors drive): diameters of the capstans on the motors,
+  // and of the bodies
   dvec3 capstan{0}, body{0};
   double La = 0, Lb = 0, Lc = 0;  // m, lengths of the links of a serial linkage
   std::array<double, 6> L{};      // m, lengths of the links of a five-bar linkage
   dvec3 origin{0};                // m, origin of the workspace in the frame of the base
-  dvec3 torque_constant{0};       // N·m/A, torque of each motor per current
+  dvec3 torque_constant{0};       // N·m/A, for each motor: torque per ampere
   std::array<double, 6> counts{};  // encoder counts per turn for A…F; 0 for D…F means that the stylus has no encoders
   std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // factor on the count, -1 if the preset calls motor and body "aligned"
   std::array<std::int64_t, 6> home{};            // counts of the six encoders in the home position
@@ -39,7 +40,7 @@ struct Arm {
 
   bool has_stylus() const { return counts[3] > 0 && counts[4] > 0 && counts[5] > 0; }
   double ratio(int i) const { return capstan[i] / body[i]; }
-  /// Largest number of counts by which encoder i can change in dt seconds.
+  /// Returns the largest number of counts by which encoder i can change in dt seconds.
   std::int64_t reach(int i, double dt) const;
 };
 
@@ -48,28 +49,30 @@ Arm read_arm(const std::filesystem::path& file);
 
 using Counts = std::array<std::int64_t, 6>;
 
-/// Angles of the bodies A, B, C (the parts of the arm that the motors drive) in rad.
+/// Returns the angles (rad) of the bodies A, B, C (the parts of the arm that the motors drive).
 dvec3 body_angles(const Arm& arm, const Counts& counts);
-/// Angles of the stylus joints D, E, F in rad. They are invalid if the stylus has no encoders.
+/// Returns the angles (rad) of the stylus joints D, E, F. They are invalid if the stylus has no encoders.
 dvec3 stylus_angles(const Arm& arm, const Counts& counts);
-/// Pose of the stylus tip in frame H. The orientation was not verified on hardware, and published sources contradict
-/// each other.
+/// Returns the pose of the stylus tip in frame H. The orientation was not verified on hardware, and published sources
+/// contradict each other.
 Pose stylus_pose(const Arm& arm, const Counts& counts);
 dvec3 stylus_position(const Arm& arm, const dvec3& theta);
-/// Jacobian of the position of the tip. Its columns are ∂p/∂A, ∂p/∂B, ∂p/∂C in m/rad.
+/// Returns the Jacobian matrix of the position of the tip. Its columns are ∂p/∂A, ∂p/∂B, ∂p/∂C in m/rad.
 glm::dmat3 jacobian(const Arm& arm, const dvec3& theta);
-/// Distance in m that the tip moves if the encoders A, B and C all change by one count, in the home position.
+/// Returns the distance (m) that the tip moves if the encoders A, B and C all change by one count, in the home
+/// position.
 double position_step(const Arm& arm);
-/// Torques on the bodies, in N·m, that compensate the weight of the arm. They are zero if the preset contains no
-/// masses.
+/// Returns the torques (N·m) on the bodies A, B, C that compensate the weight of the arm. They are zero if the preset
+/// contains no masses.
 dvec3 gravity_torque(const Arm& arm, const dvec3& theta);
 
 struct Currents {
   dvec3 amperes{0};
   bool clipped = false;
 };
-/// Computes the motor currents for a force in H and the additional torques `holding` (N·m) on the bodies. If a current
-/// exceeds its limit, all currents are reduced by the same factor, so that the force keeps its direction.
+/// Computes the motor currents for a force (N) in frame H of the device's base and the additional torques `holding`
+/// (N·m) on the bodies. If a current exceeds its limit, all currents are reduced by the same factor, so that the force
+/// keeps its direction.
 Currents motor_currents(const Arm& arm, const dvec3& theta, const dvec3& f_S_H, const dvec3& holding);
 
 }  // namespace typodont::haptics

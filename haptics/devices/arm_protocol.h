@@ -48,7 +48,7 @@ class LineAssembler {
   void add(std::span<const std::uint8_t> bytes) noexcept;
   /// Returns the newest complete line since the last call, or no value. The line is valid until the next add().
   std::optional<std::string_view> take() noexcept;
-  /// Number of lines that were skipped because a newer line had arrived.
+  /// Returns the number of lines that were skipped because a newer line had arrived.
   std::uint64_t skipped() const noexcept { return skipped_; }
 
  private:

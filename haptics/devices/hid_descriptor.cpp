@@ -83,7 +83,7 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
       case 0x28:
         usage_maximum = with_page(value), has_range = true;
         break;
-      case 0x80: {  // item Input
+      case 0x80: {  // the item "Input" of a HID report descriptor
         std::uint32_t& bit = next_bit[now.report_id];
         if (now.size > 32 && !(value & 1)) return fields;
         if (std::uint64_t{now.size} * now.count + bit > kMostBits) return fields;

@@ -13,7 +13,7 @@ struct HidField {
   std::uint8_t report_id = 0;  // 0 if the device's reports have no id
   std::uint32_t bit = 0;       // position of the first bit in the report, counted after the report id
   std::uint32_t bits = 0;
-  std::int32_t minimum = 0, maximum = 0;  // range of the value
+  std::int32_t minimum = 0, maximum = 0;  // smallest and largest value of the field
 };
 
 /// Returns all variable input fields in order. The descriptor may contain any bytes: parsing stops at the first invalid

@@ -22,8 +22,8 @@ class Link {
   /// and makes one system call.
   virtual bool write(std::span<const std::uint8_t> bytes) noexcept = 0;
   virtual Nanos now() noexcept { return typodont::now(); }
-  /// The file descriptor of the link, or -1 if it has none. A watchdog process (watchdog_process.h) writes to it if
-  /// this process cannot.
+  /// Returns the file descriptor of the link, or -1 if it has none. A watchdog process (watchdog_process.h) writes to
+  /// it if this process cannot.
   virtual int descriptor() const noexcept { return -1; }
 };
 
@@ -31,9 +31,10 @@ class Link {
 /// half a period apart. Servo thread.
 class SampleSpacing {
  public:
-  /// `rate` is DeviceInfo::rate in Hz.
+  /// `rate`: Hz, rate at which the device sends samples (DeviceInfo::rate).
   explicit SampleSpacing(double rate) : least_(from_seconds(0.5 / rate)) {}
-  /// Time in ns until the next sample may be used; 0 or less means now. If the clock was set back, the result is 0.
+  /// Returns the time in ns until the next sample may be used; 0 or less means now. If the clock was set back, the
+  /// result is 0.
   Nanos left(Nanos t) const noexcept { return started_ && t >= last_ ? last_ + least_ - t : 0; }
   /// Records that a sample was used at time t.
   void taken(Nanos t) noexcept { last_ = t, started_ = true; }

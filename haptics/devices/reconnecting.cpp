@@ -32,7 +32,8 @@ ReconnectingDevice::ReconnectingDevice(std::unique_ptr<HapticDevice> first,
 std::unique_ptr<HapticDevice> ReconnectingDevice::open_at_rest() const {
   std::unique_ptr<HapticDevice> device = open_();
   if (!info_.serial.empty() && device->info().serial != info_.serial) {
-    throw Error(info_.address, "", device->info().serial, info_.serial);  // another device is connected
+    // a device with another serial number is connected
+    throw Error(info_.address, "", device->info().serial, info_.serial);
   }
   if (!info_.counts_from_rest) return device;
   // The encoders count from the pose in which the device was opened, so this pose must be the home position. Therefore

@@ -27,7 +27,8 @@ class SafeDevice : public HapticDevice {
     bool watchdog_thread = true;   // false in tests with simulated time, which call watch() themselves
     std::function<Nanos()> clock;  // returns the present time; if empty, now() is used
   };
-  /// Returns options with the limits that the device states. Also installs the exit guards (device_safety.h).
+  /// Returns the options of a device: the limits that the device states. Also installs the exit guards
+  /// (device_safety.h).
   static Options options_for(const DeviceInfo& info);
 
   SafeDevice(std::unique_ptr<HapticDevice> device, Options options);

@@ -9,11 +9,11 @@
 namespace typodont::haptics {
 
 struct SafetyLimits {
-  double force = 5;          // N, peak force
-  double torque = 0;         // N·m, peak torque
+  double force = 5;          // N, largest force for a short time (peak force)
+  double torque = 0;         // N·m, largest torque for a short time (peak torque)
   double continuous = 0;     // N, force that the motors can give permanently; 0 if it equals the peak force
   double thermal_time = 30;  // s, thermal time constant of the motor windings
-  // Slew limit in N/s, with which the full force is possible after a few ms. For comparison: if a hand that moves at 1
+  // N/s, slew limit, with which the full force is possible after a few ms. For comparison: if a hand that moves at 1
   // m/s meets a surface of 2 N/mm, the force rises by 2000 N/s.
   double slew = 4000;
   double torque_slew = 40;  // N·m/s, slew limit of the torque
@@ -50,8 +50,8 @@ inline dvec3 limit_slew(const dvec3& last, const dvec3& wanted, double step) {
 struct ThermalModel {
   double heat = 0;
 
-  /// Largest force, in N, that is allowed now. It is the peak force while the motors are cool. Above a heat of 0.9 it
-  /// decreases to the continuous force.
+  /// Returns the largest force (N) that is allowed now. It is the peak force while the motors are cool. Above a heat of
+  /// 0.9 it decreases to the continuous force.
   double allowed(const SafetyLimits& limits) const {
     if (limits.continuous <= 0 || limits.continuous >= limits.force) return limits.force;
     const double fade = glm::clamp((1 - heat) / 0.1, 0.0, 1.0);

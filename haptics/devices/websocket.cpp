@@ -96,7 +96,8 @@ WebSocket::Parsed WebSocket::parse(std::string_view& message) noexcept {
     if (have < 2) return Parsed::kMore;
     const bool last = p[0] & 0x80;
     const std::uint8_t opcode = p[0] & 0x0f;
-    // These bits are invalid, because no extensions were requested and servers never mask their frames.
+    // Frames with reserved bits or with a mask are invalid, because no extensions were requested and servers never mask
+    // their frames.
     if (p[0] & 0x70 || p[1] & 0x80) return Parsed::kBroken;
     std::uint64_t size = p[1] & 0x7f;
     std::size_t head = 2;

@@ -44,7 +44,7 @@ struct BlockSet {
   static std::size_t within(const glm::ivec3& p) {
     return static_cast<std::size_t>((p.x & 15) << 8 | (p.y & 15) << 4 | (p.z & 15));
   }
-  /// Position in the box of the stored sample with index i.
+  /// Returns the position in the box of the stored sample with index i.
   glm::ivec3 place(std::size_t i) const {
     const auto k = static_cast<int>(i % kSamples);
     return first[i / kSamples] + glm::ivec3(k >> 8, k >> 4 & 15, k & 15);
@@ -91,7 +91,7 @@ struct Sparse {
   }
 
   bool holds(const glm::ivec3& p) const { return set->holds(p); }
-  /// Index, among the stored samples, of the sample at position p; negative if this sample is not stored.
+  /// Returns the index, among the stored samples, of the sample at position p; negative if this sample is not stored.
   std::ptrdiff_t index(const glm::ivec3& p) const {
     const std::int32_t slot = set->slot[set->block(p)];
     return slot < 0
@@ -129,8 +129,8 @@ SparseMask where(const std::shared_ptr<const BlockSet>& set, bool outside, bool 
   return mask;
 }
 
-/// Values between the samples, by trilinear and by tricubic interpolation. Outside the box, the value at the nearest
-/// point of the box is used.
+/// Both functions return the value at a position between the samples (voxels): sample() by trilinear interpolation,
+/// sample_cubic() by tricubic interpolation. Outside the box, the value at the nearest point of the box is used.
 float sample(const Sparse<float>& g, const glm::dvec3& p);
 Jet sample_cubic(const Sparse<float>& g, const glm::dvec3& p);
 
@@ -144,20 +144,21 @@ Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 /// deviation `blur`, voxels) displaced by blur²·(mean curvature), because the second moment of the kernel is −blur².
 /// The correction is exact to second order. c is limited to 3, because a larger c would increase the noise.
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
-/// Factor by which smooth_in_place() changes the standard deviation of white noise. It is the norm of the kernel.
+/// Returns the factor by which smooth_in_place() changes the standard deviation of white noise. It is the norm of the
+/// kernel.
 double noise_left(double sigma, double blur);
 
 /// Marks each block of the box (one byte per block, z fastest) that has a sample above `bound` after g was smoothed by
 /// a Gaussian of `sigma` (voxels).
 std::vector<std::uint8_t> blocks_above(const Grid<float>& g, double sigma, float bound);
 
-/// For each sample in `wanted`, the smallest value (ball_max: the largest value) in a ball of `radius` voxels around
-/// it. Other samples keep their values.
+/// Returns for each sample in `wanted` the smallest value (ball_max: the largest value) in a ball of `radius` voxels
+/// around it. Other samples keep their values.
 Sparse<float> ball_min(const Sparse<float>& g, double radius, const SparseMask& wanted);
 Sparse<float> ball_max(const Sparse<float>& g, double radius, const SparseMask& wanted);
 
-/// Squared distance, in voxels, from each sample to the nearest sample in `mask`. The value is very large if the
-/// nearest sample of the mask is farther away than `reach` voxels along an axis.
+/// Returns for each sample the squared distance (voxels²) to the nearest sample in `mask`. The value is very large if
+/// the nearest sample of the mask is farther away than `reach` voxels along an axis.
 Sparse<float> distance_squared_to(const SparseMask& mask, int reach);
 
 /// A connected component of a dense mask.
@@ -174,7 +175,7 @@ std::vector<Body> find_bodies(const Mask& mask);
 /// much smaller than the largest one (splinters) do not count. Returns 0 for no body.
 std::size_t main_body(const std::vector<Body>& bodies, double least_bright);
 
-/// Fraction of the box's samples that lie in blocks with samples of the mask or next to such blocks.
+/// Returns the fraction of the box's samples that lie in blocks with samples of the mask or next to such blocks.
 double fraction_near(const Mask& mask);
 
 struct SparseComponents {

@@ -128,7 +128,7 @@ BoxContent paint(Imported& imported, const LabelStroke& stroke) {
     });
   } else {
     // Tissue may not be added in the outermost voxels of the box, because it would have no surface there.
-    constexpr double kWall = 3;  // width of this margin in voxels
+    constexpr double kWall = 3;  // voxels, width of this margin
     for_each_in(box, [&](const glm::ivec3& p) {
       const std::size_t at = t.at(p.x, p.y, p.z);
       const glm::ivec3 from_wall = glm::min(p, t.size - 1 - p);
@@ -152,7 +152,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
            glm::length(t.frame.to_world(dvec3(p)) - seed.point) <= seed.reach;
   };
   if (room.empty() || !in_room(start) || !(t.distance[at(start)] < 0)) return {};
-  // Mean grey value of a sample and its neighbours, which has less noise than a single sample.
+  // Returns the mean grey value of a sample and its neighbours, which has less noise than a single sample.
   const auto grey = [&](const glm::ivec3& p) {
     if (imported.grey.empty()) return 0.0;
     double sum = static_cast<double>(imported.grey[at(p)]), count = 1;
@@ -265,8 +265,8 @@ void exchange(Imported& imported, BoxContent& content) {
 PerTissue volumes_in(const BoxContent& content, double voxel) {
   PerTissue volume{};
   for (std::size_t i = 0; i < content.distance.size(); ++i) {
-    // Computes the fraction of the voxel inside the surface. Within the voxel the surface is approximated by a plane at
-    // the signed distance of the voxel's centre.
+    // Computes the fraction of the voxel that lies inside the surface. Within the voxel the surface is approximated by
+    // a plane at the signed distance of the voxel's centre.
     const double share = std::clamp(0.5 - static_cast<double>(content.distance[i]) / voxel, 0.0, 1.0);
     volume[static_cast<std::size_t>(content.tissue[i])] += share * voxel * voxel * voxel;
   }

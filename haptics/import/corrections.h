@@ -25,7 +25,7 @@ inline constexpr int kLabelKinds = 5;
 struct LabelStroke {
   LabelKind kind = LabelKind::kBone;
   std::vector<dvec3> path;  // m, points of the polyline
-  double radius = 1e-3;     // m
+  double radius = 1e-3;     // m, radius of the brush
   bool only_tissue = true;
 };
 
@@ -42,7 +42,7 @@ struct LabelSeed {
 
 using Correction = std::variant<LabelStroke, LabelSeed>;
 
-/// The samples of a box of voxels, before or after a correction.
+/// A copy of the samples of a box of voxels, from before or after a correction.
 struct BoxContent {
   VoxelBox box;  // the box; empty if the correction changed nothing
   std::vector<float> distance;
@@ -59,7 +59,7 @@ BoxContent correct(Imported& imported, const Correction& correction);
 /// repeats it.
 void exchange(Imported& imported, BoxContent& content);
 
-/// Volume of each tissue in a box, in m³, computed as ImportReport::volume.
+/// Returns the volume (m³) of each tissue in a box, computed as ImportReport::volume.
 PerTissue volumes_in(const DenseTissue& tissue, const VoxelBox& box);
 PerTissue volumes_in(const BoxContent& content, double voxel);
 

@@ -42,7 +42,7 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
     if (b < buckets.size()) buckets[b].push_back(i);
   }
   for (std::size_t b = 0; b < buckets.size(); ++b) {
-    for (std::size_t k = 0; k < buckets[b].size(); ++k) {  // this bucket may grow during the loop
+    for (std::size_t k = 0; k < buckets[b].size(); ++k) {  // the current bucket may grow during the loop
       const std::size_t i = buckets[b][k];
       if (!std::exchange(unpropagated[i], std::uint8_t{0})) continue;
       const std::int32_t f = feature.v[i];
@@ -76,7 +76,8 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
 // parallel, and then features are passed across the borders between slabs.
 template <class Features, class Distances, class Distance>
 void propagate(Features& feature, Distances& nearest, double band, double step, Distance distance) {
-  const int reach = static_cast<int>(band / step) + 2;  // number of samples across which features are passed
+  // number of samples over which a feature (the nearest point or triangle) is passed from sample to sample
+  const int reach = static_cast<int>(band / step) + 2;
   const int slab = std::max(64, (2 * reach + BlockSet::kEdge) / BlockSet::kEdge * BlockSet::kEdge);
   const int x_size = size_of(feature).x, slabs = (x_size + slab - 1) / slab;
   std::vector<std::vector<std::size_t>> seeds(static_cast<std::size_t>(slabs)), at_seam(seeds.size());

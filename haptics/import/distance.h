@@ -9,7 +9,8 @@
 
 namespace typodont::haptics::importing {
 
-/// Position of one grid in the index space of another grid: p = offset + scale · index.
+/// Position of one grid in the index space of another grid: the sample `index` of the first grid lies at p = offset +
+/// scale · index in the second one.
 struct Placement {
   glm::dvec3 offset{0};
   double scale = 1;
@@ -36,12 +37,12 @@ struct Triangle {
 };
 glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p);
 
-/// The generalized winding number (Jacobson et al. 2013) of a mesh at every sample, multiplied by six. It is the sum of
-/// the signed crossings of rays in the six axis directions, whereas Jacobson et al. take the mean over all directions.
-/// The value is 6 inside a closed mesh, 0 outside, and between 0 and 6 near the holes of an open mesh.
+/// Returns the generalized winding number (Jacobson et al. 2013) of a mesh at every sample, multiplied by six. It is
+/// the sum of the signed crossings of rays in the six axis directions, whereas Jacobson et al. take the mean over all
+/// directions. The value is 6 inside a closed mesh, 0 outside, and between 0 and 6 near the holes of an open mesh.
 Grid<std::int16_t> winding_sixths(std::span<const Triangle> mesh, const glm::ivec3& size);
 
-/// Distance from every sample to the nearest triangle, from 0 to `band`.
+/// Returns the distance (voxels) from every sample to the nearest triangle, from 0 to `band`.
 Grid<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band);
 
 }  // namespace typodont::haptics::importing

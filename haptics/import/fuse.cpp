@@ -24,13 +24,13 @@ using importing::Grid;
 using importing::Triangle;
 using importing::TriangleTree;
 
-// On a crown, the cosine of the angle between the normals of scan and CT must exceed this limit.
+// least cosine of the angle between the normals of scan and CT at which a triangle of the scan can count as crown
 constexpr double kSameSide = 0.7;
 constexpr double kGapArea = 10e-6;    // m²; a gap in the crowns with a smaller area counts as crown
 constexpr double kLeastPiece = 5e-6;  // m²; a crown piece with a smaller area is ignored
 constexpr double kLabelDepth = 0.75;  // voxels, depth below the surface at which the tissue of the surface is read
-// A true distance field has a gradient of length 1. If the gradient is shorter than this limit, the sample is not near
-// a surface.
+// A true distance field has a gradient of length 1. Where the gradient is shorter than this limit, the sample is not
+// near a surface.
 constexpr double kLeastGradient = 0.1;
 
 bool is_of_tooth(Tissue t) {
@@ -43,7 +43,8 @@ double smooth_step(double low, double high, double x) {
   return s * s * (3 - 2 * s);
 }
 
-/// Distance of a DenseTissue (m) and its gradient at a position in voxels, by tricubic interpolation (Catmull–Rom).
+/// Returns the distance (m) that a DenseTissue stores, with its gradient, at a position in voxels, by tricubic
+/// interpolation (Catmull–Rom).
 importing::Jet distance_at(const DenseTissue& t, const dvec3& place) {
   const dvec3 at = glm::clamp(place, dvec3(1), dvec3(t.size) - 3.001);
   const glm::ivec3 base(glm::floor(at));
@@ -70,7 +71,7 @@ importing::Jet distance_at(const DenseTissue& t, const dvec3& place) {
   return jet;
 }
 
-/// Index of the sample nearest to a position in voxels.
+/// Returns the index of the sample nearest to a position in voxels.
 std::size_t nearest_sample(const DenseTissue& t, const dvec3& place) {
   const glm::ivec3 i = glm::clamp(glm::ivec3(glm::round(place)), glm::ivec3(0), t.size - 1);
   return t.at(i.x, i.y, i.z);
@@ -114,7 +115,7 @@ std::shared_ptr<const importing::BlockSet> blocks_near_surface(const DenseTissue
   return set;
 }
 
-/// The scan in frame C, and the part of it that shows crowns.
+/// The surface scan in frame C of the CT volume, and the part of it that shows crowns of teeth.
 class Crowns {
  public:
   Crowns(const ArchSurface& scan, const Pose& X_CS, const ToothField& ct, const FuseOptions& options)
@@ -130,7 +131,7 @@ class Crowns {
   }
 
   const FuseReport& report() const { return report_; }
-  /// Largest distance, in m, between the crowns of the scan and the CT's surface.
+  /// Returns the largest distance (m) between the crowns of the scan and the CT's surface.
   double largest() const { return largest_; }
 
   struct Near {
@@ -138,7 +139,7 @@ class Crowns {
     double distance = 0;  // m, distance to the nearest point, without sign
     double weight = 0;    // 1 in the middle of a crown, falling to 0 at its rim; 0 outside
   };
-  /// Returns the nearest point of the scan, if it is within `reach` (m).
+  /// Returns the point of the scan nearest to p (m, frame C), if it is within `reach` (m).
   std::optional<Near> nearest(const dvec3& p, double reach) const {
     const auto found = skin_->nearest(p, reach);
     if (!found) return std::nullopt;
@@ -300,7 +301,8 @@ class Crowns {
     }
     for (const double d : away) weights_.push_back(smooth_step(0, options_.blend, d));
   }
-  /// True if the edge at corner k of triangle t belongs to no other covered triangle.
+  /// Returns true if the edge at corner k of the covered triangle t belongs to no other covered triangle, so that it is
+  /// part of the crowns' rim.
   bool is_rim_edge(std::size_t t, std::size_t k) const {
     const int a = corners_[t][k], b = corners_[t][(k + 1) % 3];
     return std::ranges::none_of(neighbours_[t], [&](std::size_t other) {
@@ -312,7 +314,7 @@ class Crowns {
   const FuseOptions& options_;
   const std::vector<std::array<int, 3>>& corners_;
   std::size_t scanned_;
-  std::vector<dvec3> points_;           // m, in C
+  std::vector<dvec3> points_;           // m, points of the scan in frame C of the CT volume
   std::optional<TriangleTree> skin_;    // triangles of the scan without its base
   std::optional<TriangleTree> closed_;  // triangles of the scan with its base
   std::vector<std::vector<std::size_t>> neighbours_;
@@ -429,7 +431,7 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
     const dvec3 place = same ? dvec3(i) : dvec3(i) * (voxel / coarse);
     if (const auto rough = ct.distance[nearest_sample(ct, place)];
         std::abs(static_cast<double>(rough)) > far + coarse) {
-      phi.v[at] = -rough * inverse;  // only the sign of this value is used
+      phi.v[at] = -rough * inverse;  // far from the surface, only the sign of this value is used
       return;
     }
     const importing::Jet jet = distance_at(ct, place);

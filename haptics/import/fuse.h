@@ -21,8 +21,8 @@ struct ArchSurface;
 
 /// A point on a scan's surface.
 struct ScanPoint {
-  dvec3 p_S;  // m
-  dvec3 n_S;  // unit normal, pointing outward
+  dvec3 p_S;  // m, position of the point in frame S of the scan
+  dvec3 n_S;  // unit normal of the surface in frame S, pointing outward
 };
 
 /// The surface of an intraoral scan (STL, PLY, OBJ, glTF), which may be open. It is repaired and closed by a base, as
@@ -38,7 +38,7 @@ class IntraoralScan {
   /// area() / count.
   std::vector<ScanPoint> points(std::size_t count) const;
   double area() const { return area_; }  // m², area of the scanned surface
-  /// The scanned surface without the base, in frame S.
+  /// Returns the scanned surface without the base, in frame S of the scan.
   TissueMesh mesh() const;
   const std::vector<std::string>& repairs() const;
   const importing::ArchSurface& surface() const { return *surface_; }
@@ -56,7 +56,7 @@ class ToothField {
   struct Value {
     bool tooth = false;   // true if the nearest surface is closer than the band and belongs to a tooth or a restoration
     double distance = 0;  // m, distance to the surface, negative inside
-    dvec3 gradient{0};    // gradient of the distance
+    dvec3 gradient{0};    // gradient of the distance (m per m); on the surface, its direction is the outward normal
   };
   Value at(const dvec3& p_C) const;
 
@@ -66,7 +66,7 @@ class ToothField {
 
 struct FuseOptions {
   std::optional<double> voxel;  // m, voxel edge of the result; if not given, that of the CT
-  double reach = 1e-3;    // m, largest distance between the surfaces of scan and CT where the scan counts as crown
+  double reach = 1e-3;  // m; where the surfaces of scan and CT are at most this far apart, the scan can count as crown
   double blend = 0.5e-3;  // m, width of the transition from CT to scan, measured inward from the rim of the crowns
   std::function<void(double)> progress;  // is called with the progress 0..1; may be empty
 };

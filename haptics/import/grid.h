@@ -43,30 +43,30 @@ using Mask = Grid<std::uint8_t>;
 /// Calls work(x) for each x in [0, n) on all processor cores. Each call may write only its own data.
 void for_each_slab(int n, const std::function<void(int)>& work);
 
-/// Value at the position p by trilinear interpolation. Outside the box, the value at the nearest point of the box is
-/// used.
+/// Returns the value at the position p (voxels) by trilinear interpolation. Outside the box, the value at the nearest
+/// point of the box is used.
 float sample(const Grid<float>& g, const glm::dvec3& p);
 
 struct Jet {
   double value;
-  glm::dvec3 gradient;  // gradient per voxel
+  glm::dvec3 gradient;  // gradient of the value, per voxel
 };
-/// Value and gradient at the position p by tricubic interpolation (Catmull-Rom: continuous gradient, exact at the
-/// samples). Outside the box, the value at the nearest point of the box is used.
+/// Returns value and gradient at the position p (voxels) by tricubic interpolation (Catmull-Rom: continuous gradient,
+/// exact at the samples). Outside the box, the value at the nearest point of the box is used.
 Jet sample_cubic(const Grid<float>& g, const glm::dvec3& p);
 
 /// Smooths with a Gaussian of the standard deviation `sigma` (voxels), axis by axis. Outside the box, the value at its
 /// border is used.
 Grid<float> gaussian(const Grid<float>& g, double sigma);
 
-/// Squared distance, in voxels, from each voxel to the nearest voxel of `mask` (Felzenszwalb & Huttenlocher 2012). The
-/// values are very large if the mask is empty.
+/// Returns for each voxel the squared distance (voxels²) to the nearest voxel of `mask` (Felzenszwalb & Huttenlocher
+/// 2012). The values are very large if the mask is empty.
 Grid<float> distance_squared_to(const Mask& mask);
 
 struct Components {
   Grid<std::int32_t> label;         // number of each sample's component: 1, 2, …; 0 if the sample is not in the mask
   std::vector<std::size_t> voxels;  // number of voxels of component i; element 0 is not used
-  std::int32_t largest() const;     // number of the largest component; 0 if there is none
+  std::int32_t largest() const;     // returns the number of the largest component; 0 if there is none
 };
 /// Finds the connected components of a mask. Samples are connected over faces (6 neighbours), or with `corners` also
 /// over edges and corners (26 neighbours).

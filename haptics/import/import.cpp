@@ -80,7 +80,7 @@ static std::optional<double> false_dentin_share(const DenseTissue& t) {
   all /= n_all;
   enamel /= n_enamel;
   const dvec3 up = enamel - all;
-  // if enamel is on all sides, the tooth has no root, and everything is crown
+  // if there is enamel on all sides, the tooth has no root, and everything is crown
   if (glm::length(up) * t.frame.voxel < 0.2e-3) {
     double dentin = 0;
     for (const glm::ivec3& p : skin) dentin += t.tissue[t.at(p.x, p.y, p.z)] != Tissue::kEnamel;
@@ -134,7 +134,7 @@ void measure(Imported& imported, ImportPreset preset) {
         const std::size_t i = t.at(x, y, z);
         const double d = t.distance[i];
         if (d > h) continue;
-        // Fraction of the voxel inside a plane at the distance d from the voxel's centre.
+        // The fraction of the voxel that lies inside a plane at the distance d from the voxel's centre.
         const double share = std::clamp(0.5 - d / h, 0.0, 1.0);
         const auto tissue = static_cast<std::size_t>(t.tissue[i]);
         report.volume[tissue] += share * h * h * h;

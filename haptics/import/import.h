@@ -1,4 +1,5 @@
-// Imports a scan or a closed mesh as tissue: a distance field and labels. Set-up time; throws Error.
+// Imports a scan or a closed mesh as tissue: a distance field and labels. Called at set-up; throws Error.
+// README.md of this folder has an overview and defines the terms.
 #pragma once
 
 #include <filesystem>
@@ -65,7 +66,7 @@ struct ImportOptions {
   std::optional<double> crown;   // m, height of a crown below its cusps, for an arch without colours
   bool greys = true;             // if true, the scan's grey values are kept; write_preview() needs them
   std::optional<double> memory;  // bytes, limit of the memory; if not given, the free memory
-  /// Is called before the work begins with the estimated memory in bytes.
+  /// Function that is called before the work begins, with the estimated memory in bytes. May be empty.
   std::function<void(double)> estimated;
   std::function<void(double)> progress;  // is called with the progress 0..1; may be empty
 };
@@ -132,10 +133,10 @@ struct Imported {
   std::vector<float> grey;
 };
 
-/// True if the file or folder is read as DICOM. Its name may then contain a person's name.
+/// Returns true if the file or folder is read as DICOM. Its name may then contain a person's name.
 bool is_dicom(const std::filesystem::path& file);
 
-/// Extensions of the supported files in lower case: ".nrrd", …
+/// Returns the extensions of the supported files in lower case: ".nrrd", …
 const std::vector<std::string>& scan_endings();
 const std::vector<std::string>& mesh_endings();
 

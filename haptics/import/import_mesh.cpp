@@ -38,7 +38,7 @@ void check_length(const std::filesystem::path& file, const dvec3& extent, const 
                   std::string_view what, double least, double most) {
   const double longest = longest_of(extent);
   if (longest >= least && longest <= most) return;
-  std::string guess;  // the unit of length with which the size would be plausible, for the message
+  std::string guess;  // for the message: the unit of length with which the body would have a plausible size
   for (const double mm : {1.0, 10.0, 1000.0, 25.4}) {
     const double length = longest / options.mesh_unit * mm * kMillimetre;
     if (guess.empty() && length >= least && length <= most)
@@ -107,8 +107,8 @@ void count_parts(Imported& imported) {
   report.pulp_parts = static_cast<int>(components(pulp, true).voxels.size()) - 1;
 }
 
-/// Integral of the normal over a surface. It is zero for a closed surface. For an open surface it points from the
-/// opening towards the opposite side, and its length is the area of the opening.
+/// Returns the integral (m²) of the normal over a surface. It is zero for a closed surface. For an open surface it
+/// points from the opening towards the opposite side, and its length is the area of the opening.
 dvec3 area_vector(const Mesh& mesh) {
   dvec3 sum(0);
   for (const auto& c : mesh.corners) {
@@ -314,7 +314,7 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
   for (const auto& t : triangulate(outline)) mesh.corners.push_back({foot[t[2]], foot[t[1]], foot[t[0]]});
 }
 
-/// Redness of a colour relative to its brightness. It is high for gingiva and low for teeth.
+/// Returns the redness of a colour relative to its brightness. It is high for gingiva and low for teeth.
 double redness(const Color& c) {
   const double sum = c[0] + c[1] + c[2];
   return sum > 0 ? (c[0] - 0.5 * (c[1] + c[2])) / sum : 0;

@@ -258,7 +258,8 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   const glm::ivec3 k = glm::clamp(glm::ivec3(voxel / scan.spacing + 1e-6), glm::ivec3(1), scan.grey.size / 4);
   if (k != glm::ivec3(1)) reduce(scan, k);
 
-  // Finds the body approximately, precisely enough to find the grey values and to cut out the box around it.
+  // Finds the body approximately. This is precise enough to find the grey values and to cut out the box around the
+  // body.
   const double working = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
   Grid<float> smooth = gaussian(scan.grey, kScanSmoothing);
   const ScanGreys greys = known ? *known : greys_of(file, scan, smooth, options);
@@ -291,7 +292,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   const glm::ivec3 lo = bodies[main].lo, hi = bodies[main].hi, scan_size = solid.size;
   if (jaw) say_what_is_left_out(bodies, main, scan, report);
   const double near_tissue = fraction_near(solid) * static_cast<double>(solid.v.size()) * scan.spacing.x *
-                             scan.spacing.y * scan.spacing.z;  // volume in m³
+                             scan.spacing.y * scan.spacing.z;  // m³, volume of the blocks of voxels in or near the body
   solid = Mask();
   const char* of = options.region ? "region" : "scan";
   for (int a = 0; a < 3; ++a) {
@@ -325,7 +326,8 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     // result has another grid (kPlaced); and the result (kResult, kGrey). kResidue is in bytes.
     constexpr double kRead = 9, kBox = 4, kSegmented = 38, kKept = 28, kPlaced = 24, kResult = 6, kGrey = 4,
                      kResidue = 90e6;
-    constexpr double kJaw = 70;  // bytes per voxel in the blocks near the body, for the labels of a jaw
+    // estimated memory, in bytes per voxel of the blocks near the body, for the labels of a jaw
+    constexpr double kJaw = 70;
     const auto voxels = [](const glm::dvec3& size, double h) { return size.x / h * size.y / h * size.z / h; };
     const double box = voxels(extent + 20 * working, working);
     const double near = std::min(box, near_tissue / std::pow(working, 3));
@@ -340,7 +342,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   }
   progress(0.2);
 
-  // If the result has the same grid, segment() already computes the distances of the result.
+  // If the result has the same grid as the scan, segment() has already computed the distances of the result.
   const double scale = voxel / working, band = options.band / working;
   const bool same_grid = std::abs(scale - 1) < kRounding;
   const double around_body = same_grid ? std::max(10.0, band + 6) : 10;
@@ -389,7 +391,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   out.frame = {origin + working * placement.offset, voxel};
   const DistanceField field =
       same_grid ? std::move(s.surface) : signed_distance(s.phi, out.size, placement, band, band);
-  // index of the field's sample minus index of the result's sample
+  // index of a sample in the segmentation's distance field minus its index in the result
   const glm::ivec3 shift = same_grid ? from : glm::ivec3(0);
   progress(0.9);
 

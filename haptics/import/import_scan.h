@@ -28,14 +28,14 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
 /// Imports the meshes in options.parts, which must not be empty.
 Imported import_parts(const ImportOptions& options);
 
-/// Distance outside the surface, in voxels, up to which samples get labels.
+/// voxels, distance outside the surface up to which samples get labels
 inline constexpr double kLabelReach = 2.5;
 
 /// Throws Error if a grid that covers `extent` (m) with voxels of the edge `voxel` (m) does not fit into memory.
 void check_result_size(const dvec3& extent, double voxel);
 
-/// Number of bytes that this process can still allocate. It is the free memory of the machine, or less if the process
-/// has a limit.
+/// Returns the number of bytes that this process can still allocate. It is the free memory of the machine, or less if
+/// the process has a limit.
 double free_memory();
 /// Throws Error if `bytes` is more than options.memory or, if this option is not given, than the free memory. Stores
 /// the largest `bytes` of all calls in report.memory.

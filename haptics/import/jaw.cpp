@@ -51,10 +51,11 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   const std::size_t n = sample_of.size();
   std::vector<Row> rows(n);
   std::vector<double> diagonal(n), b(n), x(n, 0.0);
-  constexpr double kLeast = 1e-4;  // smallest weight of a step, through the dimmest samples that count as bright
-  // Weight of a step into bone for a sample next to cancellous bone. The weight is small, because the sample may also
-  // belong to a root without a bright wall. With this weight, a root of 3 mm width stays connected to its crown for
-  // about 15 mm.
+  // smallest weight of the random walk's step, through the dimmest samples that count as bright
+  constexpr double kLeast = 1e-4;
+  // Weight of the random walk's step into bone for a sample next to cancellous bone. The weight is small, because the
+  // sample may also belong to a root without a bright wall. With this weight, a root of 3 mm width stays connected to
+  // its crown for about 15 mm.
   constexpr double kMarrow = 1e-3;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
     const std::size_t i = sample_of[k];
@@ -148,7 +149,8 @@ glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
 // brightest value further inward.
 Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys) {
   constexpr double kSmooth = 0.8;  // voxels, standard deviation of the Gaussian that smooths the grey values
-  // Smallest contrast of a valley per voxel². It is a third of the contrast of a ligament that is one voxel wide.
+  // Smallest contrast of a dark valley between bright tissues, per voxel². It is a third of the contrast of a ligament
+  // that is one voxel wide.
   constexpr double kValley = 0.1;
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
   const Sparse<float> smooth = gaussian(scan, set, kSmooth, s.grey.outside, s.grey.inside);
@@ -368,7 +370,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
 
   // Finds three masks: samples that certainly belong to crowns; the inside of cancellous bone (marrow); bright samples
   // next to marrow, which may be bone.
-  constexpr double kLeastCrown = 8, kLeastMarrow = 20;  // mm³, smallest volumes of a crown and of marrow
+  // mm³, smallest volume of a crown and of a region of marrow; smaller regions are ignored
+  constexpr double kLeastCrown = 8, kLeastMarrow = 20;
   const SparseMask bright =
       mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.bright()); });
   SparseMask crown(set, 0, 0);

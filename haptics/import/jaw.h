@@ -16,10 +16,10 @@ struct JawGreys {
   bool has_enamel = false;      // false if no crown is visible, so that `enamel` is a guess
   std::optional<double> metal;  // grey value of metal; no value if the scan contains no metal
 
-  // Lowest grey value of dentin and cortical bone.
+  // Returns the lowest grey value of dentin and cortical bone.
   double bright() const { return 0.5 * (cancellous + hard); }
-  double crown() const { return 0.5 * (hard + enamel); }  // lowest grey value of enamel
-  // Highest grey value of a canal in cancellous bone.
+  double crown() const { return 0.5 * (hard + enamel); }  // returns the lowest grey value of enamel
+  // Returns the highest grey value of a canal in cancellous bone.
   double canal() const { return 0.5 * (soft + cancellous); }
 };
 
@@ -27,8 +27,8 @@ struct JawGreys {
 /// the grey value of 0 Hounsfield units, and `noise` the standard deviation of the noise.
 JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offset, double noise);
 
-/// Standard deviation of the scan's noise, computed from the differences of voxels that are three voxels apart. Valid
-/// if most of the scan is uniform.
+/// Returns the standard deviation of the scan's noise, computed from the differences of voxels that are three voxels
+/// apart. Valid if most of the scan is uniform.
 double noise_of(const Grid<float>& scan);
 
 /// The walls of the scan or region that cut the tissue. For the lower and the upper wall of each axis, it contains the
@@ -36,7 +36,7 @@ double noise_of(const Grid<float>& scan);
 using CutWalls = std::array<std::array<std::optional<int>, 2>, 3>;
 
 struct JawLabels {
-  Sparse<Tissue> tissue;  // labels inside the body and up to two samples outside
+  Sparse<Tissue> tissue;  // labels of the samples inside the body and up to two samples outside it
   JawReport report;       // facts about the labels; the centres of canals are in samples of the grid
 };
 

@@ -109,7 +109,7 @@ std::string nifti_of(const Imported& imported) {
   put(72, kBits);
   put(76, 1.0F);  // sign of the fourth axis in the format's field pixdim[0]
   put(108, static_cast<float>(kHeader));
-  put(112, 1.0F);  // factor from stored numbers to values
+  put(112, 1.0F);  // factor by which a stored number is multiplied to get the value
   put(123, kMillimetres);
   put(254, kScannerSpace);
   for (int row = 0; row < 3; ++row) {

@@ -32,7 +32,7 @@ static std::vector<float> walls(const Grid<float>& g) {
 
 static double spread(std::vector<float> values, double middle) {
   for (float& v : values) v = std::abs(v - static_cast<float>(middle));
-  // 1.4826 times the median absolute deviation, which estimates the standard deviation
+  // Returns 1.4826 times the median absolute deviation, which estimates the standard deviation.
   return 1.4826 * quantile(values, 0.5);
 }
 
@@ -177,7 +177,8 @@ std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, dou
   constexpr double kAir = -1000, kLeastApart = 880, kMostApart = 1100;
   // Grey values above that of water: smallest value of the brightest bone, and largest value of metal.
   constexpr double kLeastBone = 300, kMost = 8000;
-  constexpr double kLeastMass = 0.01;  // smallest size of each peak, as a fraction of all voxels
+  // smallest size of the peak of air and of the peak of soft tissue, as a fraction of all voxels
+  constexpr double kLeastMass = 0.01;
   // kUsual: grey values of 0 Hounsfield units in common scanners, the most frequent first. kNear: tolerance. Both in
   // Hounsfield units.
   constexpr double kUsual[] = {0, 1024, 1000, -24}, kNear = 60;

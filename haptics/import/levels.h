@@ -27,7 +27,8 @@ struct Levels {
   double noise = 0;                  // standard deviation of the grey values in the surroundings
   double smoothed_noise = 0;         // standard deviation of the grey values in the surroundings after smoothing
 
-  /// Grey value of the surface. At the true position of a blurred edge, the grey value is halfway between both sides.
+  /// Returns the grey value of the surface. At the true position of a blurred edge, the grey value is halfway between
+  /// both sides.
   double surface() const { return outside + height * (soft - outside); }
   double denser() const { return 0.5 * (soft + *dense); }
   double top() const { return dense.value_or(soft); }

@@ -13,7 +13,7 @@ namespace typodont::haptics::importing {
 using Color = std::array<std::uint8_t, 3>;  // sRGB
 
 struct Mesh {
-  std::vector<glm::dvec3> points;           // m
+  std::vector<glm::dvec3> points;           // m, positions of the mesh's points
   std::vector<std::array<int, 3>> corners;  // indices of each triangle's points
   std::vector<Color> colors;                // colour of each point; empty if the file has no colours
 };

@@ -12,7 +12,7 @@ namespace {
 
 using glm::dvec3;
 
-constexpr int kInside = 3;  // a sample is inside if its winding number, in sixths, is at least this
+constexpr int kInside = 3;  // a sample is inside if its winding number, multiplied by six, is at least this
 
 /// Collects the triangles that have the outside on one of their sides. Triangles completely within the body (where
 /// parts of the mesh overlap or touch) are omitted. Triangles partly within the body are split, down to a size of about
@@ -73,7 +73,9 @@ class Skin {
     };
     const std::uint8_t one = part_at(at + kAround * n), other = part_at(at - kAround * n);
     if (one == 0 || other == 0) return false;
-    if (one != other) return true;  // between two different parts there may be a crack
+    // Between two different parts of the mesh there may be a crack, so the triangle counts as having the outside on one
+    // side.
+    if (one != other) return true;
     if (!tree_) tree_ = std::make_unique<TriangleTree>(mesh_);
     return tree_->winding_sixths(at + kBeside * n) >= kInside && tree_->winding_sixths(at - kBeside * n) >= kInside;
   }

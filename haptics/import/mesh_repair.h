@@ -17,7 +17,7 @@ void orient(Mesh& mesh, MeshRepairs& repairs);
 /// A border of a mesh: a path along edges that have an odd number of triangles, in the direction of these triangles.
 struct Border {
   std::vector<int> points;
-  double length = 0;   // m
+  double length = 0;   // m, length of the border
   bool closed = true;  // false if the path is no loop, because the triangles at it have inconsistent directions
 };
 std::vector<Border> borders(const Mesh& mesh);

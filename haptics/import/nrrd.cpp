@@ -48,7 +48,7 @@ static void check_header(const std::filesystem::path& file) {
     if (number == 1 && !line.starts_with("NRRD"))
       throw Error(file.string(), "line 1", excerpt(line), "NRRD0001 to NRRD0005");
     if (line.empty()) return;
-    // True for a pair "key:=value", whose value may contain ": ".
+    // true for a pair "key:=value", whose value may contain ": "
     const bool pair = line.find(":=") < line.find(": ");
     const bool text = line[0] == '#' || line.starts_with("content:") || pair;
     const bool field = number == 1 || names || text || line.find(": ") != std::string::npos;

@@ -72,7 +72,8 @@ Picture shaded(const Imported& imported) {
   const dvec3 middle = 0.5 * (lo + hi);
   const double reach = 0.5 * glm::length(hi - lo);
   constexpr int kTile = 420;
-  const auto distance = [&](const dvec3& p) {  // trilinear distance in voxels
+  // returns the distance from the surface (voxels) at p, by trilinear interpolation
+  const auto distance = [&](const dvec3& p) {
     const dvec3 q = glm::clamp(p, dvec3(0.0), dvec3(t.size) - 1.001);
     const glm::ivec3 i(q);
     const dvec3 f = q - dvec3(i);

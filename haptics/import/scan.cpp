@@ -262,7 +262,8 @@ static Scan align(RawScan&& raw) {
     next[a] = sign[a] * file_step[from[a]];
     if (sign[a] < 0) first_voxel += (size[a] - 1) * file_step[from[a]];
   }
-  // Works in slabs, because a voxel should be written soon after it was read (cache).
+  // The copy works in slabs of slices, because a voxel should be written soon after it was read, while it is in the
+  // cache.
   constexpr int kSlab = 16;
   for_each_slab((size.x + kSlab - 1) / kSlab, [&](int slab) {
     const int x_end = std::min((slab + 1) * kSlab, size.x);

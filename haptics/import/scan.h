@@ -54,8 +54,8 @@ struct ScanFormat {
   std::string name;                             // for example "NRRD"
   std::vector<std::string> endings;             // extensions shown to users, lower case: ".nrrd"
   std::vector<std::string> further_extensions;  // other extensions that are accepted, too
-  /// True if a file that begins with these bytes has this format, whatever its name is. If this function is null, the
-  /// extension decides.
+  /// Returns true if a file that begins with these bytes has this format, whatever its name is. If this function is
+  /// null, the extension decides.
   bool (*begins)(std::string_view first_bytes);
   RawScan (*read)(const ScanRequest& request);  // throws Error
 };

@@ -20,17 +20,18 @@ class ScanVolume {
   ScanVolume(const ScanVolume&) = delete;
   ScanVolume& operator=(const ScanVolume&) = delete;
 
-  dvec3 lo() const;  // m, centre of the first voxel
-  dvec3 hi() const;  // m, centre of the last voxel
+  dvec3 lo() const;  // returns the centre of the first voxel, m
+  dvec3 hi() const;  // returns the centre of the last voxel, m
   dvec3 spacing() const;
   const std::string& format() const;
   const std::string& space() const;  // coordinate space, see ImportReport::space
   const std::vector<std::string>& notes() const;
 
-  /// Grey value at p by trilinear interpolation. Outside the scan, the value at its nearest wall is returned.
+  /// Returns the grey value at p by trilinear interpolation. Outside the scan, the value at its nearest wall is
+  /// returned.
   double grey(const dvec3& p) const;
-  // Grey values that a picture shows as black and as white. 2 % of the voxels are darker than black, and 0.3 % are
-  // brighter than white.
+  // black() returns the grey value that a picture shows as black, and white() the one that it shows as white. 2 % of
+  // the voxels are darker than black, and 0.3 % are brighter than white.
   double black() const { return black_; }
   double white() const { return white_; }
 

@@ -9,13 +9,13 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-constexpr double kStep = 0.5;  // length in voxels of the steps along rays
+constexpr double kStep = 0.5;  // voxels, length of the steps along rays
 
 const std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
                                           {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
 
-// The contacts of a part with its surroundings: for each material, the number of the part's voxel faces that have this
-// material on the other side.
+// The contacts of a part with the materials around it. For each material, the number of voxel faces of the part that
+// have this material on the other side.
 struct Contacts {
   std::size_t mouth = 0, wall = 0, dense = 0, cavity = 0;
 };
@@ -133,7 +133,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       const Contacts& f = faces[id];
       const bool narrow =
           parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
-      // this part is the outer end of a cavity that was found with a smaller ball
+      // true if this part is the outer end (a plug) of a cavity that was found with a smaller ball
       const bool plug = 2 * f.cavity > f.mouth;
       if ((narrow || plug) && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }
@@ -193,14 +193,16 @@ glm::dvec3 unit(const glm::dvec3& v) {
   return l > 1e-12 ? v / l : glm::dvec3(0);
 }
 
-// The grey value of the surroundings near a sample. It is the mean over cells of 4³ samples, smoothed over about four
-// samples. If hardly any samples nearby belong to the surroundings (in a fissure), the mean of the whole scan is used.
+// Finds the grey value of the surroundings near a sample. It is the mean over cells of 4³ samples, smoothed over about
+// four samples. If hardly any samples nearby belong to the surroundings (in a fissure), the mean of the whole scan is
+// used.
 class Surround {
  public:
   template <class Counts>
   Surround(const Grid<float>& grey, const BlockSet& set, double everywhere, Counts counts)
       : everywhere_(everywhere), sum_((grey.size + 3) / 4, 0.0F), weight_(sum_.size, 0.0F) {
-    // This works in parallel over blocks, because a cell never lies in two blocks.
+    // The loop runs in parallel over blocks. Two blocks never write the same cell, because a cell never lies in two
+    // blocks.
     for_each_sample(set, [&](const glm::ivec3& p, std::size_t i) {
       if (!counts(p, i)) return;
       const glm::ivec3 cell = p / 4;

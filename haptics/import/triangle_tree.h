@@ -20,12 +20,12 @@ class TriangleTree {
   };
   /// Returns the nearest point of the triangles, or no value if its distance is `reach` or more.
   std::optional<Nearest> nearest(const glm::dvec3& p, double reach) const;
-  /// Squared distance from p to the nearest triangle.
+  /// Returns the squared distance from p to the nearest triangle.
   double distance_squared(const glm::dvec3& p) const;
-  /// The winding number of a closed mesh at p: 1 inside, 0 outside, 2 where two parts overlap, negative where the
-  /// triangles face inward. It is the median of three rays, so that a ray that hits an edge has no effect.
+  /// Returns the winding number of a closed mesh at p: 1 inside, 0 outside, 2 where two parts overlap, negative where
+  /// the triangles face inward. It is the median of three rays, so that a ray that hits an edge has no effect.
   int winding(const glm::dvec3& p) const;
-  /// The winding number of an open mesh at p, multiplied by six, from rays in the six axis directions. See
+  /// Returns the winding number of an open mesh at p, multiplied by six, from rays in the six axis directions. See
   /// winding_sixths() in distance.h.
   int winding_sixths(const glm::dvec3& p) const;
 
@@ -42,7 +42,8 @@ class TriangleTree {
 
   std::size_t build(std::size_t first, std::size_t end);
   void nearest(std::size_t index, const glm::dvec3& p, Nearest& best) const;
-  /// Sum of the crossings of a ray with the mesh: +1 where the ray leaves the mesh, −1 where it enters the mesh.
+  /// Returns the sum of the crossings of a ray with the mesh: +1 where the ray leaves the mesh, −1 where it enters the
+  /// mesh.
   int crossings(std::size_t index, const glm::dvec3& p, const glm::dvec3& way, const glm::dvec3& inverse) const;
 
   std::vector<Triangle> triangles_;  // triangles in the order of the leaves

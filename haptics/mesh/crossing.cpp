@@ -6,8 +6,8 @@ namespace typodont::haptics::mesh {
 
 namespace {
 
-/// Six times the signed volume of a tetrahedron. It is positive if d is behind the triangle a, b, c, whose corners are
-/// counter-clockwise as seen from the front.
+/// Returns six times the signed volume of a tetrahedron. It is positive if d is behind the triangle a, b, c, whose
+/// corners are counter-clockwise as seen from the front.
 double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
   return glm::dot(a - d, glm::cross(b - d, c - d));
 }

@@ -15,11 +15,11 @@ inline Corners corners(const EditableMesh& mesh, Index f) {
   return {{face.v[0], face.v[1], face.v[2]}, {mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2)}};
 }
 
-/// True if a point of the segment, not an end, lies in the interior of the triangle.
+/// Returns true if a point of the segment `from`–`to`, except its ends, lies in the interior of the triangle a, b, c.
 bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dvec3& b, const dvec3& c) noexcept;
 
-/// True if two triangles cross each other at a point that is no common vertex. Triangles with a common edge never count
-/// as crossing.
+/// Returns true if two triangles cross each other at a point that is no common vertex. Triangles with a common edge
+/// never count as crossing.
 bool cross_each_other(const Corners& a, const Corners& b) noexcept;
 
 /// Returns the first face of the mesh that crosses a triangle, or kNone. Only faces for which counts(face) is true are

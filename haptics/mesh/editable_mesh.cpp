@@ -49,7 +49,8 @@ EditableMesh& EditableMesh::operator=(const EditableMesh& other) {
   return *this;
 }
 
-/// Makes faces with the vertex indices of `mesh`, and stores the neighbours of each face.
+/// Makes the faces of the editable mesh, still with the vertex indices of `mesh`, and stores the neighbours of each
+/// face.
 void EditableMesh::join_faces(const TissueMesh& mesh) {
   faces_.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -79,9 +80,9 @@ void EditableMesh::join_faces(const TissueMesh& mesh) {
   }
 }
 
-/// Makes the vertices. Each fan of connected faces around a vertex of `mesh` gets its own vertex.
+/// Makes the vertices of the editable mesh. Each fan of connected faces around a vertex of `mesh` gets its own vertex.
 void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
-  const std::vector<Face> old = faces_;  // the faces with the vertex indices of `mesh`
+  const std::vector<Face> old = faces_;  // the faces, still with the vertex indices of `mesh`
   std::vector<std::uint8_t> done(3 * old.size(), 0);
   for (Index f = 0; f < faces_used_; ++f) {
     for (int c = 0; c < 3; ++c) {
@@ -92,7 +93,8 @@ void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
         faces_[g].v[k] = v;
         done[3 * std::size_t{g} + static_cast<std::size_t>(k)] = 1;
       };
-      // Visits the faces around the vertex. If there is a border, it is visited in both directions from the first face.
+      // Visits the faces around the vertex. If the vertex is on a border, the faces are visited in both directions from
+      // the first face.
       const auto step = [&](Index& g, int& k, int edge) {
         const Index next = old[g].n[edge];
         if (next == kNone) return false;
@@ -154,10 +156,11 @@ TissueMesh EditableMesh::copy() const {
   return mesh;
 }
 
-// Functions of the grid over the faces
+// The following functions belong to the grid with which faces near a position are found.
 
 EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
-  // Relative tolerance, as a fraction of the coordinates. It is larger than the rounding error of floats.
+  // Tolerance of the positions of faces in the grid, as a fraction of the coordinates. It is larger than the rounding
+  // error of floats.
   constexpr float kRounding = 1e-6f;
   const dvec3 &a = point(f, 0), &b = point(f, 1), &c = point(f, 2);
   const dvec3 ab = b - a, bc = c - b, ca = a - c, g = (a + b + c) / 3.0;
@@ -448,7 +451,7 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
       beside[count++] = v;
     }
   };
-  // The faces around `gone` form a full circle, because `gone` is not on the border.
+  // The faces around the vertex `gone` form a full circle, because `gone` is not on the border.
   around(gone, [&](Index h, int k) { add(faces_[h].v[(k + 1) % 3]); });
   const auto shares = [&](Index v) {
     if (v != gone && v != c && v != d && std::find(beside, beside + count, v) != beside + count) allowed = false;
@@ -477,8 +480,8 @@ bool EditableMesh::collapse(Index f, int i, bool keeps_first) noexcept {
     if (h != f && h != g) ring[count++] = h;
   });
   for (int k = 0; k < count; ++k) write_face(ring[k]).v[corner(ring[k], gone)] = kept;
-  // The outer neighbours of the two removed faces become neighbours of each other. In these faces, `gone` was already
-  // replaced by `kept`.
+  // The outer neighbours of the two removed faces become neighbours of each other. The vertex `gone` was already
+  // replaced by `kept` in these faces.
   const auto now = [&](Index v) { return v == gone ? kept : v; };
   replace_neighbour(f_bc, f, c, f_ca);
   replace_neighbour(f_ca, f, now(first), f_bc);

@@ -79,7 +79,7 @@ class EditableMesh {
 
   // Functions that change the mesh. If a split, flip or collapse is impossible, the function returns kNone or false and
   // changes nothing.
-  void move(Index v, const dvec3& p) noexcept;  // also sets the flag kMoved
+  void move(Index v, const dvec3& p) noexcept;  // moves a vertex to p (m, frame W), and sets its flag kMoved
   /// Undoes a move, including its flag. `before` is vertex(v) as it was before the move.
   void move_back(Index v, const Vertex& before) noexcept;
   void set_tissue(Index f, Tissue tissue) noexcept;
@@ -161,18 +161,18 @@ class EditableMesh {
   const glm::vec3& ball_center(Index f) const noexcept { return places_[f].center; }
   float ball_radius(Index f) const noexcept { return places_[f].radius; }
 
-  // Functions that record changes. From now on, stores each vertex and face in `record` before its first change. Null
-  // ends the recording. Allocates memory in `record`.
+  // Functions that record changes. From this call on, the mesh stores each vertex and face in `record` before its first
+  // change. Null ends the recording. Allocates memory in `record`.
   void record(MeshRecord* record);
   /// Exchanges the vertices and faces in a finished record with the present ones of the mesh. So the first call undoes
   /// the changes, and the next call repeats them.
   void exchange(MeshRecord& record);
-  /// From now on, lists the faces that change, including those that are removed. Allocates memory.
+  /// From this call on, the mesh lists the faces that change, including those that are removed. Allocates memory.
   void list_changes();
   /// Returns the faces that changed since the last call. Each face appears once.
   void take_changes(std::vector<Index>& faces);
 
-  /// FNV-1a hash of the points, faces and tissues that are in use, in their order.
+  /// Returns the FNV-1a hash of the points, faces and tissues that are in use, in their order.
   std::uint64_t hash() const noexcept;
 
  private:
@@ -225,14 +225,14 @@ class EditableMesh {
   std::vector<Index> heads_;  // first face of each bucket
   Index vertices_used_ = 0, faces_used_ = 0, free_vertex_ = kNone, free_face_ = kNone;
   std::size_t vertex_count_ = 0, face_count_ = 0;
-  double size_[kLevels] = {};  // m, longest edge of the faces of each level
+  double size_[kLevels] = {};  // m, for each level of the grid: the longest edge of its faces
   std::size_t in_level_[kLevels] = {};
   int bucket_shift_ = 63;
 
   // The following members are not copied with the mesh, because they belong to one owner.
   MeshRecord* record_ = nullptr;
   std::uint32_t stroke_ = 0;
-  // For each vertex and each face: number of the last record that stored it.
+  // for each vertex and each face: number of the last record (of a stroke) that stored it
   std::vector<std::uint32_t> vertex_stroke_, face_stroke_;
   bool lists_changes_ = false;
   std::vector<Index> changed_;

@@ -12,12 +12,13 @@ namespace {
 constexpr std::uint32_t kNoPiece = 0xffffffff;
 constexpr std::size_t kMostAround = 64;  // largest number of faces around a vertex; further faces are ignored
 
-/// Normal vector of a face. Its length is twice the face's area.
+/// Returns a normal vector of a face. Its length is twice the face's area.
 dvec3 area_normal(const EditableMesh& mesh, Index f) {
   return glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
 }
 
-/// Returns the edge, in m, of a cell that contains about the wanted number of faces.
+/// Returns the edge (m) of a grid cell that contains about the wanted number of faces. The faces of a cell form a
+/// piece.
 double cell_for(const EditableMesh& mesh, const PieceParameters& parameters) {
   double area = 0;
   for (Index f = 0; f < mesh.face_range(); ++f)

@@ -13,9 +13,10 @@ namespace typodont::haptics::mesh {
 
 /// Parameters that determine the size of the pieces.
 struct PieceParameters {
-  double faces = 256;     // wanted number of faces per piece
-  double least = 1.5e-3;  // m, smallest edge of the cell of a piece; it limits the number of pieces that are drawn
-  // m, largest edge of the cell of a piece; it limits the number of faces that are generated again after a small cut
+  double faces = 256;  // wanted mean number of faces per piece
+  // m, smallest edge of the cubic cell whose faces form a piece; it limits the number of pieces that are drawn
+  double least = 1.5e-3;
+  // m, largest edge of this cell; it limits the number of faces that are generated again after a small cut
   double most = 3e-3;
   // Cosine of 40°. If the normals of two faces differ by a larger angle, their edge is drawn as sharp (a crease).
   double crease_cosine = 0.76604;
@@ -81,7 +82,7 @@ class SurfacePieces final : public TissueSurface {
   std::vector<std::uint32_t> dirty_;
   std::vector<Index> changes_;
 
-  // Number of the piece that is being generated.
+  // number of the piece that is being generated; it marks the vertices whose data in locals_ are valid
   std::uint32_t stamp_ = 0;
   std::vector<Local> locals_;  // data of each vertex
   std::vector<CornerNormal> normals_;

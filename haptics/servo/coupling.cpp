@@ -1,4 +1,5 @@
-// Force of the contact: coupling, damper, friction, teeth, sinking tip, vibration of the spindle.
+// Computes the force of the contact in each tick: coupling, damper, friction, teeth of the bur, sinking tip, vibration
+// of the spindle. Servo thread.
 #include <algorithm>
 #include <cmath>
 
@@ -177,11 +178,11 @@ double Servo::State::follow_stiffness(const ContactTick& now, double depth, doub
   return stiffness = next;
 }
 
-/// Returns the force of coupling and damper, N. `push`: N, force of the coupling alone. The damper uses the rate of the
-/// depth, so it acts only along the normal: sliding at constant depth is not damped.
+/// Returns the force (N) of coupling and damper together. `push`: N, force of the coupling alone. The damper uses the
+/// rate of the depth, so it acts only along the normal: sliding at constant depth is not damped.
 double Servo::State::damped(const ContactTick& now, double push, double depth) noexcept {
   Coupling& c = coupling;
-  VelocityEstimate sinking;  // rate of the depth, for a quantised position
+  VelocityEstimate sinking;  // rate at which the depth changes, estimated for a quantised position
   if (settings.position_step > 0) sinking = c.depth_speed.add(now.hand.t, {depth, 0, 0});
   if (!(settings.damping > 0 && motion.started)) return push;
   // A surface that the tool itself cuts or fills is rough: the proxy moves over it in steps of voxels.
@@ -211,8 +212,9 @@ void Servo::State::feel_teeth(ContactTick& now) noexcept {
   limit_teeth_energy(now);
 }
 
-/// Reduces the teeth's force gradually after the head has lost contact. The slew limit may have left a part of this
-/// force, and this part must not end in a step. Without a snapshot the tissue is unknown, and the force ends at once.
+/// Reduces the force of the bur's teeth gradually after the head has lost contact. The slew limit may have left a
+/// residue of this force, which must not end in one step. Without a snapshot the tissue is unknown, and the force ends
+/// at once.
 void Servo::State::fade_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   if (c.teeth_force == dvec3(0)) return;

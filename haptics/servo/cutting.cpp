@@ -13,7 +13,8 @@ void Servo::State::earn(ContactTick& now) noexcept {
   ContactInput& in = now.in;
   in.scrapes = bur.cuts && bur.scrapes > 0;
   in.cuts = settings.cutting && bur.cuts && (in.scrapes || cutting.speed > 0);
-  // a local copy stays in registers; reading the value back from memory would wait for the store
+  // A local copy of the spindle's state stays in registers. To read the stored value back from memory would wait for
+  // the store.
   SpindleLoad spindle{cutting.speed, 0};
   in.specific_energy = in.cuts ? mean_specific_energy() : 0;
   double power = 0;
@@ -23,7 +24,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
     const double way = glm::length(now.moved - glm::dot(now.moved, coupling.normal) * coupling.normal);
     power = bur.scrapes * coupling.head_force * way / now.dt;
   } else if (in.cuts && coupling.pressing > 0) {
-    // Tangential force μ_c F_n at the rim, limited by the motor (Preston, Archard).
+    // The teeth's tangential force at the rim is μ_c F_n, limited by the motor (laws of Preston and Archard).
     const double along = glm::dot(coupling.pressed, now.X_WT.R * dvec3(0, 0, 1));
     const double efficiency = bur.side_efficiency + (bur.end_efficiency - bur.side_efficiency) * along * along;
     const double load = bur.cutting_coefficient * efficiency * coupling.pressing * bur.radius();
@@ -41,7 +42,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
       budget = std::max(budget, -std::max(power * P::held_time, owed * in.specific_energy));
     }
   } else if (coupling.normal_force <= 0) {
-    // Without contact, saved energy is lost. If only the shank touches, the head keeps its energy.
+    // Without contact, saved cutting energy is lost. If only the shank touches, the head keeps its saved energy.
     budget = std::min(budget, 0.0);
   }
   cutting.wall_budget =

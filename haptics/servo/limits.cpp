@@ -1,5 +1,5 @@
-// Limits of the force: limits of the device, ramps at start and end, and the passivity controller with its energy
-// ledger.
+// Limits the force in each tick: limits of the device, ramps at start and end, and the passivity controller with its
+// energy ledger. Servo thread.
 #include <algorithm>
 #include <cmath>
 
@@ -17,20 +17,20 @@ dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
   return now.force + now.teeth_force - limits.last_force - limits.last_teeth_force;
 }
 
-/// The part of a force change that is held back, N. `change`: N, size of the change, above the limit drilling_slew. By
-/// laws 8 the limit is at least the change that the hand's own displacement causes in the coupling's spring, also where
-/// this displacement turns the force without increasing it. A force that lags behind the hand resists too little on the
-/// way in and too much on the way back, and both reduce the ledger's energy.
+/// Returns the part of a force change that is held back, N. `change`: N, size of the change, above the limit
+/// drilling_slew. By laws 8 the limit is at least the change that the hand's own displacement causes in the coupling's
+/// spring, also where this displacement turns the force without increasing it. A force that lags behind the hand
+/// resists too little on the way in and too much on the way back, and both reduce the ledger's energy.
 double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
   const double over = change - P::drilling_slew * now.dt;
   if (!lands(now)) return std::min(over, P::lag_limit);
   const double k = settings.stiffness * coupling.relative_stiffness;
   const double beyond = std::max(0.0, change - P::spring_tolerance * k * glm::length(now.moved));
   if (glm::dot(now.moved, limits.last_force != dvec3(0) ? limits.last_force : now.force) > 0) {
-    return std::min(over, beyond);  // the hand retreats
+    return std::min(over, beyond);  // the hand retreats, so only the part that exceeds both limits is held back
   }
-  // The implant model limits its force's changes itself, except for a drill that perforates the bone: its force falls
-  // as by older laws.
+  // The contact model "implant" limits the changes of its force itself, so they are not limited here. The exception is
+  // a drill that perforates the bone: its force falls as in older versions of the force laws.
   const bool falls =
       glm::length(now.force + now.teeth_force) < glm::length(limits.last_force + limits.last_teeth_force);
   const bool perforates = falls && now.contact.holds_turn;
@@ -119,7 +119,7 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
     // The hand may retreat as fast as it came.
     const double ahead = std::max(at_stake / strength, l.law.margin * l.passivity.pace.most * settings.tick);
     most = paid > k * ahead * ahead ? std::sqrt(2 * k * paid - k * k * ahead * ahead) : paid / ahead;
-    // A force that rises while the hand retreats would cost energy that the ledger does not have.
+    // A force that rises while the hand retreats would give the hand energy that the ledger does not have.
     if (paid < now.stored) {
       most = std::min(most, glm::length(l.last_force) + std::max(0.0, slew - P::retreat_weight * k * retreat));
     }

@@ -16,7 +16,7 @@ struct MotionParameters {
   // m, limit of the proxy's distance from the hand after an interruption; at a larger distance the proxy begins at the
   // hand
   static constexpr double lost_distance = 0.02;
-  // m, limit of the hand's distance from the origin; a larger distance is illegal input
+  // m, limit of the hand's distance from the origin of W; a larger distance is illegal input
   static constexpr double workspace = 100;
   // s, limit: a longer tick counts as a jump of the clock and is replaced by a nominal tick
   static constexpr double longest_tick = 0.1;
@@ -34,7 +34,9 @@ struct CuttingParameters {
   // m³, limit of the volume that may be removed before the motor has done the work for this volume (when a tip breaks
   // in)
   static constexpr double owed_volume = 8e-12;
-  static constexpr double owed_voxels = 8;  // voxels, lower bound of owed_volume; matters on coarse grids
+  // number of voxels; owed_volume is at least the volume of this many voxels, because on a grid with voxels larger than
+  // 0.1 mm, 8e-12 m³ would be less than eight voxels
+  static constexpr double owed_voxels = 8;
 };
 
 /// Parameters of the contact's force and torque (coupling.cpp).
@@ -51,7 +53,8 @@ struct CouplingParameters {
   static constexpr double waiting_slew = 16;
   // N/s, limit of the sum of all force changes; the teeth's force may use the part that the other changes do not use
   static constexpr double total_slew = 18;
-  // J, energy that a rise of the stiffness may store in the coupling even if the energy ledger holds less
+  // J; a rise of the tissue's stiffness may store up to this much energy in the coupling even if the energy ledger
+  // holds less
   static constexpr double unpaid = 0.15e-3;
   // s, time constant with which the force fades without a snapshot, in version 1 of the force laws
   static constexpr double fade_time_of_laws_1 = 0.1;
@@ -72,14 +75,18 @@ struct LimitParameters {
   static constexpr double unpaid_ratio = 2;
   // First version of the force laws in which a drilling tool lands without steps (landing_fraction in limits.cpp)
   static constexpr std::uint32_t laws_of_landing = 8;
-  // Fraction of the coupling's force; a hand that feels less of it for rest_time does not control the teeth any more
+  // Ratio of the force that the hand feels to the coupling's force. A hand for which this ratio stays smaller for
+  // rest_time does not control the teeth any more.
   static constexpr double little_felt = 0.5;
-  // s, time after which the coupling's force presses the teeth of such a hand, and time in which this force rises
+  // s, time for which a hand must feel little of the coupling's force before this force presses the teeth in place of
+  // the felt one; also the time in which the pressing force rises
   static constexpr double rest_time = 0.1;
-  // Factor on the spring's force change by a retreat, which is subtracted from the rise that the slew limit allows
+  // A retreat moves the proxy and so changes the force of the spring. This change, multiplied by this factor, is
+  // subtracted from the rise that the slew limit allows.
   static constexpr double retreat_weight = 3;
-  // Factor on the spring's force change by the hand's displacement; the product is the largest change without a step.
-  // Docs and tests count changes above 1.1 times that of the spring as steps (docs/passivity.md)
+  // Ratio of a force change to the change that the hand's displacement causes in the coupling's spring. A larger force
+  // change counts as a step. Documents and tests count changes above 1.1 times that of the spring as steps
+  // (docs/passivity.md).
   static constexpr double spring_tolerance = 1.09;
 };
 
@@ -87,13 +94,14 @@ struct LimitParameters {
 struct ScaleParameters {
   // N/m, stiffness of the coupling in a tooth-sized scene, for which `credit` and `turning` are valid
   static constexpr double tooth_stiffness = 1000;
-  static constexpr double credit = 1e-10;  // J, debt that the energy ledger may have
+  static constexpr double credit = 1e-10;  // J, debt that the energy ledger may have in a tooth-sized scene
   static constexpr double turning = 1.2;  // m/s², acceleration that is expected of a hand whose motion is not known yet
 };
 
 /// Returns true if a position in W is finite and plausible for a hand.
 inline bool in_workspace(const dvec3& p_W) noexcept {
-  return glm::dot(p_W, p_W) < MotionParameters::workspace * MotionParameters::workspace;  // false for NaN
+  // false also for NaN, because each comparison with NaN is false
+  return glm::dot(p_W, p_W) < MotionParameters::workspace * MotionParameters::workspace;
 }
 
 }  // namespace typodont::haptics

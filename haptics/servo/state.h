@@ -46,7 +46,7 @@ struct ContactTick : TickData {
   dvec3 spindle_torque{0};  // N·m, torque of the spindle on the hand
   dvec3 p_held{0};          // m, position at which the contact holds the tool
   double stored = 0;        // J, energy stored in the coupling
-  double unlimited = 0;     // N, size of `force` before the limits
+  double unlimited = 0;     // N, magnitude of `force` before the limits
   SoftTissue::Output soft;  // contact with soft tissue; its force is a part of `force`
   /// Returns true if the tool touches hard or soft tissue.
   bool touching() const noexcept { return contact.touching || soft.touching; }
@@ -66,7 +66,7 @@ inline PerTissue own_hardness() noexcept {
 }
 
 struct Servo::State {
-  /// Motion of hand and proxy.
+  /// State of the motion of hand and proxy.
   struct Motion {
     Pose X_WG;             // pose of the proxy
     bool placed = false;   // true if X_WG is valid
@@ -82,11 +82,11 @@ struct Servo::State {
     bool released = false;  // true if the model's release() was called after the last contact
     double room = 0;        // m, distance that a free tool may still move before the model is queried again
   };
-  /// Spindle, and energy that may be spent on removal.
+  /// State of the spindle, and of the energy that may be spent on the removal of tissue.
   struct Cutting {
-    double speed = 0;   // rad/s, free-running speed
+    double speed = 0;   // rad/s, speed of the spindle without load
     double phase = 0;   // rad, angle of the spindle
-    double budget = 0;  // J, energy that may be spent; negative: tissue was removed in advance
+    double budget = 0;  // J, energy that may be spent on removal; negative: tissue was removed in advance
     // fraction of the power with which the head cut at a wall of harder tissue in the last tick; 0: no wall
     double wall = 0;
     double wall_budget = 0;   // J, part of the budget that may be spent at a wall of harder tissue
@@ -95,10 +95,10 @@ struct Servo::State {
   /// State of the contact force.
   struct Coupling {
     double relative_stiffness = 1;        // factor on the stiffness in the settings, from the tissue under the head
-    PerTissue tissue{};                   // fraction of each tissue under the head
+    PerTissue tissue{};                   // for each tissue: its fraction of the tissue under the head
     PerTissue hardness = own_hardness();  // mean hardness of each tissue under the head, 0..1 (hardness.h)
     double normal_force = 0;              // N, normal force in the last tick
-    double head_force = 0;                // N, part of normal_force that acts on the head
+    double head_force = 0;  // N, the component of normal_force that acts on the head (and not on the shank)
     dvec3 normal{0};
     // unit, direction in which the contacts, and the limit for a bur in energy debt, push the head
     dvec3 pressed{0};
@@ -107,12 +107,12 @@ struct Servo::State {
     // the limits of a landing drill left for the hand, or more if the hand feels little for long (press_teeth). It is 1
     // where these limits do not apply.
     double teeth_fraction = 1;
-    // s, time for which these limits have left less than LimitParameters::little_felt of the force. It also counts
-    // down, and is at most twice LimitParameters::rest_time.
+    // s, time for which the limits of a landing drill have left the hand less than LimitParameters::little_felt of the
+    // coupling's force. It also counts down, and is at most twice LimitParameters::rest_time.
     double unfelt_for = 0;
     FrictionState friction;
     TipState tip;
-    double rate = 0;  // m/s, smoothed rate of the depth
+    double rate = 0;  // m/s, smoothed rate at which the depth changes
     VelocityEstimator
         depth_speed;        // estimates the rate of the depth for a quantised position, whose differences are noisy
     double last_depth = 0;  // m, depth in the last tick
@@ -120,7 +120,7 @@ struct Servo::State {
     dvec3 teeth_force{0};   // N, force of the teeth before the limits
     explicit Coupling(double position_step) : depth_speed(position_step, 1) {}
   };
-  /// Limits of the force, the last force, and the energy that the energy ledger allows.
+  /// State of the limits: the last force, and the energy that the energy ledger allows.
   struct Limits {
     PassivityLaw law;
     PassivityState passivity;
@@ -134,7 +134,7 @@ struct Servo::State {
     dvec3 last_force{0};           // N, tissue's force in the last tick
     dvec3 last_torque{0};          // N·m, torque that the hand felt in the last tick
     dvec3 last_spindle_force{0};   // N, force of the spindle in the last tick
-    dvec3 last_teeth_force{0};     // N, part of last_spindle_force that the bur's teeth caused
+    dvec3 last_teeth_force{0};     // N, the component of last_spindle_force that the bur's teeth caused
     dvec3 last_sent{0};            // N, total force in the last tick
     dvec3 last_spindle_torque{0};  // N·m, torque of the spindle in the last tick
     double teeth_energy = 0;       // J, energy that the teeth have given to the hand so far
@@ -239,9 +239,9 @@ struct Servo::State {
 
  private:
   double paid_fraction(const ContactTick& now) noexcept;
-  /// Change of the force of tissue and teeth since the last tick, N.
+  /// Returns the change (N) of the force of tissue and teeth since the last tick.
   dvec3 force_change(const ContactTick& now) const noexcept;
-  /// True if the limits for a landing drill apply (laws 8).
+  /// Returns true if the limits for a landing drill apply (force laws from version 8 on).
   bool lands(const ContactTick& now) const noexcept;
   double held_back(const ContactTick& now, double change) const noexcept;
   double landing_fraction(const ContactTick& now, double at_stake) const noexcept;

@@ -14,7 +14,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr double kCell = 1e-3;  // m, edge of the cells of the grid with which points near a position are found
-// Smallest thickness in m. A thinner layer is treated as if it had this thickness.
+// m, smallest thickness of the layer of soft tissue. A thinner layer is treated as if it had this thickness.
 constexpr double kLeastThickness = 0.2e-3;
 // Depth of the part of the layer that a head shears, divided by the layer's thickness. Heads are smaller than the layer
 // is thick, so only tissue near the surface is sheared. With one third, the force on a ball of 1.2 mm is between that
@@ -89,7 +89,8 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
         const double off = std::clamp(distance(point.p_W) / steep, -law.spacing / 2, law.spacing / 2);
         point.p_W -= off * point.n_W;
         if (hidden(point.p_W)) continue;
-        const double step = 0.1e-3;  // m, step with which the depth of the layer is searched
+        // m, step of the search along the normal for the depth at which the layer of soft tissue ends
+        const double step = 0.1e-3;
         double deep = step;
         while (deep < law.thickness && distance(point.p_W - deep * point.n_W) < 0 &&
                !hidden(point.p_W - deep * point.n_W)) {
@@ -128,7 +129,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
             tension[std::minmax(a, b)] += law.elastic_modulus / 3 * kSheared * h / 3 * area / (2 * length * length);
           }
         }
-  // m², smallest area of a point; points at the edge of the box would have less
+  // m², smallest area that a point represents; points at the edge of the box would represent less
   const double least_area = 0.1 * law.spacing * law.spacing;
   for (Point& point : points_) point.area = std::max(point.area, least_area);
 

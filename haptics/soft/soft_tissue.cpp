@@ -15,9 +15,10 @@ struct SoftParameters {
   static constexpr int iterations = 3;
   static constexpr int newton_steps = 6;       // largest number of Newton steps for the tool's displacement
   static constexpr double strain_limit = 0.8;  // largest compression of the layer, as a fraction of its thickness
-  static constexpr double stop = 20;       // stiffness of a fully compressed point, divided by its viscous resistance
-  static constexpr double most_force = 3;  // N, largest force; a stronger push passes through the layer
-  // Largest change of the force per tick, in N, that does not come from the tool's own motion.
+  static constexpr double stop = 20;  // stiffness of a point at the strain limit, divided by its viscous resistance
+  // N, largest force of the soft tissue on the tool; a stronger push passes through the layer
+  static constexpr double most_force = 3;
+  // N, largest change of the force per tick for causes other than the tool's own motion
   static constexpr double free_step = 0.02;
   // Largest plausible speed of the hand, in m/s. If a new overlap is deeper than this speed allows, the motion of the
   // hand did not cause it.
@@ -30,16 +31,17 @@ struct SoftParameters {
   static constexpr double least_cosine = 0.35;
   static constexpr double wakes = 10e-6;  // m; a point with a larger displacement makes its neighbours active
   static constexpr double sleeps = 2e-6;  // m; a point with a smaller displacement becomes inactive
-  // Height in m above the end of the head. There the head's radius must be at least the spacing of the surface's
+  // m, height above the end of the head at which the head's radius must be at least the spacing of the surface's
   // points. A thinner head is treated as thicker, because it would pass between the points.
   static constexpr double tip = 0.15e-3;
   static constexpr double shank = 10e-3;  // m, length of the part of the shank that can touch the tissue
-  // Bounding balls on the tool's axis: largest value, in m, of half the distance between two of them.
+  // m, largest half distance between the centres of two bounding balls of the tool, which lie on its axis
   static constexpr double largest_ball = 1e-3;
-  // Largest fraction of a point's displacement that is cut in one tick.
+  // largest fraction of a point's displacement that the bur can cut away in one tick
   static constexpr double most_per_tick = 0.3;
-  static constexpr double wound_distance = 1.2e-3;  // m, smallest distance between two wounds
-  static constexpr double hit = 0.2e-6;             // m, accuracy of the search along a point's normal
+  // m, smallest distance between two wounds (bleeding cuts) of the gum
+  static constexpr double wound_distance = 1.2e-3;
+  static constexpr double hit = 0.2e-6;  // m, accuracy of the search along a point's normal for the surface of the head
   static constexpr int search_steps = 24;
 };
 using P = SoftParameters;
@@ -173,7 +175,7 @@ SoftTissue::Output SoftTissue::tick(const Input& in) noexcept {
   const SoftLaw& law = surface_->law();
   for (Active& a : active_) {
     a.before = a.v;
-    // A dashpot acts parallel to the springs. Its viscosity is stiffness × return_time.
+    // A dashpot acts parallel to the springs of a point. Its viscosity (N·s/m) is stiffness × return_time.
     a.yield = 1 / (a.stiffness * law.return_time / in.dt + a.springs);
   }
   const double most = moved + P::free_step / coupling_;
@@ -351,7 +353,7 @@ void SoftTissue::bleed(std::uint32_t point, Nanos t) noexcept {
 }
 
 void SoftTissue::spread_and_sleep() noexcept {
-  // number of points before new ones become active; new points wait until the next tick
+  // number of active points before new ones become active; new points wait until the next tick
   const std::size_t count = active_.size();
   for (std::size_t i = 0; i < count; ++i) {
     if (active_[i].v < P::wakes) continue;

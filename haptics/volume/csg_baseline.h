@@ -1,4 +1,5 @@
-// Removal by OpenVDB's own function: a constructive difference of whole level sets. Only a reference for bench rows.
+// Removes tissue by OpenVDB's own function, a constructive difference of whole level sets. Only a reference for
+// benchmarks.
 #pragma once
 
 #include <memory>

@@ -19,8 +19,8 @@ namespace typodont::haptics {
 namespace {
 
 constexpr std::array<char, 8> kMagic = {'T', 'Y', 'P', 'O', 'F', 'L', 'A', 'T'};
-constexpr int kFarthest = 1 << 24;        // voxels, limit of a coordinate
-constexpr std::size_t kLongestName = 64;  // bytes, limit of a grid's name
+constexpr int kFarthest = 1 << 24;        // voxels, largest legal coordinate of a block in a file
+constexpr std::size_t kLongestName = 64;  // bytes, longest legal name of a grid in a file
 
 class Writer {
  public:

@@ -13,7 +13,8 @@
 
 namespace typodont::haptics {
 
-/// Active front of one head. Carver thread. A key is a position in units of leaves of 8³ samples.
+/// The leaves in front of one head that its next cuts can still change (the active front). Carver thread. A key is a
+/// position in units of leaves of 8³ samples.
 class LeafFront {
  public:
   using Leaf = openvdb::FloatTree::LeafNodeType;
@@ -33,7 +34,7 @@ class LeafFront {
 
   /// Advances the head to the end of `sweep`, which reaches the leaves lo..hi, inclusive.
   void advance_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi);
-  /// Returns the path length (voxels) of the head's farthest point so far.
+  /// Returns the length (voxels) of the path so far of that point of the head that has moved farthest.
   float path() const noexcept { return static_cast<float>(path_); }
   /// Returns the leaves of a row from `key` on, along z. `due`: path length in voxels at which the leaf must be
   /// examined again. `due` is stored separately from the other data, because for most leaves nothing else is read.
@@ -55,7 +56,7 @@ class LeafFront {
 
   void move_window(const glm::ivec3& lo, const glm::ivec3& hi);
 
-  std::optional<Sweep> last_;  // no value: the position of the head is unknown
+  std::optional<Sweep> last_;  // the last motion of the head; no value: the position of the head is unknown
   double path_ = 0;            // voxels, path length of the head
   glm::ivec3 first_{0}, size_{0};
   std::vector<float> due_, due_moved_;

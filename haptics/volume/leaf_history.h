@@ -1,5 +1,5 @@
-// The changes of strokes in an OpenVDB tree, leaf by leaf. Before a stroke first writes to a leaf, a copy of the leaf
-// is kept; undo and redo swap the copy and the leaf in the tree by pointer. Only for tissue_volume.cpp.
+// Keeps the changes of strokes in an OpenVDB tree, leaf by leaf. Before a stroke first writes to a leaf, a copy of the
+// leaf is kept; undo and redo swap the copy and the leaf in the tree by pointer. Only for tissue_volume.cpp.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -55,7 +55,7 @@ class LeafHistory {
     }
   }
 
-  /// The values of one leaf.
+  /// The values of the voxels of one leaf.
   struct Values {
     const Value* samples = nullptr;  // values of the leaf's voxels; null: all have the tile's value
     Value tile{};
@@ -64,7 +64,7 @@ class LeafHistory {
     const Leaf* leaf = tree.probeConstLeaf(origin);
     return leaf ? Values{leaf->buffer().data(), {}} : Values{nullptr, tree.getValue(origin)};
   }
-  /// Returns the values before the stroke; nullopt if the stroke did not write to this leaf.
+  /// Returns the values of the leaf at `origin` before the stroke; nullopt if the stroke did not write to this leaf.
   static std::optional<Values> before(const Stroke& stroke, const openvdb::Coord& origin) {
     const auto it = stroke.find(origin);
     if (it == stroke.end()) return std::nullopt;

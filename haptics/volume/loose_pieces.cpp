@@ -122,11 +122,12 @@ glm::ivec3 neighbour(glm::ivec3 key, int face) {
 
 }  // namespace
 
-/// The blocks as last read, linked to their neighbours, and the flood fills in them. All floods spread at the same
-/// rate and are joined when they meet. The buffers stay allocated between cuts.
+/// The solid samples of the blocks as they were last read, linked to the neighbouring blocks, and the flood fills in
+/// them. All floods spread at the same rate and are joined when they meet. The buffers stay allocated between cuts.
 class LoosePieces::KnownBlocks {
  public:
-  /// Returns the bits of a block as last read; the caller may change them. Null if the block was not read yet.
+  /// Returns the bits (1: solid sample) of a block as last read; the caller may change them. Null if the block was not
+  /// read yet.
   SolidBits* seen(const glm::ivec3& key) {
     const auto it = index_.find(key);
     return it == index_.end() ? nullptr : &changing(it->second);
@@ -175,8 +176,8 @@ class LoosePieces::KnownBlocks {
                [&](const Part& part) { return (part.shape.faces[face ^ 1] & faces[face]) != 0; });
     }
   }
-  /// Lets the floods spread until at most one flood can still spread, and this flood is larger than all floods that
-  /// ended.
+  /// Lets the floods (flood fills of connected tissue from the places of the cut) spread until at most one flood can
+  /// still spread, and this flood is larger than all floods that ended.
   void run(const TissueVolume& volume) {
     roots_.resize(static_cast<std::size_t>(flood_count_));
     std::iota(roots_.begin(), roots_.end(), 0);

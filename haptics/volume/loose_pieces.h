@@ -72,10 +72,10 @@ class LoosePieces {
   std::vector<int> bodies_of(const TissuePiece& piece) const;
   void note_emptied(int block, const SolidBits& now, bool unseen);
 
-  std::unique_ptr<KnownBlocks> blocks_;          // the blocks as last read
+  std::unique_ptr<KnownBlocks> blocks_;          // the solid samples of the blocks as they were last read
   glm::ivec3 all_seen_lo_{0}, all_seen_hi_{-1};  // box of blocks, inclusive; blocks_ contains all of them
   std::size_t body_count_ = 0;
-  // samples of all bodies, except the largest body, which has number 0
+  // samples of all bodies, except the largest body, which has number 0 and is not stored
   std::unordered_map<glm::ivec3, std::vector<Body>, KeyHash> bodies_;
   // samples that became air and whose surroundings were not searched yet; keys may repeat
   std::vector<Emptied> emptied_;

@@ -1,5 +1,5 @@
-// A penalty force, as a program computes it with OpenVDB alone: from the depth and the gradient of the level set at the
-// head's centre. Only a reference for bench rows.
+// Computes a penalty force, as a program does with OpenVDB alone: from the depth and the gradient of the level set at
+// the head's centre. Only a reference for benchmarks.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@ namespace typodont::haptics {
 
 class PenaltyBaseline {
  public:
-  /// Makes the level set; set-up time.
+  /// Makes the level set from the tissue. Called at set-up, because it is slow.
   explicit PenaltyBaseline(const DenseTissue& tissue);
   ~PenaltyBaseline();
 

@@ -1,4 +1,5 @@
-// The surface of a volume as triangles: from OpenVDB's mesher, with vertices moved onto the zero set.
+// Computes the surface of a volume as triangles. They come from OpenVDB's mesher; then the vertices are moved onto the
+// zero set of the distances.
 #include <openvdb/tools/Interpolation.h>
 #include <openvdb/tools/VolumeToMesh.h>
 
@@ -28,7 +29,8 @@ openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
       gradient[axis] = (value(p + off) - value(p - off)) / (2 * kDifference);
     }
     const double square = gradient.lengthSqr();
-    // threshold of |gradient|²; the gradient of a distance field is larger near its surface
+    // threshold of |gradient|²: a vertex with a smaller gradient is not moved, because the gradient of a distance field
+    // near its surface is larger
     if (!(square > 0.04)) return p;
     openvdb::Vec3d step = -value(p) / square * gradient;
     if (const double length = step.length(); length > kMostStep) step *= kMostStep / length;

@@ -1,4 +1,4 @@
-// Cuts, fillings, removal of loose pieces, undo and redo.
+// The edits of a tissue volume: cuts, fillings, removal of loose pieces, undo and redo.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -42,7 +42,7 @@ class LeafVolumes {
     }
     count_in(label, sum);
   }
-  /// Returns the sum, m³. `voxel`: m, edge of a voxel.
+  /// Returns the volume (m³) of each tissue. `voxel`: m, edge of a voxel.
   PerTissue sum(double voxel) const {
     PerTissue sum{};
     for (std::size_t i = 0; i < sum.size(); ++i)
@@ -58,7 +58,8 @@ class LeafVolumes {
   std::array<std::int64_t, kTissueCount> units_{};
 };
 
-// Sets the TLS model. In a shared library (libtypodont.so), the default model calls a function at each access.
+// Number of voxels that this thread has cut. The TLS model is set explicitly, because in a shared library
+// (libtypodont.so) the default model calls a function at each access.
 [[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_voxels_cut = 0;
 void count_voxels(const glm::ivec3& box) noexcept {
   t_voxels_cut += static_cast<std::uint64_t>(box.x * box.y * box.z);
@@ -144,7 +145,8 @@ bool TissueVolume::written_since(std::uint64_t mark, Written& written) const {
   const Impl& v = *impl_;
   written.blocks.clear();
   written.box = {};
-  const std::uint64_t known = v.writes.size();  // number of marks; the last is v.marked
+  // number of marks whose writes are logged; the last of these marks is v.marked
+  const std::uint64_t known = v.writes.size();
   if (mark > v.marked || mark + known <= v.marked) return false;
   for (std::uint64_t i = known - 1 - (v.marked - mark); i < known; ++i) {
     const Written& since = v.writes[i];
@@ -160,7 +162,7 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
   if (lo.x > hi.x || filled.empty()) return;
   self.filled_box(lo - 1, hi + 1, lo, hi);
   if (lo.x > hi.x) return;
-  const glm::ivec3 size = hi - lo + 3;  // one more sample on every side
+  const glm::ivec3 size = hi - lo + 3;  // size of the box in samples, with one more sample on every side
   const std::ptrdiff_t stride_y = size.z, stride_x = stride_y * size.y;
   std::vector<float> distances(static_cast<std::size_t>(stride_x * size.x));
   std::vector<Tissue> labels(distances.size());
@@ -574,7 +576,8 @@ bool TissueVolume::undo() {
 
 bool TissueVolume::redo() {
   Impl& v = *impl_;
-  if (v.done == v.strokes.size()) return false;  // the last stroke is unfinished, so it continues
+  // all strokes are in the tissue, and the last one is unfinished, so it continues
+  if (v.done == v.strokes.size()) return false;
   v.exchange(v.strokes[v.done++], false);
   return true;
 }

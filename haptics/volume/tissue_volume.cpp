@@ -73,7 +73,7 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
   const auto band_voxels = static_cast<float>(dense.band / dense.frame.voxel);
   v.make_grids(band_voxels);
 
-  // Works leaf by leaf, so that no memory is allocated for voxels beyond the band.
+  // The conversion works leaf by leaf, so that no memory is allocated for voxels beyond the band.
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
   const auto to_voxels = static_cast<float>(1 / dense.frame.voxel), band = static_cast<float>(dense.band);
   auto distance = v.distance->getAccessor();
@@ -141,8 +141,8 @@ openvdb::Int32Grid::Ptr TissueVolume::Impl::take_hardness(openvdb::Int32Grid& la
   return hardness;
 }
 
-/// Inserts hardness into the labels. The file's grid may contain tiles of any size, so this iterates over the voxels
-/// and tiles of the labels.
+/// Inserts the hardness, which the file stores in a separate grid, into the label grid. The file's grid may contain
+/// tiles of any size, so this iterates over the voxels and tiles of the labels.
 void TissueVolume::Impl::put_hardness(const openvdb::Int32Grid& hardness) {
   constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
   auto of = hardness.getConstAccessor();
@@ -325,7 +325,7 @@ void copy_leaves(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size,
   }
 }
 
-// These are lambdas instead of functions, so that the loops that use them are vectorised.
+// These conversions are lambdas instead of functions, so that the loops that use them are vectorised.
 constexpr auto kDistance = [](float distance) { return distance; };
 constexpr auto kLabel = [](std::int32_t value) { return label_in(value); };
 constexpr auto kHardness = [](std::int32_t value) { return hardness_in(value); };

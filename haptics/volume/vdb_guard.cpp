@@ -32,7 +32,7 @@ constexpr std::string_view kSeal = "TYPODONT";
 constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
 // bytes, limit of the length of a message; a longer output file contains truncated grids instead of a message
 constexpr std::size_t kLongestMessage = 1000;
-constexpr std::uintmax_t kMostKept = 2ull << 30;  // bytes, limit of the size of all cached grids
+constexpr std::uintmax_t kMostKept = 2ull << 30;  // bytes, largest total size of the grids that the cache keeps
 
 /// Returns the FNV-1a hash of the file's first `bytes` bytes.
 std::uint64_t hash_of(std::ifstream& in, std::uint64_t bytes) {

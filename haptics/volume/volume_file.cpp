@@ -22,7 +22,7 @@ namespace {
 
 constexpr const char* kBeforeFilling = "tissue_before_filling";
 constexpr const char* kHardness = "hardness";
-constexpr double kFarthestOrigin = 100;  // m, limit of each coordinate of the origin
+constexpr double kFarthestOrigin = 100;  // m, largest legal absolute value of each coordinate of the volume's origin
 
 /// Converts all distances, clamped to the band, between voxels and mm.
 void rescale(openvdb::FloatGrid& grid, float factor) {

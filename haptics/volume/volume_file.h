@@ -9,7 +9,7 @@
 
 namespace typodont::haptics {
 
-/// Content of a file, in the units of haptics.
+/// The content of a volume file, converted to the units of haptics.
 struct StoredVolume {
   openvdb::FloatGrid::Ptr distance;  // distances in voxels
   openvdb::Int32Grid::Ptr tissue;    // tissue of every voxel

@@ -21,9 +21,11 @@
 namespace {
 
 constexpr std::uint64_t kMemory = 1024ull << 20;  // bytes, limit of the address space of the process and its libraries
-constexpr std::uint64_t kMemoryPerByte = 200;     // bytes of address space per byte of the file
+// bytes of address space that the process gets per byte of the volume file
+constexpr std::uint64_t kMemoryPerByte = 200;
 constexpr std::uint64_t kMostMemory = 32ull << 30;
-constexpr std::uint64_t kOutputPerByte = 4096;  // bytes of output per byte of the file; a tissue volume needs less
+// bytes of output that are allowed per byte of the volume file; a tissue volume needs less
+constexpr std::uint64_t kOutputPerByte = 4096;
 constexpr std::uint64_t kLeastOutput = 64ull << 20;
 
 int run(int argc, char** argv) {

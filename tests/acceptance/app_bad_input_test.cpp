@@ -1,5 +1,5 @@
-// Bad input through the command line: exit status 2, a message with file, place, found and expected, nothing left
-// behind.
+// Tests bad input through the command line: the exit status is 2, the message states file, position, found and expected
+// value, and no files remain.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// typodont bench as typed: rows, CSV and page.
+// Tests `typodont bench` through the command line: rows, CSV and page.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ TEST(BenchCommand, MeasuresANamedPartAlsoIfACommandHasTheSameName) {
   EXPECT_THAT(page, HasSubstr("## Sound"));
   EXPECT_THAT(page, HasSubstr("(page/sound_1.svg)"));
   EXPECT_THAT(read_text(folder / "page/sound_1.svg"), HasSubstr("</svg>"));
-  // One part measured anew, the other's rows kept as they were.
+  // Measures one part again. The rows of the other part must stay the same.
   const Ran again = folder.run(
       fmt::format("bench recording --quick --keep {0}/rows.csv --out {0}/again.csv", folder.path().string()));
   ASSERT_EQ(again.status, 0) << again.err;

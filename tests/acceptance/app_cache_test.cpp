@@ -1,6 +1,6 @@
-// What is kept between runs (engine/base/cache.h, engine/gpu/driver_cache.h, engine/app/tissue/sampled_tissue.h)
-// changes how long a start takes and nothing else: damaged, of another version, or with nowhere to lie, it is made
-// again.
+// Tests the caches that are kept between runs (engine/base/cache.h, engine/gpu/driver_cache.h,
+// engine/app/tissue/sampled_tissue.h). They change only the time that a start takes. A cache entry is computed again if
+// it is damaged, if it is of another version, or if there is no folder for it.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -83,7 +83,7 @@ TEST_F(Kept, ADamagedShaderCacheIsReplacedAndThePictureIsUnchanged) {
     EXPECT_GE(now.size(), kept.size()) << damage.name;
     EXPECT_EQ(picture(cache), first) << damage.name;
     EXPECT_EQ(files_in(cache), now) << damage.name << ": warm again";
-    // One entry alone, while the list of them is whole.
+    // Damages one entry only; the list of the entries stays complete.
     for (const auto& [name, content] : now) {
       if (content.size() < 1000) continue;
       put(fs::path(cache) / name, damage.of(content));
@@ -110,7 +110,7 @@ TEST_F(Kept, ADamagedMeshCacheIsReplacedAndTheTicksAreUnchanged) {
     EXPECT_EQ(ran.status, 0) << ran.err;
     return read_text(program / "ticks.csv");
   };
-  const std::string none = ticks(program / "hand.csv");  // no folder: nothing is kept
+  const std::string none = ticks(program / "hand.csv");  // without a folder nothing is kept
   ASSERT_FALSE(none.empty());
   EXPECT_EQ(ticks(cache), none);
   const Files kept = files_in(cache);
@@ -121,7 +121,7 @@ TEST_F(Kept, ADamagedMeshCacheIsReplacedAndTheTicksAreUnchanged) {
     EXPECT_EQ(ticks(cache), none) << damage.name;
     EXPECT_EQ(files_in(cache), kept) << damage.name << ": replaced";
   }
-  // Another mesh under the same name is another key.
+  // Another mesh with the same name has another key.
   std::string lower = read_text(program / "wedge.obj");
   program.write("wedge.obj", lower.replace(lower.find("4 4 6"), 5, "4 4 5"));
   EXPECT_NE(ticks(cache), none);

@@ -1,4 +1,5 @@
-// typodont servo and replay: what a scene's tissue and tools do under a hand, as a user meets it.
+// Tests `typodont servo` and `replay` through the command line: the behaviour of a scene's tissue and tools with a
+// hand.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -169,8 +170,8 @@ TEST_F(FillingCommand, AFillingGrowsAtItsRateCountsAsFillingAndIsReplayed) {
 using BoundaryWall = ServoOn;
 
 TEST_F(BoundaryWall, HoldsABurComingFromSofterTissueAndOnlyIfEnabled) {
-  // Caries over enamel: a bur pressed down through the caries stands at the enamel, or goes on into it without the
-  // wall.
+  // Caries above enamel. A bur that is pressed down through the caries stops at the enamel. Without the wall between
+  // the tissues, it continues into the enamel.
   const auto deepest = [&](const char* tool, double half, const char* walls, double voxel) {
     folder.write("scene.json", fmt::format(R"({{"tissue": {{"voxel_mm": {}, "solids": [
         {{"tissue": "caries", "solid": {{"box": {{"center_mm": [0, 0, 0.5], "size_mm": [6, 6, 1]}}}}}},

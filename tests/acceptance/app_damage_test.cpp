@@ -1,4 +1,4 @@
-// What a bur does to the teeth and the gum around the one that is worked on: found, measured, scored.
+// Tests damage that a bur does to the teeth and the gum around the working tooth: it is found, measured and scored.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ class Damage : public testing::Test {
   test::ProgramFolder folder{TYPODONT_PROGRAM};
 };
 
-/// Two balls of radius r and R, their centres d apart: what they share.
+/// Returns the volume of the intersection of two balls with radii r and R whose centres have the distance d.
 double lens(double r, double R, double d) {
   const double s = r + R - d;
   return kPi * s * s * (d * d + 2 * d * r - 3 * r * r + 2 * d * R + 6 * r * R - 3 * R * R) / (12 * d);
@@ -76,7 +76,8 @@ TEST_F(Damage, ToTheGumIsTheVolumeSweptOutsideTheToothAndCostsPoints) {
   const Scene with_gum = read_scene(folder.path() / "gum.json");
   const SurroundingsShape shape(*with_gum.surroundings);
   ASSERT_TRUE(shape.has_gum());
-  // Counted anew where the head is held: what is gum and not tooth, on points twice as near as the meter's cells.
+  // Counts again at the position of the head the volume that is gum and not tooth, on points that are twice as close as
+  // the cells of the meter.
   const dvec3 held = {0, 2.8e-3, -2.4e-3};
   const double radius = 0.8e-3, step = 0.05e-3;
   double expected = 0;
@@ -91,7 +92,7 @@ TEST_F(Damage, ToTheGumIsTheVolumeSweptOutsideTheToothAndCostsPoints) {
   }
   ASSERT_GT(expected, 0.1e-9);
   auto meter = damage_meter(with_gum);
-  meter->add({{at(held * 1e3, 0)}});       // it stands
+  meter->add({{at(held * 1e3, 0)}});       // the tool does not rotate
   meter->add({{at(held * 1e3, 1e4, 1)}});  // a probe
   EXPECT_EQ(meter->result().gum_volume, 0);
   meter->add({{at(held * 1e3)}});

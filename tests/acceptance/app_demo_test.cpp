@@ -1,4 +1,4 @@
-// The demo end to end, and what it leaves: each product is opened and looked into.
+// Tests the whole demo and its results: each result file is opened and examined.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +24,8 @@ double brightness(const render::Picture& picture) {
   return sum / static_cast<double>(picture.rgba.size() / 4 * 3);
 }
 
-/// Pixels of the lesion's brown in the middle of the picture, where the lesion is; dentin further out is lighter.
+/// Returns the number of pixels with the lesion's brown in the middle of the picture, where the lesion is. Dentin
+/// farther out is lighter.
 int brown(const render::Picture& picture) {
   int count = 0;
   for (int y = picture.size.y / 4; y < picture.size.y * 7 / 10; ++y) {
@@ -43,7 +44,7 @@ TEST(Demo, MakesPicturesFilmSoundSessionAndReportOfACavityWhereTheLesionWas) {
   ASSERT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("Made in"));
 
-  // Pictures: both eyes see the tooth, from two places; the lesion is gone afterwards.
+  // Pictures: both eyes see the tooth from different positions. Afterwards the lesion is gone.
   const render::Picture before = render::read_png(out + "/before_left.png"),
                         right = render::read_png(out + "/before_right.png");
   const render::Picture after = render::read_png(out + "/after_left.png");
@@ -51,9 +52,9 @@ TEST(Demo, MakesPicturesFilmSoundSessionAndReportOfACavityWhereTheLesionWas) {
   EXPECT_GT(brightness(right), 40);
   EXPECT_NE(before.rgba, right.rgba);
   EXPECT_GT(brown(before), 1000);
-  EXPECT_LT(brown(after), 0.6 * brown(before));  // a cavity has brown shades of its own
+  EXPECT_LT(brown(after), 0.6 * brown(before));  // the cavity also has some brown parts
 
-  // The session: complete, with all of the caries removed but what rounding leaves.
+  // The session is complete. All caries is removed except for rounding errors.
   const session::SessionReader session(out + "/session.h5");
   EXPECT_FALSE(session.truncated());
   EXPECT_GT(session.tick_count(), 20'000u);
@@ -62,13 +63,13 @@ TEST(Demo, MakesPicturesFilmSoundSessionAndReportOfACavityWhereTheLesionWas) {
   const auto of = [](const PerTissue& volumes, Tissue tissue) { return volumes[static_cast<std::size_t>(tissue)]; };
   EXPECT_GT(of(removed, Tissue::kCaries), 0.98 * of(session.header().volumes_before, Tissue::kCaries));
   EXPECT_EQ(of(removed, Tissue::kPulp), 0);
-  // What the expert alone takes of sound tissue is 7.5 mm³: the film's hand does the same.
+  // Alone, the expert removes 7.5 mm³ of sound tissue. The hand of the film removes the same volume.
   EXPECT_LT(of(removed, Tissue::kEnamel) + of(removed, Tissue::kDentin), 9e-9);
 
   const Ran replay = folder.run("replay " + out + "/session.h5 --check --json");
   EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
 
-  // Sound as long as the session; the report holds plots and pictures and asks nothing of the network.
+  // The sound is as long as the session. The report contains plots and pictures and loads nothing from the network.
   const double seconds = to_seconds(session.ticks(session.tick_count() - 1, 1).at(0).t);
   const auto wav_bytes = static_cast<double>(std::filesystem::file_size(out + "/drill.wav"));
   EXPECT_NEAR(wav_bytes / 2 / 48000, seconds, 0.2);

@@ -1,4 +1,5 @@
-// The command `experiment` as its users run it: a simulated observer, a person at a window, a person at a terminal.
+// Tests the command `experiment` as users run it: with a simulated observer, with a person at a window, and with a
+// person at a terminal.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +28,7 @@ class ExperimentCommand : public testing::Test {
                  "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,4.5,1,0,0,0,0\n0.2,0,0,3.6,1,0,0,0,0\n"
                  "0.4,0,0,4.5,1,0,0,0,0\n");
   }
-  /// Trials in a log, without its comment and its header.
+  /// Returns the number of trials in a log, without its comment and header.
   static long trials_in(const std::string& file) {
     const std::string text = read_text(file);
     return std::max(0L, static_cast<long>(std::count(text.begin(), text.end(), '\n')) - 2);
@@ -130,7 +131,7 @@ TEST_F(ExperimentCommand, InTheWindowArrowKeysAnswer) {
   int status = 0;
   ::waitpid(child, &status, 0);
   EXPECT_EQ(WEXITSTATUS(status), 0) << folder.said();
-  // The test's program has no standard input: nothing else that it opens is taken for one.
+  // The program under test has no standard input. It must not use any other file that it opens as standard input.
   const std::string log = read_text(folder / "t.csv");
   EXPECT_NE(log.find(",50,1,"), std::string::npos) << log;
   EXPECT_NE(log.find(",2,"), std::string::npos) << log;

@@ -1,4 +1,4 @@
-// Hands that work through the real servo: an edge that the hand draws, and a hand that knows the task.
+// Tests hands that work through the real servo: a hand that scrapes with an edge, and a hand that knows the task.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -22,7 +22,8 @@ namespace {
 
 using namespace literals;
 
-/// Removed, mm³, by an edge that goes to and fro over a block of this tissue, pressed by so many millimetres.
+/// Returns the volume (mm³) that an edge removes when it moves forwards and backwards over a block of this tissue.
+/// `press_mm`: how deep it is pressed.
 double scraped(const std::string& tissue, double press_mm, double reach_mm,
                const std::string& tool = R"({"shape": "sphere", "diameter_mm": 1, "scrapes": 0.5})") {
   const test::ProgramFolder folder(TYPODONT_PROGRAM);
@@ -87,10 +88,10 @@ TEST(AmalgamFilling, ACarvedFillingScoresMoreThanAnUncarvedOneAndNoFillingScores
         session::score(input, session::rules_of_scene(Json::parse(scene.text, "scene"), input));
     return 100 * score.points / score.full;
   };
-  // Every plan carried out exactly, without a servo.
+  // Carries out every plan exactly, without a servo.
   Expert expert(scene, start);
   haptics::TissueVolume left = start.clone();
-  std::optional<haptics::TissueVolume> uncarved;  // as the condenser alone leaves it
+  std::optional<haptics::TissueVolume> uncarved;  // the tissue after the condenser alone
   std::ptrdiff_t drawn = 0;                       // strokes of an edge
   for (std::vector<ExpertLeg> legs; !(legs = expert.plan(left)).empty(); left = expert.planned().clone()) {
     const auto scrapes = std::count_if(legs.begin(), legs.end(),

@@ -1,5 +1,5 @@
-// What the hand feels while it drills, through the command line: a simulated hand of 0.15 kg with 5 N·s/m swings 2 mm
-// to each side once a second and pushes down; the force must not step.
+// Tests what the hand feels while it drills, through the command line. A simulated hand of 0.15 kg with a damping of 5
+// N·s/m oscillates by 2 mm to each side once per second and pushes down. Its force must have no steps.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,14 +15,14 @@ namespace {
 using namespace test;
 
 struct Felt {
-  double worst_step = 0;  // N a tick, once the first touch is over
+  double worst_step = 0;  // N per tick, after the first touch
   double removed = 0;     // mm³
   double most_force = 0;  // N
   double end_z_mm = 0;    // of the hand
   std::uint32_t faults = 0;
 };
 
-/// Runs the scene for so many seconds with the head starting at `start_mm`.
+/// Runs the scene for `seconds`. The head starts at `start_mm`.
 Felt drill(const std::string& scene, const dvec3& start_mm, double newton, double seconds, const std::string& more = "",
            double phase = 0) {
   ProgramFolder folder(TYPODONT_PROGRAM);
@@ -103,12 +103,13 @@ TEST(Feel, BreakingThroughAHardShellOverASoftCoreGivesNoForceStep) {
     {"tissue": "enamel", "solid": {"box": {"size_mm": [8, 6, 1.2]}}},
     {"tissue": "caries", "solid": {"box": {"size_mm": [8, 6, 0.8]}}}]},
     "tool": {"shape": "sphere", "diameter_mm": 1.2, "end_efficiency": 0.6}, "spindle": "air_turbine"})";
-  // A head alone: a shank, wider than the slot, would end the fall with a blow that is no step of the cut.
-  // The wall of the lower shell holds the bur for some four seconds, or six, by how it happens to lie in its slot.
+  // The tool has only a head, because a shank that is wider than the slot would end the fall with a blow that is not
+  // caused by the cut. The wall of the lower shell holds the bur for four to six seconds, depending on how it lies in
+  // its slot.
   const Felt felt = drill(shell, {0, 0, 1.25}, 2.5, 9);
   EXPECT_LT(felt.worst_step, 0.02);
   EXPECT_GT(felt.removed, 1);
-  EXPECT_LT(felt.end_z_mm, -5);  // it did come through
+  EXPECT_LT(felt.end_z_mm, -5);  // the bur passed through
 }
 
 TEST(Feel, ThePlaneOfTheLastContactReplacesALatePatch) {

@@ -1,5 +1,6 @@
-// Files through the command line: nothing that is read is written over, devices stay devices, no special file blocks,
-// results that do not arrive are a failure, and an interrupted command leaves nothing half written.
+// Tests files through the command line. No input file is overwritten; a device file stays a device file; no special
+// file blocks the program; results that cannot be written cause an error status; an interrupted command leaves no
+// partly written file.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -38,7 +39,7 @@ class FilesOfCommands : public testing::Test {
     folder.write("hand.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n0.02,0,0,5,1,0,0,0,0\n");
     folder.write("pairs.csv", kPairs);
   }
-  /// With {} for the folder.
+  /// Runs the program. `arguments`: {} stands for the folder.
   Ran run(const std::string& arguments, const std::string& before = "timeout 60") const {
     return folder.run(in_folder(arguments), before);
   }
@@ -56,7 +57,7 @@ class FilesOfCommands : public testing::Test {
       if (entry.path().string().ends_with(".partial")) return true;
     return false;
   }
-  /// Ends `typodont ARGUMENTS` by a signal as soon as `begun`, and returns what came of it.
+  /// Ends `typodont ARGUMENTS` by a signal as soon as `begun` returns true, and returns the result.
   Ran interrupted(const std::string& arguments, int signal, const std::function<bool()>& begun) const {
     const pid_t child = folder.start(in_folder(arguments));
     bool has_begun = false;
@@ -189,7 +190,8 @@ TEST_F(FilesOfCommands, SpecialFilesAsInputsAreRefusedImmediately) {
     }
   }
   for (const std::string& command : commands) {
-    // These files filled more than that before; the program with its libraries fits into it.
+    // Earlier, these files needed more memory than this limit. The limit is sufficient for the program with its
+    // libraries.
     const Ran ran = run(command + " </dev/zero", "timeout 60 prlimit --as=2000000000");
     EXPECT_EQ(ran.status, 2) << command << "\n" << ran.err;
     EXPECT_THAT(ran.err, AllOf(HasSubstr("error: "), Not(HasSubstr("bad_alloc")), Not(HasSubstr("basic_filebuf"))))
@@ -225,7 +227,7 @@ TEST_F(FilesOfCommands, DeletingTheRecordingDuringARunFailsTheRun) {
   std::uintmax_t bytes = 0;
   const Ran ran =
       interrupted("run {}/scene.json --hand script:{}/long.csv --audio none: --record {}/live.h5", SIGINT, [&] {
-        // It runs when the file grows.
+        // The program is running when the file grows.
         std::error_code code;
         const auto size = fs::file_size(folder / "live.h5", code);
         if (code || std::exchange(bytes, bytes == 0 ? size : bytes) == 0 || size <= bytes) return false;

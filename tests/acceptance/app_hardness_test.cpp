@@ -1,5 +1,5 @@
-// Graded caries as a user has it: painted in layers, drilled, recorded, replayed, reported. And limits of a scene's
-// own.
+// Tests caries with varying hardness as a user works with it: it is painted in layers, drilled, recorded, replayed and
+// reported. Also tests limits that a scene sets itself.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -82,7 +82,7 @@ TEST_F(GradedCaries, IsReplayedBitForBitAndTheReportStatesTheHardnessOfTheRemove
     if (depth == 0.4) {
       EXPECT_NEAR(mean, 0.3, 0.01) << "in the uppermost layer alone";
     }
-    // By the volumes themselves.
+    // Compares with the mean computed from the volumes.
     const session::SessionReader reader(session);
     const Scene of = scene_of(reader);
     const haptics::TissueVolume start = load_tissue(of), end = tissue_at_end(reader, of, load_tissue(of));
@@ -124,7 +124,7 @@ TEST_F(GradedCaries, KeepsItsHardnessInSavedVolumesAndInStrokeFiles) {
   };
   const double middle = (0.3 + 0.6 + 0.9) / 3;
   EXPECT_NEAR(mean(scene()), middle, 0.01);
-  // The uppermost layer is taken away before the session begins.
+  // The uppermost layer is removed before the session begins.
   EXPECT_NEAR(mean(scene(R"(, "prepare": [{"box": {"center_mm": [0, 0, 2.45], "size_mm": [9, 9, 2]}}])")),
               (0.6 + 0.9) / 2, 0.01);
   load_tissue(parse_scene(Json::parse(scene(), "scene"), folder / "scene.json")).save(folder / "kept.vdb");
@@ -136,7 +136,7 @@ TEST_F(GradedCaries, KeepsItsHardnessInSavedVolumesAndInStrokeFiles) {
               hardness_fraction(hardness_byte(0.25)), 1e-12);
 }
 
-/// What is wrong with a scene; empty: nothing.
+/// Returns the error message for a scene, or an empty text.
 std::string fault_of(const std::string& text) {
   try {
     (void)load_tissue(parse_scene(Json::parse(text, "scene.json"), "scene.json"));
@@ -196,7 +196,7 @@ TEST_F(GradedCaries, ASessionWithItsOwnForceLimitIsReplayedWithThatLimit) {
   const auto last = session::SessionReader(session).ticks().back();
   EXPECT_NEAR(last.f_T_W.z, 150, 1e-9);
   EXPECT_TRUE(last.faults & bits(Fault::kForceLimit));
-  // The same hand under another limit.
+  // The same hand with another limit.
   const auto with =
       json_of("replay " + session + " --with '{\"force_limit_N\": 300}' --json --out " + (folder / "o.h5"));
   EXPECT_NEAR(session::SessionReader(folder / "o.h5").ticks().back().f_T_W.z, 200, 0.5) << with.dump();

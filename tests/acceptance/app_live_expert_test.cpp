@@ -1,5 +1,6 @@
-// The expert's hand in a live session: servo, carver and recorder are the program's own, called in turn on a simulated
-// clock; the carver is late, so that snapshots and copies come when they would beside a picture.
+// Tests the expert's hand in a live session. Servo, carver and recorder are those of the program, called in turn on a
+// simulated clock. The carver is late, so that snapshots and copies arrive at the same times as in a session with a
+// picture.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -35,7 +36,7 @@ constexpr const char* kScene = R"({"name": "block", "tissue": {"voxel_mm": 0.2, 
 
 Nanos g_clock = 1'000'000'000;  // ns, simulated
 Nanos simulated() noexcept {
-  return g_clock += 100'000;  // so that the end of a session, which waits for the clock, comes
+  return g_clock += 100'000;  // so that the end of a session, which waits for the clock, is reached
 }
 
 /// Points out of 100.
@@ -67,8 +68,8 @@ class LiveExpert : public testing::Test {
     start.emplace(load_tissue(*scene));
   }
 
-  /// Runs the hand in a live session, recorded to `file`. Every `late` ticks the carver has a turn. From tick
-  /// `hold_from` to `hold_to` the session is held.
+  /// Runs the hand in a live session that is recorded to `file`. The carver has a turn every `late` ticks. From tick
+  /// `hold_from` to `hold_to` the session is paused.
   double points_live(int late, std::uint64_t hold_from = 0, std::uint64_t hold_to = 0) {
     LiveSession s(*scene, load_tissue(*scene));
     const auto hand = make_live_expert(*scene, s.carver.volume(), s.wiring, 1000, /*paced=*/false);
@@ -123,7 +124,7 @@ TEST_F(LiveExpert, CanBeCancelledWhileItPlans) {
   ServoTurns servo(s, *hand, simulated);
   CarverTurns carver(s);
   while (servo.turn() && !s.wiring.expert_wants_copy) {
-    if (s.last.pedal > 0) carver.turn();  // so nobody makes the copy that it asks for with the pedal up
+    if (s.last.pedal > 0) carver.turn();  // so nothing makes the copy that it requests while the pedal is up
   }
   EXPECT_TRUE(s.wiring.expert_wants_copy);
   hand.reset();

@@ -1,4 +1,4 @@
-// The mouse as the hand in the program's own window, as its recording tells it.
+// Tests the mouse as the hand in the program's own window. Reads the result from the recording.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,9 +23,9 @@ bool eventually(const std::function<bool()>& condition) {
   return condition();
 }
 
-/// What a recording tells so far.
+/// Content of a recording until now.
 struct SoFar {
-  int presses = 0;    // how often the pedal went down
+  int presses = 0;    // number of times that the pedal was pressed
   bool down = false;  // it is down
   dvec3 p{0};         // m, W: where the hand is
   std::uint64_t ticks = 0;
@@ -40,12 +40,12 @@ SoFar so_far(const std::string& file) {
       found.down = tick.pedal > 0;
       found.p = tick.X_WT.p;
     }
-  } catch (const Error&) {  // not there yet
+  } catch (const Error&) {  // the file does not exist yet
   }
   return found;
 }
 
-/// Three clicks are three presses, four notches of the wheel four steps along `toward_eye`, no more.
+/// Three clicks must be three presses. Four notches of the wheel must be exactly four steps along `toward_eye`.
 void click_and_turn(const std::string& file, double step, const dvec3& toward_eye) {
   for (int click = 1; click <= 3; ++click) {
     Desktop::xdotool("click 1");
@@ -114,7 +114,7 @@ TEST(MouseInTheOperatorsWindow, ClicksShorterThanAFrameDrillAndEveryNotchMovesTh
   Desktop::xdotool("mousemove 640 260");
   EXPECT_TRUE(eventually([&] { return glm::length(so_far(file).p - rests) > 1e-3; }));
   std::this_thread::sleep_for(500ms);
-  // The screen of assets/rigs/window.json, as its corners say.
+  // Direction from the corners of the screen in assets/rigs/window.json.
   click_and_turn(file, 0.15e-3, glm::normalize(dvec3(0, -7.56, 11.1846)));
   const Ran ended = folder.finish(child, SIGTERM);
   EXPECT_NE(ended.status, -1) << ended.err;

@@ -1,4 +1,5 @@
-// The operator's window as a user meets it: on a desktop in memory, by keyboard alone, through to the report.
+// Tests the operator's window as a user works with it: on a desktop in memory, with the keyboard alone, from the start
+// to the report.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -50,7 +51,7 @@ class Program {
   Program& operator=(const Program&) = delete;
 
   std::string said() const { return read_text(err_); }
-  /// What follows `words` on the line where they were said; waits for it.
+  /// Waits for a line that contains `words`, and returns the text after them.
   std::string wait_for(const std::string& words) const {
     for (int i = 0; i < 1800; ++i) {
       const std::string all = said();
@@ -63,7 +64,7 @@ class Program {
     return "";
   }
   void terminate() const { kill(process_, SIGTERM); }
-  /// Exit status; −1 where it does not end.
+  /// Returns the exit status, or −1 if the program does not end.
   int wait_for_end() {
     for (int i = 0; i < 600; ++i) {
       int status = 0;
@@ -91,7 +92,7 @@ struct OperatorWindow : testing::Test {
     ASSERT_FALSE(Desktop::xdotool("version").empty()) << "xdotool is needed (apt install xdotool)";
     std::filesystem::create_directories(folder / "home/scenes");
     folder.write("home/scenes/zz_block.json", kScene);
-    // Down on the block, into it and on for two seconds, and up again.
+    // The hand moves down onto the block and into it for two seconds, and up again.
     write_hand({{0.0, 18.5, 0},
                 {0.5, 17.6, 0},
                 {1.5, 17.5, 0},
@@ -104,18 +105,18 @@ struct OperatorWindow : testing::Test {
     double t, z;
     int pedal;
   };
-  /// Its last row ends the session.
+  /// Writes a hand whose last row ends the session.
   void write_hand(std::initializer_list<HandAt> rows) const {
     std::string hand = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
     for (const HandAt& row : rows) hand += fmt::format("{},6.8,5.8,{},1,0,0,0,{}\n", row.t, row.z, row.pedal);
     folder.write("hand.csv", hand);
   }
-  /// After that it rests above the block: the session is ended by a key, however late that comes on a busy machine.
+  /// Afterwards the hand rests above the block. A key ends the session, however late it comes on a busy machine.
   void let_the_hand_rest() const {
     folder.write("hand.csv", read_text(folder / "hand.csv") + "300,6.8,5.8,19,1,0,0,0,0\n");
   }
 
-  /// True as soon as the condition holds; a slow machine may take its time.
+  /// Waits for the condition and returns true when it holds. The time limit is long enough for a slow machine.
   static bool eventually(const std::function<bool()>& condition) {
     for (int i = 0; i < 600; ++i) {
       if (condition()) return true;
@@ -131,7 +132,7 @@ struct OperatorWindow : testing::Test {
       for (int x = lo.x; x < hi.x; ++x) seen.insert(p.at(x, y)[0] << 16 | p.at(x, y)[1] << 8 | p.at(x, y)[2]);
     return static_cast<int>(seen.size());
   }
-  /// Of the recording beside a report.
+  /// Checks that the replay of the recording beside a report is exact.
   void expect_exact_replay(const std::string& report) const {
     const std::filesystem::path session = std::filesystem::path(report).replace_extension(".h5");
     const Ran replay = folder.run("replay " + session.string() + " --check");
@@ -143,12 +144,12 @@ struct OperatorWindow : testing::Test {
     Desktop::xdotool("search --name Typodont windowfocus");
     std::this_thread::sleep_for(300ms);
   }
-  /// A key, and time for the window to see it go down and up.
+  /// Presses a key, and waits so long that the window notices the press and the release.
   static void press(const std::string& key) {
     Desktop::xdotool("key --delay 60 " + key);
     std::this_thread::sleep_for(150ms);
   }
-  /// Waits for the page of the last session's result: what is pressed from then on is for this page.
+  /// Waits for the page with the result of the last session. Later keys are for this page.
   static void wait_for_result() {
     EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name ', Result$'").empty(); })) << "no result";
   }
@@ -156,7 +157,7 @@ struct OperatorWindow : testing::Test {
   static void wait_for_choice() {
     EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name '^Typodont$'").empty(); })) << "no choice";
   }
-  /// Pixels in a part of the screen that differ clearly between two moments.
+  /// Returns the number of pixels in a part of the screen that differ clearly between two moments.
   static int differing(const render::Picture& a, const render::Picture& b, glm::ivec2 lo, glm::ivec2 hi) {
     int count = 0;
     for (int y = lo.y; y < hi.y; ++y)
@@ -168,8 +169,8 @@ struct OperatorWindow : testing::Test {
           }
     return count;
   }
-  /// Tiles of 32 by 32 pixels in a part of the screen whose mean colour differs clearly between two moments: none where
-  /// only the step of the quality ladder changed, which moves edges by a pixel.
+  /// Returns the number of tiles of 32 × 32 pixels in a part of the screen whose mean colour differs clearly between
+  /// two moments. It is zero if only the step of the quality ladder changed, which moves edges by a pixel.
   static int differing_tiles(const render::Picture& a, const render::Picture& b, glm::ivec2 lo, glm::ivec2 hi) {
     constexpr int kTile = 32, kClear = 24;  // pixels; levels of 255
     int count = 0;
@@ -198,7 +199,7 @@ struct OperatorWindow : testing::Test {
     Desktop::xdotool(fmt::format("type --delay 20 'script:{}'", folder / "hand.csv"));
     std::this_thread::sleep_for(300ms);
   }
-  /// An author's session on the block, in which the tool paints for three seconds.
+  /// Runs an author's session on the block, in which the tool paints for three seconds.
   void paint_the_block(Program& program) {
     choose_block_and_script();
     press("Return");
@@ -219,7 +220,7 @@ TEST_F(OperatorWindow, ASessionIsChosenDrilledSteeredAndReportedByKeyboardAlone)
   ASSERT_EQ(program.wait_for("session started: "), "block");
   EXPECT_TRUE(eventually([&] { return colours({400, 200}, {900, 600}) > 200; })) << "the tissue is not to be seen";
   press("minus");
-  press("minus");  // the drill may turn at 90 % of its speed
+  press("minus");  // the drill's speed is limited to 90 %
   program.wait_for("session ended");
   const std::string report = program.wait_for("report written: ");
   EXPECT_TRUE(eventually([&] { return std::filesystem::exists(report); })) << report;
@@ -229,7 +230,7 @@ TEST_F(OperatorWindow, ASessionIsChosenDrilledSteeredAndReportedByKeyboardAlone)
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();
   EXPECT_TRUE(std::filesystem::exists(folder / "home/settings.json"));
 
-  // What was steered is in the recording: a replay is exact.
+  // The operator's actions are in the recording, so a replay is exact.
   expect_exact_replay(report);
 }
 
@@ -333,7 +334,8 @@ TEST_F(OperatorWindow, ViewsChangeTheOperatorsPictureOnlyNotTheTraineesScreen) {
   const render::Picture after = desktop.screen(kScreen);
   EXPECT_GT(differing_tiles(before, after, mine, mine_hi), 10);
   EXPECT_EQ(differing_tiles(before, after, lo, hi), 0) << "the trainee's picture moved";
-  // No writing there: its lower edge, where a lone user's has the tool, the speed and the keys, is one smooth ground.
+  // There is no text at the lower edge. The window of a single user has the tool, the speed and the keys there. Here it
+  // is one smooth background.
   const render::Picture edge = desktop.screen(kScreen);
   int steps = 0;
   for (int y = hi.y - 60; y < hi.y; ++y)
@@ -363,7 +365,7 @@ TEST_F(OperatorWindow, AnExperimentIsChosenByKeysAnsweredInItsOwnWindowAndItsRes
   press("F5");
   program.wait_for("experiment started: force");
 
-  // The trials have a window of their own, which the person looks at.
+  // The trials have their own window for the person.
   const auto other = [&] {
     const std::string windows = Desktop::xdotool("search --name Typodont");
     for (std::size_t at = 0, end; (end = windows.find('\n', at)) != std::string::npos; at = end + 1)
@@ -416,7 +418,7 @@ TEST_F(OperatorWindow, SavingASurfaceImportingAMeshAndPaintingAnExerciseNeedNoTe
   press("F8");
   program.wait_for("computer checked: ");
   press("F10");
-  // An instructor paints with the tool and keeps it as an exercise.
+  // An instructor paints with the tool and saves the result as an exercise.
   ASSERT_NO_FATAL_FAILURE(paint_the_block(program));
   press("F10");
   program.wait_for("session ended");
@@ -430,7 +432,7 @@ TEST_F(OperatorWindow, SavingASurfaceImportingAMeshAndPaintingAnExerciseNeedNoTe
   EXPECT_EQ(seen.status, 0) << seen.err;
   press("F10");
   press("ctrl+e");  // practising again
-  // A session of it, recorded; then its surface.
+  // Records a session of the exercise; then exports its surface.
   press("F5");
   ASSERT_EQ(program.wait_for("session started: painted block"), "");
   std::this_thread::sleep_for(1s);
@@ -450,7 +452,7 @@ TEST_F(OperatorWindow, SavingASurfaceImportingAMeshAndPaintingAnExerciseNeedNoTe
   const std::string scene = program.wait_for("imported: ");
   const Ran drawn = folder.run("render '" + scene + "' --rig closeup --size 64x48 --out " + (folder / "drawn"));
   EXPECT_EQ(drawn.status, 0) << drawn.err;
-  // So is one in metres, picked from the list of what lies in a folder while its path is being typed.
+  // A mesh in metres works, too. It is chosen from the list of the files in a folder, while its path is being typed.
   std::filesystem::create_directories(folder / "teeth");
   std::string cube =
       "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\nelement face "
@@ -468,7 +470,7 @@ TEST_F(OperatorWindow, SavingASurfaceImportingAMeshAndPaintingAnExerciseNeedNoTe
   press("Tab");
   press("ctrl+a");
   type("cube");
-  for (int i = 0; i < 3; ++i) press("Tab");  // past voxel and enamel
+  for (int i = 0; i < 3; ++i) press("Tab");  // past the fields for voxel and enamel
   press("ctrl+a");
   type("1000");
   press("Tab");
@@ -666,7 +668,7 @@ TEST_F(OperatorWindow, LeavingUnsavedWorkAsksWhetherToKeepOrDiscardIt) {
   const std::string kept = program.wait_for("kept as an exercise: ");
   EXPECT_NE(read_text(kept).find("-ideal.vdb"), std::string::npos) << read_text(kept);
   EXPECT_EQ(program.said().find("session started: ", program.said().find("session ended")), std::string::npos);
-  // Once more, and dropped.
+  // Once more, and the result is discarded.
   press("F5");
   ASSERT_TRUE(eventually([&] { return program.said().rfind("session started: ") > program.said().find("kept as"); }));
   Desktop::xdotool("keydown p");
@@ -703,7 +705,7 @@ TEST_F(OperatorWindow, AMessageTellsThatAReportCannotBeOpened) {
   EXPECT_EQ(program.wait_for("No program on this computer opens "), report);
   press("F10");
   press("F7");
-  // Its score is in the list, worked out with the report.
+  // Its score, which was computed with the report, is in the list.
   press("ctrl+q");
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();
 }

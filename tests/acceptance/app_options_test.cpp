@@ -1,5 +1,5 @@
-// Options through the command line: what is impossible is refused in a short sentence, what would be ignored is
-// refused, too.
+// Tests options through the command line. Impossible options are refused with a short sentence. Options that would have
+// no effect are refused, too.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

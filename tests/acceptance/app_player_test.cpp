@@ -1,4 +1,5 @@
-// Recordings watched in a window on a desktop in memory: alone, beside another, seen by other eyes; ended by a key.
+// Tests recordings that are watched in a window on a desktop in memory: alone, beside another recording, and from
+// another position of the eyes. A key ends the program.
 #include <gtest/gtest.h>
 
 #include <chrono>

@@ -1,4 +1,5 @@
-// Recordings that were damaged, made by a stranger, have gaps, or could not be written: what the commands do with them.
+// Tests how the commands treat recordings that are damaged, come from other persons, have gaps, or could not be
+// written.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>
@@ -25,7 +26,7 @@ constexpr const char* kHand =
     "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5,1,0,0,0,1\n0.3,0,0,3,1,0,0,0,1\n1.5,1,0,2.8,1,0,0,0,1\n"
     "2,1,0,6,1,0,0,0,1\n";
 
-/// A second and a half of drilling, recorded by the program itself.
+/// A recording of one and a half seconds of drilling, made by the program itself.
 class Recordings : public testing::Test {
  protected:
   Recordings() {
@@ -66,7 +67,7 @@ class Recordings : public testing::Test {
       H5Sclose(memory), H5Sclose(space), H5Dclose(dataset);
     });
   }
-  /// The same session without these ticks and cuts, as a full disk leaves it.
+  /// Writes the same session without these ticks and cuts, as after a full disk.
   void leave_out(std::uint64_t first_tick, std::uint64_t ticks) {
     const session::SessionReader whole(folder / "good.h5");
     session::SessionWriter writer(file, whole.header());
@@ -209,7 +210,7 @@ TEST_F(Recordings, AForeignRecordingOpensNoFileOutsideItsFolder) {
     const Ran report = folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html", at()));
     EXPECT_THAT(report.err + read_text(folder / "r.html"), Not(HasSubstr("patient"))) << path;
   }
-  // Whoever knows where the files are allows it.
+  // The user who knows where the files are may allow it.
   const Ran allowed =
       folder.run(fmt::format("replay {}/s.h5 --check", at()), "env TYPODONT_FILES=" + elsewhere.path().string());
   EXPECT_THAT(allowed.err, Not(HasSubstr("outside its folder")));

@@ -1,4 +1,4 @@
-// typodont servo, replay, mesh and run on analytic scenes, through the command line.
+// Tests `typodont servo`, `replay`, `mesh` and `run` with analytic scenes, through the command line.
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ std::string sphere_scene(const std::string& more = "") {
          more + "}";
 }
 
-/// Straight down onto the top of the sphere, half a millimetre deep, then over to the side.
+/// Moves straight down onto the top of the sphere, half a millimetre deep, then to the side.
 std::string slide() {
   std::string csv = kHeader;
   for (int i = 0; i <= 100; ++i) csv += fmt::format("{},0,0,{},1,0,0,0,0\n", i * 0.01, 6 - i * 0.02);
@@ -95,7 +95,7 @@ TEST(ServoCommand, TwiceTheForceRemovesTwiceTheVolumeAtConstantSpindleSpeed) {
   EXPECT_NEAR(removed(1.6) / removed(0.8), 2, 0.06);
 }
 
-// Each motor of assets/motors/, run up in the air, then pressed on what it is made for.
+// Each motor of assets/motors/ is started in the air, then pressed on the material for which it is made.
 TEST(ServoCommand, RemovalFollowsTheTorqueSpeedLineOfEveryMotorAndEqualsItsWork) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   struct Run {
@@ -198,7 +198,7 @@ TEST(ServoCommand, AHandChangesToolsByNameAndByNumberAndTheReplayIsExact) {
   ran = folder.run(fmt::format("replay {0}/s.h5 --check --json", at));
   EXPECT_EQ(ran.status, 0) << ran.err << ran.out;
   EXPECT_TRUE(Json::parse(ran.out, "out")["identical"].boolean());
-  // The recorded hand, tools included, is a hand again.
+  // The recorded hand, including its tools, can be used as a hand.
   ran = folder.run(fmt::format("servo {0}/scene.json --hand replay:{0}/s.h5 --out {0}/u.csv", at));
   ASSERT_EQ(ran.status, 0) << ran.err;
   EXPECT_EQ(session::read_ticks_csv(folder / "u.csv")[1100].tool, 2u);
@@ -310,7 +310,7 @@ TEST(RunCommand, FollowsTheTrackedHeadAndCountsInvalidPackets) {
     to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     for (int i = 0; !stop.stop_requested(); ++i) {
       const double head[6] = {5 * std::sin(0.05 * i), 0, 0, 0, 0, 0};  // cm; this machine is little-endian, too
-      // Every tenth is one byte short.
+      // Every tenth packet is too short by one byte.
       ::sendto(socket, head, i % 10 ? sizeof head : sizeof head - 1, 0, reinterpret_cast<const sockaddr*>(&to),
                sizeof to);
       std::this_thread::sleep_for(std::chrono::milliseconds(8));

@@ -1,4 +1,5 @@
-// Soft gum of a scene: felt by a scripted hand, replayed bit for bit, seen in the picture's bricks, cut and bleeding.
+// Tests the soft gum of a scene: a scripted hand feels it, a replay gives the same bits, the picture's bricks show it,
+// and it can be cut and bleeds.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -84,7 +85,7 @@ double deepest(const SoftGumView& view, const Surroundings& around, const Surrou
   return most;
 }
 
-/// True if every brick of the view is that of the surroundings.
+/// Returns true if every brick of the view is that of the surroundings.
 bool as_made(const SoftGumView& view, const Surroundings& around) {
   for (const SoftGumView::Brick& brick : view.bricks()) {
     if (brick.version == 0) continue;

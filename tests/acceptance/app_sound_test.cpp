@@ -1,4 +1,4 @@
-// Sound of a live session: on the session's clock, however long the program took to start.
+// Tests the sound of a live session. It follows the session's clock, however long the program's start took.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ TEST(LiveSound, TheSoundOfATapIsWithinTwoMillisecondsOfItsTick) {
       folder.write("hand.csv",
                    "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,2.8,1,0,0,0,0\n0.333,0,0,2.8,1,0,0,0,0\n"
                    "0.337,0,0,2,1,0,0,0,0\n0.5,0,0,2,1,0,0,0,0\n");
-  // The first start fills caches, the second finds them: neither may shift the sound.
+  // The first start fills caches, and the second start uses them. Neither may shift the sound.
   for (const std::string_view run : {"first", "second"}) {
     const std::string wav = folder / fmt::format("{}.wav", run), session = folder / fmt::format("{}.h5", run);
     const auto ran =
@@ -51,7 +51,7 @@ TEST(LiveSound, WithAFullDiskForTheSoundTheSessionEndsNormallyAndItsRecordingIsC
   const std::string hand =
       folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,2.8,1,0,0,0,0\n60,0,0,2.8,1,0,0,0,0\n");
   const std::string session = folder / "session.h5";
-  // Writing beyond 250 kB fails: the sound gets there within two seconds, the recording does not.
+  // Writing more than 250 kB fails. The sound reaches this size within two seconds, the recording does not.
   const auto ran =
       folder.run(fmt::format("run {} --hand script:{} --audio wav:{} --record {} --seconds 30'", scene, hand,
                              folder / "sound.wav", session),

@@ -1,4 +1,5 @@
-// Every shipped task can be solved: its ideal scores full, a good hand high, a careless one low, doing nothing nothing.
+// Tests that every shipped task can be solved: its ideal gets the full score, a good hand a high score, a careless hand
+// a low score, and an untouched tooth nothing.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -27,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The same moved aside and deeper: a hand that does not look.
+/// Returns the same strokes moved aside and deeper, as from a hand that does not look.
 std::vector<Stroke> displaced(std::vector<Stroke> strokes, const dvec3& by_W) {
   for (Stroke& s : strokes) {
     s.from.p += by_W;
@@ -36,8 +37,8 @@ std::vector<Stroke> displaced(std::vector<Stroke> strokes, const dvec3& by_W) {
   return strokes;
 }
 
-/// The strokes as a hand's path with the drill running; between strokes that do not meet it goes by `above_W` (a height
-/// along the axis clear of the tissue, m).
+/// Returns the strokes as a path of the hand with the drill running. Between strokes that do not meet, the path goes by
+/// `above_W` (m), a height along the axis at which there is no tissue.
 haptics::HandPath path_of(const std::vector<Stroke>& strokes, const dvec3& axis_W, double above_W, double speed) {
   constexpr double kTravel = 20e-3;   // m/s in the air
   constexpr double kJoined = 0.6e-3;  // m; strokes that lie nearer are joined without lifting
@@ -66,7 +67,7 @@ haptics::HandPath path_of(const std::vector<Stroke>& strokes, const dvec3& axis_
   return path;
 }
 
-/// A hand that made no mistake in anything but geometry.
+/// Returns the input for the score of a hand that made mistakes only in geometry.
 session::ScoreInput steady_hand(const haptics::TissueVolume& start) {
   session::ScoreInput input;
   input.before = input.after = start.volumes();
@@ -77,7 +78,7 @@ session::ScoreInput steady_hand(const haptics::TissueVolume& start) {
   return input;
 }
 
-/// In percent of full.
+/// Returns the score in percent of the full score.
 double percent(const session::Score& score) {
   return score.full > 0 ? 100 * score.points / score.full : 0;
 }
@@ -129,12 +130,12 @@ TEST(ShippedScenes, AreAllReadableAndEveryTaskStatesItsGoalInThreeLanguages) {
   EXPECT_GE(tasks, 8);
 }
 
-/// Name of the scene, the tool that can make it, the distance of its passes in mm.
+/// A task: name of the scene, the tool that can solve it, and the distance of its passes in mm.
 struct Solvable {
   const char* name;
   const char* tool;
   double step;
-  dvec3 careless_mm;  // a hand that does not look is off by this
+  dvec3 careless_mm;  // displacement of a hand that does not look
 };
 void PrintTo(const Solvable& task, std::ostream* out) {
   *out << task.name;
@@ -176,13 +177,13 @@ INSTANTIATE_TEST_SUITE_P(All, SolvableTask,
                            return name;
                          });
 
-/// A ball of tissue is lost that should have stayed, or left that should have gone, at a place that the dice choose;
-/// nothing is mended by it.
+/// Removes a ball of tissue that should have stayed, or adds a ball that should have been removed, at a random place.
+/// Nothing is improved by it.
 void worsen(DenseCopy& after, const DenseCopy& before, const DenseCopy& ideal, bool lose, std::mt19937& dice) {
   const glm::ivec3 n = after.field.size;
   std::uniform_real_distribution<double> share(0, 1);
   const double radius = (0.25e-3 + 0.45e-3 * share(dice)) / after.frame.voxel;
-  std::vector<glm::ivec3> places;  // a little below the surface that is perfect, or above it where there was tissue
+  std::vector<glm::ivec3> places;  // positions slightly below the perfect surface, or above it where there was tissue
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {
       for (int z = 0; z < n.z; ++z) {
@@ -207,7 +208,8 @@ void worsen(DenseCopy& after, const DenseCopy& before, const DenseCopy& ideal, b
   }
 }
 
-/// Highest tissue of every column of voxels along z, m; below everything where there is none.
+/// Returns the height (m) of the highest tissue in every column of voxels along z; a value below all tissue if the
+/// column has none.
 std::vector<double> tops_of(const DenseCopy& copy) {
   std::vector<double> tops;
   for (int x = 0; x < copy.field.size.x; ++x) {
@@ -236,7 +238,7 @@ TEST(ShippedScenes, TheClassOneCavityFollowsTheFissure) {
       dense_copy(*bench.judge.ideal(), glm::ivec3(glm::round(bench.start.frame().to_voxels(before.frame.origin))),
                  before.field.size);
   const std::vector<double> was = tops_of(before), is = tops_of(ideal);
-  // In each row across the cavity the lowest place of the old surface between the cusps lies inside it.
+  // In each row across the cavity, the lowest point of the old surface between the cusps is inside the cavity.
   int rows = 0, hit = 0;
   for (int y = 0; y < before.field.size.y; ++y) {
     const double y_mm = before.frame.to_world(dvec3(0, y, 0)).y * 1e3;
@@ -299,7 +301,7 @@ TEST(ShippedScenes, TheClassTwoCavityHasANeighbourToothAndGum) {
   EXPECT_TRUE(scene.surroundings->row);
   EXPECT_TRUE(scene.surroundings->gum);
   EXPECT_TRUE(scene.surroundings->monitored);
-  // The ideal goes through the contact, and touches neither.
+  // The contact point is near the neighbour tooth, and in the ideal the tissue beside it is removed.
   const SurroundingsShape around(*scene.surroundings);
   const TaskBench bench("class-2-cavity");
   const DenseCopy ideal = dense_copy(*bench.judge.ideal());
@@ -357,7 +359,7 @@ TEST_P(ShippedTask, EveryRandomDefectOfTheIdealCostsPoints) {
       bench.start, glm::ivec3(glm::round(bench.start.frame().to_voxels(ideal.frame.origin))), ideal.field.size);
   const session::Score perfect = bench.score(*bench.judge.ideal());
   std::mt19937 dice(29);
-  const bool filled = bench.scene.task->ideal->has("unprepared");  // the ideal adds: there is nothing it takes away
+  const bool filled = bench.scene.task->ideal->has("unprepared");  // the ideal adds tissue and removes nothing
   for (const bool lose : {true, filled}) {
     DenseCopy after = ideal;
     worsen(after, before, ideal, lose, dice);
@@ -381,7 +383,7 @@ TEST(Tasks, AHandThatPressesTooLittleScoresLowButAboveZero) {
   auto strokes = plan_strokes(bench.judge.preparation(bench.start), tool, 0.3e-3);
   const std::size_t count = strokes.size();
   strokes.insert(strokes.end(), strokes.begin(),
-                 strokes.begin() + static_cast<std::ptrdiff_t>(count));  // and once more, lightly
+                 strokes.begin() + static_cast<std::ptrdiff_t>(count));  // and once more, with little force
   const auto hand = haptics::make_scripted_hand(path_of(strokes, {0, 0, 1}, 22.5e-3, 8e-3), 1000, /*paced=*/false);
   HapticLoop loop(bench.scene, load_tissue(bench.scene), 1000);
   session::HandMeter meter(1000);
@@ -398,7 +400,7 @@ TEST(Tasks, AHandThatPressesTooLittleScoresLowButAboveZero) {
   EXPECT_LT(percent(score), 40) << explained(score);
 }
 
-/// A hand that draws the tip over the region, and presses where `says` it should.
+/// Scores a hand that moves the tip over the region, and presses where `says` returns true.
 session::Score explore(const TaskBench& bench, double spacing, const std::function<bool(const dvec3&)>& says) {
   session::ExploreMeter meter = *bench.judge.explore_meter();
   const DenseCopy copy = dense_copy(bench.start);
@@ -440,7 +442,7 @@ TEST(Tasks, ExploringRewardsFoundLesionsAndNotPressingEverywhereOrNowhere) {
   EXPECT_LT(percent(explore(bench, 1.0, caries)), 20);
 }
 
-/// The scene's text with another ideal.
+/// Returns the scene's text with another ideal.
 std::string with_ideal(const std::string& scene, const std::string& ideal) {
   const auto at = scene.find("\"ideal\":"), end = scene.find("},\"", at);
   return scene.substr(0, at) + "\"ideal\":" + ideal.substr(0, ideal.size() - 1) + scene.substr(end);
@@ -506,7 +508,7 @@ TEST(Tasks, ARecordedPreparationCanBeTheIdealAndScoresFullAgainstItself) {
   EXPECT_GT(percent_of("hand.csv"), 98);
   EXPECT_LT(percent_of("other.csv"), 60);
 
-  // The same recording, looked at from above: at its start, at its end, and against the ideal.
+  // The same recording seen from above: at its start, at its end, and compared with the ideal.
   folder.write(
       "above.json",
       R"({"display": "offscreen", "screen": {"corners_mm": {"lower_left": [-4, -3, 2], "lower_right": [4, -3, 2],

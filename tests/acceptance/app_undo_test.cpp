@@ -1,5 +1,5 @@
-// A live session with strokes taken back: its replay is exact, its tissue can be saved, and another session goes on
-// from it.
+// Tests a live session with strokes that are undone: its replay is exact, its tissue can be saved, and another session
+// can continue from it.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -23,7 +23,7 @@ constexpr std::string_view kScene = R"({
   "tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [10, 10, 4]}}}]},
   "tool": {"shape": "sphere", "diameter_mm": 1.6}, "spindle_krpm": 300, "parts": ["haptics"]})";
 
-/// Three strokes through the block's top, with the pedal up between them, and a rest.
+/// Returns a hand that makes three strokes through the block's top, with the pedal up between them, and then rests.
 std::string hand(double y_mm = 0) {
   std::string csv = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
   double t = 0;
@@ -46,7 +46,7 @@ class UndoSession : public testing::Test {
     folder.write("hand.csv", hand());
     scene = read_scene(folder.path() / "scene.json");
   }
-  /// Runs the script to its end; at each of the times (s) asks for what stands beside it.
+  /// Runs the script to its end. At each of the times (s) gives the command that belongs to it.
   WorkbenchSummary run(const Scene& of, const std::string& record, std::vector<std::pair<double, TissueCommand>> asks,
                        const std::string& save = "") {
     WorkbenchOptions options;
@@ -82,7 +82,7 @@ class UndoSession : public testing::Test {
 };
 
 TEST_F(UndoSession, UndoDuringDrillingIsReplayedBitForBit) {
-  // While the first stroke cuts, in a pause, after the end; one is brought again.
+  // Undoes while the first stroke cuts, in a pause, and after the end. One stroke is redone.
   run(scene, "session.h5",
       {{0.6, TissueCommand::kUndo},
        {1.25, TissueCommand::kUndo},
@@ -92,7 +92,7 @@ TEST_F(UndoSession, UndoDuringDrillingIsReplayedBitForBit) {
   const ReplayResult replay = replay_session(folder.path() / "session.h5");
   EXPECT_TRUE(replay.identical) << replay.what_differs;
   EXPECT_GT(replay.ticks, 1000u);
-  // The tissue at the end from cuts and events alone is the same.
+  // The tissue at the end that is computed from cuts and events alone is the same.
   const session::SessionReader session(folder.path() / "session.h5");
   EXPECT_EQ(tissue_at_end(session, scene_of(session), load_tissue(scene)).hash(), session.result()->field_hash);
 }
@@ -212,7 +212,7 @@ TEST_F(UndoSession, AContinuedPreparationIsScoredAgainstTheUntouchedTissue) {
     const ReplayResult replay = replay_session(folder.path() / "second.h5");
     EXPECT_TRUE(replay.identical) << from << ": " << replay.what_differs;
   }
-  // A session that is gone on from brings its strokes along.
+  // A session that continues a recording has the strokes of the recording.
   haptics::TissueVolume tissue = load_tissue(with_resume(scene, folder.path() / "first.h5"));
   ASSERT_GE(tissue.strokes().done, 3u);
   while (tissue.undo()) {

@@ -1,5 +1,5 @@
-// What key V shows in a live window, as the recording tells it: each view comes when its turn comes, however slow the
-// computer.
+// Tests what key V shows in a live window. The recording shows that each view comes in the right order, however slow
+// the computer is.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// The views of a session that is being recorded, in their order.
+/// Returns the views in the recording of a running session, in their order.
 std::vector<std::string> views_in(const std::string& file) {
   std::vector<std::string> views;
   try {
@@ -53,7 +53,7 @@ TEST(ViewKey, CyclesThroughSectionXrayDifferenceAndTheNaturalView) {
   EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name Typodont").empty(); })) << folder.said();
   EXPECT_TRUE(eventually([&] { return std::filesystem::exists(file); })) << folder.said();
   Desktop::xdotool("search --name Typodont windowfocus");
-  // The difference is the ordinary look until the ideal is made.
+  // Until the ideal is computed, the view "difference" is the ordinary look.
   for (const char* view : {"section", "xray", "difference", "look"}) {
     Desktop::xdotool("key --delay 100 v");
     const auto shown = [&] {

@@ -1,4 +1,5 @@
-// PortAudio without a sound card: ALSA's file over null for the content, a dummy JACK server for the timing.
+// Tests PortAudio without a sound card. ALSA's plugin `file` over `null` gives the content; a dummy JACK server gives
+// the timing.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -139,7 +140,7 @@ std::unique_ptr<AudioOutput> open_soon() {
   }
 }
 
-/// Ticks cross a ring as in the program; the source notes when each tick's sample left.
+/// Ticks pass through a ring buffer as in the program. The source stores the time at which each tick's sample left.
 struct Listener {
   Ring<Nanos> ring{4096};
   std::vector<Nanos> waiting;
@@ -185,7 +186,7 @@ TEST(PortAudioOnJack, SoundsAContactWithinOneBufferAndTwoMilliseconds) {
   output->stop();
   ASSERT_GT(listener.delays.size(), 1500u);
   std::sort(listener.delays.begin(), listener.delays.end());
-  // The median: a shared machine stalls whom it likes for milliseconds.
+  // Uses the median, because other work on the machine can cause delays of milliseconds.
   EXPECT_LT(listener.delays[listener.delays.size() / 2], 256 / 48000.0 + 2e-3);
   EXPECT_EQ(output->stats().losses, 0u);
 }

@@ -1,4 +1,4 @@
-// typodont sound as a user meets it: the program, its files, its exit statuses.
+// Tests `typodont sound` as users run it: the program, its files, and its exit statuses.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -51,14 +51,14 @@ class SoundCommand : public ::testing::Test {
 
 const std::string kMicromotor = "assets/sounds/micromotor_steady.wav";
 
-/// Reads the axis of a picture as an eye does: the marks left of the plot, from 0 Hz up.
+/// Reads the axis of a picture as a person does, from the marks left of the plot, from 0 Hz upwards.
 struct ReadAxis {
   render::Picture picture;
   int left = 0;            // the plot's first column
   std::vector<int> marks;  // rows, from below
 
   explicit ReadAxis(const std::filesystem::path& file) : picture(render::read_png(file)) {
-    // The longest dark line left of the plot is none: marks are a few pixels wide, letters are not straight lines.
+    // There is no long dark line left of the plot: marks are a few pixels wide, and letters are not straight lines.
     const auto dark = [&](int x, int y) { return picture.at(x, y)[0] < 100 && picture.at(x, y)[1] < 100; };
     while (left < picture.size.x && !dark(left, picture.size.y / 2 + 15)) ++left;
     if (left < 5 || left == picture.size.x) return;  // no axis
@@ -72,7 +72,8 @@ struct ReadAxis {
     const double pixels = static_cast<double>(marks.front() - marks.back()) / static_cast<double>(marks.size() - 1);
     return (marks.front() - row) / pixels * step_Hz;
   }
-  /// The brightest row of a column, in the middle over these columns (shares of the plot): a tone may go up and down.
+  /// Returns the median of the brightest row over these columns (fractions of the plot). The median is used because a
+  /// tone may rise and fall.
   double brightest_row(double from, double to) const {
     const int wide = picture.size.x - left;
     std::vector<double> rows;
@@ -113,7 +114,7 @@ TEST_F(SoundCommand, TheReadmesPictureShowsTheTurbineAtItsSpeed) {
   const ReadAxis axis("docs/pictures/drill_spectrogram.png");
   ASSERT_EQ(axis.marks.size(), 7u);
   const double free_Hz = Json::load("assets/motors/air_turbine.json")["free_speed_krpm"].number() * 1000 / 60;
-  // In the last quarter, where it hardly cuts, it turns at that speed.
+  // In the last quarter, where the bur hardly cuts, it rotates at the free speed.
   EXPECT_NEAR(axis.frequency(axis.brightest_row(0.82, 0.97), 2000), free_Hz, 0.03 * free_Hz);
 }
 
@@ -223,7 +224,7 @@ TEST_F(SoundCommand, BadInputExitsWithTwoAndAReasonAndLeavesNoFile) {
 }
 
 TEST_F(SoundCommand, WritesAPageWithBothSoundsAndFetchesNothing) {
-  const std::string name = path("<b>&.wav");  // a name that would be markup
+  const std::string name = path("<b>&.wav");  // a name that would be HTML markup
   std::filesystem::copy_file(kMicromotor, name);
   const auto r = run("page '" + name + "' --seconds 1 --out " + path("p.html"));
   ASSERT_EQ(r.status, 0) << r.err;

@@ -1,4 +1,5 @@
-// The commands for those who build a bench: rig plan, calibrate hand-eye and robot-world, and the units of tables.
+// Tests the commands for persons who build a bench: `rig plan`, `calibrate hand-eye` and `calibrate robot-world`, and
+// the units of tables.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -47,7 +48,7 @@ TEST_F(BenchCommands, ThePlanStatesThePositionOfEveryPartAndTheSizeOfTheWorkspac
   const dvec3 eye = plan["eye_center_mm"].vec3();
   EXPECT_NEAR(glm::length(eye), 520, 1e-2);
   EXPECT_NEAR(eye.z, 520 * std::sin(52 * kDegree), 1e-2);
-  // A flat mirror 150 above the work: the panel is 300 above it, and tilted the other way.
+  // A level mirror 150 mm above the work. The panel is 300 mm above the work and tilted in the opposite direction.
   const dvec3 ll = plan["panel_mm"]["lower_left"].vec3(), ul = plan["panel_mm"]["upper_left"].vec3();
   EXPECT_NEAR(0.5 * (ll.z + ul.z), 300, 1e-2);
   EXPECT_NEAR(ul.z - ll.z, -299 * std::sin(20 * kDegree), 1e-2);
@@ -63,7 +64,7 @@ TEST_F(BenchCommands, TheDrawingIsOnePageOfSvgOrPdf) {
   const std::string svg = read_text(folder / "bench.svg"), pdf = read_text(folder / "bench.pdf");
   EXPECT_THAT(svg, AllOf(StartsWith("<?xml"), HasSubstr("<svg"), HasSubstr("</svg>"), HasSubstr("841.88")));
   EXPECT_THAT(pdf, AllOf(StartsWith("%PDF-"), HasSubstr("/Count 1"), HasSubstr("%%EOF")));
-  // Over a drawing, not over another kind of file.
+  // It may overwrite a drawing, but no other kind of file.
   EXPECT_EQ(run("rig plan --out " + folder / "bench.pdf").status, 0);
   folder.write("table.pdf", "a,b\n1,2\n");
   refused("rig plan --out " + folder / "table.pdf", "table.pdf");
@@ -77,7 +78,7 @@ TEST_F(BenchCommands, TheRigWrittenByAPlanCanBeRendered) {
   const display::DisplayRig rig = display::load_rig(file);
   ASSERT_TRUE(rig.mirror);
   EXPECT_TRUE(display::sees(rig, rig.head));
-  // The picture stands at the work.
+  // The picture appears at the work.
   const display::Screen seen = reflect(*rig.mirror, rig.screen);
   EXPECT_LT(glm::length(0.5 * (seen.lower_right + seen.upper_left) - dvec3(0.01, 0.02, 0.03)), 2e-6);
   EXPECT_LT(glm::length(rig.X_WH.p - dvec3(0.01, 0.02, 0.03)), 2e-6);
@@ -117,7 +118,7 @@ std::string row(const Pose& a, const Pose& b, double unit = 1e3) {
 const Pose kX{{0.02, -0.01, 0.06}, glm::normalize(dquat(0.95, 0.15, 0.1, -0.25))};
 const Pose kZ{{0.4, 0.3, 0.9}, glm::normalize(dquat(0.4, 0.8, 0.2, 0.4))};
 
-/// `tracker(arm)`: what the other sensor says.
+/// Returns a table of poses. `tracker(arm)`: pose that the other sensor measures.
 std::string poses(const std::function<Pose(const Pose&)>& tracker, int count = 24, double unit = 1e3) {
   Noise random(3);
   std::string text;
@@ -227,7 +228,7 @@ TEST_F(BenchCommands, MetresUnderMillimetreNamesAreRefusedAndMetreNamesAreRead) 
   refused("calibrate register --pairs " + folder / "other.csv", "name the columns hx_mm,hy_mm,hz_mm");
   folder.write("mixed.csv", "hx_m,hy_m,hz_m,dx_mm,dy_m,dz_mm\n" + m);
   refused("calibrate register --pairs " + folder / "mixed.csv", "found column \"dx_mm\"");
-  // Poses and streams alike.
+  // The same for poses and streams.
   folder.write("poses.csv", kPoseColumns + poses(marker_seen, 24, 1));
   refused("calibrate robot-world --poses " + folder / "poses.csv", "name the columns ax_m,ay_m,az_m");
   std::string stream = "t_s,x_mm,y_mm,z_mm\n";

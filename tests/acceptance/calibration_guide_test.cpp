@@ -1,4 +1,4 @@
-// Guided capture through the command line, with a scripted hand in place of a device.
+// Tests guided capture through the command line, with a scripted hand in place of a device.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ class GuidedBench : public testing::Test {
     return folder.path() / name;
   }
 
-  /// The touches of the step as numbers, as a hand without encoders gives them, and the step solved from them.
+  /// Writes the touches of the step as numbers, as from a hand without encoders, and solves the step from them.
   BenchState by_file(std::vector<dvec3>& touches) {
     RigFile rig = RigFile::load(make_rig("file.json"));
     GuidedCapture guide(rig.bench(), rig.captures_folder());
@@ -52,7 +52,8 @@ class GuidedBench : public testing::Test {
     return solved;
   }
 
-  /// Rests at each point for 0.15 s and presses the pedal at its end; `hasty` presses at once where it arrives.
+  /// Returns a hand that rests at each point for 0.15 s and presses the pedal at the end. `hasty`: it presses as soon
+  /// as it arrives.
   std::string script(const std::vector<dvec3>& points, bool hasty = false) {
     std::string csv = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
     double t = 0;
@@ -162,7 +163,7 @@ TEST_F(GuidedBench, DriftMarksAreTouchedOnceAndComparedAtEverySession) {
 }
 
 TEST_F(GuidedBench, CompletedStepsAreSkippedAndAnyStepCanBeSkipped) {
-  // Arm, screen, mirror and eyes were solved; register is skipped by hand, and verify is where it stops.
+  // Arm, screen, mirror and eyes are already solved. The user skips `register` and stops at `verify`.
   const Ran ran =
       folder.run(fmt::format("calibrate guide --rig {} --no-window", folder / "rig.json"), "printf 's\\nq\\n' |");
   EXPECT_EQ(ran.status, 0) << ran.err;
@@ -238,8 +239,8 @@ TEST_F(GuidedBench, TheDelayOfTwoLiveStreamsIsMeasuredAndStored) {
   const auto captures = read_captures(RigFile::load(folder.path() / "rig.json").captures_folder());
   EXPECT_GT(captures.delay_a.t.size(), 1000u);
   EXPECT_THAT(test::read_text(folder / "rig.json"), HasSubstr("delay_ms"));
-  // How late a busy machine lets samples arrive is not the program's: what it tells is the delay of what it kept
-  // (property/calibration_delay_test.cpp holds the estimate against the truth).
+  // The program is not responsible for the delay of samples on a busy machine. It states the delay of the samples that
+  // it stored (property/calibration_delay_test.cpp compares the estimate with the true delay).
   const Ran again = folder.run(fmt::format("calibrate delay --rig {} --json", folder / "rig.json"));
   ASSERT_EQ(again.status, 0) << again.err;
   EXPECT_NEAR(Json::parse(again.out, "delay")["delay_ms"].number(),

@@ -1,4 +1,4 @@
-// The whole routine against the simulated bench: what is left is the noise.
+// Tests the whole calibration with the simulated bench: the remaining error is the noise.
 #include <gtest/gtest.h>
 
 #include <cmath>

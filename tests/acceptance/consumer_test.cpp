@@ -1,4 +1,4 @@
-// The core as a library: the installed tree, and a program outside the tree that is built against it.
+// Tests the core as a library: the installed files, and a program outside the source tree that is built with them.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// `typodont devices` and a session at a device that may not be opened. Where the tests run as root, the program is run
-// as a user who is not.
+// Tests `typodont devices`, and a session with a device that the user may not open. If the tests run as root, the
+// program is run as another user.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <pty.h>

@@ -1,5 +1,5 @@
-// A real window, on a desktop in memory (Xvfb): what arrives on the screen is what was composed, whatever the desktop
-// does to the window in between.
+// Tests a real window on a desktop in memory (Xvfb): the screen shows the composed picture, whatever the desktop does
+// to the window.
 #include <gtest/gtest.h>
 
 #include <array>

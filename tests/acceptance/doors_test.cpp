@@ -1,4 +1,5 @@
-// The doors, as their users have them: from an installation, with a compiler or an interpreter of their own.
+// Tests the bindings for other languages as their users have them: from an installation, with a separate compiler or
+// interpreter.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,4 +1,5 @@
-// typodont fuse, as typed, on the synthetic jaw: what it writes and reports, and which input it refuses.
+// Tests `typodont fuse` through the command line with the synthetic jaw: its output files and report, and which input
+// it refuses.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// typodont import, as typed, on the CT molar that the workbench ships.
+// Tests `typodont import` through the command line with the CT of a molar that is shipped with the program.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Scenes with a mesh, and the model mesh_lod, as a user meets them: the program, its files, its exit statuses.
+// Tests scenes with a mesh and the model "mesh_lod" as users run them: the program, its files, and its exit statuses.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
-// What a scene does not need is not done: `typodont run` counts its work, kind by kind. What the picture leaves out
-// (mono, bodies out of sight, untouched bricks, frames equal to the last) is tested in unit/render_frame_test.cpp.
+// Tests that work which a scene does not need is not done: `typodont run` counts its work for each kind. Work that the
+// picture leaves out (mono, invisible bodies, untouched bricks, frames equal to the previous one) is tested in
+// unit/render_frame_test.cpp.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

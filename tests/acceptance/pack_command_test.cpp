@@ -1,4 +1,4 @@
-// typodont pack as a user meets it: the program, its files, its exit statuses.
+// Tests `typodont pack` as users run it: the program, its files, and its exit statuses.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
-// typodont render, as typed: pictures and the matrices behind them, against formulas written down here once more.
+// Tests `typodont render` through the command line: pictures and their matrices, compared with formulas that are
+// written independently in this file.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
-// The report in a real browser: its script runs and draws, dark and printed it is there too, and nothing is fetched.
+// Tests the report in a real browser: its script runs and draws, the dark and the printed version are complete, and
+// nothing is loaded from the network.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

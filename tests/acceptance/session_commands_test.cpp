@@ -1,4 +1,4 @@
-// typodont report and typodont doctor, as typed; and a film by the real encoder.
+// Tests `typodont report` and `typodont doctor` through the command line, and a film that the real encoder writes.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

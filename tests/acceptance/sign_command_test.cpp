@@ -1,4 +1,5 @@
-// A school's key from the command line: sign, verify by replay and report, and what a forger tries.
+// Tests a school's key through the command line: sign, verify by replay, report, and several attempts to forge a
+// signature.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

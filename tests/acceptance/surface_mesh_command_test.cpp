@@ -1,4 +1,4 @@
-// typodont mesh as a user meets it: the program, its files, its exit statuses.
+// Tests `typodont mesh` as users run it: the program, its files, and its exit statuses.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>

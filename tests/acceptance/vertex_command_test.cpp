@@ -1,4 +1,4 @@
-// A scan of the user's own, carved with the model vertex: the program, its files, its replay.
+// Tests a user's own scan that is cut with the model "vertex": the program, its files, and the replay.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

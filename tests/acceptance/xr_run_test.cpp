@@ -1,4 +1,4 @@
-// `typodont run` in a headset, as a user runs it, against the test runtime behind the real loader.
+// Tests `typodont run` with a headset as users run it, with the test runtime and the real OpenXR loader.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

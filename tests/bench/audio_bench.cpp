@@ -1,4 +1,4 @@
-// Prints the rows; checks only what holds on any machine: ratios, of medians, with room.
+// Prints the rows of the benchmark. Checks only ratios of medians, with wide limits, because these hold on any machine.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

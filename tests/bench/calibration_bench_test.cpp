@@ -1,4 +1,4 @@
-// Prints the rows; what must hold in any environment (a ratio, never a time) is tested.
+// Prints the rows of the benchmark. Checks only what must hold on any machine: ratios, never times.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Prints the rows; checks only ratios of medians.
+// Prints the rows of the benchmark. Checks only ratios of medians.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@ namespace typodont::debris {
 namespace {
 
 TEST(DebrisBench, AHundredThousandParticlesTakeAtMostTwiceTheTimeOfTheirMemoryAccess) {
-  // The best of three: a busy machine can only make it slower.
+  // Uses the best of three runs, because other work on the machine can only make a run slower.
   std::vector<BenchRow> rows = bench_debris({});
   for (int i = 0; i < 2; ++i) {
     const std::vector<BenchRow> again = bench_debris({});
@@ -23,7 +23,7 @@ TEST(DebrisBench, AHundredThousandParticlesTakeAtMostTwiceTheTimeOfTheirMemoryAc
   EXPECT_EQ(rows[1].name, "step");
   EXPECT_EQ(rows[3].name, "step with suction");
   EXPECT_LT(rows[1].ratio, 2);
-  EXPECT_LT(rows[3].ratio, 3);  // 1.8 on a calm machine; it was 4.1 when every particle in the draught was looked after
+  EXPECT_LT(rows[3].ratio, 3);  // 1.8 on an idle machine; 4.1 if every particle in the air flow is updated
   EXPECT_EQ(rows[4].name, "none alive");
   EXPECT_LT(rows[4].ratio, 0.03);
   for (std::size_t k = 5; k < rows.size(); ++k) {

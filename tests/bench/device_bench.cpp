@@ -1,4 +1,4 @@
-// What the devices' code adds to a tick: the rows of `typodont bench devices`, and what they must not exceed.
+// Measures the time that the devices' code adds to a tick: the rows of `typodont bench devices` and their limits.
 #include "haptics/device_bench.h"
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// Time of a tick through the C interface, compared with the same tick of the core in the same run.
+// Compares the time of a tick through the C interface with the time of the same tick of the core, in the same run.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <typodont.h>
@@ -16,8 +16,8 @@ namespace {
 constexpr const char* kBall = R"({"tissue": {"voxel_mm": 0.1, "solids": [
   {"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012", "spindle_krpm": 300})";
 constexpr int kTicks = 500, kRounds = 20;
-/// Two cores with the same tissue differ by up to 3 % because their memory lies elsewhere, so several pairs are
-/// measured.
+/// Two cores with the same tissue differ by up to 3 %, because they lie at different addresses in memory. So several
+/// pairs are measured.
 constexpr int kPairs = 61;
 
 double median(std::vector<double> values) {
@@ -25,7 +25,7 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// Thread CPU time of one tick in a round of kTicks, ns.
+/// Returns the CPU time (ns) of one tick, measured over a round of kTicks ticks.
 template <class Tick>
 double time_of(Nanos& t, Tick&& tick) {
   const Nanos start = thread_cpu_time();
@@ -37,8 +37,8 @@ struct Round {
   double own, through;  // ns per tick of the core, and of the same tick through the C interface
 };
 
-/// The rounds of a core and of one behind the C interface, in turns. The hand moves about z metres above the ball's
-/// centre. `own_first`: which of the two is made first.
+/// Measures a core and a core behind the C interface, in alternating rounds. The hand moves about z metres above the
+/// ball's centre. `own_first`: true if the core without the interface is created first.
 std::vector<Round> rounds(double z, bool own_first) {
   const Scene scene = parse_scene(Json::parse(kBall, "ball"), "ball.json");
   haptics::DeviceInfo hand;
@@ -79,7 +79,8 @@ std::vector<Round> rounds(double z, bool own_first) {
   return rounds;
 }
 
-/// ns that a tick takes more through the C interface: median of the differences between neighbouring rounds.
+/// Returns the time (ns) that the C interface adds to a tick: the median of the differences between neighbouring
+/// rounds.
 double on_top(double z) {
   std::vector<double> own, more;
   for (int pair = 0; pair < kPairs; ++pair) {

@@ -1,5 +1,5 @@
-// The expert's score and time in every shipped exercise that it can do. Where two minutes or 95 points are out of
-// reach, docs/tasks.md states why.
+// Measures the simulated expert's score and time in every shipped exercise that it can do. If two minutes or 95 points
+// cannot be reached, docs/tasks.md states the reason.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

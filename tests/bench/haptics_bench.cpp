@@ -1,4 +1,4 @@
-// The bench rows of the haptics: what they claim about error. Times are reported, not judged.
+// Checks the errors in the benchmark rows of the haptics. Times are printed and not checked.
 #include <gtest/gtest.h>
 
 #include <string_view>

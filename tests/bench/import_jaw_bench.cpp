@@ -1,5 +1,6 @@
-// How exactly a jaw is told apart by what the scanner adds: the phantom of tests/support/jaw_phantom.h, one row for
-// each level of blur, noise, streaks and motion. Prints the rows and checks that the jaw stays recognisable.
+// Measures how accurately the tissues of a jaw are recognised, as a function of the errors that the scanner adds. Uses
+// the phantom of tests/support/jaw_phantom.h, with one row for each level of blur, noise, streaks and motion. Prints
+// the rows, and checks that the jaw is still recognised.
 #include <gtest/gtest.h>
 
 #include "engine/base/units.h"

@@ -1,7 +1,7 @@
-// What a frame costs, step by step of the quality ladder: the molar with its gum and neighbours in stereo, 1280×1024
-// per eye, while drilling (the tool moves, bricks change) and with a head that moves, when all is drawn anew. Rows of
-// CSV on standard output; processor time, so that other work on the machine does not count. Two cores share the
-// processor time of lavapipe evenly.
+// Measures the time of a frame for each step of the quality ladder. The scene is the molar with its gum and neighbours
+// in stereo, 1280×1024 per eye: while drilling (the tool moves, bricks change), and with a moving head, when everything
+// is drawn again. Prints rows of CSV on standard output. The time is processor time, so that other work on the machine
+// does not count. The two cores share the processor time of lavapipe evenly.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ TEST(Bench, StereoFrameOfTheMolarIsDrawnInTime) {
   double best = 0;
   for (const render::Quality& quality : render::kQualityLadder) {
     const auto bricks = TissueView(surface_tolerance(rig, volume.frame().voxel, quality)).update(volume);
-    // What a bur of this size touches.
+    // the bricks that a bur of this size touches
     std::vector<render::MeshUpdate> touched;
     for (const render::MeshUpdate& b : bricks) {
       if (b.vertices.empty()) continue;

@@ -1,4 +1,4 @@
-// The rows of `typodont bench surface`: prints them and checks ratios of medians.
+// Prints the rows of `typodont bench surface` and checks ratios of medians.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ const std::vector<BenchRow>& rows() {
   return measured;
 }
 
-/// How many rows of this name there are, each with a ratio below `most`.
+/// Returns the number of rows with this name. Each of them must have a ratio below `most`.
 int rows_below(const std::string& name, double most) {
   int found = 0;
   for (const BenchRow& row : rows()) {

@@ -1,4 +1,4 @@
-// libFuzzer's side: TYPODONT_FUZZ_TARGET names which of the targets eats.
+// The program for libFuzzer. TYPODONT_FUZZ_TARGET is the name of the target that gets the bytes.
 #include <oneapi/tbb/global_control.h>
 #include <pthread.h>
 #include <unistd.h>
@@ -15,15 +15,16 @@ namespace {
 
 const typodont::test::FuzzTarget* g_target = nullptr;
 
-/// One thread: AddressSanitizer's allocator is not whole in a child forked while another thread allocates, and a volume
-/// on trial then waits in it for ever.
+/// Only one thread is allowed. AddressSanitizer's allocator is in an undefined state in a child process that is forked
+/// while another thread allocates. The test of a volume, which runs in a child, would then wait for ever.
 const oneapi::tbb::global_control g_alone(oneapi::tbb::global_control::max_allowed_parallelism, 1);
 
 bool g_child = false;
 
 }  // namespace
 
-/// What goes wrong in a child, where a volume is on trial, is the trial's answer: no find, and worth no report.
+/// An error in a child process is the result of the test of a volume. It is not an error of the parser and needs no
+/// report.
 extern "C" void __asan_on_error() {
   if (g_child) _exit(1);
 }

@@ -57,7 +57,8 @@ std::span<const std::uint8_t> octets_of(Bytes bytes) {
   return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
 }
 
-/// The bytes as a file of this name in a folder of this process, in memory where the machine has one.
+/// Writes the bytes to a file of this name, in a folder of this process. The folder is in memory if the machine has
+/// such a file system. Returns the path.
 std::filesystem::path as_file(Bytes bytes, const char* name) {
   static const std::filesystem::path folder = [] {
     const std::filesystem::path memory = "/dev/shm";
@@ -76,7 +77,7 @@ std::filesystem::path as_file(Bytes bytes, const char* name) {
   return file;
 }
 
-/// Read or refused: both are right.
+/// Calls a parser. It may read or refuse the bytes; both results are correct.
 template <class F>
 void attempt(F&& read) {
   try {
@@ -86,8 +87,8 @@ void attempt(F&& read) {
   }
 }
 
-/// Small results, however large the file says they are: what is looked for is the parser's faults, not the importer's
-/// run time.
+/// Limits the size of the result, whatever size the file states, because the test looks for errors of the parser and
+/// not for long run times of the importer.
 haptics::ImportOptions coarse() {
   haptics::ImportOptions options;
   options.voxel = 1e-3;
@@ -99,7 +100,8 @@ void import_as(Bytes bytes) {
   if (bytes.size() > 64 << 10) return;
   attempt([&] { (void)haptics::import_tissue(as_file(bytes, kName), coarse()); });
 }
-/// As the tissue of a scene: read, made a mesh that can be carved, and, where it is small, a volume.
+/// Reads a file as the tissue of a scene: it is read, converted to a mesh that can be cut and, if it is small, to a
+/// volume.
 template <const char* kName>
 void tissue_as(Bytes bytes) {
   constexpr double kSmall = 30e-3;  // m
@@ -144,7 +146,7 @@ void calibration_csv(Bytes bytes) {
   attempt([&] { (void)calibration::read_pair_captures(file); });
   attempt([&] { (void)calibration::read_pairs(file); });
   attempt([&] { (void)calibration::read_stream(file); });
-  attempt([&] {  // the solver too: rows that were read are never more than it takes
+  attempt([&] {  // also calls the solver: it must accept the number of rows that were read
     const calibration::PosePairs pairs = calibration::read_pose_pairs(file);
     if (pairs.A.size() > 64) return;
     (void)calibration::hand_eye_json(calibration::solve_hand_eye(pairs.A, pairs.B), "X_SM", "X_HK");
@@ -180,7 +182,7 @@ void opentrack(Bytes bytes) {
   (void)display::parse_opentrack(bytes);
   (void)display::parse_tracker_address(text_of(bytes));
 }
-/// The first byte chooses the protocol.
+/// Reads reports of a device. The first byte chooses the protocol.
 void device_reports(Bytes bytes) {
   if (bytes.empty()) return;
   using haptics::ArmProtocol;
@@ -193,7 +195,7 @@ void device_reports(Bytes bytes) {
   (void)haptics::parse_spacemouse(octets_of(bytes.subspan(1)), state);
   (void)haptics::parse_haply(text_of(bytes.subspan(1)));
 }
-/// A descriptor of as many bytes as the first says, and a report it describes.
+/// Reads a HID descriptor, whose length is the first byte, and a report that it describes.
 void hid_descriptor(Bytes bytes) {
   if (bytes.empty()) return;
   const std::size_t size = std::min<std::size_t>(std::to_integer<std::size_t>(bytes[0]), bytes.size() - 1);
@@ -217,7 +219,7 @@ void arm_preset(Bytes bytes) {
 void paint_strokes(Bytes bytes) {
   attempt([&] { (void)read_paint(as_file(bytes, "paint.json")); });
 }
-/// A hand in JSON beside the path it names.
+/// Reads the model of a hand: a JSON file in the same folder as the path that it names.
 void hand_model(Bytes bytes) {
   constexpr std::string_view kPath = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,0,1,0,0,0,0\n1,1,0,0,1,0,0,0,1\n";
   as_file(std::as_bytes(std::span(kPath)), "path.csv");
@@ -227,7 +229,7 @@ void hand_model(Bytes bytes) {
     for (int i = 0; i < 10 && hand->read(sample); ++i) hand->write(dvec3(0, 0, 1), dvec3(0));
   });
 }
-/// A service that shakes hands as it should and then says these bytes.
+/// A service that makes a correct handshake and then sends these bytes.
 class Service : public haptics::Link {
  public:
   explicit Service(Bytes bytes) : said_(text_of(bytes)) {}

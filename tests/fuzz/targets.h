@@ -1,5 +1,6 @@
-// Every parser of outside data as a function of bytes. One table serves two programs: `fuzz`, which libFuzzer drives by
-// coverage (./run fuzz), and the stress test that feeds the kept corpus and damaged copies of it in every test run.
+// All parsers of data from outside, each as a function that takes bytes. Two programs use the table: `fuzz`, in which
+// libFuzzer chooses the bytes by code coverage (./run fuzz), and the stress test, which passes the stored corpus and
+// damaged copies of it to every parser in each test run.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +12,8 @@ namespace typodont::test {
 
 struct FuzzTarget {
   std::string_view name;  // its corpus lies in tests/fuzz/corpus/NAME
-  /// Takes any bytes. Returns normally whether they were read or refused (typodont::Error, RunFailure); anything else —
-  /// a crash, another exception, a sanitizer's complaint, seconds of work — is a find.
+  /// Takes any bytes. Must return normally if they are read and if they are refused (typodont::Error, RunFailure).
+  /// Anything else is an error in the parser: a crash, another exception, a message of a sanitizer, or seconds of work.
   void (*eat)(std::span<const std::byte> bytes);
 };
 

@@ -1,4 +1,4 @@
-// What must not change unnoticed.
+// Tests sounds that must not change without notice.
 #include <gtest/gtest.h>
 
 #include <cstring>

@@ -1,5 +1,5 @@
-// Pictures that were looked at once and must stay what they were. Other processors differ by up to 2/255 in a few
-// pixels; other drivers (a GPU) by more: the tolerance is for eyes, not for bits.
+// Tests pictures that a person inspected once and that must not change. Other processors differ by up to 2/255 in a few
+// pixels; other drivers (a GPU) differ more. The tolerance is a difference that a person would see.
 #include <gtest/gtest.h>
 
 #include "tests/support/stage.h"

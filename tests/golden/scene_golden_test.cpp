@@ -1,5 +1,5 @@
-// The default scene as a user first sees it, and its views for teaching: pictures that were looked at once. The
-// tolerance is for eyes, as in render_golden_test.cpp.
+// Tests pictures of the default scene as a user first sees it, and of its views for teaching. A person inspected them
+// once. The tolerance is a difference that a person would see, as in render_golden_test.cpp.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

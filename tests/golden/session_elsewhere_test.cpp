@@ -1,5 +1,5 @@
-// The session file as it is read outside: by R, with the documented example, and by the HDF5 library's own tool, which
-// has no filters but those that come with the library, as MATLAB's h5read has.
+// Tests the session file in other programs: R with the documented example, and the tool of the HDF5 library. Like
+// h5read of MATLAB, this tool has only the filters that the library contains.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

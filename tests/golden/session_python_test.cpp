@@ -1,4 +1,4 @@
-// The session file as other people's programs see it: h5py, from the system's Python.
+// Tests the session file with h5py in the system's Python.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

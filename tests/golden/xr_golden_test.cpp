@@ -1,5 +1,5 @@
-// Pictures through the whole OpenXR path: the real loader, our test runtime, its swapchain, read back as it was handed
-// over.
+// Tests pictures that pass through the whole OpenXR path: the real loader, the test runtime and its swapchain. They are
+// read back as the program submitted them.
 #include <gtest/gtest.h>
 
 #include <cstring>

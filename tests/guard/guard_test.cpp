@@ -1,7 +1,7 @@
-// The hot paths may not grow: instructions per unit of work, counted by callgrind, against
-// tests/guard/instructions.csv. Counts, unlike times, hardly depend on the machine's mood. After a change that is meant
-// to cost (or saves) more, run this test with TYPODONT_GUARD_UPDATE=1 and commit the table with the change that
-// explains it.
+// Tests that the hot paths do not become slower. It compares the instructions per unit of work, counted by callgrind,
+// with tests/guard/instructions.csv. Unlike times, these counts hardly depend on other work of the machine. After a
+// change that deliberately needs more (or fewer) instructions, run this test with TYPODONT_GUARD_UPDATE=1, and commit
+// the table with the change that explains it.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// Short runs of the loops that must stay fast, for callgrind to count (guard_test.cpp). Set-up is not counted; every
-// path leaves a dump of its own, named by its trigger.
+// Short runs of the loops that must stay fast. callgrind counts their instructions (guard_test.cpp). Preparation is not
+// counted. Each path writes its own dump, which has the name of its trigger.
 #include <valgrind/callgrind.h>
 
 #include <cstdio>

@@ -26,10 +26,11 @@ using haptics::bench::ModelTissue;
 
 constexpr double kStiffness = 1000;    // N/m
 constexpr std::size_t kSettled = 100;  // ticks until the hand is on the surface
-constexpr int kPasses = 3;             // the least time of each tick counts
-constexpr double kLeast = 0.02;        // N: below it a force has no direction to speak of
+constexpr int kPasses = 3;             // the shortest time of each tick counts
+constexpr double kLeast = 0.02;        // N, a smaller force has no reliable direction
 
-/// Starts anew and gives the force, N, of each place of the hand, m. The time that a call takes is the tick's.
+/// Starts from the beginning and returns the force (N) for each position of the hand (m). The time of a call is the
+/// time of the tick.
 using Force = std::function<dvec3(const dvec3& hand)>;
 
 void slide(const std::string& tissue, const std::string& model, double voxel_mm, const Course& course,
@@ -61,7 +62,7 @@ void slide(const std::string& tissue, const std::string& model, double voxel_mm,
              quantile(times, 0.999));
 }
 
-/// CHAI3D's tolerances want numbers near one, so its world is in millimetres.
+/// CHAI3D's tolerances assume numbers near one, so its world is in millimetres.
 chai3d::cVector3d in_mm(const dvec3& p) {
   return {p.x / kMillimetre, p.y / kMillimetre, p.z / kMillimetre};
 }

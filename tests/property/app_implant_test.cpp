@@ -1,4 +1,4 @@
-// Implant surgery as an exercise: bone, plan, procedure, the expert, scores.
+// Tests of the exercise in implant surgery: bone, plan, procedure, the simulated expert, and scores.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -124,7 +124,8 @@ TEST(ImplantScenes, WrongInputIsRefusedWithItsPlace) {
   EXPECT_NE(error_of(json).find("\"model\": \"implant\""), std::string::npos) << error_of(json);
 }
 
-/// A copy of the shipped set whose threads turn at `rpm`, in a folder of its own that goes with this object.
+/// A copy of the shipped set of tools in which tools with threads turn at `rpm`. It is in a folder of its own, which is
+/// removed with this object.
 class OtherSet {
  public:
   explicit OtherSet(double rpm) {
@@ -163,10 +164,11 @@ TEST(ImplantScenes, AnotherManufacturersSetIsAFolderOfFiles) {
 struct Done {
   session::ImplantMeasures measures;
   std::string gave_up;
-  double largest_switch_step = 0;  // N, along or across the tool's axis, beyond the change by the hand's own motion
+  // N, along or across the tool's axis, without the change that the hand's own motion causes
+  double largest_switch_step = 0;
 };
-/// The expert in a scene, without the coupling's damper: what that adds changes with the hand's speed, not with a
-/// switch.
+/// Runs the expert in a scene without the coupling's damper. The force of the damper changes with the hand's speed and
+/// not with a switch of state.
 Done expert_in(nlohmann::ordered_json json, double rate) {
   json["coupling"]["damping_Ns_per_mm"] = 0;
   const Scene scene = scene_from(json);
@@ -219,7 +221,8 @@ void expect_to_plan(const Done& done, std::size_t phases, double depth, double d
   EXPECT_LT(done.largest_switch_step, 0.02);
 }
 
-/// Coarse bone, quick threads, few ticks, so that it takes seconds; in ./run stress as it ships, at all sites.
+/// Uses coarse bone, fast threads and few ticks, so that the test takes seconds. ./run stress uses the shipped values,
+/// at all sites.
 TEST(ImplantExpert, CompletesAllPhasesAsPlanned) {
   if (test::campaign(1) > 1) {
     expect_to_plan(expert_in(json_of("implant-premolar"), 1000), 16, 12e-3, 4.2e-3);

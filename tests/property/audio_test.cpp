@@ -1,4 +1,4 @@
-// Laws that hold for every model, order, path and seed tried.
+// Tests of laws that hold for every tested model, order, path and seed.
 #include <gtest/gtest.h>
 
 #include "audio/ar/estimate.h"
@@ -13,7 +13,7 @@ namespace {
 using namespace typodont::test;
 
 std::vector<double> random_sound(std::mt19937& random, std::size_t count) {
-  // Noise, tones, steps and jumps in any mixture: nothing that any model explains.
+  // Returns a random mixture of noise, tones, steps and jumps, which no model explains.
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> u(0, 1);
   std::vector<double> x(count);
@@ -90,7 +90,7 @@ TEST(EveryBlend, OfTheReflectionCoefficientsOfTwoStableModelsIsStable) {
     for (const double e : white(2000, static_cast<std::uint64_t>(trial))) y = lattice.next(e);
     EXPECT_TRUE(std::isfinite(y));
   }
-  EXPECT_GT(unstable_by_predictor, 150);  // why the predictor's own coefficients are never blended
+  EXPECT_GT(unstable_by_predictor, 150);  // this is the reason why the predictor's own coefficients are never blended
 }
 
 TEST(EveryPath, OfTheLatticeCoefficientsCreatesNoEnergy) {
@@ -102,7 +102,7 @@ TEST(EveryPath, OfTheLatticeCoefficientsCreatesNoEnergy) {
     std::vector<double> reflection(order);
     double energy_in = 0;
     for (const double e : white(3000, static_cast<std::uint64_t>(trial))) {
-      for (double& v : reflection) v = k(random);  // anything, every sample
+      for (double& v : reflection) v = k(random);  // random values for every sample
       lattice.set(reflection, 1);
       const double before = lattice.energy();
       lattice.next(e);

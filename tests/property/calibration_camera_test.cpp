@@ -1,4 +1,4 @@
-// The camera's way to panel and mirror, on simulated pictures.
+// Tests of calibration of panel and mirror with a camera, with simulated pictures.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ struct Studio {
     truth = bench.truth();
     drawn = bench.drawings().rig.panel;
     Noise random(seed + 70);
-    // A printed board below the panel, its corners touched with the stylus.
+    // A printed board below the panel. Its corners are touched with the stylus.
     std::vector<dvec3> board, touched;
     for (int i = 0; i < 24; ++i) {
       board.push_back(truth.panel.at(0.5, 0.5) +
@@ -115,7 +115,7 @@ TEST(CameraLaws, MissingSightingsAreReported) {
 }
 
 #ifdef TYPODONT_CAMERA
-// A picture of the board as a pinhole camera would take it, each pixel the mean of 5×5 rays.
+// Writes a picture of the board as a pinhole camera takes it. Each pixel is the mean of 5×5 rays.
 void render(const std::filesystem::path& file, const BoardPicture& board, const RigGeometry& rig, bool in_mirror,
             const CameraIntrinsics& camera, const Pose& X_WK) {
   const dvec3 corner = in_mirror ? rig.appears(0, 0) : rig.panel.at(0, 0);
@@ -151,7 +151,7 @@ TEST(BoardDetection, CornersAreFoundToATenthOfAPixelDirectUpsideDownAndInTheMirr
   const auto file = std::filesystem::temp_directory_path() / ("board-" + std::to_string(getpid()) + ".pgm");
   for (const bool in_mirror : {false, true}) {
     for (const double roll : {0.1, 3.0}) {
-      // In front of the panel, or of its image, looking at its middle.
+      // The camera is in front of the panel or of its mirror image, and looks at its middle.
       const dvec3 middle = in_mirror ? rig.appears(0.5, 0.5) : rig.panel.at(0.5, 0.5);
       dvec3 front = glm::normalize(
           glm::cross(rig.panel.lower_right - rig.panel.lower_left, rig.panel.upper_left - rig.panel.lower_left));

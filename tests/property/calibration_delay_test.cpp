@@ -1,4 +1,5 @@
-// Laws of the delay estimate: at its bound for rich motion, and never silent where the motion is poor.
+// Tests of the delay estimate. For motion with enough information its error reaches the theoretical bound. If the
+// motion has too little information, the estimate says so.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,12 +18,12 @@ using Motion = std::function<dvec3(double)>;
 dvec3 sine(double t) {
   return {0.05 * std::sin(2 * kPi * t), 0, 0};
 }
-// Small fast pecking at 4 Hz on a slow wandering path.
+// Returns the position for small fast motion at 4 Hz on a slow irregular path.
 dvec3 drill(double t) {
   return {0.004 * std::sin(2 * kPi * 4.1 * t + std::sin(0.9 * t)), 0.003 * std::sin(2 * kPi * 0.7 * t),
           0.002 * std::sin(2 * kPi * 9.3 * t) + 0.01 * std::sin(1.3 * t)};
 }
-// A hand reaching about: incommensurable slow components.
+// Returns the position of a hand that moves slowly in a volume: a sum of slow components without a common period.
 dvec3 hand(double t) {
   return {0.03 * std::sin(1.9 * t) + 0.01 * std::sin(5.3 * t + 1),
           0.02 * std::sin(2.7 * t + 2) + 0.008 * std::sin(7.1 * t),
@@ -66,7 +67,7 @@ double bound(const Motion& motion, const Recording& s) {
   return std::sqrt(s.noise_a * s.noise_a / information(s.rate_a) + s.noise_b * s.noise_b / information(s.rate_b));
 }
 
-// rms error over the bound, over seeds; also checks every reported sigma.
+// Returns the rms error over several seeds, divided by the bound. Also checks every reported sigma.
 double efficiency(const Motion& motion, const Recording& setup, int runs = 16) {
   double squares = 0;
   for (int run = 1; run <= runs; ++run) {
@@ -79,7 +80,7 @@ double efficiency(const Motion& motion, const Recording& setup, int runs = 16) {
   return std::sqrt(squares / runs);
 }
 
-// What the root mean square of `runs` unit normals stays below, at three standard deviations.
+// Returns the limit below which the root mean square of `runs` unit normal numbers stays, at three standard deviations.
 double at_the_bound(int runs = 16) {
   return 1 + 3 / std::sqrt(2.0 * runs);
 }
@@ -169,7 +170,8 @@ TEST(DelayLaws, AHandAtRestIsReportedAsNoMotion) {
       EXPECT_EQ(estimate_delay(moving.a, rest.b).reason.find("no motion: stream B is at rest"), 0u);
     }
   }
-  // A motion as small as the noise is one, where it is seen for long: whatever else may be said of it.
+  // Motion as small as the noise is accepted as motion if it is recorded long enough. The rest of the result is not
+  // tested.
   Recording s;
   s.seconds = 60;
   const Recorded r =
@@ -230,7 +232,7 @@ TEST(DelayLaws, ClockSkewIsMeasured) {
     const DelayResult d = estimate_delay(r.a, r.b);
     EXPECT_FALSE(d.ambiguous) << d.reason;
     EXPECT_NEAR(d.skew, 1e-4, 4 * d.skew_sigma);
-    // At t the delay is delay + skew t (to first order): what was set holds at the start.
+    // At time t the delay is delay + skew t (to first order). So the value that was set holds at the start.
     EXPECT_NEAR(d.delay, s.delay + s.skew * d.reference_time, 4 * d.sigma) << seconds;
     EXPECT_NEAR(d.delay_at_end, s.delay + s.skew * seconds, 2e-4);
   }

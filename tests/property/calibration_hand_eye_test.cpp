@@ -1,5 +1,5 @@
-// Laws of the hand–eye and robot–world solver: exact poses come back, the stated uncertainty is the scatter, wrong rows
-// cost little, motion that determines nothing is refused.
+// Tests of the hand–eye and robot–world solver. Exact poses give the exact result; the stated uncertainty equals the
+// scatter; wrong rows have little effect; motion that does not determine the result is refused.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -35,7 +35,7 @@ Pose shaken(const Pose& X, Noise& random, double turn, double shift) {
   return {X.p + random.normal3(shift), X.R * turn_by(random.normal3(turn))};
 }
 
-/// Poses of a stylus, and of a marker on it as a tracker sees it.
+/// Poses of a stylus, and of a marker on the stylus as a tracker measures them.
 struct Bench {
   Pose X, Z;
   std::vector<Pose> A, B;
@@ -94,7 +94,8 @@ TEST(HandEye, ExactMotionsRecoverTheTransform) {
 }
 
 TEST(HandEye, TheReportedCovarianceIsTheScatterOfTheResults) {
-  // Many rows: the noise has 21 numbers, with the lever of the arm's rotation in them. Few: two numbers.
+  // With many rows, the noise has 21 numbers, which include the lever of the arm's rotation. With few rows, it has two
+  // numbers.
   for (const std::size_t count : {12u, 40u}) {
     double x2 = 0, z2 = 0;
     int inside = 0, runs = 0;
@@ -108,7 +109,7 @@ TEST(HandEye, TheReportedCovarianceIsTheScatterOfTheResults) {
       x2 += x, z2 += mahalanobis(found.Z, bench.Z, found.Z_covariance);
       inside += x <= chi_squared_quantile(0.95, 6);
     }
-    // Six on average, were the noise known; it is estimated from 12 or 40 rows.
+    // The mean would be six if the noise were known. But it is estimated from 12 or 40 rows.
     EXPECT_GT(x2 / runs, 5) << count;
     EXPECT_LT(x2 / runs, 8) << count;
     EXPECT_GT(z2 / runs, 5) << count;
@@ -119,7 +120,7 @@ TEST(HandEye, TheReportedCovarianceIsTheScatterOfTheResults) {
 
 TEST(HandEye, TheReportedNoiseIsThatOfArmAndTracker) {
   double turn2 = 0, shift2 = 0;
-  const NoiseLevels noise{0, 0, 0.2 * kDegree, 3e-4};  // of the tracker alone: no lever
+  const NoiseLevels noise{0, 0, 0.2 * kDegree, 3e-4};  // noise of the tracker alone, without a lever
   const int runs = 60;
   for (std::uint64_t seed = 1; seed <= runs; ++seed) {
     const Bench bench(2000 + seed, 30, noise);
@@ -132,7 +133,7 @@ TEST(HandEye, TheReportedNoiseIsThatOfArmAndTracker) {
 }
 
 TEST(HandEye, TheRefinementReachesTheNoiseBoundAndIsBetterThanTheClosedForm) {
-  // An arm whose rotation noise acts at the end of a lever of 8 cm: the 6×6 noise takes it apart.
+  // The arm's rotation noise acts at the end of a lever of 8 cm. The 6×6 noise matrix describes this.
   double error2 = 0, predicted2 = 0;
   for (std::uint64_t seed = 1; seed <= 80; ++seed) {
     const Bench bench(3000 + seed, 40, kUsual);

@@ -1,4 +1,4 @@
-// Laws of the registration under seeded noise.
+// Tests of the registration with random noise from a seed.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -49,7 +49,7 @@ TEST(RegistrationLaws, ReportedCovarianceIsTheScatterOfTheEstimates) {
     scatter += e * e.transpose() / runs;
     reported += Eigen::Map<const Matrix6>(result.covariance.data()) / runs;
   }
-  // In the metric of the reported covariance the scatter is the unit matrix: 5 %, every direction.
+  // In the metric of the reported covariance, the scatter is the unit matrix, within 5 % in every direction.
   const Matrix6 W = reported.llt().matrixL().solve(Matrix6::Identity());
   const Matrix6 whitened = W * scatter * W.transpose();
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(whitened);
@@ -200,8 +200,8 @@ TEST(RegistrationLaws, WithAGivenNoiseOutliersAndSecondMotionsAreFoundToo) {
   }
 }
 
-// Wrong pairs that all follow one other motion, shifted or turned like a screw, every one of them at least `distance`
-// noises from where it belongs.
+// Wrong pairs that all follow one other motion, which is a shift or a screw motion. Each of them is at least `distance`
+// standard deviations of the noise away from its correct position.
 struct TwoMotions {
   Scene scene;
   std::vector<dvec3> D;
@@ -255,7 +255,8 @@ TEST(RegistrationLaws, ConsistentOutliersTenSigmaAwayAreFoundExactlyOrReported) 
 }
 
 TEST(RegistrationLaws, SecondMotionsNearTheNoiseLevelAreReportedIfDetectable) {
-  // Half of the pairs five noises off: a fit through the middle explains them, a little too noisy.
+  // Half of the pairs are wrong by five standard deviations of the noise. A fit between both halves explains all pairs,
+  // with slightly too large residuals.
   RegistrationOptions told;
   told.known_sigma = kSigma;
   int blind = 0, known = 0;
@@ -307,7 +308,7 @@ TEST(RegistrationLaws, AMirrorImageOrAnotherScaleIsReportedAndNotFitted) {
         mirrored.push_back(scene.X_DH * (p * dvec3(1, 1, -1)) + random.normal3(kSigma));
         scaled.push_back(scene.X_DH * (1.05 * p) + random.normal3(kSigma));
       }
-      // A set that is nearly flat is nearly its own mirror image: then the fit is as good as its residuals say.
+      // A nearly flat set is nearly equal to its mirror image. Then the fit is as good as its residuals state.
       const auto reflected = register_points(scene.H, mirrored);
       EXPECT_TRUE(!reflected.trusted() || reflected.sigma < 8 * kSigma) << count << " " << seed;
       if (count >= 8) {
@@ -340,7 +341,7 @@ TEST(RegistrationLaws, TheRobustErrorEqualsThatOfAFitThatKnowsTheOutliers) {
   EXPECT_LT(std::sqrt(robust2), 1.1 * std::sqrt(oracle2));
 }
 
-// Wrong pairs of every kind that a bench makes, as a fraction of all pairs.
+// Kinds of wrong pairs that occur at a real bench, as a fraction of all pairs.
 enum class Wrong { kScattered, kNear, kShifted, kCorner, kHeavyTail, kSwapped, kTurned };
 constexpr Wrong kWrongs[] = {Wrong::kScattered, Wrong::kNear,    Wrong::kShifted, Wrong::kCorner,
                              Wrong::kHeavyTail, Wrong::kSwapped, Wrong::kTurned};
@@ -357,7 +358,7 @@ struct Contaminated {
     std::vector<std::size_t> order(count);
     std::iota(order.begin(), order.end(), 0u);
     for (std::size_t i = count; i > 1; --i) std::swap(order[i - 1], order[random.index(i)]);
-    if (kind == Wrong::kCorner) {  // those next to one corner of the workspace, all by the same shift
+    if (kind == Wrong::kCorner) {  // the pairs next to one corner of the workspace, all with the same shift
       const dvec3 corner = dvec3(0.1, -0.05, 0.2) + 0.04 * glm::sign(random.normal3(1));
       std::sort(order.begin(), order.end(),
                 [&](auto a, auto b) { return glm::length(scene.H[a] - corner) < glm::length(scene.H[b] - corner); });
@@ -393,7 +394,7 @@ struct Contaminated {
     }
   }
 
-  /// m, rms over the corners of the workspace.
+  /// Returns the rms error (m) over the corners of the workspace.
   double error_of(const Pose& found) const {
     double squares = 0;
     for (int corner = 0; corner < 8; ++corner) {
@@ -403,7 +404,7 @@ struct Contaminated {
     }
     return std::sqrt(squares);
   }
-  /// That of the fit to the good pairs alone.
+  /// Returns the error of the fit to the correct pairs alone.
   double oracle_error() const {
     std::vector<dvec3> H, good;
     for (std::size_t i = 0; i < D.size(); ++i) {
@@ -421,7 +422,8 @@ TEST(RegistrationLaws, EightOutliersOfFiftyLoseNoInlierAndNoAccuracy) {
   RegistrationOptions told;
   told.known_sigma = kSigma;
   for (const Wrong kind : kWrongs) {
-    // Wrong pairs that share a shift of five noises look like good ones: only those cost something.
+    // Wrong pairs with a common shift of five standard deviations look like correct pairs. Only these add a clear
+    // error.
     const double cost = kind == Wrong::kShifted || kind == Wrong::kCorner ? 0.3e-3 : 0.15e-3;  // m
     int sets_with_drops = 0, sets = 0;
     for (std::uint64_t seed = 1; seed <= 60; ++seed) {
@@ -453,7 +455,8 @@ TEST(RegistrationLaws, UpTo45PercentOutliersCostLittleMoreThanTheirAbsence) {
           for (const RegistrationOptions& options : {RegistrationOptions{}, told}) {
             const auto found = register_points(set.scene.H, set.D, options);
             found2 += std::pow(set.error_of(found.X_DH), 2), oracle2 += oracle * oracle;
-            // Even the worst set moves by what wrong pairs near their places can hide, never by their distance.
+            // Even in the worst set, the error depends only on wrong pairs that are near their correct positions, never
+            // on the distance of the others.
             EXPECT_LT(set.error_of(found.X_DH), 1.5e-3) << static_cast<int>(kind) << " " << count << " " << twentieths;
             spoilt += set.good_pairs_dropped(found) > 2;
             ++sets;
@@ -474,7 +477,7 @@ TEST(RegistrationLaws, FewerThanHalfOfThePairsCannotBreakTheFitHoweverFarOrConsi
         Noise random(71'000 + seed);
         auto D = scene.noisy(random);
         const dvec3 away = glm::normalize(random.normal3(1)) * distance;
-        // All in one place, or all by the same shift: the most harmful configurations.
+        // All wrong pairs are in one place, or all have the same shift: these configurations do the most harm.
         for (std::size_t i = 0; i < (count - 1) / 2 - 1; ++i) D[i] = seed % 2 ? scene.X_DH.p + away : D[i] + away;
         const auto found = register_points(scene.H, D);
         const dvec3 middle(0.1, -0.05, 0.2);
@@ -499,7 +502,7 @@ TEST(RegistrationLaws, ConfidenceEllipsoidsHaveTheirCoverageAfterOutlierRemoval)
     }
   }
   EXPECT_GT(trusted, 520);
-  EXPECT_GE(inside, 0.92 * trusted);  // 95 %, its scatter, and what wrong pairs within the noise add
+  EXPECT_GE(inside, 0.92 * trusted);  // 95 %, less its scatter and the effect of wrong pairs within the noise
   EXPECT_LE(inside, 0.98 * trusted);
 }
 

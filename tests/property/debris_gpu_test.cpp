@@ -1,4 +1,4 @@
-// Particles moved by compute go where those of the processor go.
+// Tests that particles computed on the GPU move like particles computed on the CPU.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kStep = 1.0 / 250;  // s
 
-/// A ball of tissue, radius 5 mm, in a box of 4 cm.
+/// A ball of tissue with a radius of 5 mm, in a box of 4 cm.
 struct Ball {
   std::vector<float> samples;
   debris::CoarseField field;
@@ -69,12 +69,13 @@ struct Both {
     }
   }
   void step_both(const debris::Suction* suction = nullptr) {
-    // The processor's suction wants steps of half a millisecond, as DebrisView gives it.
+    // The CPU's suction needs steps of half a millisecond, which DebrisView also uses.
     const int parts = suction ? 8 : 1;
     for (int i = 0; i < parts; ++i) host.step(kStep / parts, ball.field, suction);
     step(stage, cloud, kStep);
   }
-  /// m: distances between the two, sorted; those that either has lost to the nozzle left out.
+  /// Returns the sorted distances (m) between equal particles of CPU and GPU, without the particles that suction
+  /// removed in either of them.
   std::vector<double> apart() {
     std::vector<debris::DebrisPoint> points(host.alive());
     const std::size_t n = host.write_points(points);
@@ -90,7 +91,8 @@ struct Both {
 TEST(DebrisOnTheGpu, ParticlesFlyAsOnTheCpu) {
   Both both;
   for (std::uint64_t i = 1; i <= 20; ++i) both.cut(i);
-  // Before anything has bounced the two laws differ in how often drag is looked at: a tenth at most, here far less.
+  // Before the first bounce, the two computations differ only in how often drag is updated. The effect is at most a
+  // tenth; here it is much smaller.
   for (int i = 0; i < 3; ++i) both.step_both();
   const auto apart = both.apart();
   ASSERT_EQ(apart.size(), both.host.alive());
@@ -109,7 +111,7 @@ TEST(DebrisOnTheGpu, ParticlesComeToRestWhereTheyDoOnTheCpu) {
   const auto gpu = both.cloud.read();
   std::vector<debris::DebrisPoint> host(both.host.alive());
   ASSERT_EQ(both.host.write_points(host), gpu.size());
-  // A bounce tells apart what was a hair apart: the swarm is compared, not its particles.
+  // A bounce enlarges tiny differences between two particles. So the whole cloud is compared, and not its particles.
   dvec3 mean_host(0), mean_gpu(0);
   double below_host = 0, below_gpu = 0;
   for (std::size_t i = 0; i < gpu.size(); ++i) {
@@ -163,7 +165,7 @@ TEST(DebrisOnTheGpu, NoChipIsCarriedPastTheNozzleInOneLongStep) {
   for (int i = 0; i < 25; ++i) both.step_both();
   both.cloud.suck(suction.p_W, suction.flow, suction.radius);
   const auto before = both.cloud.read();
-  constexpr double kLong = 1.0 / 30;  // s, a picture of a slow machine
+  constexpr double kLong = 1.0 / 30;  // s, time of a picture on a slow machine
   step(both.stage, both.cloud, kLong);
   both.host.step(kLong, both.ball.field, &suction);
   const auto after = both.cloud.read();

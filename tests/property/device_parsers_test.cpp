@@ -1,4 +1,5 @@
-// Every parser of bytes from outside survives any bytes: random ones, and good ones with a few changed.
+// Tests that every parser of bytes from outside handles any bytes: random bytes, and valid bytes of which a few are
+// changed.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -87,7 +88,8 @@ TEST(Parsers, AnyReportCanBeReadWithTheFieldsOfAnyDescriptor) {
   Garbage garbage(4);
   for (int i = 0; i < 5000; ++i) {
     Bytes descriptor = garbage.bytes(120);
-    // Sprinkled with items that matter, or random bytes would hardly ever declare an input.
+    // Items with a meaning are inserted at regular positions. Without them, random bytes would hardly ever declare an
+    // input.
     for (std::size_t k = 0; k + 1 < descriptor.size(); k += 6) {
       static constexpr std::uint8_t kHeads[] = {0x05, 0x09, 0x15, 0x25, 0x75, 0x95, 0x81, 0x85, 0xa4, 0xb4, 0x26, 0x96};
       descriptor[k] = kHeads[descriptor[k] % std::size(kHeads)];
@@ -115,10 +117,10 @@ TEST(Parsers, HaplyStatesAreFiniteForAnyMessage) {
     ASSERT_NEAR(glm::length(state->orientation), 1, 1e-9);
     ASSERT_EQ(state->id.back(), 0);
   }
-  EXPECT_GT(read, 1000);  // many changes do no harm
+  EXPECT_GT(read, 1000);  // many changes have no effect on validity
 }
 
-/// Answers the handshake, then plays bytes.
+/// Answers the handshake, then sends the given bytes.
 class Player : public Link {
  public:
   Bytes play;

@@ -8,7 +8,8 @@
 namespace typodont::display {
 namespace {
 
-/// Rigs as people build them: any place, any turn, eyes in front of the panel.
+/// Generates random rigs of the kind that people build: any position and orientation, with the eyes in front of the
+/// panel.
 struct Generator {
   std::mt19937_64 engine{20240607};
   double uniform(double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(engine); }
@@ -74,7 +75,8 @@ TEST(Frusta, ThickGlassKeepsTheRowOfAPointAndMovesItLittle) {
     DisplayRig rig;
     const auto c = g.screen();
     rig.screen = c.screen;
-    // A mirror askew, 30 cm and more from the picture, which is seen at 10 to 50 degrees to the glass's normal.
+    // An oblique mirror at least 30 cm from the picture. The picture is seen at 10 to 50 degrees to the mirror's
+    // normal.
     const dvec3 seen_eye = c.middle + g.uniform(0.35, 0.6) * c.normal + g.uniform(-0.02, 0.02) * c.right;
     const double turn = g.uniform(0, 2 * kPi), tilt = g.uniform(10, 50) * kPi / 180;
     const dvec3 aside = std::cos(turn) * c.right + std::sin(turn) * c.up;
@@ -93,7 +95,7 @@ TEST(Frusta, ThickGlassKeepsTheRowOfAPointAndMovesItLittle) {
       const dvec3 p = middle + 0.01 * g.uniform(0, 1) * g.direction();
       EXPECT_NEAR(ndc(eyes[0], p).y, ndc(eyes[1], p).y, 1e-10);
       for (const EyeView& eye : eyes) {
-        // Its own ray through the plate, solved for.
+        // Solves for the ray through the glass plate.
         double shift = 0;
         for (int round = 0; round < 60; ++round) {
           const double cosine = std::abs(glm::dot(glm::normalize(p + shift * to_eye - eye.position), mirror.normal));
@@ -157,7 +159,7 @@ TEST(Frusta, RealEyeAndReflectedScreenEqualMirroredEyeAndMirroredWorld) {
 }
 
 TEST(Frusta, ALateralEyeErrorShiftsAPointInProportionToItsDepth) {
-  // Error e at offset z from the screen plane shifts what is drawn by about e·z/D.
+  // An eye position error e shifts a drawn point at distance z from the screen plane by about e·z/D.
   Generator g;
   for (int i = 0; i < 200; ++i) {
     const auto c = g.screen();
@@ -180,7 +182,7 @@ TEST(Magnified, EveryPointIsDrawnAtItsMagnifiedDistanceFromTheCentre) {
     rig.head.eye_center = g.eye(c);
     rig.head.ipd = 0.06;
     rig.head.right = c.right;
-    if (i % 2) {  // the same, seen in a mirror that stands beside the eyes
+    if (i % 2) {  // the same rig, seen in a mirror beside the eyes
       Mirror mirror{g.direction(), g.uniform(-0.3, 0.3), g.uniform(0, 0.004), 1.5};
       rig.mirror = mirror;
       rig.head.eye_center = reflect(mirror, rig.head.eye_center);
@@ -196,11 +198,11 @@ TEST(Magnified, EveryPointIsDrawnAtItsMagnifiedDistanceFromTheCentre) {
       const dvec3 a = ndc(larger[e], p), b = ndc(life[e], about + rig.magnify * (p - about));
       ASSERT_NEAR(a.x, b.x, 1e-7);
       ASSERT_NEAR(a.y, b.y, 1e-7);
-      // At the centre itself what is seen stays where it is felt.
+      // A point at the centre of magnification is seen where it is felt.
       ASSERT_NEAR(ndc(larger[e], about).x, ndc(life[e], about).x, 1e-7);
     }
     EXPECT_EQ(sees(shrunk, shrunk.head), sees(rig, rig.head));
-    // A point of the rig's own goes before the work's.
+    // A centre that the rig sets has priority over the centre of the work.
     rig.magnify_about = about + dvec3(0.01, 0, 0);
     EXPECT_EQ(magnified(rig, about).head.eye_center, magnified(rig, *rig.magnify_about).head.eye_center);
   }

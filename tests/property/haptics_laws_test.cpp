@@ -1,5 +1,5 @@
-// Laws of the force models: friction without drift, a tip that sinks and sticks, heads as exact fields, a field that is
-// felt.
+// Tests of laws of the force models: friction without drift, a tip that sinks in and sticks, exact distance fields of
+// heads, and a field that is felt.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ using haptics::ServoSettings;
 using haptics::Tool;
 using test::HapticBench;
 
-/// What the motor works in a tick, W, along its torque line.
+/// Returns the motor's power (W) in a tick, on its torque line.
 double motor_power(const ServoSettings& s, const ServoTick& tick) {
   return s.spindle.stall_torque * (1 - tick.spindle / s.spindle.free_speed) * tick.spindle;
 }
@@ -94,7 +94,7 @@ TEST(Tip, SinksUnderForceSticksOnWithdrawalAndIsPassive) {
   for (int i = 0; i < 1000; ++i) go(-i * 1e-6);
   EXPECT_GT(deepest, 0.1_mm);
   for (int i = 0; i < 2500; ++i) go(-1.0_mm + i * 1e-6);
-  EXPECT_LT(most, -0.15);  // it had to be pulled out
+  EXPECT_LT(most, -0.15);  // the tip had to be pulled out
   EXPECT_EQ(state.sunk, 0);
   EXPECT_GT(energy, 0);
 }
@@ -180,8 +180,9 @@ TEST(Cutting, EveryHeadDrillsWithoutForceStepsAndGivesTheHandNoMoreThanTheSpindl
   }
 }
 
-// In a cut no wider than a few voxels, of a flame's tip or a sharp rim, interpolation leaves as much tissue as a tick's
-// energy buys: the head must not wait for it, nor step to and fro between two places that it has emptied.
+// In a cut that is only a few voxels wide, interpolation leaves as much tissue as the energy of a tick can cut. This
+// occurs with the tip of a flame and with a sharp rim. The head must not wait for this tissue, and must not alternate
+// between two positions that are already cut.
 TEST(Cutting, EqualForceRemovesEqualVolumeForEveryHeadAndTiltAtAnyVoxelSizeAndRate) {
   struct Run {
     const char* what;
@@ -197,7 +198,7 @@ TEST(Cutting, EqualForceRemovesEqualVolumeForEveryHeadAndTiltAtAnyVoxelSizeAndRa
        {Run{"flame, upright", HeadShape::kFlame, 1.1_mm, 3.4_mm, 1.3, 0, 0, cap},
         Run{"flame, hardly pressed", HeadShape::kFlame, 1.2_mm, 4.0_mm, 0.8, 0, 0, enamel},
         Run{"flame, tilted and swung", HeadShape::kFlame, 1.1_mm, 3.4_mm, 2.0, 0.3_mm, 0.4, enamel},
-        // What a tip cuts on its end and what on its flank goes by the push, however few samples touch.
+        // The force decides what a tip cuts with its end and what with its flank, even if it touches few samples.
         Run{"flame that cuts on its flank", HeadShape::kFlame, 1.4_mm, 5.0_mm, 0.9, 0, 0, enamel, 0.3},
         Run{"cone that cuts on its flank", HeadShape::kCone, 1.6_mm, 8.0_mm, 2.0, 0, 0, enamel, 0.3},
         Run{"inverted cone, upright", HeadShape::kInvertedCone, 1.1_mm, 1.0_mm, 1.5, 0, 0, enamel},
@@ -235,13 +236,14 @@ TEST(Cutting, EqualForceRemovesEqualVolumeForEveryHeadAndTiltAtAnyVoxelSizeAndRa
   }
 }
 
-// A hand that swings ±1.8 mm rolls a weak bur over the rims of its own pits or sticks in them: whichever it does, and
-// while it comes free and lands again, what the motor's torque does is cut.
+// A hand that oscillates by ±1.8 mm rolls a weak bur over the rims of its own pits, or the bur sticks in them. In both
+// cases the cut volume equals the work of the motor's torque, also while the bur leaves the tissue and lands again.
 TEST(Cutting, RemovedVolumeEqualsTheMotorsWorkAlsoOverTheRimsOfCuts) {
   struct Run {
     const char* what;
     HeadShape shape;
-    double diameter, length, push, stall_torque, alike;  // the last: how much the volumes may differ, share
+    // alike: largest allowed difference of the volumes, as a fraction
+    double diameter, length, push, stall_torque, alike;
   };
   for (const Run& run :
        {Run{"ball, stuck in its hole", HeadShape::kSphere, 1.1_mm, 1.1_mm, 1.5, 1.6e-3, 0.01},
@@ -263,7 +265,7 @@ TEST(Cutting, RemovedVolumeEqualsTheMotorsWorkAlsoOverTheRimsOfCuts) {
                         s);
       dvec3 x(0, 0, 1.53_mm + run.length / 2), v(0), f(0);
       double work = 0, worst = 0;
-      for (double t = 0; t < 2.2; t += s.tick) {  // at rest in the end: nothing earned waits in flight
+      for (double t = 0; t < 2.2; t += s.tick) {  // at rest at the end, so that no energy waits for a later cut
         const double swing = t < 2 ? 1.8_mm * std::sin(2 * kPi * t) : 0;
         v += s.tick * (dvec3(2000 * (swing - x.x), -2000 * x.y, -run.push) - 5.0 * v + f) / 0.15;
         x += s.tick * v;
@@ -285,7 +287,7 @@ TEST(Cutting, RemovedVolumeEqualsTheMotorsWorkAlsoOverTheRimsOfCuts) {
   }
 }
 
-/// A ball on a motor with a torque line, at so many ticks a second.
+/// Returns the settings of a ball on a motor with a torque line. `rate`: ticks per second.
 ServoSettings ball(double diameter, double free_speed, double stall_torque, double rate) {
   ServoSettings s;
   s.tool.diameter = s.tool.length = diameter;
@@ -295,10 +297,12 @@ ServoSettings ball(double diameter, double free_speed, double stall_torque, doub
   return s;
 }
 
-// A ball that a hand draws on comes out over the rim of its hole again and again, up to a millimetre behind the hand.
+// A ball that the hand pulls forward comes out over the rim of its hole again and again, up to a millimetre behind the
+// hand.
 TEST(Cutting, ABurMovedOverTheRimOfItsHoleLandsAndCutsBeforeTheProxyReachesTheHand) {
   struct Run {
-    double diameter, speed, push, free_speed, stall_torque, stiffness;  // stiffness: of the hand's lead
+    // stiffness: of the spring between proxy and hand
+    double diameter, speed, push, free_speed, stall_torque, stiffness;
     const char* tissue;
   };
   for (const Run& run : {Run{1.1_mm, 0.05, 1.24, 350.0_krpm, 1.6e-3, 2060, "dentin"},
@@ -338,7 +342,8 @@ TEST(Cutting, ABurMovedOverTheRimOfItsHoleLandsAndCutsBeforeTheProxyReachesTheHa
   }
 }
 
-// Its bur no more holds it up there, and it meets the fissure's ground at the speed that it has gained.
+// The bur no longer supports the hand there, and the hand reaches the bottom of the fissure at the speed that it has
+// gained.
 TEST(Cutting, AHandThatSlidesOffACuspLandsInTheFissureWithoutAForceStep) {
   for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.05, 1000.0), std::pair(0.1, 4000.0)}) {
     for (unsigned seed = 0; seed < 12; ++seed) {
@@ -369,7 +374,7 @@ TEST(Cutting, AHandThatSlidesOffACuspLandsInTheFissureWithoutAForceStep) {
   }
 }
 
-// It slides off a sphere's flank and falls on beside it; the force on the hand takes its time to end.
+// The bur slides off a sphere's flank and continues to fall beside it. The force on the hand decreases over some time.
 TEST(Cutting, ABurThatLeavesTheTissueCutsNothingWhileItsForceFades) {
   const ServoSettings s = ball(1.0_mm, 200.0_krpm, 20e-3, 1000);
   HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]})", s);
@@ -424,7 +429,7 @@ TEST(Cutting, RemovalInLayersThinnerThanTwoVoxelsDoesNotDependOnTheVoxelSize) {
   }
 }
 
-// Its groove is a twentieth of a voxel deep: the tissue under the head is hardly more than a line.
+// The groove is a twentieth of a voxel deep, so the tissue under the head is only slightly wider than a line.
 TEST(Cutting, ABallSlidOverARoundToothRemovesTheVolumeOfItsMotorsWork) {
   struct Run {
     double diameter, around, depth, speed, free_speed, stall_torque;
@@ -519,8 +524,8 @@ TEST(Cutting, ABurThatIsPressedInAbruptlyCutsAtLeastHalfAsFastAsOneThatLandsSoft
   }
 }
 
-// A bur that has drilled as deep as its shank, wider than the hole, lets it: what it is pushed with then rests on the
-// shank.
+// When a bur has drilled so deep that its shank, which is wider than the hole, reaches the tissue, the shank stops it.
+// Then the shank carries the pushing force.
 TEST(Cutting, AMotorDoesNoCuttingWorkWhileTheShankBlocksTheBur) {
   ServoSettings s;
   s.tool.diameter = s.tool.length = 0.7_mm;
@@ -544,12 +549,13 @@ TEST(Cutting, AMotorDoesNoCuttingWorkWhileTheShankBlocksTheBur) {
     work += one;
     if (i >= 2800) late += one;
   }
-  EXPECT_GT(bench.last.X_WG.p.z, -2.0_mm);  // the shank did hold it
+  EXPECT_GT(bench.last.X_WG.p.z, -2.0_mm);  // the shank stopped it
   EXPECT_NEAR(bench.settings.materials[dentin].specific_energy * bench.last.removed[dentin] / work, 1, 0.01);
   EXPECT_LT(late, 0.01 * work);
 }
 
-// A tip thinner than a voxel breaks in by whole voxels, for which a motor of 10 mW works many ticks.
+// A tip that is thinner than a voxel removes whole voxels. A motor of 10 mW needs many ticks to do the work for one
+// voxel.
 TEST(Cutting, APointedHeadCutsNoMoreThanTheWorkOfAWeakMotor) {
   for (const auto& [shape, diameter, length] :
        {std::tuple(HeadShape::kFlame, 1.7_mm, 5.0_mm), std::tuple(HeadShape::kCone, 1.4_mm, 4.0_mm)}) {
@@ -581,7 +587,7 @@ TEST(Cutting, APointedHeadCutsNoMoreThanTheWorkOfAWeakMotor) {
 }
 
 TEST(Coupling, IsAnImplicitStepOfAMasslessToolAndStableAtAnyStiffnessAndRate) {
-  // Zhao 2020, eq. 5, in one dimension: m Δv = h K (x_hand - x - h (v + Δv)), into a wall at 0 that nothing passes.
+  // Zhao 2020, eq. 5, in one dimension: m Δv = h K (x_hand - x - h (v + Δv)), against an impenetrable wall at 0.
   const auto implicit_force = [](double m, double k, double h, double hand) {
     double x = 0.2_mm, v = 0;
     for (int i = 0; i < 2000; ++i) {
@@ -591,7 +597,7 @@ TEST(Coupling, IsAnImplicitStepOfAMasslessToolAndStableAtAnyStiffnessAndRate) {
     }
     return k * (x - hand);
   };
-  const auto explicit_swing = [](double m, double k, double h, double hand) {  // in the open, about the hand
+  const auto explicit_swing = [](double m, double k, double h, double hand) {  // without contact, about the hand
     double x = hand + 1e-6, v = 0, widest = 0;
     for (int i = 0; i < 400 && widest < 1; ++i) {
       const double a = k * (hand - x) / m;
@@ -631,7 +637,8 @@ TEST(Coupling, IsAnImplicitStepOfAMasslessToolAndStableAtAnyStiffnessAndRate) {
 }
 
 TEST(Servo, TheRecordedPosesGiveTheSameForcesBitForBit) {
-  // As a replay does with what was recorded. The hand's driver gives orientations that are of unit length but roughly.
+  // Repeats recorded samples, as a replay does. The driver of the device gives orientations that have only
+  // approximately unit length.
   constexpr const char* kBlock =
       R"({"voxel_mm": 0.15, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]})";
   const haptics::DenseTissue dense = haptics::read_solids(Json::parse(kBlock, "tissue"));
@@ -668,12 +675,12 @@ TEST(Servo, APauseFadesTheForceAndContinuingRestoresItWithoutAStep) {
       R"({"voxel_mm": 0.15, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]})";
   HapticBench bench(kBlock, {});
   const auto tick = [&](double z, bool held) { return bench.tick({{0, 0, z}}, 0, 0, held ? bits(Fault::kHeld) : 0); };
-  for (int i = 0; i < 300; ++i) tick(3.5e-3 - 4e-6 * i, false);  // half a millimetre into the block, and more
+  for (int i = 0; i < 300; ++i) tick(3.5e-3 - 4e-6 * i, false);  // more than half a millimetre into the block
   const double before = glm::length(bench.last.f_T_W);
   ASSERT_GT(before, 0.1);
   double last = before;
   for (int i = 0; i < 500; ++i) {
-    const ServoTick t = tick(2.3e-3 - 4e-6 * i, true);  // it is pressed on
+    const ServoTick t = tick(2.3e-3 - 4e-6 * i, true);  // the bur is pressed against the block
     const double force = glm::length(t.f_T_W);
     if (i >= 20) {
       ASSERT_EQ(force, 0) << i;
@@ -687,7 +694,7 @@ TEST(Servo, APauseFadesTheForceAndContinuingRestoresItWithoutAStep) {
   last = 0;
   for (int i = 0; i < 40; ++i) {
     const double force = glm::length(tick(0.3e-3, false).f_T_W);
-    ASSERT_LE(force - last, 0.12 * 4) << i;  // a fifteenth of it a millisecond
+    ASSERT_LE(force - last, 0.12 * 4) << i;  // a fifteenth of the force per millisecond
     last = force;
   }
 }

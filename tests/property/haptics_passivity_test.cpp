@@ -1,4 +1,5 @@
-// The ledger: whatever the hand does, the wall never gives it energy it did not put in.
+// Tests of the energy ledger: whatever the hand does, the wall never returns more energy to the hand than the hand put
+// in.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -27,7 +28,8 @@ struct Ledger {
   double least = 0, own_least = 0, last = 0, strongest = 0;
 };
 
-/// Runs a path of heights z(t) (of the surface of the ball above the wall, m) for `seconds` and keeps its own ledger.
+/// Runs a path of heights z(t) for `seconds`, and computes the energies independently. Height: m, of the ball's surface
+/// above the wall.
 Ledger run(double rate, double stiffness, double damping, bool controller, double seconds,
            const std::function<double(int, double)>& z, double jitter = 0) {
   ServoSettings s;
@@ -53,7 +55,7 @@ Ledger run(double rate, double stiffness, double damping, bool controller, doubl
     ledger.least = std::min(ledger.least, tick.energy);
     ledger.strongest = std::max(ledger.strongest, glm::length(held));
     t += (1 + jitter * uniform(random)) / rate;
-    if (jitter > 0 && uniform(random) > 0.95) t += 1 / rate;  // a tick goes missing
+    if (jitter > 0 && uniform(random) > 0.95) t += 1 / rate;  // a tick is lost
   }
   return ledger;
 }
@@ -79,7 +81,8 @@ TEST(Passivity, TheLedgerNeverFallsBelowOneNanojouleForSmoothHandsAtAnyRateAndSt
 }
 
 TEST(Passivity, ATorqueWithoutForceIsLimitedByTheLedgerToo) {
-  // A hand that turns on with the torque at 5 rad/s: what it is given in the next tick is in the ledger already.
+  // The hand turns in the direction of the torque at 5 rad/s. The ledger already contains the energy that the hand gets
+  // in the next tick.
   const dvec3 torque(2e-5, 0, 0), turned(5e-3, 0, 0);
   for (const double energy : {-1e-8, 0.0, 1e-8, 1e-7, 1e-6}) {
     haptics::PassivityState state;
@@ -99,7 +102,7 @@ TEST(Passivity, TheControllerDoesNotReduceASteadyForceAtAnyRateFrom250Hertz) {
     HapticBench bench(kWall, s);
     double weakest = 1e9;
     for (int i = 0; i < static_cast<int>(rate); ++i) {
-      const double t = i / rate;  // in at 2 mm/s for 0.3 s, then along at 30 mm/s
+      const double t = i / rate;  // into the wall at 2 mm/s for 0.3 s, then along it at 30 mm/s
       const ServoTick& tick =
           bench.tick({{1.5_mm * std::sin(20 * std::max(t - 0.3, 0.0)), 0, 0.6_mm - 2e-3 * std::min(t, 0.3)}});
       if (t > 0.35) weakest = std::min(weakest, tick.f_T_W.z);
@@ -112,7 +115,7 @@ TEST(Passivity, TheLedgerStaysAboveItsLimitForStraightStrokesWithSharpTurns) {
   for (const double rate : {250.0, 500.0, 1000.0, 4000.0}) {
     for (const double speed : {10e-3, 30e-3, 100e-3}) {
       for (const double depth : {0.5_mm, 2.0_mm}) {
-        if (speed / rate * 4 > depth) continue;  // turns within a few ticks of the first touch: no hand
+        if (speed / rate * 4 > depth) continue;  // no hand can reverse within a few ticks after the first touch
         const auto path = [&](int, double t) {
           const double period = 2 * (depth + 1.0_mm) / speed, phase = std::fmod(t, period) / period;
           return 1.0_mm - (depth + 1.0_mm) * (1 - std::abs(2 * phase - 1));
@@ -155,7 +158,7 @@ TEST(Passivity, TheLedgerStaysAboveItsLimitForAShortContactWithAbruptRelease) {
     for (const double speed : {8e-3, 40e-3, 120e-3}) {
       for (const double deep : {0.11_mm, 0.3_mm, 1.1_mm}) {
         const double stroke = (1.0_mm + deep) / speed;
-        const auto path = [&](int, double t) {  // out, in, still, out
+        const auto path = [&](int, double t) {  // outside, into the wall, at rest, out again
           const double at = std::fmod(t, 2 * stroke + 0.1), in = std::clamp(at - 0.02, 0.0, stroke);
           return 1.0_mm - speed * (at < stroke + 0.08 ? in : stroke - std::clamp(at - stroke - 0.08, 0.0, stroke));
         };
@@ -165,8 +168,8 @@ TEST(Passivity, TheLedgerStaysAboveItsLimitForAShortContactWithAbruptRelease) {
   }
 }
 
-/// One of many scripted hands: in from a millimetre above, then smooth, along straight strokes or in counts, at any
-/// rate and stiffness, on an even clock or a jittered one that misses ticks.
+/// One of many scripted hands. It enters from one millimetre above. Then it moves smoothly, along straight strokes or
+/// in steps of an encoder, at any rate and stiffness, with a regular clock or with an irregular clock that loses ticks.
 struct RandomHand {
   double rate, stiffness, jitter;
   std::function<double(int, double)> height;
@@ -186,13 +189,13 @@ RandomHand random_hand(unsigned seed) {
     case 0:
       path = [=](double t) { return (high - deep) / 2 + (high + deep) / 2 * std::cos(2 * kPi * hertz * t); };
       break;
-    case 1:  // straight down and up
+    case 1:  // straight down and up, without rests
       path = [=](double t) {
         const double way = high + deep, at = std::fmod(speed * t, 2 * way);
         return high - std::min(at, 2 * way - at);
       };
       break;
-    default:  // the same with rests
+    default:  // straight down and up, with rests
       path = [=](double t) {
         const double stroke = (high + deep) / speed, at = std::fmod(t, 2 * (stroke + rest));
         return high - speed * (at < stroke + rest ? std::min(at, stroke) : std::max(2 * stroke + rest - at, 0.0));
@@ -249,8 +252,8 @@ TEST(Passivity, TheSameSceneInAnyUnitsGivesTheSameForces) {
 }
 
 TEST(Passivity, AnEnergyDebtOfOneContactDoesNotWeakenTheNext) {
-  // The hand has gone into tissue while there was no patch to feel it in, so it has paid for nothing, and leaves again
-  // at a pace that nobody foresaw: a debt as small as the force was.
+  // The hand moved into tissue while the servo had no patch there. So it put in no energy. Then it leaves at a speed
+  // that could not be predicted. The energy debt is as small as the force was.
   constexpr const char* kSlab =
       R"({"voxel_mm": 0.15, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [24, 24, 4]}}}]})";
   int in_debt = 0;
@@ -266,7 +269,7 @@ TEST(Passivity, AnEnergyDebtOfOneContactDoesNotWeakenTheNext) {
       for (int i = 0; i < 200; ++i) bench.tick({to});
       dvec3 at = to;
       for (; at.z < surface + 1.0_mm; at.z += out) bench.tick({at});
-      // Three quiet seconds in the open: what so fast a hand might do next is no longer expected of it.
+      // After three seconds of small motion outside the tissue, the ledger no longer expects fast motion of this hand.
       for (int i = 0; i < 3000; ++i) bench.tick({at + dvec3(0, 0, 0.2_mm * std::sin(2e-3 * kPi * i))});
       in_debt += bench.last.energy < -1e-10;
       ASSERT_GT(bench.last.energy, -2e-9);
@@ -296,8 +299,8 @@ TEST(Passivity, AHandThatDithersAtTheSurfaceGainsNoEnergy) {
 }
 
 TEST(Passivity, AnArmWithoutTorqueGetsNoEnergyCreditForRotations) {
-  // A long head is turned into the wall about its middle, held still, and drawn out: all that was put in came by
-  // turning.
+  // A long head is turned into the wall about its middle, held still and pulled out. All energy was put in by the
+  // rotation.
   const auto drawn_out = [&](bool gives_torque) {
     ServoSettings s;
     s.tool.shape = haptics::HeadShape::kCylinder;
@@ -330,7 +333,7 @@ TEST(Passivity, AnArmWithoutTorqueGetsNoEnergyCreditForRotations) {
 TEST(Passivity, WithoutTheControllerAWallReturnsStiffnessTimesSpeedTimesPeriodTimesDepth) {
   for (const double rate : {500.0, 1000.0, 4000.0}) {
     const double v = 50e-3, depth = 2.0_mm, k = 1000;
-    // The stroke meets the wall half way between two ticks, so that the mean over phases is met exactly.
+    // The stroke reaches the wall half-way between two ticks, so that it equals the mean over all phases exactly.
     const auto path = [&](int i, double) {
       const double way = v / rate, top = 0.5_mm;
       const int down = static_cast<int>(std::round((top + depth) / way));
@@ -343,8 +346,9 @@ TEST(Passivity, WithoutTheControllerAWallReturnsStiffnessTimesSpeedTimesPeriodTi
 }
 
 TEST(Passivity, AStiffWallNeedsADampingOfHalfStiffnessTimesPeriod) {
-  // A mass of 0.15 kg with 5 N·s/m pushed against the wall: K = 2 b / T divides settling from growing (Colgate; Abbott
-  // & Okamura 2005). Integrated exactly between ticks, as the theory assumes.
+  // A mass of 0.15 kg with a damping of 5 N·s/m is pushed against the wall. K = 2 b / T separates settling from growing
+  // oscillation (Colgate; Abbott & Okamura 2005). The motion between ticks is integrated exactly, as the theory
+  // assumes.
   const auto growth = [](double stiffness, bool controller) {
     ServoSettings s;
     s.tool.diameter = s.tool.length = 1.0_mm;
@@ -379,15 +383,16 @@ TEST(Passivity, TheForceFiltersOfTheLiteratureGenerateEnergyAndTheControllerStop
     s.filter = filter;
     HapticBench bench(kWall, s);
     double least = 0;
-    for (int i = -10; i < 200; ++i) {  // 100 mm/s, 2 mm deep and out again (numbers from the paper's own settings)
+    for (int i = -10; i < 200; ++i) {  // 100 mm/s, 2 mm deep and out again (values of the paper's own settings)
       const double z = i < 20 ? -i * 0.1_mm : -2.0_mm + (i - 20) * 0.1_mm;
       least = std::min(least, bench.tick({{0.1_mm, 0, 0.5_mm + std::min(z, 3.0_mm)}}).energy);
     }
     return least;
   };
-  const double plain = filtered(haptics::ForceFilter::kNone, false);           // of the sampling alone: K v T D
-  EXPECT_LT(filtered(haptics::ForceFilter::kSlew, false), plain - 0.5e-3);     // Wang 2009
-  EXPECT_LT(filtered(haptics::ForceFilter::kStroke, false), plain - 0.02e-3);  // the vertex-deformation simulator's
+  const double plain = filtered(haptics::ForceFilter::kNone, false);        // effect of sampling alone: K v T D
+  EXPECT_LT(filtered(haptics::ForceFilter::kSlew, false), plain - 0.5e-3);  // Wang 2009
+  // filter of the vertex-deformation simulator
+  EXPECT_LT(filtered(haptics::ForceFilter::kStroke, false), plain - 0.02e-3);
   EXPECT_GE(filtered(haptics::ForceFilter::kSlew, true), -1e-9);
   EXPECT_GE(filtered(haptics::ForceFilter::kStroke, true), -1e-9);
 }

@@ -1,4 +1,5 @@
-// Pieces that cuts set loose: found, taken out, accounted for; the tissue stays one body.
+// Tests of pieces that cuts separate from the tissue. They are found, removed and counted in the volumes. The remaining
+// tissue is one connected body.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -32,7 +33,7 @@ std::size_t bodies(const TissueVolume& volume) {
   return LoosePieces(volume).bodies();
 }
 
-/// A straight cut in steps of 0.1 mm. Returns what the carver took out beside it.
+/// Makes a straight cut in steps of 0.1 mm. Returns the pieces that the carver removed in addition.
 std::vector<LoosePiece> saw(Carver& carver, const dvec3& from_mm, const dvec3& to_mm) {
   std::vector<LoosePiece> pieces;
   const int steps = std::max(1, static_cast<int>(std::ceil(glm::length(to_mm - from_mm) / 0.1)));
@@ -55,7 +56,7 @@ TEST(LoosePieces, ACapWhoseStemIsCutThroughIsRemovedCompletely) {
   const double before = total(carver.volume().volumes());
   const std::vector<LoosePiece> pieces = saw(carver, {-0.2, 0, 0}, {1.5, 0, 0});
   ASSERT_EQ(pieces.size(), 1u);
-  // The box of 4 mm³ and what is left of the stem below it.
+  // The box of 4 mm³ and the rest of the stem below it.
   EXPECT_NEAR(total(pieces[0].removed), 4e-9 + kPi * 0.16e-6 * 0.7e-3, 0.2e-9);
   EXPECT_LT(total(carver.volume().volumes()), before - 4e-9);
   EXPECT_EQ(bodies(carver.volume()), 1u);
@@ -69,12 +70,12 @@ TEST(LoosePieces, ACapWhoseStemIsCutThroughIsRemovedCompletely) {
 
 TEST(LoosePieces, VolumeIsConserved) {
   ServoSettings settings;
-  settings.tool = round_bur(1e-3);  // wider than the stem, wherever the push leads it
+  settings.tool = round_bur(1e-3);  // wider than the stem, at every position to which the push moves it
   settings.spindle.free_speed = 300 * kKrpm;
   settings.stiffness = 3000;
   HapticBench bench(kMushroom, settings);
   const double before = total(bench.carver.volume().volumes());
-  // By a hand on rails, through the stem, to and fro.
+  // The hand moves along a straight line through the stem, forwards and backwards.
   for (int i = 0; i < 3000; ++i) {
     bench.tick({dvec3(-1.2e-3 + 2.4e-3 * std::abs(std::sin(i * 2e-3)), 0, 0), {1, 0, 0, 0}}, 1);
   }

@@ -1,5 +1,5 @@
-// Solids on voxels: looking at whole blocks first changes nothing, only the time; and where one tissue ends and another
-// begins.
+// Tests of solids sampled on voxels. Testing whole blocks first changes only the time and not the result. The border
+// between two tissues is at the right position.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -89,7 +89,7 @@ TEST(Sampling, EveryVoxelHasTheDistanceToTheSolidsAndALabelFromInsideItself) {
         }
       }
     }
-    // And in the volume: what lies beyond the band is there once per leaf, and says the same.
+    // The same in the volume, where a tissue beyond the narrow band is stored once per leaf.
     const TissueVolume volume(dense);
     std::vector<float> distance(81 * 81 * 81);
     std::vector<Tissue> label(distance.size());
@@ -103,13 +103,13 @@ TEST(Sampling, EveryVoxelHasTheDistanceToTheSolidsAndALabelFromInsideItself) {
   EXPECT_GT(borders, 1000);
 }
 
-// A label says which tissue a voxel is, not how much of it: read in the voxel's middle, borders would lie up to half a
-// voxel off.
+// A label states the tissue of a voxel, but not its fraction. If the label applied at the voxel's middle, borders would
+// be wrong by up to half a voxel.
 TEST(Sampling, ALayersThicknessUnderABurDoesNotDependOnItsPositionInTheGrid) {
   using namespace literals;
   struct Border {
     const char* what;
-    dvec3 n;    // out of the solid
+    dvec3 n;    // normal, out of the solid
     double at;  // m
   };
   const double radius = 0.5_mm;
@@ -124,8 +124,9 @@ TEST(Sampling, ALayersThicknessUnderABurDoesNotDependOnItsPositionInTheGrid) {
                                   voxel / kMillimetre, border.n.x, border.n.y, border.n.z, border.at / kMillimetre),
                       "tissue"));
       for (const dvec3& aside : {dvec3(0), dvec3(0.43_mm, -0.7_mm, 0.31_mm), dvec3(-0.6_mm, 0.25_mm, -0.5_mm)}) {
-        const dvec3 axis = aside + (border.at - glm::dot(aside, border.n)) * border.n;  // of a bore across the border
-        double surplus = 0;                                                             // of enamel in it, voxels
+        // axis of a hole across the border
+        const dvec3 axis = aside + (border.at - glm::dot(aside, border.n)) * border.n;
+        double surplus = 0;  // voxels, surplus of enamel in the hole
         for (int x = 0; x < dense.size.x; ++x) {
           for (int y = 0; y < dense.size.y; ++y) {
             for (int z = 0; z < dense.size.z; ++z) {

@@ -1,4 +1,5 @@
-// Laws of soft tissue for any hand: it gives no energy, it repeats its bits, and its force has no steps.
+// Tests of laws of soft tissue for any hand: it does not create energy, a repeated run gives the same bits, and its
+// force has no steps.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,7 +15,7 @@ namespace {
 using namespace literals;
 using test::HapticBench;
 
-/// A smooth random path of the tool's centre around the layer, with presses of up to `depth`.
+/// Returns a smooth random path of the tool's centre around the layer, with presses of up to `depth`.
 std::function<dvec3(double)> random_path(std::uint32_t seed, double depth) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -53,7 +54,7 @@ TEST(SoftServo, NoHandGetsEnergyFromSoftTissue) {
       held = tick.f_T_W;
       strongest = std::max(strongest, glm::length(held));
     }
-    if (seed % 4 != 0) {  // the spindle's own work counts apart
+    if (seed % 4 != 0) {  // the spindle's own work is counted separately
       EXPECT_GE(least, -1e-9) << seed;
     }
     EXPECT_GT(strongest, 0.05) << seed;
@@ -68,7 +69,8 @@ TEST(SoftTissue, HoldsOnlyEnergyThatTheToolPutIn) {
     double given = 0;  // J, work of the tool on the layer
     dvec3 last(0), force(0);
     for (int i = 0; i < 2000; ++i) {
-      const dvec3 base = path(i * 1e-3) + dvec3(0, 0, std::max(0.0, 3.0_mm - 10e-6 * i));  // begins above the layer
+      // the path begins above the layer
+      const dvec3 base = path(i * 1e-3) + dvec3(0, 0, std::max(0.0, 3.0_mm - 10e-6 * i));
       const auto out = tissue.tick({i * Nanos(1'000'000), 1e-3, {base}, 0, 0});
       const dvec3 at = base + out.yielded;
       if (i > 0) given -= glm::dot((out.force + force) / 2.0, at - last);
@@ -108,7 +110,7 @@ TEST(SoftServo, TheForceHasNoStepsAtAConstantPushOrASlowSlide) {
     dvec3 before(0);
     double largest = 0, strongest = 0;
     for (int i = 0; i < 4000; ++i) {
-      // Down at 2 mm/s to 0.5 mm deep, a pause, a slide at 1 mm/s, and a pause
+      // Moves down at 2 mm/s to a depth of 0.5 mm, pauses, slides at 1 mm/s, and pauses.
       z = std::max(0.0, z - (i < 1500 ? 2e-6 : 0.0));
       const double slide = 1e-6 * std::clamp(i - 2000, 0, 1500);
       const ServoTick& tick = bench.tick({dvec3(0, 0, z) + slide * aside});

@@ -1,4 +1,5 @@
-// Laws of sweeps: ticks of any length, random heads and ways.
+// Tests of laws of sweeps, with ticks of any length, random heads and random paths. A sweep is the motion of a head in
+// one tick.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -49,7 +50,7 @@ const std::vector<HeadShape> kNoBalls = test::shapes_but_the_ball();
 constexpr double kVoxel = 0.1_mm;
 const VoxelFrame kFrame{{0, 0, 0}, kVoxel};
 
-/// Dentin below z = `top`, with room around a head at the origin, voxels.
+/// Returns dentin below z = `top` (voxels), large enough for a head at the origin.
 SurfacePatch block(const Tool& tool, double top) {
   SurfacePatch patch;
   patch.resize(2 * static_cast<int>(std::ceil(tool.reach() / kVoxel) + 15));
@@ -70,7 +71,7 @@ TEST(Sweeps, SlowAndFastTicksRemoveTheVolumeOfAThousandSmallSteps) {
       const Tool tool = random.head(shape);
       const bool slow = seed > 6;
       const double tick = slow ? random.scale(0.02, 0.05) : random.scale(0.055, 0.7),
-                   reach = tool.reach() / kVoxel;  // voxels, of its farthest point
+                   reach = tool.reach() / kVoxel;  // voxels, distance of its farthest point
       const double turn = seed % 2 ? std::min(0.02, random.uniform(0.1, 0.9) * tick / reach) : 0;
       const dvec3 way = (tick - turn * reach) * kVoxel * random.direction(), axis = random.direction();
       const dquat R = rotation_between({0, 0, 1}, random.direction());
@@ -140,13 +141,13 @@ TEST(Sweeps, AHeadThatSwingsInItsHoleCutsTheSameBitsWithTheFrontAndVersionsOfThe
       if (shape != HeadShape::kInvertedCone) tool.length *= 2;
       const dquat R = rotation_between({0, 0, 1}, random.direction());
       const dvec3 axis = random.direction(), way = random.scale(0.2, 4) * kVoxel * random.direction();
-      const double rate = random.uniform(0.1, 0.4);  // rad of the swing's phase in a tick
+      const double rate = random.uniform(0.1, 0.4);  // rad, change of the oscillation's phase in a tick
       SurfacePatch plain[] = {block(tool, 1000), block(tool, 1000)}, known[] = {plain[0], plain[1]};
       double taken[2] = {};
       for (std::size_t k = 0; k < 2; ++k) {
         CutFront front(std::span(&tool, 1), kVoxel);
         const auto at = [&](int i) {
-          const double swing = std::sin(rate * i) * (i / 40 % 2 ? 0.1 : 1);  // by turns fast and slow
+          const double swing = std::sin(rate * i) * (i / 40 % 2 ? 0.1 : 1);  // alternately fast and slow
           return Pose{swing * way, glm::normalize(glm::angleAxis(0.02 / rate * swing, axis) * R)};
         };
         carve(plain[k], Sweep(tool, at(0), at(0), kFrame, false, kLaws[k]));

@@ -1,4 +1,4 @@
-// Strokes taken back and brought again: the tissue is the same to the last bit, in the volume and under the servo.
+// Tests of undo and redo of strokes. The tissue is the same to the last bit, in the volume and in the servo's patch.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ Tool round_bur(double diameter) {
   return tool;
 }
 
-/// Cuts along random walks through the block, in strokes of 5 to 40 cuts; `stroke` counts them all.
+/// Cuts along random paths through the block, in strokes of 5 to 40 cuts. `stroke` counts all strokes.
 class Walks {
  public:
   explicit Walks(std::uint64_t seed) : random_(seed) {}
@@ -40,7 +40,7 @@ class Walks {
       at = next;
     }
   }
-  Nanos t() const { return t_; }  // of the last cut
+  Nanos t() const { return t_; }  // time of the last cut
 
  private:
   double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
@@ -144,7 +144,7 @@ TEST(Undo, WorkInThePausesChangesNeitherStrokesNorUndo) {
   Walks walks(11), same_walks(11);
   for (int stroke = 1; stroke <= 6; ++stroke) {
     walks.make_stroke(rested), same_walks.make_stroke(other);
-    rested.rest(walks.t() + 200'000'000);  // too early: the same stroke may go on
+    rested.rest(walks.t() + 200'000'000);  // too early: the same stroke may continue
     Cut cut;
     cut.index = rested.cuts() + 1, cut.t = walks.t() + 250'000'000;
     cut.X_WA.p = dvec3(0, 0, 2.6) * kMillimetre, cut.X_WB.p = dvec3(0.3 * stroke, 0.2, 2.5) * kMillimetre;
@@ -198,11 +198,11 @@ TEST(Undo, MemoryGrowsWithTheChangesOfAStrokeNotWithTheTissue) {
   const double longer = bytes_after(20, 9);
   EXPECT_GT(longer, 2 * small);
   EXPECT_LT(longer, 6.5 * small);
-  // A 1.2 mm bur and its margin touch at most 5 by 4 leaves of 1.2 mm across its way, of 2 KB each.
+  // A 1.2 mm bur and its margin touch at most 5 × 4 leaves across its path. A leaf is 1.2 mm wide and has 2 KB.
   EXPECT_LT(small, 60 * 2600.0);
 }
 
-// The servo drills, takes back, drills on, in patches that arrive late: what it holds is what the carver holds.
+// The servo drills, undoes, and drills again, with patches that arrive late. Its patch must equal the carver's volume.
 TEST(Undo, TheServosPatchHasTheBitsOfTheVolumeAfterEveryUndo) {
   for (int late = 0; late <= 12; late += 4) {
     ServoSettings settings;
@@ -223,7 +223,7 @@ TEST(Undo, TheServosPatchHasTheBitsOfTheVolumeAfterEveryUndo) {
       const Pose hand{dvec3(0.8 * std::sin(2 * s), 0.5 * std::sin(3 * s), 3.1 - std::min(1.2, 1.2 * s)) * kMillimetre,
                       {1, 0, 0, 0}};
       if (i == 0) bench.last.X_WT = bench.last.X_WG = hand;
-      // Taken back in the middle of a stroke, three times; once brought again at once.
+      // Undoes in the middle of a stroke, three times. One of them is redone immediately.
       if (i == 600 || i == 900 || i == 1200) {
         EXPECT_TRUE(bench.carver.undo());
         if (i == 900) {
@@ -235,7 +235,7 @@ TEST(Undo, TheServosPatchHasTheBitsOfTheVolumeAfterEveryUndo) {
       if (due && i >= due_since + static_cast<std::uint64_t>(due_since == 0 ? 0 : late)) {
         bench.carver.take_snapshot(bench.carver.snapshot_center(bench.last), spare);
         due = false;
-        // It crosses while the servo goes on for a while with the old one.
+        // The new patch is on its way to the servo, which continues with the old patch for some ticks.
         SurfacePatch crossing = spare;
         for (int k = 0; k < late && i > 0; ++k) {
           if (bench.servo.tick({static_cast<Nanos>(i) * 1'000'000 + k * 1000, hand, 1.0}, tick, cut))

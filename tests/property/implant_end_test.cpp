@@ -1,4 +1,4 @@
-// The cutting law over the voxels in front of a tool's end, at one pose.
+// Tests of the cutting law over the voxels in front of a tool's end, at one pose.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 constexpr double kVoxel = 0.15e-3;  // m
 constexpr int kEdge = 64;           // voxels
 
-/// The same sums, voxel by voxel, with the sampler and the rounding of the standard library.
+/// Computes the same sums voxel by voxel, with the sampler and the rounding of the standard library.
 EndLook summed_one_by_one(const ToolVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center,
                           const dquat& R_WT) {
   EndLook look;
@@ -57,8 +57,8 @@ EndLook summed_one_by_one(const ToolVoxels& voxels, const SurfacePatch& patch, c
   return look;
 }
 
-/// A rough floor of bone at about z = `height` (voxels); with `mixed`, tissues, fillings and hardness vary from voxel
-/// to voxel.
+/// Returns a rough floor of bone at about z = `height` (voxels). If `mixed` is true, tissues, fillings and hardness
+/// vary from voxel to voxel.
 SurfacePatch floor_of_bone(double height, bool graded, bool mixed, std::mt19937& random) {
   std::uniform_real_distribution<float> rough(-0.3f, 0.3f);
   std::uniform_int_distribution<int> any(0, 255);
@@ -126,7 +126,8 @@ TEST(ImplantEnd, ByServoLaws5BlocksOfVoxelsGiveTheBitsOfTheSumVoxelByVoxelAndByL
       EXPECT_EQ(ours.hardness, slow.hardness) << tool.name << ", round " << round;
       EXPECT_EQ(ours.wrench.force, slow.wrench.force) << tool.name << ", round " << round;
       EXPECT_EQ(ours.wrench.torque, slow.wrench.torque) << tool.name << ", round " << round;
-      // A voxel whose contact or nearest sample is decided by rounding may count differently: here one in a thousand.
+      // If rounding decides the contact or the nearest sample of a voxel, it may count differently. Here this is one
+      // voxel in a thousand.
       law.laws = 6;
       const EndLook floats = look_at_end(end, patch, law, center, R);
       const auto near = [&](double a, double b, double whole) {
@@ -161,7 +162,8 @@ TEST(ImplantEnd, AnEndOfMergedVoxelsKeepsItsAreaAndThrustAndIsEvaluatedWithinOne
     EXPECT_EQ(as_fine.x, fine.x) << "merged voxels of 0.12 mm would be coarser than the tissue's";
     for (int round = 0; round < 24; ++round) {
       SurfacePatch patch = floor_of_bone(-35, true, false, random);
-      const double wave = 0.2 + 0.3 * std::abs(unit(random));  // rad per voxel, of a change of hardness by two fifths
+      // rad per voxel, of a wave in the hardness with an amplitude of two fifths
+      const double wave = 0.2 + 0.3 * std::abs(unit(random));
       for (int x = 0; x < kEdge; ++x) {
         for (int y = 0; y < kEdge; ++y) {
           for (int z = 0; z < kEdge; ++z)

@@ -1,4 +1,4 @@
-// The cutting law of Zhao 2020, eq. (2), over tool voxels; the criteria; the virtual coupling.
+// Tests of the cutting law of Zhao 2020, eq. (2), over tool voxels, of the criteria, and of the virtual coupling.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@
 namespace typodont::haptics::implant {
 namespace {
 
-constexpr double kU = 2e9, kAlpha = 3, kSpeed = 2 * kPi * 10;  // J/m³, -, rad/s: N = 10 turns a second
+constexpr double kU = 2e9, kAlpha = 3, kSpeed = 2 * kPi * 10;  // N = 10 turns per second
 constexpr double kN = 10;
 
 CuttingWrench sum_over(const ToolVoxels& voxels, const dvec3& along, bool lower_only) {
@@ -72,7 +72,7 @@ TEST(ImplantLaw, ReversedRotationReversesTheTangentialForce) {
 
 TEST(ImplantLaw, The42By12MillimetreToolHasTheBenchmarksVoxelCount) {
   const ToolVoxels voxels = make_tool_voxels(test::implant_tool("drill", 4.2, 12, test::drill_block(0, 1)), 0.06e-3, 2);
-  // Two layers of flank and lower end: (pi d l + pi d²/4) · 2 / edge².
+  // Number of voxels in two layers of flank and lower end: (pi d l + pi d²/4) · 2 / edge².
   EXPECT_NEAR(static_cast<double>(voxels.outer.size()), (kPi * 4.2 * 12 + kPi * 4.2 * 4.2 / 4) * 2 / 0.0036, 3000);
   EXPECT_GT(voxels.outer.size(), 85'000u);
 }
@@ -125,7 +125,7 @@ TEST(ImplantCoupling, IsStableForAnyStiffnessAndAnyPeriod) {
       at += coupled_step(1e-3 - at, k, mass, drag, dt, state);
       most = std::max(most, std::abs(at));
     }
-    // Settling takes drag/k or mass/drag seconds; what is bounded in all of them is how far it swings.
+    // Settling takes drag/k or mass/drag seconds. In all cases the amplitude of the oscillation is limited.
     EXPECT_LE(most, 2.0e-3) << k << " " << dt << " " << mass << " " << drag;
   }
 }
@@ -134,7 +134,7 @@ TEST(ImplantCoupling, AnObstacleBlocksTheAdvanceButNeverTheRetreat) {
   EXPECT_EQ(allowed_step(1e-4, 0, 1e-4, true, false), 0);
   EXPECT_EQ(allowed_step(-1e-4, 0, 2e-4, true, false), -1e-4);
   EXPECT_EQ(allowed_step(5e-4, 1, 1e-4, false, false), 1e-4) << "no more than a step";
-  // As printed, eq. (7) is the other way round: a tool in a finished bed would not move at all.
+  // As printed, eq. (7) has the opposite sense: a tool in a finished bed would not move at all.
   EXPECT_EQ(allowed_step(1e-4, 1, 1e-4, false, true), 0);
   EXPECT_EQ(allowed_step(1e-4, 0, 1e-4, true, true), 1e-4);
 }

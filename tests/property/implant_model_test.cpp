@@ -1,4 +1,4 @@
-// The contact model "implant" behind the seam: beds, and motion in them.
+// Tests of the contact model "implant" through the common interface: beds (holes for an implant), and motion in them.
 #include "haptics/contact/implant/implant_model.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ using namespace test;
 
 constexpr std::uint32_t kHigh = static_cast<std::uint32_t>(Motion::kFree);
 
-/// Radius of the hole around the z axis at a depth, m: mean over 64 ways, found in the field.
+/// Radius (m) of the hole around the z axis at a depth, measured in the distance field as the mean over 64 directions.
 struct Hole {
   double mean = 0, least = 1e9, greatest = 0;
 };
@@ -61,7 +61,7 @@ Hole hole_at(const TissueVolume& volume, double depth, const dvec3& axis_at = dv
   return hole;
 }
 
-/// A bed of 2.2 mm, `mm` deep.
+/// Drills a bed with a diameter of 2.2 mm and a depth of `mm`.
 void pilot(ImplantSession& s, double mm) {
   s.take(kPilot);
   s.land();
@@ -192,7 +192,7 @@ TEST(ImplantModel, OnBreakingThroughTheFarCortexTheForceFallsBy90PercentWithin20
   ImplantSession s(bone_block(1, 0.5, 3));
   s.take(kPilot);
   s.land();
-  // The hand goes on at a steady 1.5 mm/s.
+  // The hand continues at a constant 1.5 mm/s.
   double z = 0, force = 0;
   int fell = -1, through = -1;
   for (int i = 0; i < 12000 && fell < 0; ++i) {
@@ -223,11 +223,11 @@ TEST(ImplantModel, ATapAdvancesByItsPitchAndCannotBePulledOutWithoutTurning) {
   for (int i = 0; i < 3000 && s.depth() < 0.5e-3; ++i) s.push(2, 1);
   ASSERT_GT(s.depth(), 0.4e-3);
   for (int i = 0; i < 500; ++i) s.push(1, 1);
-  // A turn a second.
+  // One turn per second.
   const double from = s.depth();
   for (int i = 0; i < 2000; ++i) s.push(1, 1);
   EXPECT_NEAR(s.depth() - from, 1.6e-3, 0.01 * 1.6e-3);
-  for (int i = 0; i < 300; ++i) s.push(0, 0);  // the spindle stands
+  for (int i = 0; i < 300; ++i) s.push(0, 0);  // the spindle is at rest
   const double stands = s.depth();
   for (int i = 0; i < 1000; ++i) s.push(-10 * std::min(1.0, i / 500.0), 0);
   EXPECT_LT(std::abs(s.depth() - stands), 0.15e-3);
@@ -255,14 +255,14 @@ TEST(ImplantModel, AnImplantStaysInItsBedAndLaterToolsCollideWithIt) {
   }
   ASSERT_GT(s.cut.fill_radius, 0) << "it was placed; depth " << s.depth();
   EXPECT_GT(torque, 0.02) << "insertion torque";
-  // Gauge 2.2 rests on its platform.
+  // The gauge of 2.2 mm rests on the implant's platform.
   for (double z = -6; z < 8; z += 0.02) s.tip_at({0, 0, z});
   s.take(kGauge22);
   s.land();
   for (int i = 0; i < 500; ++i) s.push(3);
   EXPECT_NEAR(s.depth(), 0.0, 0.2e-3);
   EXPECT_EQ(s.tick.tissue, kPlacedTissue);
-  // Its screw goes into it.
+  // The implant's screw goes into the implant.
   for (double z = 0; z < 8; z += 0.02) s.tip_at({0, 0, z});
   s.take(kScrew);
   s.land();
@@ -311,7 +311,7 @@ TEST(ImplantModel, TheSameHandGivesTheSameBits) {
     return ticks;
   };
   const std::vector<ServoTick> a = run(), b = run();
-  // Member by member, because the bytes between the members are not set.
+  // Compares member by member, because the bytes between the members are undefined.
   for (std::size_t i = 0; i < a.size(); ++i) {
     ASSERT_TRUE(same(a[i].X_WT, b[i].X_WT) && same(a[i].X_WG, b[i].X_WG)) << i;
     ASSERT_EQ(a[i].f_T_W, b[i].f_T_W) << i;
@@ -382,8 +382,8 @@ TEST(ImplantModel, ABedDefinedInTheSceneWorksFromTheFirstTick) {
   EXPECT_NEAR(s.depth(), 4e-3, 0.1e-3);
 }
 
-/// Hands that enter and leave beds as no surgeon would: the force of a tick in which the state switches differs from
-/// that before by no more than the hand's own way is worth, and 0.02 N.
+/// Hands that enter and leave beds in unusual ways. In a tick in which the state switches, the force differs from that
+/// of the previous tick by at most the effect of the hand's own motion plus 0.02 N.
 TEST(ImplantModel, NoSwitchOfStateCausesAForceStep) {
   for (const std::uint64_t seed : {1, 2}) {
     ImplantSession s;
@@ -409,7 +409,7 @@ TEST(ImplantModel, NoSwitchOfStateCausesAForceStep) {
       const bool high = s.tick.level == kHigh, was_high = level == kHigh;
       if (high != was_high) {
         ++switches;
-        // A turn of the hand takes the end of the tool with it, and on a rim lifts it by more.
+        // A rotation of the hand moves the end of the tool. On a rim it lifts the end by more.
         const double hand =
             s.stiffness * (glm::length(s.tick.X_WT.p - last.p) + s.half() * rotation_angle(s.tick.X_WT.R, last.R));
         EXPECT_LE(glm::length(s.tick.f_T_W - force), 0.02 + 1.5 * hand) << "seed " << seed << " tick " << i;

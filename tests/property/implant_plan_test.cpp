@@ -1,5 +1,5 @@
-// Planning an implant: in a jaw imported from a scan whose truth is known (synthetic, tests/support/jaw_phantom.h), and
-// in the shipped scenes.
+// Tests of planning an implant: in a jaw that is imported from a scan and known exactly (synthetic,
+// tests/support/jaw_phantom.h), and in the shipped scenes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -30,7 +30,7 @@ fs::path fresh_folder(const std::string& name) {
   return folder;
 }
 
-/// A jaw without its second tooth, imported with its grey values.
+/// Returns a scene with a jaw without its second tooth, imported with its grey values.
 Scene scanned_jaw() {
   const fs::path folder = fresh_folder("implant_plan_jaw");
   test::JawArtefacts artefacts;
@@ -112,7 +112,7 @@ TEST(ImplantPlanner, APlanInAScanBecomesAnExerciseAtTheSite) {
   EXPECT_EQ(scene.task->steps.size(), 14u);
   const haptics::TissueVolume tissue = load_untouched(scene);
   EXPECT_TRUE(tissue.graded());
-  // The site is the same tissue, moved: what the plan meets there is the same.
+  // The site has the same tissue, displaced. So the plan finds the same structures there.
   const ImplantPlanner there(scene);
   const PlanFindings before = scanned().findings(plan), after = there.findings(scene.implant->plan);
   EXPECT_NEAR(after.canal_distance, before.canal_distance, 0.05e-3);

@@ -1,5 +1,6 @@
-// An intraoral scan of a jaw whose truth is known (synthetic, tests/support/jaw_phantom.h), fused with the jaw's CT:
-// errors of pose and crowns, what stays as it was, and which input is refused.
+// Tests of fusing an intraoral scan of a jaw with the jaw's CT. The jaw is known exactly (synthetic,
+// tests/support/jaw_phantom.h). Tested are the errors of pose and crowns, the parts that must stay unchanged, and which
+// input is refused.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -44,7 +45,7 @@ calibration::SurfaceRegistration registered(const haptics::IntraoralScan& scan, 
       start, options);
 }
 
-/// Largest distance between the positions of the crowns' corners, mm.
+/// Returns the largest distance (mm) between the positions of the corners around the crowns.
 double error_at_crowns(const Pose& found, const Pose& truth) {
   double most = 0;
   for (int k = 0; k < 8; ++k) {
@@ -70,7 +71,7 @@ double sample_of(const DenseTissue& t, const dvec3& p) {
 struct Spread {
   double median, most_of;  // mm, 95 %
 };
-/// Distance of the true crowns, at least 1 mm above the gum, from the surface of a volume.
+/// Returns the distance of the surface of a volume from the true crowns, where these are at least 1 mm above the gum.
 Spread crown_error(const DenseTissue& t) {
   std::vector<double> errors;
   for (const dvec3& p : true_surface().vertices) {
@@ -96,13 +97,13 @@ TEST(ImportFuse, FromClicksOfOneMillimetreThePoseIsFoundWithinATwentiethOfAMilli
     squares += error * error / kSeeds;
     predicted += fine.predicted_error / kMillimetre / kSeeds;
   }
-  // The error is the largest at eight corners around the crowns, the prediction a mean over the crowns.
+  // The error is the largest at eight corners around the crowns; the prediction is a mean over the crowns.
   EXPECT_LT(std::sqrt(squares), 3 * predicted);
   EXPECT_GT(std::sqrt(squares), 0.3 * predicted);
 }
 
 TEST(ImportFuse, AScanOfAnotherMouthIsNotTrusted) {
-  // The same crowns, 1.5 mm closer to each other and a tenth narrower.
+  // Uses the same crowns, 1.5 mm closer to each other and narrower by a tenth.
   std::mt19937 random(5);
   const Pose X_CS = random_pose(random, 2, 30e-3);
   TissueMesh other = scanned(Pose{}, 5);
@@ -134,7 +135,7 @@ TEST(ImportFuse, CrownsBecomeAsSharpAsTheScanAndRootsStayExactlyAsTheyWere) {
   EXPECT_LT(same.most_of, 0.06);
   EXPECT_LT(fine_voxel.median, 0.01);
   EXPECT_LT(fine_voxel.most_of, 0.04);
-  // The scan of the crowns, and none of the gum around them.
+  // A scan of the crowns without the gum around them.
   const TissueMesh noisy = scanned(X_CS, 3);
   double crowns = 0;
   for (const glm::uvec3& t : true_surface().triangles) {

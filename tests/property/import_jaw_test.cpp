@@ -1,5 +1,5 @@
-// A jaw whose truth is known (synthetic, tests/support/jaw_phantom.h), imported: what is told from what, how exactly,
-// and whether the report says so.
+// Tests of importing a jaw that is known exactly (synthetic, tests/support/jaw_phantom.h): which structures are
+// recognised, how accurately, and whether the report states this.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -25,7 +25,7 @@ Imported imported(const JawPhantom& jaw, double scale = 1) {
   return import_tissue(test::write_nrrd("jaw.nrrd", jaw.phantom(), test::bytes_as<float>(greys), "float"), options);
 }
 
-/// A jaw as CBCTs of today show it, and what becomes of it.
+/// A jaw as present cone beam CTs show it, and the result of its import.
 const JawPhantom& usual_jaw() {
   static const JawPhantom jaw{JawArtefacts{}};
   return jaw;
@@ -44,7 +44,7 @@ const PerTissue& usual_truth() {
   return truth;
 }
 
-/// The nearest sample's label; air outside the surface.
+/// Returns the label of the nearest sample; air outside the surface.
 Tissue label_at(const Imported& i, const dvec3& mm) {
   const haptics::DenseTissue& t = i.tissue;
   const glm::ivec3 p = glm::clamp(glm::ivec3(glm::round((mm * kMillimetre - t.frame.origin) / t.frame.voxel)),
@@ -53,7 +53,7 @@ Tissue label_at(const Imported& i, const dvec3& mm) {
   return t.distance[k] < 0 ? t.tissue[k] : Tissue::kAir;
 }
 
-/// Distance field at a place, mm, in voxels; trilinear.
+/// Returns the distance field in voxels at a position (mm), with trilinear interpolation.
 double distance_at(const Imported& i, const dvec3& mm) {
   const haptics::DenseTissue& t = i.tissue;
   const dvec3 q = (mm * kMillimetre - t.frame.origin) / t.frame.voxel;
@@ -78,7 +78,7 @@ TEST(ImportJaw, ARegionThatCutsRootsAndTheCanalHasTheLabelsOfTheWholeJaw) {
     options.preset = haptics::ImportPreset::kJaw;
     options.region = {from * kMillimetre, to * kMillimetre};
     const Imported part = import_tissue(test::scratch("jaw.nrrd"), options);
-    // The region's wall at x = 20.8 mm halves the second tooth, which is not asked for there.
+    // The region's wall at x = 20.8 mm cuts the second tooth in half. The test does not examine this tooth.
     const double last = to.x < 25 ? 14.5 : 29;
     PerTissue same{}, all{};
     for (double x = 0.3; x < last; x += 0.3) {
@@ -122,7 +122,7 @@ TEST(ImportJaw, TheOuterSurfaceLiesWithinHalfAVoxel) {
   std::vector<double> errors;
   const auto solid = [](const dvec3& q) { return usual_jaw().tissue(q) != Tissue::kAir; };
   while (errors.size() < 2000) {
-    // From above down to the first solid, then to the border itself.
+    // Goes down from above to the first solid voxel, and from there to the border.
     const dvec3 start(place(random) * 1.2, place(random), 32.5);
     dvec3 q = start;
     while (q.z > 2 && !solid(q)) q.z -= 0.1;
@@ -167,7 +167,7 @@ TEST(ImportJaw, TheNerveCanalIsFoundWithinHalfAMillimetre) {
     EXPECT_LT(nearest, 0.5);
     lo = std::min(lo, p.x / kMillimetre), hi = std::max(hi, p.x / kMillimetre);
   }
-  EXPECT_LT(lo, 6);  // it runs from 3.8 to 25.7
+  EXPECT_LT(lo, 6);  // the canal extends from 3.8 to 25.7
   EXPECT_GT(hi, 24);
 }
 

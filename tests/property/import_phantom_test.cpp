@@ -1,4 +1,5 @@
-// Bodies whose surface, volumes and layers are known exactly, scanned with blur, partial volume and noise.
+// Tests with bodies whose surface, volumes and layers are known exactly. They are scanned with blur, partial volume and
+// noise.
 #include "tests/support/import_phantom.h"
 
 #include <gmock/gmock.h>
@@ -20,7 +21,7 @@ struct Greys {
 };
 
 constexpr double kPulp = 1.35, kDentin = 2.6, kEnamel = 3.6;  // mm, radii of the layers
-const dvec3 kCentre(4.81, 4.77, 4.83);                        // mm, off the grid on purpose
+const dvec3 kCentre(4.81, 4.77, 4.83);                        // mm, deliberately not on the grid
 
 Phantom layered_ball(const dvec3& spacing, double blur, double noise, const Greys& g = {}) {
   Phantom p;
@@ -112,13 +113,13 @@ TEST(ImportPhantom, GivenThresholdsOverrideTheHistogram) {
   options.surface_grey = 615;
   options.dense_grey = 1010;
   expect_layered_ball(imported(layered_ball(dvec3(0.15), 0.1, 10), options), 0.15);
-  options.dense_grey = 1250;  // nothing is that bright
+  options.dense_grey = 1250;  // no voxel is so bright
   EXPECT_EQ(volume(imported(layered_ball(dvec3(0.15), 0.1, 5), options), Tissue::kEnamel), 0);
 }
 
 TEST(ImportPhantom, HardnessIsLinearInTheGreyValueAndIgnoresTheBlurredEdge) {
   const Greys g;
-  constexpr double kLesion = 700;  // grey of the dentin beyond x = 0.3 mm from the middle
+  constexpr double kLesion = 700;  // grey value of dentin where x is more than 0.3 mm from the middle
   Phantom p = layered_ball(dvec3(0.15), 0.1, 4);
   p.grey = [g, whole = p.grey](const dvec3& q) {
     const double grey = whole(q);
@@ -155,7 +156,8 @@ TEST(ImportPhantom, HardnessIsLinearInTheGreyValueAndIgnoresTheBlurredEdge) {
   EXPECT_NEAR(sound / sounds, 1, 0.01);
   EXPECT_GT(skin, 0.95) << "half a grey at the surface is blur, not soft enamel";
   EXPECT_NEAR(i.report.hardness[static_cast<std::size_t>(Tissue::kEnamel)], 1, 0.05);
-  // Without the denser tissue's own grey that keeps its own hardness; without the option nothing is kept.
+  // Without a grey value for the denser tissue, this tissue keeps its own hardness. Without the option, no hardness is
+  // stored.
   options.hardness->dense.reset();
   EXPECT_NEAR(imported(p, options).report.hardness[static_cast<std::size_t>(Tissue::kEnamel)], 1, 1e-9);
   options.hardness.reset();
@@ -169,7 +171,7 @@ TEST(ImportPhantom, AScanWithOneGreyValueIsLabelledDentinWithAMessage) {
   ASSERT_EQ(i.report.notes.size(), 1U);
 }
 
-// A root: a cylinder with an enamel cap and a canal that opens at its foot.
+// Returns a root: a cylinder with an enamel cap and a canal that opens at the root's lower end.
 Phantom open_tooth() {
   Phantom p;
   p.spacing = dvec3(0.12);
@@ -188,9 +190,9 @@ Phantom open_tooth() {
 TEST(ImportPhantom, ACanalOpenAtTheApexIsPulpAndNotOutside) {
   const Imported i = imported(open_tooth());
   EXPECT_EQ(i.report.pulp_parts, 1);
-  EXPECT_NEAR(volume(i, Tissue::kPulp) / (kPi * 0.16 * 6), 1, 0.05);  // its mouth is dimpled by a voxel or two
+  EXPECT_NEAR(volume(i, Tissue::kPulp) / (kPi * 0.16 * 6), 1, 0.05);  // at its opening one or two voxels are missing
   const DenseTissue& t = i.tissue;
-  for (double z = 2.2; z < 7.4; z += 0.1) {  // all along the canal: pulp, inside
+  for (double z = 2.2; z < 7.4; z += 0.1) {  // everywhere along the canal there is pulp, inside the body
     const glm::ivec3 p(glm::round(t.frame.to_voxels(dvec3(4.8, 4.8, z) * kMillimetre)));
     EXPECT_EQ(t.tissue[t.at(p.x, p.y, p.z)], Tissue::kPulp) << z;
     EXPECT_LT(t.distance[t.at(p.x, p.y, p.z)], 0) << z;
@@ -246,7 +248,7 @@ TEST(ImportPhantom, SpecksAndOtherBodiesAreRemoved) {
 }
 
 TEST(ImportPhantom, BoneHasACorticalShellOverCancellousBone) {
-  // Hounsfield-like: air, a shell of 1300, trabecular bone of 400 with marrow holes of 0.
+  // Values as in Hounsfield units: air, a shell of 1300, trabecular bone of 400 with marrow spaces of 0.
   Phantom p = layered_ball(dvec3(0.3), 0.15, 0);
   p.spacing = dvec3(0.3);
   p.size = glm::ivec3(48);
@@ -265,7 +267,7 @@ TEST(ImportPhantom, BoneHasACorticalShellOverCancellousBone) {
   EXPECT_NEAR(i.report.height, 12.0_mm, 0.1_mm);
 }
 
-// A head: a skull of three layers around a brain, open below, in Hounsfield units plus `offset`.
+// Returns a head: a skull of three layers around a brain, open below, in Hounsfield units plus `offset`.
 constexpr double kOpening = 0.866;  // cosine of half its angle
 Phantom head_phantom(double offset) {
   Phantom p;
@@ -329,7 +331,7 @@ TEST(ImportPhantom, HounsfieldUnitsAreFoundForAnyStoredOffset) {
 }
 
 TEST(ImportPhantom, AnUnknownGreyScaleIsReportedAndCanBeGiven) {
-  // A cone beam's greys: air and soft tissue are 600 apart.
+  // Grey values of a cone beam CT, in which air and soft tissue differ by 600.
   Phantom p;
   p.size = glm::ivec3(48);
   p.spacing = dvec3(0.5);
@@ -368,7 +370,7 @@ TEST(ImportMesh, DistanceToABoxIsExact) {
   test::write(test::scratch("box.stl"), box_stl());
   ImportOptions options;
   options.preset = ImportPreset::kBone;
-  options.shell = 0.9e-3;  // between voxels
+  options.shell = 0.9e-3;  // the surface of the shell lies between voxels
   options.voxel = 0.2e-3;
   const Imported i = import_tissue(test::scratch("box.stl"), options);
   const auto exact = [](const dvec3& q) {

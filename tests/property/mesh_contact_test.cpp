@@ -1,4 +1,4 @@
-// Contact with triangle meshes: the surface contact point, levels of detail, walls between tissues.
+// Tests of contact with triangle meshes: the surface contact point, levels of detail, and walls between tissues.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -38,7 +38,7 @@ void add(TissueMesh& mesh, const dvec3& a, const dvec3& b, const dvec3& c, Tissu
   mesh.triangles.emplace_back(first, first + 1, first + 2);
   mesh.tissue.push_back(tissue);
 }
-/// Corners at the same place become one vertex.
+/// Returns the mesh in which corners at the same position become one vertex.
 TissueMesh welded(const TissueMesh& soup) {
   TissueMesh mesh;
   mesh.tissue = soup.tissue;
@@ -55,7 +55,7 @@ TissueMesh welded(const TissueMesh& soup) {
   }
   return mesh;
 }
-/// A parallelogram of n × n cells from `corner` along u and v; its normal is u × v.
+/// Adds a parallelogram of n × n cells from `corner` along u and v. Its normal is u × v.
 void add_sheet(TissueMesh& soup, const dvec3& corner, const dvec3& u, const dvec3& v, int n,
                Tissue tissue = Tissue::kEnamel) {
   const auto at = [&](int i, int j) {
@@ -89,7 +89,7 @@ TEST(SurfacePoint, OnAPlaneIsTheProjectionOfTheHand) {
 }
 
 TEST(SurfacePoint, InACreaseIsOnTheCreaseLine) {
-  // Two planes at 100°, the crease along y.
+  // Two planes at an angle of 100°, with the crease along y.
   const double a = 50 * kPi / 180;
   const dvec3 left(-std::sin(a), 0, std::cos(a)), right(std::sin(a), 0, std::cos(a));
   TissueMesh soup;
@@ -160,8 +160,8 @@ TEST(SurfacePoint, LeavesASheetAtItsBorder) {
 
 // --- Bad meshes
 
-/// A star-shaped ball with a rough radius; of the kinds of harm that files do: slivers, faces without area, copies of
-/// faces, cracks below the skin.
+/// Returns a star-shaped ball with a rough surface and with defects as in real files: slivers, faces without area,
+/// copies of faces, and cracks below the surface.
 TissueMesh bad_ball(std::mt19937& random) {
   std::uniform_real_distribution<double> unit(0, 1);
   const int rings = 3 + static_cast<int>(3 * unit(random)), sectors = 4 + static_cast<int>(4 * unit(random));
@@ -177,7 +177,7 @@ TissueMesh bad_ball(std::mt19937& random) {
       place.push_back(r * dvec3(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a)));
     }
   }
-  // All directions of a ring must rise, else the ball crosses itself.
+  // All directions of a ring must rise. Otherwise the ball intersects itself.
   for (int i = 1; i < rings; ++i) {
     const auto first = place.begin() + i * sectors;
     std::sort(first, first + sectors, [](const dvec3& p, const dvec3& q) {
@@ -213,7 +213,7 @@ TissueMesh bad_ball(std::mt19937& random) {
   return mesh;
 }
 
-/// Whether the way from p to q meets a face: every one looked at (Moeller & Trumbore 1997).
+/// Returns true if the line segment from p to q crosses a face. Tests every face (Moeller & Trumbore 1997).
 bool is_blocked(const TriangleGrid& grid, const dvec3& p, const dvec3& q) {
   const dvec3 way = q - p;
   for (std::uint32_t i = 0; i < grid.size(); ++i) {
@@ -235,7 +235,7 @@ double least_distance(const TriangleGrid& grid, const dvec3& p) {
   return least;
 }
 
-// 100,000 meshes in ./run stress 100.
+// ./run stress 100 tests 100,000 meshes.
 TEST(SurfacePoint, NeverPassesThroughADefectiveMesh) {
   std::mt19937 random(20090417);
   std::uniform_real_distribution<double> unit(0, 1);
@@ -249,12 +249,13 @@ TEST(SurfacePoint, NeverPassesThroughADefectiveMesh) {
     p.put(grid, 2e-3 * direction());
     dvec3 hand = p.place();
     for (int i = 0; i < 10; ++i) {
-      // Slides below the surface, and leaps right through.
+      // The hand slides below the surface, or jumps through the body.
       hand = unit(random) < 0.3 ? 1.5e-3 * direction() : hand + 0.2e-3 * direction();
       p.follow(grid, hand);
       ASSERT_GE(least_distance(grid, p.place()), p.radius() * (1 - 1e-3)) << "mesh " << n << " move " << i;
-      // Star-shaped about the origin: outside, a way from the origin meets a face. It may slip through a crack, and
-      // copies count twice in the winding number; both at once do not go wrong.
+      // The ball is star-shaped about the origin: a line from the origin to a point outside crosses a face. The line
+      // may pass through a crack, and copies of faces count twice in the winding number. But the two errors do not
+      // occur together.
       bool outside = !grid.inside(p.place());
       for (int k = 0; k < 4; ++k)
         outside |= is_blocked(grid, 1e-6 * static_cast<double>(k) * dvec3(1, -1, 0.5), p.place());
@@ -264,7 +265,7 @@ TEST(SurfacePoint, NeverPassesThroughADefectiveMesh) {
 }
 
 TEST(SurfacePoint, AgreesWithASearchOfAllFaces) {
-  // The grid finds the faces that matter: all others looked at one by one give the same nearest point.
+  // The grid finds all relevant faces: a search over all faces gives the same nearest point.
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int n = 0; n < test::campaign(1000); ++n) {
@@ -339,7 +340,7 @@ const TissueMesh& arch() {
   static const TissueMesh mesh = read_tissue_mesh("assets/jaw/lower_arch.ply", 1e-3, Tissue::kEnamel).mesh;
   return mesh;
 }
-/// The paper's levels of the shipped arch.
+/// Returns the paper's levels for the shipped dental arch.
 const Levels& paper_levels() {
   static const auto levels = make_levels(arch(), {143865, {33140, 13306, 7443}});
   return *levels;
@@ -375,7 +376,7 @@ TEST(MeshLevels, KeepOpenBordersAndTissueBorders) {
   };
   EXPECT_NEAR(border_length(coarse) / border_length(arch()), 1, 1e-9);
 
-  // Two tissues that meet along a straight line of a sheet.
+  // Two tissues of a sheet with a straight border between them.
   TissueMesh soup;
   add_sheet(soup, {0, 0, 0}, {5e-3, 0, 0}, {0, 10e-3, 0}, 24, Tissue::kEnamel);
   add_sheet(soup, {-5e-3, 0, 0}, {5e-3, 0, 0}, {0, 10e-3, 0}, 24, Tissue::kDentin);
@@ -420,7 +421,7 @@ TEST(LevelBySpeed, SwitchesDirectlyToTheLevelOfTheSpeed) {
   level.reset();
   EXPECT_EQ(level.step(10e-6, 1e-3, 3), 0U);
   level.reset();
-  EXPECT_EQ(level.step(200e-6, 1e-3, 1), 0U);  // there is but one
+  EXPECT_EQ(level.step(200e-6, 1e-3, 1), 0U);  // there is only one level
 }
 
 }  // namespace

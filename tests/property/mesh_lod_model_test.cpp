@@ -1,4 +1,4 @@
-// The contact model "mesh_lod" behind the seam: servo and carver in lock-step.
+// Tests of the contact model "mesh_lod" through the common interface, with servo and carver in lock-step.
 #include "haptics/contact/mesh_lod/mesh_lod_model.h"
 
 #include <gmock/gmock.h>
@@ -57,7 +57,8 @@ TissueVolume ball() {
   return volume(R"({"voxel_mm": 0.15, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]})");
 }
 
-/// The cut through a tooth of the paper's Fig. 20, flat at z = 0: pulp, a strip of dentin of 0.2 mm, enamel.
+/// Returns the section through a tooth of the paper's Fig. 20, flat at z = 0: pulp, a strip of dentin of 0.2 mm,
+/// enamel.
 TissueVolume section() {
   TissueVolume tissue = volume(R"({"voxel_mm": 0.2, "solids": [
     {"tissue": "pulp", "solid": {"box": {"center_mm": [0, 0, -1], "size_mm": [6, 4, 2]}}}]})");
@@ -78,7 +79,7 @@ TissueVolume section() {
   return tissue;
 }
 
-/// The bench with the materials of its settings.
+/// The bench, with the materials from the settings.
 struct MeshBench : test::HapticBench {
   MeshBench(TissueVolume tissue, const ServoSettings& s) : HapticBench(std::move(tissue), s, s.materials) {}
 };
@@ -150,7 +151,7 @@ TEST(MeshLodModel, FromHardToSoftTissueTheBoundaryIsNotFelt) {
 TEST(MeshLodModel, TheStripOfDentinIsFoundBetweenPulpAndEnamel) {
   MeshBench run(section(), settings(R"({"mesh_lod": {"levels": [70], "wall_limit_N": 0.05}})", 0.1_mm));
   for (int i = 0; i < 300; ++i) run.tick({{-1e-3, 0.2e-3, 0.1e-3 - 1e-6 * i}});
-  std::vector<double> peaks;  // m, where a wall gave way
+  std::vector<double> peaks;  // m, positions where a wall between tissues yielded
   double last = 0, most_step = 0;
   dvec3 before = run.last.f_T_W;
   for (double x = -1e-3; x < 1e-3; x += 2e-6) {
@@ -246,7 +247,8 @@ TEST(DampingFit, ACurveThatDoesNotDetermineTheDampingIsRefusedWithAReason) {
 // --- The slew filter (7)
 
 TEST(SlewFilter, AsPublishedItGeneratesEnergy) {
-  // Into a wall of 1 N/mm and out again at 100 mm/s, 2 mm deep, 0.02 N a tick.
+  // Moves into a wall of 1 N/mm and out again at 100 mm/s, 2 mm deep. The filter changes the force by at most 0.02 N
+  // per tick.
   double force = 0, absorbed = 0, until_surface = 0, until_zero = 0;
   const ForceFilterLaw law;
   dvec3 last(0);
@@ -306,7 +308,7 @@ void at_random_places(int count, Use&& use) {
   for (int i = 0; i < count; ++i) {
     const Face& face = finest.face(static_cast<std::uint32_t>(any(random)));
     const dvec3 n = glm::normalize(face.normal()), p = (face.a + face.b + face.c) / 3.0;
-    if (!finest.inside(p - 0.1e-3 * n)) continue;  // a thin place, or the border
+    if (!finest.inside(p - 0.1e-3 * n)) continue;  // the tissue is thin here, or this is the border
     use(p, n);
   }
 }
@@ -331,7 +333,7 @@ TEST(MeshLodModel, ALevelSwitchWithMappingIsNotFeltAndOneWithoutIsAForceStep) {
       model.constrain(in, out);
       if (out.leading_out) return;
       dvec3 held(0);
-      // Rests 0.1 mm deep; the speed that is told swings through both limits.
+      // The hand rests at a depth of 0.1 mm. The reported speed oscillates across both limits.
       for (int i = 0; i < 400; ++i) {
         in.X_WG.p = out.p_WG;
         in.X_WT.p = p + (0.025e-3 - std::min(1e-6 * i, 0.1e-3)) * n;
@@ -377,7 +379,7 @@ ServoSettings drill() {
   s.damping = 2;
   return s;
 }
-/// Volume of a ball of radius r at height z that lies below z = 0.
+/// Returns the part of the volume of a ball below z = 0. The ball has radius r, and its centre is at height z.
 double cap(double r, double z) {
   const double h = std::clamp(r - z, 0.0, 2 * r);
   return kPi * h * h * (r - h / 3);
@@ -422,7 +424,7 @@ TEST(MeshLodModel, ABurIsHeldWhileTheCarverSendsNoMeshAndGoesOnCuttingAfterwards
     double z = tip + 0.05_mm;
     for (int i = 0; i < 600; ++i) tick(z -= 1e-6);
     const double landed = run.last.X_WG.p.z;
-    // The hand presses 3 mm into the block, and the carver stands still for two seconds.
+    // The hand presses 3 mm into the block, and the carver does nothing for two seconds.
     run.steps.stall(true);
     for (int i = 0; i < 2000; ++i) tick(z = std::max(z - 2e-6, tip - 3.0_mm));
     EXPECT_GT(run.last.X_WG.p.z, landed - 2.1 * kBur);
@@ -454,7 +456,7 @@ TEST(MeshLodModel, ACutMeshStaysClosedAndUndoBringsItBackToTheBit) {
     if (!mesh.uses(f)) continue;
     for (int k = 0; k < 3; ++k) {
       const dvec3 a = mesh.point(f, (k + 1) % 3) - mesh.point(f, k), b = mesh.point(f, (k + 2) % 3) - mesh.point(f, k);
-      if (glm::length(mesh.point(f, k)) > 3e-3) continue;  // beside the cut: as the volume's surface has it
+      if (glm::length(mesh.point(f, k)) > 3e-3) continue;  // beside the cut, where the mesh equals the volume's surface
       least_angle = std::min(least_angle, std::acos(glm::dot(a, b) / (glm::length(a) * glm::length(b))) * 180 / kPi);
     }
   }
@@ -485,7 +487,7 @@ ServoSettings drill(HeadShape shape, double diameter, double length) {
   return s;
 }
 
-/// Every head that is no ball, on its tip and lying on its flank.
+/// Every head except the ball, on its tip and on its flank.
 struct HeadCase {
   const char* name;
   HeadShape shape;
@@ -507,7 +509,7 @@ TEST_P(MeshLodHeads, EveryHeadCutsWhereItIsPressedCountsItsVolumeAndHasNoForceSt
   double most_step = 0, least_energy = 0;
   dvec3 before(0);
   for (int i = 0; i < 1900; ++i) {
-    // From tick 1500 on up and to the side: it lies below what is left of the surface there.
+    // From tick 1500 the hand moves up and to the side. There the head is below the rest of the surface.
     const int up = std::max(i - 1500, 0);
     run.tick({{0.03e-3 + 0.2e-3 * std::sin(0.004 * (i - up)), 0.02e-3 + 2e-6 * up,
                top + 0.05e-3 - std::min(i, 350) * 1e-6 + 6e-6 * up},
@@ -527,7 +529,7 @@ TEST_P(MeshLodHeads, EveryHeadCutsWhereItIsPressedCountsItsVolumeAndHasNoForceSt
   EXPECT_GE(least_energy, -1e-9);
 }
 
-// More of them in ./run stress.
+// ./run stress repeats this test more often.
 TEST_P(MeshLodHeads, RandomHandsKeepTheMeshClosedAndTheProxyContinuous) {
   const HeadCase& head = GetParam();
   for (int seed = 1; seed <= test::campaign(1); ++seed) {
@@ -538,7 +540,7 @@ TEST_P(MeshLodHeads, RandomHandsKeepTheMeshClosedAndTheProxyContinuous) {
     dquat R = head.lies ? glm::angleAxis(kPi / 2, dvec3(0, 1, 0)) : dquat(1, 0, 0, 0), turn(1, 0, 0, 0);
     double most_step = 0, least_energy = 0;
     for (int i = 0; i < 2000; ++i) {
-      if (i % 100 == 0) {  // a new way, up to 20 mm/s, and turn
+      if (i % 100 == 0) {  // a new velocity of up to 20 mm/s and a new rotation
         way = 20e-6 * dvec3(unit(random), unit(random), unit(random) - (p.z > 0 ? 0.8 : -0.2));
         turn = glm::angleAxis(2e-3 * unit(random), glm::normalize(dvec3(unit(random), unit(random), 0.1)));
       }
@@ -578,7 +580,7 @@ TEST(MeshLodModel, AStoppedHeadTouchesTheWallsOfItsOwnCutAlongItsWholeLength) {
   const double cut_to = run.last.X_WG.p.z;
   EXPECT_LT(cut_to, 0.48_mm);
   for (int i = 0; i < 400; ++i) run.tick({{0, 0, 2.0_mm}, lying});
-  // The spindle stands: the groove that was cut holds the bur, and beside it the untouched surface does.
+  // The spindle is at rest. The cut groove supports the bur; beside the groove, the untouched surface supports it.
   for (int i = 0; i < 1900; ++i) run.tick({{0, 0, 2.0_mm - i * 1e-6}, lying});
   EXPECT_NEAR(run.last.X_WG.p.z, cut_to, 0.02_mm);
   for (int i = 0; i < 400; ++i) run.tick({{0, 0, 2.0_mm}, lying});
@@ -607,7 +609,7 @@ TEST(MeshLodModel, AfterACutTheLevelFollowsTheSpeedAndNoSwitchCausesAForceStep) 
   dvec3 before(0);
   std::uint32_t level = 0;
   for (int i = 0; i < 4000; ++i) {
-    // Down beside the groove, then to and fro over it at up to 160 mm/s, twice a second.
+    // The bur moves down beside the groove, then forwards and backwards across it at up to 160 mm/s, twice per second.
     const double speed = i < 1500 ? 0 : 160e-3 * std::sin(2 * kPi * 0.002 * (i - 1500));
     x += 1e-3 * speed;
     run.tick({{x, 0, 2.0_mm - std::min(i, 1450) * 1e-6}}, 0, 1);
@@ -619,7 +621,7 @@ TEST(MeshLodModel, AfterACutTheLevelFollowsTheSpeedAndNoSwitchCausesAForceStep) 
   EXPECT_LE(most_step, 0.02);
 }
 
-// --- The seam
+// --- The common interface of contact models
 
 TEST(MeshLodModel, NeverAllocatesInATickAndGivesTheSameBitsAgain) {
   std::vector<ServoTick> first;
@@ -667,7 +669,7 @@ TEST(SurfacePoint, ATissueBoundaryStopsAProbeButNotACuttingBur) {
     SurfacePoint point({.radius = 0.1_mm, .wall_limit = 10}, stiffness);
     point.put(grid, {-1.0_mm, 0.3_mm, 0.3_mm});
     bool held = false;
-    for (int i = 0; i < 1000; ++i) {  // over the pulp, then across the border to dentin
+    for (int i = 0; i < 1000; ++i) {  // first on the pulp, then across the border to dentin
       point.follow(grid, {-1.0_mm + i * 1e-6, 0.3_mm, 0.05_mm}, cuts);
       for (int k = 0; k < point.count(); ++k) held |= point.hold(k).wall;
     }

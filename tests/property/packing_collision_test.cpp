@@ -1,4 +1,4 @@
-// Spheres against spheres: the closed forms, and the tree against brute force.
+// Tests of collisions between spheres: the closed formulas, and the tree compared with a search over all spheres.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -19,7 +19,7 @@ dvec3 random_in(std::mt19937_64& random, double half) {
   return {x, y, z};
 }
 
-/// Eq. 1 in extended precision, the textbook's way.
+/// Solves eq. 1 in extended precision by the usual formula for quadratic equations.
 long double exact_root(const dvec3& D, const dvec3& m, double R) {
   const long double mm =
       static_cast<long double>(m.x) * m.x + static_cast<long double>(m.y) * m.y + static_cast<long double>(m.z) * m.z;
@@ -44,7 +44,8 @@ TEST(SpherePair, TheContactTimeOfAMillionRandomPairsIsAccurateToATrillionth) {
     const double R = size(random) + size(random), t = contact_time(D, m, R);
     const long double exact = exact_root(D, m, R);
     if (std::isinf(exact) || std::isinf(t)) {
-      // Both must miss, but for spheres that graze or just reach: there rounding decides.
+      // Both must find no contact, except for spheres that only graze or barely reach each other. There rounding
+      // decides.
       if (std::isinf(exact) == std::isinf(t)) continue;
       const double grazing = std::abs(glm::length(glm::cross(m, D)) - glm::length(m) * R) / (glm::length(m) * R);
       const double reaching = std::isinf(t) ? std::abs(static_cast<double>(exact) - 1) : std::abs(t - 1);
@@ -52,7 +53,8 @@ TEST(SpherePair, TheContactTimeOfAMillionRandomPairsIsAccurateToATrillionth) {
       continue;
     }
     ++hits;
-    // Where spheres graze, the root changes without bound with the spheres' places; it is as good as the discriminant.
+    // Where spheres graze, a small change of their positions changes the root by any amount. The root is as accurate as
+    // the discriminant.
     const double half_chord =
         std::sqrt(std::max(0.0, glm::dot(m, m) * R * R - glm::dot(glm::cross(m, D), glm::cross(m, D)))) /
         glm::dot(m, m);
@@ -87,7 +89,8 @@ TEST(SpherePair, TheIntersectionHasTheVolumeOfThePapersFormula) {
   EXPECT_EQ(lens_volume(1, 0.5, 2), 0);
   EXPECT_DOUBLE_EQ(lens_volume(1, 0.5, 0.2), 4.0 / 3 * kPi * 0.125);
   EXPECT_DOUBLE_EQ(lens_volume(1, 0.5, 0.2), lens_volume(0.5, 1, 0.2));
-  EXPECT_NEAR(lens_volume(1, 0.5, 0.5000001), 4.0 / 3 * kPi * 0.125, 1e-9);  // no step where one lies in the other
+  // no step where one sphere begins to lie inside the other
+  EXPECT_NEAR(lens_volume(1, 0.5, 0.5000001), 4.0 / 3 * kPi * 0.125, 1e-9);
 }
 
 TEST(SpherePair, TheIntersectionVolumeIsTheIntegralOverItsDiscs) {
@@ -98,7 +101,8 @@ TEST(SpherePair, TheIntersectionVolumeIsTheIntegralOverItsDiscs) {
     double sum = 0;
     constexpr int kSteps = 20000;
     for (int k = 0; k < kSteps; ++k) {
-      const double x = -a + 2 * a * (k + 0.5) / kSteps;  // discs of the first sphere, from its centre toward the other
+      // sum over discs of the first sphere; x: distance of the disc from its centre, towards the other sphere
+      const double x = -a + 2 * a * (k + 0.5) / kSteps;
       sum += std::max(0.0, std::min(a * a - x * x, b * b - (x - d) * (x - d))) * 2 * a / kSteps;
     }
     ASSERT_NEAR(lens_volume(a, b, d), kPi * sum, 1e-4) << a << " " << b << " " << d;

@@ -1,4 +1,5 @@
-// The proxy among spheres: it follows, stops, slides, sticks, and never passes through.
+// Tests of the proxy in contact with spheres: it follows the hand, stops, slides, sticks, and never passes through the
+// tissue.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +22,7 @@ using namespace literals;
 
 constexpr double kPlaneRadius = 100;  // m
 
-/// A sphere so large that it is a plane at z = 0.
+/// Returns a sphere that is so large that its surface is nearly the plane z = 0.
 SphereTree plane() {
   const std::vector<dvec3> center = {dvec3(0, 0, -kPlaneRadius)};
   const std::vector<double> radius = {kPlaneRadius};
@@ -73,7 +74,7 @@ TEST(SphereProxy, InACornerItRestsOnThreeSpheresAndTheNormalPointsOut) {
   SphereProxy proxy(ball_tool(0.8_mm), {.static_friction = 0, .dynamic_friction = 0});
   proxy.place(at(0, 0, 3.0_mm));
   for (int i = 0; i < 50; ++i) proxy.follow(tree, at(0.01_mm, 0.005_mm, 0));
-  const double rest = std::sqrt(1.29 * 1.29 - 1.0);  // all six would be touched at once on the axis
+  const double rest = std::sqrt(1.29 * 1.29 - 1.0);  // on the axis the tool would touch all six at once
   EXPECT_NEAR(proxy.pose().p.z, rest * 1.0_mm, 1.0e-6);
   EXPECT_GE(proxy.contacts().size(), 2u);
   EXPECT_GT(proxy.normal().z, 0.99);
@@ -108,7 +109,7 @@ TEST(SphereProxy, ItNeverOverlapsASphereHoweverTheHandMoves) {
       }
     }
     EXPECT_GT(touched, 500);
-    // A turn is swept along chords; they leave their arcs by less than this.
+    // The sweep of a rotation follows chords. Their distance from the arcs is below this limit.
     EXPECT_LT(deepest, tool.radius.size() == 1 ? 1e-12 : 1.0e-6);
   }
 }
@@ -181,7 +182,7 @@ TEST(SphereProxy, ItSlipsWhenTheTangentialForceExceedsTheStaticFrictionWithinOne
     }
     EXPECT_NEAR(slipped_at / 0.2_mm, mu, 0.01 * mu) << mu;  // pressed in by 0.2 mm
     const dvec3 f = proxy.force(dvec3(0));
-    EXPECT_NEAR(-f.x / f.z, 0.7 * mu, 0.02 * mu) << mu;  // slipping, the lower friction
+    EXPECT_NEAR(-f.x / f.z, 0.7 * mu, 0.02 * mu) << mu;  // while it slips, the lower coefficient applies
   }
 }
 
@@ -213,7 +214,8 @@ TEST(SphereProxy, TheTorqueIsTheForceTimesItsLeverWithinATrillionth) {
   }
 }
 
-/// The head is stopped by what it cuts, and the shank touches tissue aslant to the way at the same time.
+/// The tissue that the head cuts stops the head. At the same time the shank touches tissue that is oblique to the
+/// motion.
 TEST(SphereProxy, TheHeadSlidesAlongTheShanksContactAndContinuesToCut) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> share(0, 1);
@@ -221,8 +223,9 @@ TEST(SphereProxy, TheHeadSlidesAlongTheShanksContactAndContinuesToCut) {
     const double head = 0.5_mm, shank = 0.3_mm, bone = 0.1_mm + 0.4_mm * share(random), height = 2.0_mm;
     const double across = 0.2 + 0.7 * share(random), around = 2 * kPi * share(random);
     const dvec3 toward(across, std::sqrt(1 - across * across) * std::cos(around),
-                       std::sqrt(1 - across * across) * std::sin(around));  // from the shank's sphere to tissue
-    const double gap = SphereProxy::kGap;                                   // as a cut leaves it
+                       // direction from the shank's sphere to the tissue
+                       std::sqrt(1 - across * across) * std::sin(around));
+    const double gap = SphereProxy::kGap;  // gap that a cut leaves
     const std::vector<dvec3> center = {dvec3(head + 0.5_mm + gap, 0, 0),
                                        dvec3(0, 0, height) + (shank + bone + gap) * toward};
     const std::vector<double> radius = {0.5_mm, bone};
@@ -237,7 +240,7 @@ TEST(SphereProxy, TheHeadSlidesAlongTheShanksContactAndContinuesToCut) {
     dvec3 move(1.0_mm, 0, 0), turn(0);
     const double part = proxy.non_cutting_parts_allow(tree, 0.05_mm, move, turn);
     ASSERT_GT(part * move.x, 0.01_mm) << i;
-    // The cut's largest step, within what is allowed.
+    // The largest allowed step of the cut.
     const double step = std::min(part, 0.05_mm / glm::length(move));
     const Pose to{proxy.pose().p + step * move, SphereProxy::turned_by(step * turn) * proxy.pose().R};
     ASSERT_GT(glm::distance(to * dvec3(0, 0, height), center[1]), shank + bone - 1e-9) << i;

@@ -1,4 +1,4 @@
-// Densities from a force curve (S2, eq. 14).
+// Tests of fitting densities to a force curve (S2, eq. 14).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -28,13 +28,13 @@ TEST(MaterialFit, OneStepOfEquation14ChangesTheErrorByOneMinusEtaGSumOfSquares) 
     std::vector<double> rho = {1, 1, 1, 1};
     const double before = kMeasured - adjust_densities(overlap, kGain, step / unit, kMeasured, rho);
     const double after = kMeasured - adjust_densities(overlap, kGain, 0, kMeasured, rho);
-    EXPECT_NEAR(after / before, 1 - step, 1e-12);                                  // settles at once at 1 …
+    EXPECT_NEAR(after / before, 1 - step, 1e-12);  // converges immediately at step 1 …
     EXPECT_EQ(std::abs(after) > std::abs(before) * (1 + 1e-9), step > 2) << step;  // … and diverges above 2
-    EXPECT_EQ(rho[1], 1);                                                          // what the tool does not touch
+    EXPECT_EQ(rho[1], 1);  // density of a sphere that the tool does not touch
   }
 }
 
-/// A block of bone that a ball of 20 mm is fed into at 0.03 mm/s.
+/// A block of bone into which a ball of 20 mm is moved at 0.03 mm/s.
 struct Machine {
   TissueVolume tissue{read_solids(Json::parse(
       R"({"voxel_mm": 0.8, "band_mm": 4, "solids": [{"tissue": "cancellous_bone", "solid": {"box": {"size_mm": [24, 24, 12]}}}]})",
@@ -57,9 +57,10 @@ struct Machine {
 
 TEST(MaterialFit, HiddenDensitiesAreRecoveredFromANoisyCurveOf200Newtons) {
   Machine machine;
-  const auto density = [](double z) { return 1.2 + 0.5 * std::sin(z / 1.5e-3); };  // over depth: layers
+  // a function of depth, that is, layers
+  const auto density = [](double z) { return 1.2 + 0.5 * std::sin(z / 1.5e-3); };
   std::vector<FeedSample> samples = machine.way(16.0_mm);
-  // The curve of the hidden densities, by the same physics on another packing.
+  // The force curve of the densities to be found, computed with the same physics on another packing.
   ServoSettings other = machine.settings;
   other.method = read_contact_method(Json::parse(R"({"packing": {"spheres": 10000, "seed": 7}})", "t"));
   PackOptions pack;
@@ -81,7 +82,7 @@ TEST(MaterialFit, HiddenDensitiesAreRecoveredFromANoisyCurveOf200Newtons) {
     most = std::max(most, samples[k].force);
   }
   ASSERT_GT(most, 60);
-  const double scale = 200 / most;  // to 200 N: as if the motor turned slower
+  const double scale = 200 / most;  // scales the force to 200 N, as if the motor turned more slowly
   machine.settings.spindle.free_speed /= scale;
   std::mt19937_64 random(3);
   std::normal_distribution<double> noise(0, 2.0);
@@ -90,7 +91,7 @@ TEST(MaterialFit, HiddenDensitiesAreRecoveredFromANoisyCurveOf200Newtons) {
   const MaterialFit fit = fit_material(machine.tissue, machine.settings, samples, {}, "curve");
   EXPECT_LT(fit.error.back(), 0.9);
   EXPECT_GT(fit.error.front(), 20 * fit.error.back());
-  // The densities themselves, by layers of a millimetre where the tool was.
+  // Compares the densities in layers of one millimetre, where the tool was.
   PackOptions own;
   own.spheres = 10000;
   const SpherePacking fitted = pack_spheres(machine.tissue, own);

@@ -1,4 +1,5 @@
-// The three passes of the model "packing" as Vulkan compute, on whatever device there is: the bits of the processor.
+// Tests that the three passes of the model "packing" give the same bits as the CPU when they run as Vulkan compute
+// shaders on the present device.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -50,7 +51,7 @@ TEST(PackingOnAGpu, TheThreePassesGiveTheBitsOfTheCpu) {
     SphereTissue cut(packing, removal);
     const ToolSpheres tool = tool_spheres(cylinder(), 40, 1);
     CutBuffers buffers(packing.size());
-    // Spheres that were cut before, from two sides, some gone.
+    // Spheres that were already cut from two sides. Some of them have disappeared.
     carve(cut, tool, {{0, 0, 3.6_mm}, {1, 0, 0, 0}}, {{0.3_mm, 0, 3.4_mm}, {1, 0, 0, 0}}, buffers,
           [](Place, const CutSphere&) {});
     carve(cut, tool, {{2.8_mm, 0, 0}, {1, 0, 0, 0}}, {{2.6_mm, 0.2_mm, 0}, {1, 0, 0, 0}}, buffers,
@@ -62,7 +63,7 @@ TEST(PackingOnAGpu, TheThreePassesGiveTheBitsOfTheCpu) {
   }
 }
 
-/// Passes that count their calls in `left`, and fail once none are left.
+/// Passes that count down `left` in each call, and fail when it is zero.
 class Failing final : public SpherePasses {
  public:
   Failing(std::unique_ptr<SpherePasses> real, int& left) : real_(std::move(real)), left_(left) {}
@@ -116,7 +117,8 @@ struct Drilled {
   std::vector<ServoTick> ticks;
   std::vector<CutSphere> left;
 };
-/// A cylinder bur is pressed on and drawn along, tilting, lifted, the stroke is undone, and it comes back.
+/// A cylinder bur is pressed on the tissue, drawn along it with changing tilt, and lifted. Then the stroke is undone,
+/// and the bur returns.
 Drilled drill(std::optional<Method::Make> make) {
   ServoSettings s;
   s.tool = cylinder();

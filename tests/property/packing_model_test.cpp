@@ -1,4 +1,4 @@
-// The contact model "packing" behind the seam: servo and carver in lock-step.
+// Tests of the contact model "packing" through the common interface, with servo and carver in lock-step.
 #include "haptics/contact/packing/packing_model.h"
 
 #include <fmt/format.h>
@@ -46,7 +46,7 @@ struct Session : test::HapticBench {
   explicit Session(const ServoSettings& s) : Session(ball(), s) {}
   Session(TissueVolume tissue, const ServoSettings& s) : HapticBench(std::move(tissue), s, s.materials) {}
   void step(const dvec3& p, double pedal = 0) { tick(Pose{p, {1, 0, 0, 0}}, pedal); }
-  /// A hand above the ball that pushes down with that much, N, wherever the tool is held.
+  /// The hand is above the ball and pushes down with `newton` (N), wherever the tool is held.
   void push(double newton, double pedal, const dvec3& aside = dvec3(0)) {
     const double k = 1000;  // N/m
     step(dvec3(aside.x, aside.y, last.X_WG.p.z - newton / k), pedal);
@@ -57,7 +57,7 @@ double removed(const ServoTick& tick) {
   for (const double v : tick.removed) sum += v;
   return sum;
 }
-/// Down onto the ball from above, to `deep` below its top, then round by up to `turn` rad.
+/// Moves down onto the ball to `deep` below its top. Then moves around the ball by up to `turn` rad.
 dvec3 pressing(int tick, double deep, double turn = 0) {
   const double down = std::min(tick / 200.0, 1.0), angle = turn * std::max(0, tick - 200) / 1000.0;
   return (kBall + kHead + 0.3_mm - down * (0.3_mm + deep)) * dvec3(std::sin(angle), 0, std::cos(angle));
@@ -74,7 +74,8 @@ TEST(PackingModel, OnABallTheForceIsTheSpringForceAlongTheNormal) {
     worst = std::max(worst, glm::length(glm::cross(glm::normalize(run.last.f_T_W), out)));
     ASSERT_NEAR(glm::length(run.last.f_T_W), 0.4, 0.1) << i;
   }
-  EXPECT_LT(worst, std::sin(25.0_deg));  // the surface is bumpy: spheres of a quarter of a millimetre
+  // the surface is uneven, because the spheres have a size of a quarter of a millimetre
+  EXPECT_LT(worst, std::sin(25.0_deg));
 }
 
 TEST(PackingModel, FarFromTheTissueThereIsNoForce) {
@@ -87,7 +88,7 @@ TEST(PackingModel, FarFromTheTissueThereIsNoForce) {
 TEST(PackingModel, ATurningBurSinksUnderForceAndRemovesItsSweptVolume) {
   Session run(settings(R"({"packing": {"spheres": 12000, "speed_mm_per_s": 1}})"));
   for (int i = 0; i < 1500; ++i) run.step(pressing(i, 0.8_mm), 1);
-  // The lens of head and ball down to where the head came.
+  // The overlap (lens) of head and ball at the depth that the head reached.
   const double sunk = kBall + kHead - run.last.X_WG.p.z;
   EXPECT_GT(sunk, 0.6_mm);
   EXPECT_NEAR(removed(run.last) / packing::lens_volume(kBall, kHead, kBall + kHead - sunk), 1, 0.1);
@@ -114,7 +115,8 @@ TEST(PackingModel, TheRemovedVolumeEqualsTheMotorsWork) {
   for (int i = 0; i < 200; ++i) run.step(dvec3(0, 0, kBall + kHead + 0.2_mm - i * 1e-6), 1);
   double work = 0;
   for (int i = 0; i < 1500; ++i) {
-    const double newton = 0.8 * std::min(1.0, i / 300.0);  // a jump into the tissue would press the teeth only later
+    // the force increases gradually, because after a jump into the tissue the teeth would be pressed only later
+    const double newton = 0.8 * std::min(1.0, i / 300.0);
     run.push(newton, 1);
     work += s.tool.cutting_coefficient * newton * s.tool.radius() * run.last.spindle * 1e-3;
   }
@@ -129,7 +131,8 @@ TEST(PackingModel, DenserTissueIsCutSlowerByTheRatioOfTheDensities) {
       Session run(settings(
           fmt::format(R"({{"packing": {{"spheres": 6000, {}"density": {{"dentin": {}}}}}}})", speed, dense ? 2 : 1)
               .c_str()));
-      for (int i = 0; i < 200; ++i) run.step(pressing(i, 1.5_mm), 0);  // pressed on, standing
+      // pressed on the tissue, with the spindle at rest
+      for (int i = 0; i < 200; ++i) run.step(pressing(i, 1.5_mm), 0);
       const double from = run.last.X_WG.p.z;
       for (int i = 0; i < 500; ++i) run.push(0.6, 1);
       taken[dense] = *speed != 0 ? from - run.last.X_WG.p.z : removed(run.last);
@@ -152,7 +155,7 @@ TEST(PackingModel, AFixedSpeedRemovesTheSameAt1And4Kilohertz) {
 }
 
 TEST(PackingModel, ItSlipsWhereTheTangentialForceExceedsTheStaticFrictionWithinOnePercent) {
-  // One sphere of the size of the ball: a surface without bumps.
+  // One sphere of the size of the ball, so that the surface is smooth.
   ServoSettings s = settings(R"({"packing": {"spheres": 1}})", false);
   s.friction = true;
   for (const auto& [fixed, sliding] : {std::pair{0.3, 0.22}, {0.6, 0.45}}) {
@@ -171,7 +174,7 @@ TEST(PackingModel, ItSlipsWhereTheTangentialForceExceedsTheStaticFrictionWithinO
       if (glm::distance(run.last.X_WG.p, stuck) > 1e-9) slipped_at = x;
     }
     EXPECT_NEAR(slipped_at / 0.2_mm, fixed, 0.01 * fixed);
-    // What the hand feels along the surface is the static friction until then, and the dynamic one after it.
+    // Along the surface, the hand feels static friction until then, and dynamic friction afterwards.
     for (int i = 0; i < 400; ++i) run.step(stuck - 0.2_mm * n + (slipped_at + i * 1e-6) * side);
     const dvec3 out = glm::normalize(run.last.X_WG.p - middle), f = run.last.f_T_W;
     const double along = glm::length(f - glm::dot(f, out) * out);
@@ -180,7 +183,7 @@ TEST(PackingModel, ItSlipsWhereTheTangentialForceExceedsTheStaticFrictionWithinO
 }
 
 TEST(PackingModel, SofterGradedCariesYieldsMore) {
-  // Three lesions of hardness 0.8, 0.7 and 0.6: by depth, as in S2.
+  // Three lesions of hardness 0.8, 0.7 and 0.6, at different depths as in S2.
   double force[3], speed[3];
   int k = 0;
   for (const double hardness : {0.8, 0.7, 0.6}) {
@@ -192,7 +195,7 @@ TEST(PackingModel, SofterGradedCariesYieldsMore) {
     for (int i = 0; i < 300; ++i) run.step(pressing(i, 0.4_mm), 0);
     force[k] = glm::length(run.last.f_T_W);
     const double before = removed(run.last);
-    // What is softer is felt softer: the same force of 0.3 N takes a longer way.
+    // A softer lesion feels softer: for the same force of 0.3 N the hand moves farther.
     for (int i = 0; i < 300; ++i) run.push(0.3 / hardness, 1);
     speed[k++] = removed(run.last) - before;
   }
@@ -230,8 +233,8 @@ TEST(PackingModel, AShankIsFeltAndNeverCuts) {
   s.tool.shank_length = 8.0_mm, s.tool.shank_diameter = 1.6_mm, s.tool.neck_diameter = 0.8_mm,
   s.tool.neck_length = 2.0_mm;
   Session run(s);
-  // Lying beside the ball, the shank is pressed against it.
-  const dquat lying(std::sqrt(0.5), 0, std::sqrt(0.5), 0);  // the shank along +x
+  // The tool is horizontal beside the ball, and its shank is pressed against the ball.
+  const dquat lying(std::sqrt(0.5), 0, std::sqrt(0.5), 0);  // the shank points along +x
   for (int i = 0; i < 600; ++i) {
     const double z = kBall + 0.8_mm + 0.3_mm - std::min(i / 400.0, 1.0) * 0.6_mm;
     run.tick({{-5.0_mm, 0, z}, lying}, 1);
@@ -242,7 +245,7 @@ TEST(PackingModel, AShankIsFeltAndNeverCuts) {
 }
 
 TEST(PackingModel, ALoosePieceIsRemovedCountedAndRestoredByUndo) {
-  // A stud on a plate; a bur goes through its neck.
+  // A stud on a plate. A bur cuts through its neck.
   const auto stud = [] {
     return TissueVolume(
         read_solids(Json::parse(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"union": [
@@ -270,7 +273,7 @@ TEST(PackingModel, ALoosePieceIsRemovedCountedAndRestoredByUndo) {
   EXPECT_NEAR((before - after) / removed(run.last), 1, 0.1);
   EXPECT_GE(run.servo.snapshot().pieces, 1u);
   EXPECT_LT(run.servo.snapshot().pieces, 20u);
-  // The bur now goes where the piece was, and feels nothing.
+  // The bur moves to the former position of the piece and must feel nothing.
   double most = 0;
   for (int i = 0; i < 300; ++i) {
     run.step(dvec3(-2.0_mm + i * 0.01_mm, 0, 2.6_mm), 0);
@@ -283,7 +286,8 @@ TEST(PackingModel, ALoosePieceIsRemovedCountedAndRestoredByUndo) {
   EXPECT_DOUBLE_EQ(run.carver.volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)], before);
 }
 
-/// A bur goes down into a block and aside under its roof, the drill stops, and the hand goes straight up.
+/// A bur drills down into a block and sideways, so that tissue remains above it. Then the drill stops, and the hand
+/// moves straight up.
 void drill_under_a_roof(Session& run) {
   const auto line = [&](const dvec3& from, const dvec3& to, int ticks, double pedal) {
     for (int i = 1; i <= ticks; ++i) run.step(from + (to - from) * (i / static_cast<double>(ticks)), pedal);
@@ -449,7 +453,7 @@ TEST(PackingModel, NoHandPassesASheetAtUpTo20MillimetresATick) {
       for (int n = 0; n < 3; ++n) run.step(dvec3(x, y, 2.0_mm));
       double z = 2.0_mm;
       while (z > -2.0_mm) run.step(dvec3(x, y, z -= step));
-      // Below the sheet, with nothing that holds it back: it came through.
+      // The tool is below the sheet and nothing holds it back: it has passed through the sheet.
       for (int n = 0; n < 3; ++n) run.step(dvec3(x, y, -2.5_mm));
       through[k] += run.last.X_WG.p.z < 0;
     }

@@ -1,4 +1,4 @@
-// Table S2 on scenes: reaming the shipped socket, 200 N at 1 kHz, layers 1.5 : 1 : 0.
+// Test of table S2 with scenes: reaming the shipped socket with 200 N at 1 kHz and layers 1.5 : 1 : 0.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ ServoSettings settings(const char* model, double diameter) {
   return s;
 }
 
-/// Distances of a whole volume, voxels.
+/// Distance field of a whole volume, in voxels.
 struct Field {
   glm::ivec3 lo, size;
   std::vector<float> distance;
@@ -59,7 +59,7 @@ TEST(Reaming, TheReamedSocketDiffersFromAnAnalyticCupByAtMostTwoPercentOfItsVolu
   const dvec3 end(0, 0, -3.0_mm);
   for (int i = 0; i < 700; ++i) run.tick({end + dvec3(0, 0, std::max(0.0, 8.0_mm - i * 0.03_mm)), {1, 0, 0, 0}}, 1);
   const Field after(run.carver.volume(), before.lo, before.size);
-  // The cup: a ball of 28 mm, and its way out.
+  // The cup is a ball of 28 mm and the path on which it is withdrawn.
   double wanted = 0, over = 0, under = 0;
   const auto share = [](double d) { return std::clamp(0.5 - d, 0.0, 1.0); };
   std::size_t i = 0;
@@ -98,7 +98,7 @@ TEST(Reaming, At200NewtonsAnd1KilohertzTheLedgerNeverFallsBelowANanojoule) {
         s, s.materials);
     double most = 0;
     for (int i = 0; i < 4000; ++i) {
-      // Pressed on and let go three times, further in each time, with a tremor of 9 Hz.
+      // Presses and releases three times, with a tremor of 9 Hz.
       const double deep = 3.3_mm * std::pow(std::sin(kPi * i / 1333.0), 2) + 0.1_mm * std::sin(2 * kPi * 9 * i * 1e-3);
       run.tick({dvec3(0, 0, std::max(34.5_mm - i * 0.01_mm, 34.0_mm - deep)), {1, 0, 0, 0}}, reams ? 1 : 0);
       ASSERT_GE(run.last.energy, -1e-9) << reams << " " << i;
@@ -116,7 +116,7 @@ TEST(RootCanal, AtEqualFeedEnamelResistsOneAndAHalfTimesAsMuchAsDentinAndPulpNot
   const auto force = [](const char* tissue) {
     ServoSettings stiff =
         settings(R"({"packing": {"spheres": 12000, "density": {"enamel": 1.5, "dentin": 1, "pulp": 0}}})", 1.2_mm);
-    stiff.stiffness = 1e4;  // so that the push settles within a quarter of a second
+    stiff.stiffness = 1e4;  // so that the force is constant after a quarter of a second
     HapticBench run(TissueVolume(read_solids(Json::parse(
                         fmt::format(R"({{"voxel_mm": 0.1, "solids": [{{"tissue": "{}", "solid": {{"box": {{"size_mm":
                     [4, 4, 4]}}}}}}]}})",

@@ -1,4 +1,4 @@
-// Removal from packings (S2, eq. 2 to 6) against exact volumes, and tools as spheres.
+// Tests of removal from packings (S2, eq. 2 to 6), compared with exact volumes, and of tools that consist of spheres.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -29,7 +29,7 @@ SpherePacking one_sphere(double r) {
   return p;
 }
 constexpr double kBall = 5.0_mm;
-/// A ball of dentin with a core of pulp.
+/// Returns a packing of a ball of dentin with a core of pulp.
 SpherePacking ball(std::size_t spheres) {
   const DenseTissue tissue = read_solids(Json::parse(R"({"voxel_mm": 0.125, "solids": [
       {"tissue": "dentin", "solid": {"sphere": {"radius_mm": 5}}},
@@ -40,7 +40,7 @@ SpherePacking ball(std::size_t spheres) {
   return pack_spheres(tissue, options);
 }
 
-/// Volume of the ball within r of the segment, m³, counted on a grid.
+/// Returns the volume (m³) of the part of the ball that is within r of the segment. It is counted on a grid.
 double exact_sweep(const dvec3& a, const dvec3& b, double r) {
   const dvec3 lo = glm::min(a, b) - r, hi = glm::max(a, b) + r;
   constexpr double h = 0.025_mm;
@@ -57,7 +57,7 @@ double exact_sweep(const dvec3& a, const dvec3& b, double r) {
 }
 
 TEST(Removal, ThePublishedFormulaRemoves9967PercentTooMuchAndTheCorrectedOneTheExactVolume) {
-  // A sphere of radius 0.5 under a plane (a tool without curvature) that covers 0.01 of it.
+  // A sphere of radius 0.5 below a plane (a tool without curvature). They overlap by 0.01.
   const double plane = 1e5, cap = kPi * 0.01 * 0.01 * (3 * 0.5 - 0.01) / 3;
   for (const Removal removal : {Removal::kAsPrinted, Removal::kMended}) {
     SphereTissue tissue(one_sphere(0.5), removal);
@@ -70,8 +70,8 @@ TEST(Removal, ThePublishedFormulaRemoves9967PercentTooMuchAndTheCorrectedOneTheE
     } else {
       EXPECT_NEAR(total(removed.volume) / cap, 1, 1e-3);
     }
-    EXPECT_NEAR(tissue.tree().radius(0), 0.495, 1e-9);     // eq. 6: half of the overlap off the radius …
-    EXPECT_NEAR(tissue.tree().center(0).z, -0.005, 1e-9);  // … and half of it away
+    EXPECT_NEAR(tissue.tree().radius(0), 0.495, 1e-9);     // eq. 6: the radius decreases by half of the overlap …
+    EXPECT_NEAR(tissue.tree().center(0).z, -0.005, 1e-9);  // … and the centre moves away by the other half
   }
 }
 
@@ -239,14 +239,14 @@ TEST(Surface, TheDensityIsTheMeanOfTheOverlappedSpheres) {
   EXPECT_NEAR(both.normalised, 1.25, 1e-12);
   EXPECT_NEAR(both.share[static_cast<std::size_t>(Tissue::kEnamel)], 0.5, 1e-12);
   EXPECT_NEAR(both.density, 1.25 * 2 * lens_volume(1.1_mm, 0.5_mm, 1.0_mm) / 1.0_mm3, 1e-9);
-  EXPECT_NEAR(both.n_W.x, 1, 1e-12);  // away from the denser side
+  EXPECT_NEAR(both.n_W.x, 1, 1e-12);  // the normal points away from the denser side
 }
 
 TEST(Surface, SpeedTimesDensityIsTheBaseSpeedAndZeroDensityGivesNoResistance) {
   for (const double rho : {0.6, 0.8, 1.0, 1.5}) EXPECT_NEAR(cutting_speed(2e-3, rho, 0.1) * rho, 2e-3, 1e-15);
   EXPECT_EQ(cutting_speed(2e-3, 0, 0.1), 0.1);
   EXPECT_EQ(cutting_step(2e-3, 1e-3, 1), 2e-6);
-  EXPECT_EQ(cutting_step(2e-3, 1e-3, 1e-6), 1e-6);  // never past the hand
+  EXPECT_EQ(cutting_step(2e-3, 1e-3, 1e-6), 1e-6);  // the step never passes the hand
 }
 
 TEST(ToolSpheres, ABallIsOneSphereAndOtherHeadsLieInsideTheirShape) {
@@ -272,7 +272,7 @@ TEST(ToolSpheres, RingsLieThreeTimesNearerToTheHeadsSurfaceThanAPackingOfAsManyS
                                 HeadShape::kFlame, HeadShape::kInvertedCone}) {
     Tool tool;
     tool.shape = shape, tool.diameter = 1.0_mm, tool.length = 4.0_mm;
-    // m, mean distance from the head's surface to the nearest sphere
+    // Returns the mean distance (m) from the head's surface to the nearest sphere.
     const auto gap = [&](HeadSpheres kind) {
       const ToolSpheres s = tool_spheres(tool, 60, 1, kind);
       double sum = 0;

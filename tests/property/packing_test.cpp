@@ -1,4 +1,4 @@
-// Laws of sphere packings, on solids whose distances are known exactly.
+// Tests of laws of sphere packings, with solids whose distances are known exactly.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -91,7 +91,7 @@ TEST(Packing, EqualSeedsGiveEqualBitsAndOtherSeedsOtherSpheres) {
   EXPECT_EQ(a.tissue, b.tissue);
   EXPECT_EQ(a.largest_hole, b.largest_hole);
   EXPECT_NE(a.center, c.center);
-  EXPECT_NEAR(a.coverage(), c.coverage(), 0.02);  // another packing of the same kind
+  EXPECT_NEAR(a.coverage(), c.coverage(), 0.02);  // another packing with the same properties
 }
 
 TEST(Packing, NoSphereIsMoreThanTwiceAsLargeAsAnEarlierOne) {
@@ -151,7 +151,7 @@ TEST(Packing, MoreSpheresUnderTheSameLimitFillMoreAndLeaveSmallerHoles) {
 }
 
 TEST(Packing, TissueBeyondTheFieldsBandIsPackedAsDeepAsItIs) {
-  // The band is 0.6 mm, the ball's middle 2.5 mm deep.
+  // The narrow band is 0.6 mm wide. The middle of the ball is 2.5 mm below the surface.
   const SpherePacking p = packed(sampled(kSolids[0]), 60);
   EXPECT_GT(p.radius.front(), 0.7_mm);
   EXPECT_GT(p.coverage(), 0.5);

@@ -1,4 +1,4 @@
-// A picture of which only what changed was drawn anew is the picture drawn at once.
+// Tests that a picture of which only the changed parts were drawn again equals a picture that was drawn completely.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -57,7 +57,7 @@ TEST_P(ChangedPixels, OnlyChangedTilesAreDrawnAndThePictureEqualsAFullRedraw) {
                            i % 2 ? 1.0f : 0.3f});
     frame.particles = particles;
     frame.background = step > 10 ? render::Background::kBlack : render::Background::kGradient;
-    // Some bricks become what they are after the cut, or back again.
+    // Some bricks change to their state after the cut, or back.
     std::vector<render::MeshUpdate> changed;
     for (int i = 0; i < step % 3; ++i) {
       const auto& from = step % 2 ? cut : sound;
@@ -80,7 +80,7 @@ TEST_P(ChangedPixels, OnlyChangedTilesAreDrawnAndThePictureEqualsAFullRedraw) {
       const Difference d = compare(changing.stage.eye(e), fresh.stage.eye(e), 0);
       ASSERT_EQ(d.pixels, 0) << "step " << step << " eye " << e << " worst " << d.worst;
     }
-    // Nor may composing only what changed tell from composing everything.
+    // Composing only the changed parts must also equal composing everything.
     std::array<std::vector<display::Part>, 2> parts;
     for (int e = 0; e < 2; ++e)
       for (const render::PixelBox& b : changing.stage.renderer->redrawn(e))

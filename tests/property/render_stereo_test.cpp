@@ -1,4 +1,5 @@
-// The picture against the geometry it claims: points are where their rays meet, and a mirror is a mirror.
+// Tests the picture against the geometry: a point is where the rays of the eyes meet, and a mirrored picture is the
+// exact mirror image.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,13 +13,14 @@ namespace {
 
 using glm::dvec2;
 
-/// Middle of what is brighter than the black background, in clip coordinates.
+/// Returns the centroid of the pixels that are brighter than the black background, in clip coordinates.
 dvec2 centroid(const render::Picture& p) {
   dvec2 sum(0);
   double weight = 0;
   for (int y = 0; y < p.size.y; ++y)
     for (int x = 0; x < p.size.x; ++x)
-      // Coverage, not brightness: shading must not pull the middle aside; edge pixels count by their share of light.
+      // The weight is the coverage and not the brightness, because shading must not move the centroid. Pixels at edges
+      // count by their fraction of light.
       if (const double w = std::min(1.0, std::pow(p.at(x, y)[1] / 255.0, 2.2) / 0.4); w > 0) {
         sum += w * dvec2(x + 0.5, y + 0.5);
         weight += w;
@@ -40,7 +42,7 @@ TEST(Stereo, APointIsTriangulatedFromBothPicturesToItsPosition) {
     const std::vector<render::MeshUpdate> bricks{ball(1, glm::vec3(p), 1.0e-3f, Tissue::kEnamel)};
     stage.renderer->update(0, bricks);
     ASSERT_TRUE(stage.draw(frame).drawn);
-    // Rays through the middles of the two images; their nearest points.
+    // Rays through the centroids of the two pictures, and the points where the rays are nearest to each other.
     dvec3 origin[2], way[2];
     for (std::size_t e = 0; e < 2; ++e) {
       const dvec2 c = centroid(stage.eye(static_cast<int>(e)));
@@ -67,8 +69,8 @@ TEST(Stereo, EveryLevelKeepsDisparityWithinATenthOfAPixel) {
     const auto eyes = display::eye_views(rig);
     std::mt19937_64 g(7);
     const auto u = [&](double r) { return std::uniform_real_distribution<double>(-r, r)(g); };
-    // With one sample per pixel, a single ball's middle is uncertain by a fifth of a pixel. A shift would remain in the
-    // mean.
+    // With one sample per pixel, the centroid of a single ball has an error of a fifth of a pixel. A systematic shift
+    // would remain in the mean.
     constexpr int kBalls = 12;
     double error = 0;  // pixels
     for (int i = 0; i < kBalls; ++i) {
@@ -87,19 +89,21 @@ TEST(Stereo, EveryLevelKeepsDisparityWithinATenthOfAPixel) {
 }
 
 TEST(Mirror, TheTwoFormulationsGiveTheSamePicture) {
-  // Real eye and reflected screen, against mirrored eye, physical screen and a world whose every corner is mirrored.
+  // Compares the real eye and reflected screen with the mirrored eye, the physical screen, and a world of which every
+  // corner is mirrored.
   display::DisplayRig rig = desk(0.05, 0.04, 0.4, {0.1, 0.5, 0.8});
   const display::Mirror mirror{glm::normalize(dvec3(0.1, 0.9, 0.3)), -0.03};
-  display::DisplayRig behind = rig;  // its panel stands where the mirror image of the desk's is
+  display::DisplayRig behind = rig;  // its panel is at the position of the mirror image of the desk's panel
   behind.screen = display::reflect(mirror, rig.screen);
-  std::swap(behind.screen.lower_left, behind.screen.lower_right);  // upright as its own picture: seen from the front
+  // its own picture is upright, because it is seen from the front
+  std::swap(behind.screen.lower_left, behind.screen.lower_right);
   behind.screen.upper_left =
       display::reflect(mirror, rig.screen.lower_right + (rig.screen.upper_left - rig.screen.lower_left));
   behind.mirror = mirror;
 
-  const auto tooth = tooth_mesh(0, 0.35e-3);  // sound: the grain of decay lies fixed in space
-  // Without the shadow map, whose samples lie in the lamp's own frame and so are not mirrored with the world, and
-  // without the grain that enamel has where light is looked up per pixel.
+  const auto tooth = tooth_mesh(0, 0.35e-3);  // without caries, because the pattern of caries is fixed in space
+  // Drawn without the shadow map: its samples lie in the lamp's frame and are not mirrored with the world. Also drawn
+  // without the fine structure of enamel that is computed per pixel.
   render::Quality quality = render::kQualityLadder[0];
   quality.shadow_map = 0;
   quality.light_per_vertex = true;
@@ -134,7 +138,7 @@ TEST(Mirror, TheTwoFormulationsGiveTheSamePicture) {
   stage.renderer->update(0, mirrored);
   stage.draw(direct);
   for (int e = 0; e < 2; ++e) {
-    // Single precision rounds differently on the two ways: an edge may cross a sample here and there.
+    // Single precision rounds differently in the two computations. So an edge may cross a few samples.
     const Difference d = compare(seen[e], stage.eye(e), 4);
     EXPECT_LE(d.pixels, 2) << "worst " << d.worst;
   }

@@ -1,5 +1,5 @@
-// Scores of geometry obey the same laws: the ideal scores full, and whatever is cut too much or left lowers the score,
-// the more the lower.
+// Tests that scores of geometry obey the same laws: the ideal gets the full score. Each excess cut and each uncut
+// remainder lowers the score; larger errors lower it more.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ namespace {
 
 using namespace test;
 
-/// Every geometric rule, with what the ideal has as target.
+/// Returns all geometric rules, with the values of the ideal as targets.
 std::vector<ScoreRule> all_rules(const ScoreInput& input) {
   const Json block = Json::parse(R"({"rules": [
     {"name": "over_cut_mm3", "target": 0, "tolerance": 1, "weight": 20},
@@ -72,11 +72,12 @@ TEST(CavityLaws, TheScoreFallsWithTheAmountCutBeyondTheIdeal) {
   Judged judged(ideal);
   const double full = score(judged.input, judged.rules).points;
   for (int i = 0; i < 4; ++i) {
-    // A ball somewhere on the cavity's wall or floor, or on sound surface, growing.
+    // A growing ball at a random position on the cavity's wall or floor, or on sound surface.
     const dvec3 at = kMiddle + dvec3(random.number(2e-3), random.number(2e-3), -1.2e-3 + random.number(0.6e-3));
     double last = full;
     for (const double radius : {0.5e-3, 0.7e-3, 0.9e-3}) {
-      if (std::abs(ideal(at)) > radius && ideal(at) < 0) continue;  // wholly inside: nothing more is cut
+      // completely inside the ideal cavity: no additional tissue is cut
+      if (std::abs(ideal(at)) > radius && ideal(at) < 0) continue;
       const double points =
           judged.of(without([&](const dvec3& p) { return std::min(ideal(p), ball(at, radius)(p)); })).points;
       ASSERT_LT(points, last) << i << " " << radius;
@@ -100,7 +101,7 @@ TEST(CavityLaws, TheScoreFallsWithTheAmountLeftAboveTheIdeal) {
       last = s.points;
     }
   }
-  // Nothing done at all earns nothing, though nothing was cut too much.
+  // If nothing was done, the score is zero, although no excess was cut.
   const Score none = judged.of(judged.preparation.before);
   EXPECT_EQ(none.completion, 0);
   EXPECT_EQ(none.points, 0);
@@ -119,7 +120,7 @@ TEST(CavityLaws, AMissingMeasureScoresZeroAndKeepsItsWeight) {
 
 constexpr double kDegree = kPi / 180, kUm = 1e-6, kMm3 = 1e-9;
 
-/// `shape` about the vertical through the middle, turned and moved: on no voxel's edge.
+/// `shape`, rotated about the vertical axis through the middle and displaced, so that it does not lie on voxel edges.
 template <class Shape>
 auto turned(Shape shape, double angle, const dvec3& by) {
   return [=](const dvec3& p) {
@@ -157,11 +158,11 @@ TEST(AnalyticCavities, OfAnySizeTiltAndPositionAreMeasuredWithinTheErrorOfTheFie
   }
 }
 
-/// One rule alone, its target what the ideal has; the shape made worse in real geometry, step by step.
+/// One rule alone, with the ideal's value as target. The real geometry of the shape is made worse step by step.
 struct Spoilt {
   const char* rule;
   double tolerance;
-  DenseField (*worse)(double);  // by 0 (the ideal) and more
+  DenseField (*worse)(double);  // returns the shape worsened by 0 (the ideal) or more
 };
 const Spoilt kSpoilt[] = {
     {"floor_depth_mm", 0.3,

@@ -21,7 +21,7 @@ TEST(SessionFileLaw, TheDivisionIntoChunksDoesNotChangeTheTicks) {
       for (std::size_t i = 0; i < ticks.size();) {
         const std::size_t n = std::min<std::size_t>(1 + random.engine() % 700, ticks.size() - i);
         writer.append(std::span(ticks).subspan(i, n));
-        if (random.engine() % 3 == 0) writer.flush();  // a chunk written in parts
+        if (random.engine() % 3 == 0) writer.flush();  // writes a chunk in parts
         i += n;
       }
       ASSERT_TRUE(writer.finish({}));

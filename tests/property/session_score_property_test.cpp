@@ -1,4 +1,5 @@
-// Scores obey two laws, whatever the session: a perfect result scores full, and every worsening lowers the score.
+// Tests that scores obey two laws in any session: a perfect result gets the full score, and every worsening lowers the
+// score.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -41,9 +42,9 @@ ScoreInput perfect(Random& random, bool with_ideal) {
 
 struct Worsening {
   const char* name;
-  void (*apply)(ScoreInput&, double);  // by an amount of about 0 to 1
+  void (*apply)(ScoreInput&, double);  // worsens by an amount of about 0 to 1
 };
-// Each from the perfect side of its target outwards, so that the target is crossed on the way.
+// Each worsening starts on the perfect side of its target and moves across the target.
 const Worsening kWorsenings[] = {
     {"caries left",
      [](ScoreInput& in, double d) { in.after[kCaries] += d * (in.before[kCaries] - in.after[kCaries]); }},
@@ -56,7 +57,7 @@ const Worsening kWorsenings[] = {
      [](ScoreInput& in, double d) { in.pulp_distance = std::min(*in.pulp_distance, 0.5e-3) * (1 - d); }},
     {"healthy tissue",
      [](ScoreInput& in, double d) {
-       // Beyond what is free for the access.
+       // More than the volume that access may remove without loss of points.
        in.after[kDentin] = std::min(in.after[kDentin], in.before[kDentin] - in.before[kCaries]) - 20e-9 * d;
      }},
 };
@@ -75,7 +76,7 @@ TEST(ScoreLaws, EveryDefectLowersTheScoreFromAnyState) {
   Random random(2);
   for (int i = 0; i < 500; ++i) {
     ScoreInput in = perfect(random, i % 2 == 1);
-    // Somewhere between perfect and bad.
+    // A random state between perfect and bad.
     for (const Worsening& w : kWorsenings) {
       if (random.engine() % 2) w.apply(in, 0.5 * std::abs(random.number(1)));
     }
@@ -117,11 +118,11 @@ TEST(ScoreLaws, PointsAreWithinTheirRangeAddUpTo100AndAreWeightedByCompletion) {
   }
 }
 
-/// Every measure there is, alone: how a hand makes it worse from its target on, by `d` of its tolerance, which is 1 in
-/// SI units of a millimetre, a newton and so on.
+/// Each measure alone: makes it worse, beginning at its target, by `d` times its tolerance. The tolerance is 1
+/// millimetre, 1 newton and so on, in SI units.
 struct MeasureWorsening {
   const char* name;
-  double target;  // in the measure's unit
+  double target;  // target in the measure's unit
   void (*set)(ScoreInput&, double value);
 };
 const MeasureWorsening kMeasures[] = {
@@ -235,9 +236,9 @@ TEST(ScoreLaws, HoldForEveryMeasureAndOnBothSidesOfATarget) {
       ASSERT_EQ(full.items.size(), 1u) << m.name;
       EXPECT_NEAR(full.points, full.full, 1e-9) << m.name;
       double last = full.points;
-      for (double off = 0.4; off < 40; off *= 1.7) {  // in steps that even counts can follow
+      for (double off = 0.4; off < 40; off *= 1.7) {  // in steps for which also integer counts change
         const bool a_size = at_least || m.name == std::string_view("bed_diameter_mm") ||
-                            m.name == std::string_view("bed_depth_mm");  // never below zero
+                            m.name == std::string_view("bed_depth_mm");  // this measure is never below zero
         if (way < 0 && a_size && m.target - off < 0) break;
         m.set(in, m.target +
                       way * off *

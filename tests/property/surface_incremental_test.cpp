@@ -1,4 +1,4 @@
-// The mesh after any history of updates is the mesh of the bricks as they are.
+// Tests that the mesh after any sequence of updates equals the mesh of the present bricks.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ TEST(Incremental, OrderOfUpdatesDoesNotMatter) {
     SurfaceMesher mesher;
     for (const glm::ivec3& key : keys) {
       put(mesher, block.brick(key));
-      if (order == 2) mesher.remesh();  // after every single brick
+      if (order == 2) mesher.remesh();  // remesh after every single brick
     }
     mesher.remesh();
     if (order == 0) expected = mesher.hash();
@@ -61,7 +61,7 @@ TEST(Incremental, SharedVerticesAreTheSameBitsInBothBricks) {
   SurfaceMesher mesher;
   for (const glm::ivec3& key : block.keys()) put(mesher, block.brick(key));
   mesher.remesh();
-  // Joining by exact position closes the surface: no vertex differs by even one bit across a border.
+  // If vertices are joined by exact position, the surface is closed: no vertex differs by even one bit across a border.
   struct Less {
     bool operator()(const glm::vec3& a, const glm::vec3& b) const {
       return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;

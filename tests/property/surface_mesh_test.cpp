@@ -1,4 +1,4 @@
-// What the mesh of any field must be, and how near it must come to fields with a formula.
+// Tests of properties that the mesh of any field must have, and of its distance from surfaces with known formulas.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -36,7 +36,7 @@ void expect_surface(const Topology& t, long euler, int components = 1) {
 }
 
 TEST(Sphere, NeedsFewTrianglesForItsErrorAndStaysWithinTheTolerance) {
-  // The optimum of inscribed triangles is N·ε/R = 4.84; marching cubes needs 14.1.
+  // The optimum for inscribed triangles is N·ε/R = 4.84. Marching cubes gives 14.1.
   Random random(4);
   for (const double radius : {7.5, 12.0, 20.0, 33.0}) {
     for (const float tolerance : {-1.f, 0.02f, 0.05f, 0.1f, 0.25f}) {
@@ -48,7 +48,7 @@ TEST(Sphere, NeedsFewTrianglesForItsErrorAndStaysWithinTheTolerance) {
       SCOPED_TRACE("radius " + std::to_string(radius) + ", tolerance " + std::to_string(tolerance));
       expect_surface(topology_of(mesh), 2);
       EXPECT_LT(static_cast<double>(mesh.triangles.size()) * error / radius, 7.3);
-      EXPECT_LT(error, std::max(static_cast<double>(tolerance), 0.16 / radius));  // full resolution at least
+      EXPECT_LT(error, std::max(static_cast<double>(tolerance), 0.16 / radius));  // at least as good as full resolution
     }
   }
 }
@@ -82,7 +82,7 @@ TEST(Box, HasExactFacesAndCornersAtAnyOffset) {
 }
 
 TEST(Box, TurnedAnyWayKeepsItsEdgesAndFourInFiveCorners) {
-  // A corner that pokes between the edges of the lattice is seen by no crossing and cannot be kept.
+  // A corner that projects between the edges of the lattice causes no crossing, so it cannot be represented.
   Random random(11);
   int kept = 0;
   for (int i = 0; i < 12; ++i) {
@@ -133,7 +133,7 @@ TEST(Plate, WithADrilledHoleHasGenusOneAndASharpRim) {
     };
     const WholeMesh mesh = weld(mesh_of(sample_bricks(centre - 23.0, centre + 23.0, plate), tolerance));
     expect_surface(topology_of(mesh), 0);
-    EXPECT_LT(largest_error(mesh, plate), 0.25);  // at the rim; away from it within the tolerance:
+    EXPECT_LT(largest_error(mesh, plate), 0.25);  // at the rim; elsewhere the error is within the tolerance:
     double away = 0;
     for (const auto& v : mesh.vertices) {
       const glm::dvec3 p = v.position;
@@ -145,8 +145,8 @@ TEST(Plate, WithADrilledHoleHasGenusOneAndASharpRim) {
 }
 
 TEST(AnyField, GivesAClosedManifold) {
-  // White noise has every configuration of signs in every neighbourhood; blended with a ball it has every transition
-  // between merged and full-resolution cells.
+  // White noise contains every configuration of signs in every neighbourhood. Blended with a ball, it contains every
+  // transition between merged and full-resolution cells.
   for (unsigned seed = 0; seed < 9; ++seed) {
     Random random(seed);
     const int n = 32;
@@ -200,11 +200,12 @@ TEST(Normals, OnACreaseEachSideHasItsOwnNormals) {
 }
 
 TEST(Normals, AGentleCreaseIsShadedSmoothAndAnAcuteOneSharp) {
-  // A furrow between two planes, slanting across the lattice, at full resolution: how far normals at one place differ.
+  // A furrow between two planes that is oblique to the lattice, at full resolution. The test measures how much normals
+  // at one position differ.
   const glm::dvec3 along = glm::normalize(glm::dvec3(1, 0.31, 0.17)),
                    up = glm::normalize(glm::cross(along, glm::dvec3(-0.2, 1, 0)));
   const glm::dvec3 across = glm::cross(up, along);
-  const auto worst = [&](double degrees) {  // between the sides' normals
+  const auto worst = [&](double degrees) {  // angle between the normals of the two sides
     const double half = glm::radians(degrees / 2);
     const Field furrow = [&](const glm::dvec3& p) {
       const glm::dvec3 q = p - glm::dvec3(8.3, 7.9, 8.1);
@@ -218,7 +219,7 @@ TEST(Normals, AGentleCreaseIsShadedSmoothAndAnAcuteOneSharp) {
       const BrickMesh& mesh = *mesher.find(key);
       for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
         if (glm::length(glm::dvec3(mesh.vertices[i].position) - glm::dvec3(8.3, 7.9, 8.1)) > 9)
-          continue;  // not the ball's rim
+          continue;  // this is not the ball's rim
         for (std::size_t j = 0; j < i; ++j) {
           if (mesh.vertices[i].position != mesh.vertices[j].position) continue;
           least = std::min(least, glm::dot(mesh.vertices[i].normal, mesh.vertices[j].normal));
@@ -233,7 +234,8 @@ TEST(Normals, AGentleCreaseIsShadedSmoothAndAnAcuteOneSharp) {
 }
 
 TEST(Tissues, BoundaryIsDrawnWhereItRuns) {
-  // A ball, enamel above a slanted plane and dentin below; the line where `second` passes a half must follow the plane.
+  // A ball with enamel above an oblique plane and dentin below it. The line where `second` equals one half must follow
+  // the plane.
   const glm::dvec3 centre(24.4, 23.8, 24.1), up = glm::normalize(glm::dvec3(0.3, 0.2, 1));
   const Field sphere = [=](const glm::dvec3& p) { return glm::length(p - centre) - 18; };
   const auto labels = [=](const glm::dvec3& p) {
@@ -249,7 +251,7 @@ TEST(Tissues, BoundaryIsDrawnWhereItRuns) {
         const SurfaceVertex &a = mesh.vertices[mesh.indices[i + k]], &b = mesh.vertices[mesh.indices[i + (k + 1) % 3]];
         ASSERT_EQ(a.tissue[0], b.tissue[0]);
         ASSERT_EQ(a.tissue[1], b.tissue[1]);
-        // Every point of the mesh is drawn in the tissue it has, up to a voxel from the boundary.
+        // Every point of the mesh is drawn in its own tissue, except within a voxel of the boundary.
         const double height = glm::dot(glm::dvec3(a.position) - centre, up) - 3;
         const Tissue drawn = a.tissue[a.second > 127];
         if (std::abs(height) > 1) {
@@ -266,7 +268,8 @@ TEST(Tissues, BoundaryIsDrawnWhereItRuns) {
     }
   }
   ASSERT_GT(crossings, 100);
-  EXPECT_LT(std::sqrt(sum / crossings), 0.35);  // labels are whole voxels: 0.29 is the spread of rounding
+  // labels belong to whole voxels: rounding has a standard deviation of 0.29
+  EXPECT_LT(std::sqrt(sum / crossings), 0.35);
 }
 
 TEST(Culling, EveryTriangleLiesInItsBricksBoundsAndCone) {

@@ -1,4 +1,5 @@
-// What a head removes from a mesh (contact model vertex): against analytic volumes, and by brute force.
+// Tests of the volume that a head removes from a mesh (contact model vertex), compared with analytic volumes and with a
+// direct computation.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -31,7 +32,7 @@ Tool round_head(double radius = kRadius) {
   return tool;
 }
 
-/// A mesh with its cutter.
+/// A mesh, and the object that cuts it.
 struct Workpiece {
   EditableMesh mesh;
   MeshCutter cutter;
@@ -39,7 +40,8 @@ struct Workpiece {
       : mesh(tissue, CutParameters::longest * edge, spare), cutter(mesh, nullptr) {}
 };
 
-/// From A to B as the servo goes: in steps, and again where vertices held the head. Returns what was removed, m³.
+/// Moves the head from A to B as the servo does: in steps, which are repeated where vertices held the head. Returns the
+/// removed volume (m³).
 double drive(Workpiece& w, const VertexHead& head, Pose X, const Pose& X_WB, double edge) {
   double removed = 0;
   const dvec3 way = X_WB.p - X.p;
@@ -56,7 +58,8 @@ double drive(Workpiece& w, const VertexHead& head, Pose X, const Pose& X_WB, dou
   return removed;
 }
 
-/// Volume that a ball pressed straight down into a plane removes, over the analytic cap.
+/// Returns the relative error of the volume that a ball removes when it is pressed straight down into a plane, compared
+/// with the analytic volume of the cap.
 double cap_error(double depth, double edge) {
   Workpiece w(square(4.0_mm, 0.4_mm), edge);
   const VertexHead head(round_head());
@@ -81,8 +84,8 @@ Tool head_of(HeadShape shape, double diameter = 1.0_mm) {
   return tool;
 }
 
-/// Draws a head at random through the workpiece, in steps of at most half an edge, as the servo does: where a wall
-/// holds it back it tries again, and gives up after a few times. Returns the volume removed, m³.
+/// Moves a head on a random path through the workpiece, in steps of at most half an edge, as the servo does. Where a
+/// wall holds the head back, it tries again, and stops trying after a few times. Returns the removed volume (m³).
 double scribble(Workpiece& w, const VertexHead& head, double edge, std::mt19937& random, const dvec3& size) {
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto direction = [&] { return glm::normalize(dvec3(unit(random), unit(random), unit(random))); };
@@ -162,7 +165,7 @@ TEST_P(VertexCutHeads, AnOpenMeshKeepsItsBorderBitForBit) {
   const EditableMesh before = w.mesh;
   std::mt19937 random(4);
   std::uniform_real_distribution<double> unit(-1, 1);
-  for (int stroke = 0; stroke < 6; ++stroke) {  // over the border, too
+  for (int stroke = 0; stroke < 6; ++stroke) {  // also across the border
     Pose X{{2.0_mm * unit(random), 2.0_mm * unit(random), head.reach()},
            glm::angleAxis(0.6 * unit(random), dvec3(0, 1, 0))};
     const dvec3 along = 0.03_mm * glm::normalize(dvec3(unit(random), unit(random), 0));
@@ -231,7 +234,7 @@ TEST(HeadDistances, EqualTheDistancesOfSinglePointsBitForBitForEveryHeadAndPose)
 
 TEST(VertexCut, MovedVerticesLieOnTheHead) {
   for (const HeadShape shape : haptics::head_shapes()) {
-    if (shape == HeadShape::kInvertedCone) continue;  // its rim may be held for a while (README.md)
+    if (shape == HeadShape::kInvertedCone) continue;  // its rim may be held for some ticks (README.md)
     const VertexHead head(head_of(shape));
     Workpiece w(square(4.0_mm, 0.4_mm), 0.1_mm);
     const dquat R = glm::angleAxis(0.4, glm::normalize(dvec3(1, 2, 0)));
@@ -249,13 +252,13 @@ TEST(VertexCut, MovedVerticesLieOnTheHead) {
 }
 
 TEST(VertexCut, RotatingTheWorkpieceRotatesTheResult) {
-  // Splits and moves follow lengths, and these stay the same but for rounding.
+  // Splits and moves depend on lengths, and these are constant except for rounding.
   const dquat R = glm::normalize(dquat(0.3, 0.5, -0.2, 0.7));
   for (const HeadShape shape : {HeadShape::kSphere, HeadShape::kCylinder, HeadShape::kCone}) {
     const VertexHead head(head_of(shape));
     haptics::TissueMesh tissue = square(4.0_mm, 0.37_mm);
     std::mt19937 random(3);
-    for (dvec3& p : tissue.vertices) {  // no ties
+    for (dvec3& p : tissue.vertices) {  // so that no two lengths are equal
       p += 1e-7 * dvec3(random() % 100, random() % 100, random() % 100);
     }
     haptics::TissueMesh turned = tissue;
@@ -289,11 +292,11 @@ TEST(VertexCut, BelowTheSurfaceThePublishedRulePushesTissueOutAndTheCorrectedRul
   Workpiece mended(square(4.0_mm, 0.4_mm), edge);
   const double cut = drive(mended, head, above, below, edge);
   EXPECT_LT(highest(mended.mesh), 1e-9);
-  // Straight down: a cylinder and a half ball.
+  // Straight down: the volume is a cylinder and a half ball.
   const double exact = kPi * kRadius * kRadius * (depth - kRadius) + 2.0 / 3 * kPi * kRadius * kRadius * kRadius;
   EXPECT_NEAR(cut, exact, 0.05 * exact);
   EXPECT_EQ(test::crossings(mended.mesh), 0);
-  // And sideways from there, where the ball's upper half meets the flat surface: nothing rises above it.
+  // Then sideways, where the ball's upper half meets the flat surface. No vertex rises above the surface.
   Pose X = below;
   for (int k = 0; k < 60; ++k) {
     const Pose next{X.p + dvec3(0.02_mm, 0, 0)};
@@ -305,7 +308,7 @@ TEST(VertexCut, BelowTheSurfaceThePublishedRulePushesTissueOutAndTheCorrectedRul
 }
 
 TEST(VertexCut, TheGridSearchRemovesTheSameAsASearchOfAllFaces) {
-  // The box prefilter: a head finds the same vertices among the faces near it as among all.
+  // The selection by boxes: a head finds the same vertices among the faces near it as among all faces.
   const VertexHead head(head_of(HeadShape::kCone));
   Workpiece w(ball({2.0_mm, 1.5_mm, 1.0_mm}, 0.15_mm), 0.1_mm);
   std::mt19937 random(8);
@@ -338,7 +341,7 @@ TEST(VertexCut, CuttingDoesNotAllocate) {
 }
 
 TEST(VertexCut, AThinWallIsNotCutThrough) {
-  // A plate of 0.3 mm, pressed by a ball from above: what is left of it neither opens nor crosses itself.
+  // A plate of 0.3 mm, pressed by a ball from above. The rest of the plate neither opens nor intersects itself.
   const VertexHead head(round_head());
   Workpiece w(ball({3.0_mm, 3.0_mm, 0.15_mm}, 0.3_mm), 0.1_mm);
   Pose X{{0, 0, 0.8_mm}};

@@ -1,4 +1,5 @@
-// The contact model vertex in the servo: force, filter, energy, undo, snapshots, and the field that scores are made of.
+// Tests of the contact model "vertex" in the servo: force, filter, energy, undo, snapshots, and the distance field from
+// which scores are computed.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -32,14 +33,15 @@ haptics::ServoSettings drill(const char* model) {
   return settings;
 }
 
-/// A ball of 3 mm as a volume, with a mesh of its own of a given edge.
+/// Returns a ball of 3 mm as a volume, which carries its own mesh with the given edge length.
 haptics::TissueVolume ball_of(double edge) {
   haptics::TissueVolume volume(haptics::read_solids(Json::parse(kBall, "tissue")));
   volume.set_mesh(std::make_shared<haptics::TissueMesh>(test::ball(dvec3(3.0_mm), edge)));
   return volume;
 }
 
-/// N, on a ball pressed 0.15 mm into the top of that mesh; as printed: on one that lies so deep in it.
+/// Returns the force (N) on a ball that is pressed 0.15 mm into the top of that mesh. With the model as printed: the
+/// force on a ball that lies at this depth.
 double force_on(double edge, const char* model) {
   HapticBench bench(ball_of(edge), probe_settings(model));
   for (int i = 0; i <= 200; ++i) bench.tick({{0, 0, 3.65_mm - 1e-6 * i}});
@@ -86,7 +88,7 @@ TEST(VertexForce, TheTipOfAnExplorerStaysAtTheHandHoweverFastItSlides) {
   }
 }
 
-/// rms of the change of force from tick to tick of a ball that slides over a coarse mesh, N.
+/// Returns the rms change of force (N) from tick to tick of a ball that slides over a coarse mesh.
 double ripple(const char* model, double& most) {
   HapticBench bench(ball_of(0.45_mm), probe_settings(model));
   double before = 0, squares = 0, mean = 0;
@@ -128,7 +130,7 @@ TEST(VertexForce, BehindThePassivityControllerNoHandGainsMoreThanANanojoule) {
   }
 }
 
-/// A groove from the top of the ball.
+/// Cuts a groove from the top of the ball.
 void groove(HapticBench& bench, int ticks, double y = 0) {
   for (int i = 0; i < ticks; ++i) bench.tick({{2e-6 * i - 1.0_mm, y, 3.7_mm - std::min(i, 300) * 3e-6}}, 1);
 }
@@ -191,7 +193,7 @@ TEST(VertexModel, AnUndoDiscardsAnUnfinishedCut) {
 }
 
 TEST(VertexModel, ALateSnapshotIsTheSameMesh) {
-  // The carver takes a snapshot, the servo goes on cutting, and either side brings it up to date.
+  // The carver takes a snapshot while the servo continues to cut. Then both sides bring the snapshot up to date.
   HapticBench bench(kBall, drill(R"({"vertex": {}})"));
   groove(bench, 500);
   auto late = bench.carver.make_snapshot();
@@ -205,7 +207,8 @@ TEST(VertexModel, ALateSnapshotIsTheSameMesh) {
   EXPECT_EQ(mesh.hash(), body.mesh().hash());
 }
 
-/// All samples of a field, voxels. (Its hash also tells which leaves were ever written.)
+/// Returns all samples of a distance field in voxels. (The field's hash also depends on which leaves were ever
+/// written.)
 std::vector<float> samples(const haptics::TissueVolume& volume) {
   const glm::ivec3 size(100);
   std::vector<float> field(100 * 100 * 100);
@@ -219,7 +222,7 @@ TEST(VertexModel, UndoAndRedoRestoreMeshAndFieldBitForBit) {
   const auto mesh_before = body.mesh().hash();
   const auto field_before = samples(bench.carver.volume());
   groove(bench, 800);
-  for (int i = 0; i < 400; ++i) bench.tick({{0, 0, 5.0_mm}});  // the stroke is over
+  for (int i = 0; i < 400; ++i) bench.tick({{0, 0, 5.0_mm}});  // after this, the stroke has ended
   bench.carver.rest(bench.t);
   const auto mesh_after = body.mesh().hash();
   const auto field_after = samples(bench.carver.volume());
@@ -285,7 +288,7 @@ TEST_P(VertexHeads, AHeadIsFeltWithTheTissuesStiffnessAndLeavesItsCutWithoutAFor
   EXPECT_GT(lag, 0.05_mm);
   EXPECT_NEAR(bench.last.f_model_W.z, 500 * lag, 0.05 * 500 * lag) << "dentin, 0.5 N/mm";
   for (int i = 0; i < 600; ++i) tick({i * 1e-6, 0, tip - 0.5_mm});
-  // Up and to the side: it lies below what is left of the surface there.
+  // Moves up and to the side. There the head is below the rest of the surface.
   for (int i = 0; i < 400; ++i) tick({0.6_mm + i * 1e-6, i * 2e-6, tip - 0.5_mm + i * 6e-6});
   EXPECT_GT(total(bench.last.removed), 0.02e-9);
   EXPECT_EQ(bench.last.X_WG.p, dvec3(0.6_mm + 399e-6, 399 * 2e-6, tip - 0.5_mm + 399 * 6e-6)) << "it came out";
@@ -294,7 +297,7 @@ TEST_P(VertexHeads, AHeadIsFeltWithTheTissuesStiffnessAndLeavesItsCutWithoutAFor
   EXPECT_GE(least_energy, -1e-9);
 }
 
-// More of them in ./run stress.
+// ./run stress repeats this test more often.
 TEST_P(VertexHeads, RandomHandsLeaveTheMeshClosedAndFreeOfCrossings) {
   for (int seed = 1; seed <= test::campaign(1); ++seed) {
     std::mt19937 random(static_cast<unsigned>(seed));
@@ -307,7 +310,7 @@ TEST_P(VertexHeads, RandomHandsLeaveTheMeshClosedAndFreeOfCrossings) {
     dvec3 p(0, 0, 2.0_mm), way(0);
     dquat R(1, 0, 0, 0), turn(1, 0, 0, 0);
     for (int i = 0; i < 2000; ++i) {
-      if (i % 100 == 0) {  // a new way, up to 20 mm/s, and turn
+      if (i % 100 == 0) {  // a new velocity of up to 20 mm/s and a new rotation
         way = 20e-6 * dvec3(unit(random), unit(random), unit(random) - (p.z > 0 ? 0.8 : -0.2));
         turn = glm::angleAxis(2e-3 * unit(random), glm::normalize(dvec3(unit(random), unit(random), 0.1)));
       }
@@ -324,7 +327,7 @@ TEST_P(VertexHeads, RandomHandsLeaveTheMeshClosedAndFreeOfCrossings) {
   }
 }
 
-/// What a turning head removed and what it swept below the surface of kBlock, m³.
+/// Volume (m³) that a rotating head removed, and volume that it swept below the surface of kBlock.
 struct Removal {
   double removed, swept;
 };
@@ -371,7 +374,8 @@ INSTANTIATE_TEST_SUITE_P(Shapes, VertexHeads,
                          [](const auto& each) { return std::string(haptics::name_of(each.param)); });
 
 TEST(VertexModel, APointedConeGoesOnCuttingInItsOwnHole) {
-  // At this depth the hole is hardly wider than the mesh's edges, so a part of the swept volume stays.
+  // At this depth the hole is only slightly wider than the length of the mesh's edges, so a part of the swept volume
+  // remains.
   haptics::ServoSettings settings = drill(R"({"vertex": {}})");
   settings.tool.shape = haptics::HeadShape::kCone;
   settings.tool.diameter = 1.2_mm, settings.tool.length = 6.0_mm;
@@ -380,7 +384,8 @@ TEST(VertexModel, APointedConeGoesOnCuttingInItsOwnHole) {
   EXPECT_NEAR(done.removed, done.swept, 0.45 * done.swept);
 }
 
-/// m³ that an edge drawn to and fro over kBlock removes, or in one slow stroke. 1e9 J/m³.
+/// Volume (m³) that a sharp edge removes when it moves forwards and backwards over kBlock, and in one slow stroke. The
+/// energy density is 1e9 J/m³.
 struct Scraping {
   double removed, paid;
 };

@@ -1,4 +1,5 @@
-// The worst that models and hands can do, for as long as a working day of sound: finite, bounded, no drift.
+// Tests the worst input of models and hands for as much sound as a working day has: the sound is finite and bounded and
+// has no drift.
 #include <gtest/gtest.h>
 
 #include "audio/drill_synth.h"

@@ -1,5 +1,5 @@
-// `typodont calibrate guide arm` with an emulated arm on a pseudo terminal, in real time: an arm whose links, joints
-// and scales are off is held in sockets, Enter takes each touch, and what is solved is that arm.
+// Tests `typodont calibrate guide arm` with an emulated arm on a pseudo-terminal, in real time. The arm has errors in
+// its links, joints and scales and is held in sockets. Enter takes each touch. The result must be this arm.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// Whatever a file holds, the readers answer with data or with an Error; and solvers survive any numbers.
+// Tests that the readers return data or throw an Error for any content of a file, and that the solvers accept any
+// numbers.
 #include <gtest/gtest.h>
 
 #include <cmath>

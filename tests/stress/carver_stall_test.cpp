@@ -1,5 +1,5 @@
-// The carver stands still for 5 ms to 5 s while a simulated hand slides, drills, taps, withdraws or comes down from the
-// air, with any tool, at 1 and 4 kHz. Short here; ./run stress makes it long.
+// Tests sessions in which the carver does nothing for 5 ms to 5 s. A simulated hand slides, drills, taps, withdraws or
+// comes down from the air, with any tool, at 1 and 4 kHz. The normal run is short; ./run stress makes it long.
 #include <gtest/gtest.h>
 
 #include <vector>

@@ -1,7 +1,7 @@
-// Hands that push every shipped rotary tool with a constant force into the molar, with caries. The force on such a hand
-// changes from tick to tick, at 1 kHz, by less than 0.02 N, or less than the coupling's spring gives by the hand's own
-// displacement in that tick, from the first touch on. ./run stress makes it long; `typodont bench push` measures 2,000
-// hands.
+// Tests hands that push every shipped rotary tool with a constant force into the molar with caries. From the first
+// touch on, the force on the hand must change in each tick at 1 kHz by less than 0.02 N, or by less than the effect of
+// the hand's own displacement in this tick on the coupling's spring. ./run stress makes the test long; `typodont bench
+// push` measures 2,000 hands.
 #include "engine/app/bench/constant_push.h"
 
 #include <fmt/format.h>

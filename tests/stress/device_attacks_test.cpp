@@ -1,6 +1,6 @@
-// Attacks through a device while its motors press against a hand: in simulated time, with the device's service or board
-// emulated, the safety layer, and the servo in contact with tissue. Each attack begins at a moment when the hand feels
-// a force, by construction. It ends in zero force, or the contact goes on as if nothing had happened.
+// Tests attacks through a device while its motors press against a hand, in simulated time. The device's service or
+// board is emulated; the safety layer is active, and the servo is in contact with tissue. Each attack begins when the
+// hand feels a force. Afterwards the force must be zero, or the contact must continue as without the attack.
 #include <gtest/gtest.h>
 
 #include <algorithm>

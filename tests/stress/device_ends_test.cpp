@@ -1,7 +1,7 @@
-// Processes that press with an arm and end: a thousand are killed, and as many end in each other way there is (a few of
-// each in every test run, a thousand of each in ./run stress), each at a random moment of its force. The arms are
-// emulated boards on pseudo terminals whose firmware never lets go, so that whatever does was the process itself, or
-// its watchdog.
+// Tests processes that press with an arm and then end. A thousand of them are killed, and a thousand end in each other
+// way (a few of each in normal test runs, all in ./run stress). The end comes at a random moment while there is a
+// force. The arms are emulated boards on pseudo-terminals whose firmware never switches the motors off. So only the
+// process itself or its watchdog can end the force.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>

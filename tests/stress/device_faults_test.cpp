@@ -1,6 +1,6 @@
-// Fault injection on the emulated arm, in simulated time: a hand presses into a wall and leaves it again and again, and
-// at a random moment something breaks, each of the things that can a thousand times. What must hold: the force never
-// exceeds the limits, is zero soon after, and comes back only after the hand was free.
+// Injects faults into the emulated arm, in simulated time. A hand presses into a wall and leaves it repeatedly, and at
+// a random moment a part fails. Each kind of fault is injected a thousand times. The force must never exceed the
+// limits, must soon be zero, and may return only after the hand was free of contact.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
-// Real hidraw nodes as far as the program can tell: udev, sysfs, /dev and ioctls come from umockdev, the reports from a
-// live emulation. Enumeration, permissions, opening, locking and report traffic go through hidapi and the kernel's
-// calls.
+// Tests hidraw devices that the program cannot distinguish from real ones. umockdev provides udev, sysfs, /dev and
+// ioctls; a live emulation provides the reports. Enumeration, permissions, opening, locking and reports use hidapi and
+// calls of the kernel.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <linux/hidraw.h>

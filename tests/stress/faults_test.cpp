@@ -1,4 +1,4 @@
-// The table of docs/safety.md, row by row: what each fault does to the force, and how soon.
+// Tests each row of the table in docs/safety.md: the effect of each fault on the force, and its delay.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

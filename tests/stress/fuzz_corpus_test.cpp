@@ -1,4 +1,5 @@
-// The kept corpus of the fuzzer, and copies of it damaged at random, through every parser: read or refused, never more.
+// Passes the fuzzer's stored corpus, and randomly damaged copies of it, to every parser. Each input must be read or
+// refused; nothing else may happen.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,9 +1,9 @@
-// The whole program, `typodont run`, with an emulated arm on a pseudo terminal, broken in contact: what the arm's
-// motors do is seen from the arm's side. The arm's firmware never lets go by itself here, so whatever does was the
-// program, or its watchdog process: nothing is claimed about how many milliseconds it took on a machine that does other
-// things as well. The tight bounds (2 ms) and the thousand random moments are in device_faults_test.cpp, in simulated
-// time, and those of processes that end in device_ends_test.cpp. Whatever is waited for here is a state, by the board's
-// own clock.
+// Tests the whole program, `typodont run`, with an emulated arm on a pseudo-terminal that fails during contact. The
+// currents of the arm's motors are observed in the arm. The arm's firmware never switches the motors off itself, so
+// only the program or its watchdog process can end the force. This test does not check times in milliseconds, because
+// the machine also does other work. The strict limits (2 ms) and the thousand random moments are tested in
+// device_faults_test.cpp, in simulated time, and processes that end in device_ends_test.cpp. This test waits for
+// states, on the board's own clock.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>

@@ -1,4 +1,5 @@
-// Seeded random campaigns of cuts and fillings: no drift, nothing lost. Short here; ./run stress makes them long.
+// Random campaigns of cuts and fillings from seeds: there is no drift, and no volume is lost. The normal run is short;
+// ./run stress makes it long.
 #include <gtest/gtest.h>
 
 #include <cmath>

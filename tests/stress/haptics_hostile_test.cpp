@@ -1,5 +1,6 @@
-// Hands no human has, with every kind of head on the worst shapes: whatever comes in, what goes out is finite, bounded
-// and explained, and no hand gets energy from nothing. Short here; ./run stress makes ten million ticks of it.
+// Tests hands that move as no human hand can, with every kind of head on the most difficult shapes. For any input, the
+// output is finite, bounded and explained, and no hand gets energy that it did not put in. The normal run is short;
+// ./run stress tests ten million ticks.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Soft tissue under hands that no human has.
+// Tests soft tissue with hands that move as no human hand can.
 #include <gtest/gtest.h>
 
 #include <cmath>

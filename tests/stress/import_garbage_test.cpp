@@ -1,4 +1,4 @@
-// Files damaged at random: each is either read or refused with a message, and nothing else ever happens.
+// Tests randomly damaged files: each is read, or refused with a message. Nothing else may happen.
 #include <gtest/gtest.h>
 
 #include <random>

@@ -1,6 +1,7 @@
-// Every live session replays bit for bit, however its threads were held up: the turns of servo, carver and recorder are
-// the program's own, called here in a random order on a simulated clock, with stalls in the middle of the carver's
-// turns, undo and redo, changes of tool, faults of the hand, and an end at any moment. ./run stress makes it long.
+// Tests that every live session can be replayed bit for bit, however its threads were delayed. The turns of servo,
+// carver and recorder are those of the program. The test calls them in random order on a simulated clock, with delays
+// in the middle of the carver's turns, undo and redo, changes of tool, faults of the hand, and an end at any moment.
+// ./run stress makes it long.
 #include <gtest/gtest.h>
 
 #include <cmath>

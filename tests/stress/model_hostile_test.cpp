@@ -1,6 +1,7 @@
-// Every contact model under hands that no human has and under nonsense: what goes out is finite and bounded, removal
-// never runs backwards, and bad input is zero force. Short here; ./run stress makes millions of ticks of it. How much
-// energy such hands get from each model is in docs/models.md, "What do hostile hands get out of it?".
+// Tests every contact model with hands that move as no human hand can, and with invalid input. The output is finite and
+// bounded, removed volume never decreases, and bad input gives zero force. The normal run is short; ./run stress tests
+// millions of ticks. The energy that such hands get from each model is in docs/models.md, "What do hostile hands get
+// out of it?".
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The short version of `typodont bench stress` (docs/stress.md): what the cheap contact models survive.
+// The short version of `typodont bench stress` (docs/stress.md): tests what the simple contact models withstand.
 #include <gtest/gtest.h>
 
 #include <set>

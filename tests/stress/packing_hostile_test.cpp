@@ -1,5 +1,6 @@
-// Hands no human has among spheres: what goes out is finite and bounded, nothing comes through a wall, and no hand gets
-// energy from nothing. Short here; ./run stress makes ten million ticks of it.
+// Tests hands that move as no human hand can, in contact with spheres. The output is finite and bounded, nothing passes
+// through a wall, and no hand gets energy that it did not put in. The normal run is short; ./run stress tests ten
+// million ticks.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -54,8 +55,9 @@ ServoSettings settings_of(const std::string& head) {
 
 class HostileHandAmongSpheres : public testing::TestWithParam<const char*> {};
 
-/// True if the head's centre moved through the sheet. Around the sheet's edge it may get to the other side: the shank
-/// is longer than the sheet is wide, so a tool that is held upside down can slip off the edge and turn below the sheet.
+/// Returns true if the head's centre moved through the sheet. Around the sheet's edge it may get to the other side: the
+/// shank is longer than the sheet is wide, so a tool that is held upside down can slip off the edge and turn below the
+/// sheet.
 bool passes_sheet(const dvec3& from, const dvec3& to) {
   if ((from.z > 0) == (to.z > 0)) return false;
   const dvec3 at = glm::mix(from, to, from.z / (from.z - to.z));

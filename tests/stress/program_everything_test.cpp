@@ -1,6 +1,6 @@
-// Everything at once on two cores: a window on the screen, sound, debris, recording and scores, a hand that drills,
-// leaps and leaves at random, a desktop that resizes, hides and shows the window, and a system that stops the whole
-// program now and then. One round in every test run, twenty in ./run stress, each with another seed.
+// Tests all functions at the same time on two cores: a window on the screen, sound, debris, recording and scores. The
+// hand drills, jumps and leaves at random; the desktop resizes, hides and shows the window; the system sometimes stops
+// the whole program. Normal test runs do one round, ./run stress does twenty, each with another seed.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sched.h>

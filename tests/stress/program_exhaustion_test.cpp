@@ -1,5 +1,5 @@
-// The program with too few file handles, too little memory or no room on the disk: it ends with a message and leaves
-// nothing half-written. It never crashes.
+// Tests the program with too few file handles, too little memory or a full disk: it ends with a message and leaves no
+// partly written file. It never crashes.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

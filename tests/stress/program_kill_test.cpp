@@ -1,4 +1,4 @@
-// The whole program killed in the middle of a live session, at moments it cannot foresee.
+// Tests the whole program when it is killed in the middle of a live session, at unpredictable moments.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <signal.h>

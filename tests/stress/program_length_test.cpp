@@ -1,5 +1,6 @@
-// Sessions of any length: memory, open files and threads do not grow with them, the file in proportion. Nine minutes in
-// every test run, eight hours and more in ./run stress 80.
+// Tests sessions of any length: memory, open files and threads do not increase, and the size of the file is
+// proportional to the length. The session has nine minutes in normal test runs and more than eight hours in ./run
+// stress 80.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>

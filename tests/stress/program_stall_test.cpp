@@ -1,5 +1,5 @@
-// Everything at once, and each thread of the program in turn held for a third of a second from outside: the session
-// goes on, says what it lost, and its recording is whole and replays to the last bit.
+// Tests all functions at the same time, while each thread of the program in turn is stopped from outside for a third of
+// a second. The session continues and states what it lost; its recording is complete and a replay gives the same bits.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <signal.h>

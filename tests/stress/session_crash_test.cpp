@@ -1,4 +1,4 @@
-// What becomes of a recording when the program dies, the disk fails, or the file is damaged.
+// Tests the state of a recording after the program died, the disk failed, or the file was damaged.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

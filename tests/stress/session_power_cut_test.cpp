@@ -1,6 +1,7 @@
-// What a power cut leaves of a recording. Every write, sync, rename and removal of the recorder is logged; at hundreds
-// of moments the worst that POSIX allows is laid down as files: of what was not synced, any sectors in any order, the
-// lengths of files, names of files as their folder's last sync has them or as any later step left them.
+// Tests what remains of a recording after a power cut. Every write, sync, rename and removal of the recorder is logged.
+// For hundreds of moments, the test writes the worst files that POSIX allows. Of data that was not synced, any sectors
+// may exist, in any order, and a file may have any length. The names of files are those of the folder's last sync or of
+// any later step.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Whatever a runtime does, whenever it does it: the program follows, breaks no rule, and comes to an end.
+// Tests runtimes with any behaviour at any time: the program follows, violates no rule, and ends.
 #include <gtest/gtest.h>
 
 #include <random>

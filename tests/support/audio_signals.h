@@ -26,7 +26,7 @@ inline audio::ArModel model_of(std::vector<double> reflection, double gain = 0.0
   return model;
 }
 
-/// A pole pair at radius r and angle θ (a1 = −2 r cos θ, a2 = r²).
+/// Returns a model with one pair of poles at radius r and angle θ (a1 = −2 r cos θ, a2 = r²).
 inline audio::ArModel resonance(double r, double theta, double gain = 0.05) {
   const double a1 = -2 * r * std::cos(theta), a2 = r * r;
   return model_of({a1 / (1 + a2), a2}, gain);
@@ -45,7 +45,7 @@ inline std::vector<double> white(std::size_t count, std::uint64_t seed) {
   return {noise.begin(), noise.begin() + static_cast<std::ptrdiff_t>(count)};
 }
 
-/// The model's output after its start-up transient.
+/// Returns the model's output after its start-up transient.
 inline std::vector<double> sound_of(const audio::ArModel& model, std::size_t count, std::uint64_t seed) {
   const std::size_t before = 20000;
   const auto noise = white(count + before, seed);
@@ -60,7 +60,7 @@ inline double power_of_samples(const auto& x) {
   return sum / static_cast<double>(x.size());
 }
 
-/// A temporary folder that is removed with its test.
+/// A temporary folder that is removed when the test ends.
 class ScratchFolder {
  public:
   ScratchFolder() {

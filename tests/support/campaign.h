@@ -7,7 +7,7 @@
 
 namespace typodont::test {
 
-/// n repetitions, multiplied by the factor that ./run stress sets.
+/// Returns the number of repetitions: n multiplied by the factor that ./run stress sets.
 inline int campaign(int n) {
   const char* factor = std::getenv("TYPODONT_STRESS");
   return factor ? static_cast<int>(n * std::atof(factor)) : n;

@@ -1,4 +1,4 @@
-// Analytic cavities for tests of scores: a block with its top at z = top, from which a shape is removed.
+// Cavities with known formulas, for tests of scores: a block with its top at z = kTop, from which a shape is removed.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,8 @@ DenseField sampled(const glm::ivec3& size, Distance distance) {
   return field;
 }
 
-/// 8 × 8 × 4 mm; the origin of W is sample (0,0,0). All dentin. `removed`: signed distance of the removed shape.
+/// Number of samples of the block, which is 8 × 8 × 4 mm large and consists of dentin. The origin of frame W is sample
+/// (0,0,0). `removed` in without(): signed distance of the removed shape.
 inline const glm::ivec3 kBlock{81, 81, 41};
 inline const dvec3 kMiddle{4e-3, 4e-3, kTop};
 inline double block(const dvec3& p) {
@@ -48,7 +49,8 @@ inline Preparation a_block() {
   return in;
 }
 
-/// Axis +z, floor `depth` below the top, width 2·half at the floor, walls inclined outward by `lean` (rad).
+/// Returns the signed distance of a box with axis +z. Its floor lies `depth` below the top and has the width 2·half.
+/// Its walls lean outward by `lean` (rad).
 inline auto tapered_box(const glm::dvec2& half, double depth, double lean, dvec3 middle = kMiddle) {
   return [=](const dvec3& p) {
     const double up = p.z - (middle.z - depth);

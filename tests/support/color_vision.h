@@ -1,4 +1,4 @@
-// What a colour-blind person sees, and how different two colours look.
+// Computes what a colour-blind person sees, and how different two colours look to this person.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +13,8 @@ namespace typodont::test {
 enum class Vision { kNormal, kProtan, kDeutan, kTritan };
 inline constexpr std::array kVisions = {Vision::kNormal, Vision::kProtan, Vision::kDeutan, Vision::kTritan};
 
-/// Linear RGB as a person of this vision sees an sRGB colour (0..255): matrices of Machado, Oliveira & Fernandes, IEEE
-/// Trans. Vis. Comput. Graph. 15 (2009), severity 1.
+/// Returns the linear RGB colour that a person with this vision sees for an sRGB colour (0..255). The matrices are
+/// those of Machado, Oliveira & Fernandes, IEEE Trans. Vis. Comput. Graph. 15 (2009), severity 1.
 inline glm::dvec3 seen_by(Vision vision, const glm::dvec3& srgb) {
   const glm::dvec3 linear = render::linear_light(srgb / 255.0);
   constexpr double kMatrices[4][3][3] = {
@@ -29,12 +29,12 @@ inline glm::dvec3 seen_by(Vision vision, const glm::dvec3& srgb) {
   return result;
 }
 
-/// Relative luminance of linear RGB.
+/// Returns the relative luminance of a linear RGB colour.
 inline double luminance(const glm::dvec3& linear) {
   return glm::dot(linear, glm::dvec3(0.2126729, 0.7151522, 0.0721750));
 }
 
-/// CIEDE2000 of two sRGB colours (0..255) as a person of this vision sees them.
+/// Returns the colour difference (CIEDE2000) of two sRGB colours (0..255) for a person with this vision.
 inline double difference(Vision vision, const glm::dvec3& one, const glm::dvec3& two) {
   const auto lab = [&](const glm::dvec3& srgb) { return render::lab_of_linear(seen_by(vision, srgb)); };
   return render::ciede2000(lab(one), lab(two));

@@ -7,7 +7,7 @@
 
 namespace typodont::test {
 
-/// `window`: 15 with a zlib header, 31 with a gzip header, -15 without header.
+/// Returns the compressed bytes. `window`: 15 with a zlib header, 31 with a gzip header, -15 without a header.
 inline std::string deflated(const std::string& bytes, int window) {
   z_stream z{};
   deflateInit2(&z, 9, Z_DEFLATED, window, 8, Z_DEFAULT_STRATEGY);

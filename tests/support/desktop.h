@@ -1,5 +1,5 @@
-// A desktop in memory (Xvfb) for tests of real windows: reads the screen, and sends keys and pointer motion through
-// xdotool.
+// A desktop in memory (Xvfb) for tests of real windows. A test can read the screen, and send keys and pointer motion
+// through xdotool.
 #pragma once
 
 #include <fcntl.h>
@@ -21,17 +21,18 @@
 
 namespace typodont::test {
 
-/// An X server; sets DISPLAY to its name. Ends with this object.
+/// Starts an X server and sets DISPLAY to its name. The server ends when this object is destroyed.
 struct XServer {
   pid_t process = -1;
 
-  /// `command`: the program and its arguments, without the display number. Its messages go to the file if one is named.
+  /// `command`: the program and its arguments, without the display number. `said`: file for the program's messages, or
+  /// empty.
   explicit XServer(std::vector<std::string> command, const std::string& said = "") {
     int fds[2];
     if (pipe(fds) != 0) return;
-    // A random display number: a server that takes the first free number can lose its socket to one that ends at the
-    // same time. A server that resets itself when its last client leaves (a call of xdotool) refuses the next client
-    // for a moment: -noreset. A key that a slow machine releases late must not repeat: -r.
+    // The display number is random. A server that takes the first free number can lose its socket to another server
+    // that ends at the same time. -noreset: a server that resets itself when its last client (a call of xdotool) leaves
+    // refuses the next client for a moment. -r: a key that a slow machine releases late must not repeat.
     const unsigned display = 100 + std::random_device()() % 50000;
     command.insert(command.end(), {fmt::format(":{}", display), "-displayfd", std::to_string(fds[1]), "-nolisten",
                                    "tcp", "-noreset", "-r"});
@@ -62,7 +63,7 @@ struct XServer {
   XServer& operator=(const XServer&) = delete;
 };
 
-/// A folder for the framebuffer, removed with this object.
+/// A folder for the framebuffer. It is removed when this object is destroyed.
 struct FramebufferFolder {
   std::filesystem::path path;
   FramebufferFolder() {
@@ -82,7 +83,7 @@ struct Desktop {
   explicit Desktop(glm::ivec2 size = {800, 600})
       : server({"Xvfb", "-screen", "0", fmt::format("{}x{}x24", size.x, size.y), "-fbdir", folder.path.string()}) {}
 
-  /// The upper left part of the screen, as a picture.
+  /// Returns the upper left part of the screen as a picture.
   render::Picture screen(glm::ivec2 size) const {
     std::ifstream in(folder.path / "Xvfb_screen0", std::ios::binary);
     const std::vector<char> bytes((std::istreambuf_iterator<char>(in)), {});
@@ -102,7 +103,7 @@ struct Desktop {
     return p;
   }
 
-  /// Runs xdotool with these arguments and returns its output. DISPLAY is this desktop's.
+  /// Runs xdotool on this desktop with these arguments and returns its output.
   static std::string xdotool(const std::string& arguments) {
     std::FILE* pipe = popen(fmt::format("xdotool {} 2>/dev/null", arguments).c_str(), "r");
     std::string out;

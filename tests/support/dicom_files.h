@@ -1,5 +1,5 @@
-// Writes DICOM files of phantoms byte by byte: part 10 files in four uncompressed syntaxes. They contain personal data
-// that must not appear in any output.
+// Writes DICOM files (PS3.10) of phantoms byte by byte, in four uncompressed transfer syntaxes. The files contain
+// invented personal data that must not appear in any output.
 #pragma once
 
 #include <zlib.h>
@@ -25,7 +25,7 @@ inline constexpr const char* kBirthDate = "19010203";
 
 enum class Syntax { kExplicit, kImplicit, kBigEndian, kDeflated };
 
-/// One file: the values that differ between files; all others have defaults.
+/// The values of one file that differ between files. All other values have defaults.
 struct DicomImage {
   int columns = 0, rows = 0, frames = 1;
   std::vector<std::uint16_t> pixels;
@@ -62,7 +62,7 @@ class DicomWriter {
   }
   const std::string& bytes() const { return bytes_; }
 
-  /// Complete file with preamble and meta information.
+  /// Returns the complete file with preamble and meta information.
   std::string file() const {
     DicomWriter meta(Syntax::kExplicit);
     static const std::map<Syntax, const char*> kUids = {{Syntax::kExplicit, "1.2.840.10008.1.2.1"},
@@ -183,7 +183,7 @@ struct Placed {
   glm::dvec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1}, origin{0};
 };
 
-/// The slices of a scan (x is the fastest index) as files of a folder.
+/// Returns the slices of a scan as files of a folder. x is the fastest index.
 inline std::vector<DicomImage> slices_of(const std::vector<double>& greys, const glm::ivec3& size,
                                          const glm::dvec3& spacing, const Placed& placed = {}) {
   std::vector<DicomImage> images;
@@ -212,7 +212,7 @@ inline std::filesystem::path write_series(const std::string& folder, const std::
   return scratch(folder);
 }
 
-/// An archive of files, deflated or stored.
+/// Returns a zip archive of the files, deflated or stored.
 inline std::string zip_bytes(const std::vector<std::pair<std::string, std::string>>& files) {
   std::string out, list;
   const auto put = [](std::string& to, auto value) { to.append(reinterpret_cast<const char*>(&value), sizeof value); };

@@ -1,4 +1,4 @@
-// A session of the expert's hand with a shipped scene, in simulated time.
+// A session in which the simulated hand of an expert works in a shipped scene, in simulated time.
 #pragma once
 
 #include <fmt/format.h>
@@ -26,7 +26,7 @@ struct ExpertResult {
   std::string items;      // the score's items, one per line
 };
 
-/// Fraction of the samples next to new surface that are labelled as caries.
+/// Returns the fraction of the samples next to new surface that are labelled as caries.
 inline double decay_on_new_surface(const haptics::TissueVolume& before, const haptics::TissueVolume& after) {
   const DenseCopy now = dense_copy(after);
   const DenseCopy then =
@@ -40,7 +40,7 @@ inline double decay_on_new_surface(const haptics::TissueVolume& before, const ha
   return fresh > 0 ? decay / fresh : 0;
 }
 
-/// Runs the expert's hand through servo and carver, tick by tick, and scores the result as any session. Throws
+/// Runs the expert's hand with servo and carver, tick by tick, and scores the result like any session. Throws
 /// RunFailure if the session lasts longer than `longest` seconds.
 inline ExpertResult expert_session(const std::string& name, double longest) {
   const Scene scene = read_scene(assets_folder() / "scenes" / (name + ".json"));

@@ -1,5 +1,5 @@
-// An intraoral scan of the synthetic jaw (jaw_phantom.h): the true surface of its crowns and of the gum around them,
-// with noise, in a frame of its own; and the jaw's CT as `import --preset jaw` sees it.
+// An intraoral scan of the synthetic jaw (jaw_phantom.h), and the jaw's CT as `import --preset jaw` reads it. The scan
+// is the true surface of the crowns and of the gum around them, with noise, in a frame of its own.
 #pragma once
 
 #include <random>
@@ -37,7 +37,8 @@ inline const DenseTissue& ct() {
   return tissue;
 }
 
-/// Signed distance along the steepest direction to the true surface of crowns and gum, mm; small distances are exact.
+/// Returns the signed distance (mm) to the true surface of crowns and gum along the steepest direction. Small distances
+/// are exact.
 inline double true_distance(const dvec3& q) {
   double d = q.z - kGum;
   for (std::size_t k = 0; k < JawPhantom::kTeeth.size(); ++k) {
@@ -47,7 +48,7 @@ inline double true_distance(const dvec3& q) {
   return d;
 }
 
-/// The true surface of crowns and gum as triangles in C, m; open below.
+/// Returns the true surface of crowns and gum as triangles in frame C (m). It is open below.
 inline const TissueMesh& true_surface() {
   static const TissueMesh mesh = [] {
     constexpr double kStep = 0.12;  // mm
@@ -65,7 +66,7 @@ inline const TissueMesh& true_surface() {
       }
     }
     TissueMesh surface = haptics::TissueVolume(t).extract_mesh();
-    // The border of the box closes the surface; a scanner sees nothing there.
+    // The border of the box closes the surface. These triangles are removed, because a scanner does not see them.
     std::erase_if(surface.triangles, [&](const glm::uvec3& c) {
       for (int k = 0; k < 3; ++k) {
         const dvec3 q = surface.vertices[c[k]] / kMillimetre;
@@ -92,7 +93,7 @@ inline std::filesystem::path write_stl(const std::string& name, const TissueMesh
   return scratch(name);
 }
 
-/// The true surface as a scanner gives it in its own frame: noise of 0.02 mm along the normals.
+/// Returns the true surface in the scanner's frame, with noise of 0.02 mm along the normals.
 inline TissueMesh scanned(const Pose& X_CS, unsigned seed) {
   TissueMesh mesh = true_surface();
   std::mt19937 random(seed);
@@ -116,7 +117,7 @@ inline Pose random_pose(std::mt19937& random, double turn, double shift) {
   return {shift * dvec3(normal(random), normal(random), normal(random)), glm::angleAxis(turn, axis)};
 }
 
-/// The pose X_CS, moved about the crowns as clicks of 1 mm do.
+/// Returns the pose X_CS with a random error, as points clicked with an error of 1 mm would give it.
 inline Pose clicked(const Pose& X_CS, std::mt19937& random) {
   const Pose error = random_pose(random, 4 * kDegree, 0.6e-3);
   const dvec3 middle = dvec3(14.75, JawPhantom::kY, 27) * kMillimetre;

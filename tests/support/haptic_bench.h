@@ -1,4 +1,4 @@
-// A scene without files: solids with servo and carver in lock-step, for tests of the haptics alone.
+// Solids with a servo and a carver that run in lock-step, without scene files, for tests of the haptics alone.
 #pragma once
 
 #include <string>
@@ -20,8 +20,8 @@ inline MaterialTable plain_materials() {
   return table;
 }
 
-/// A round tool of 1.2 mm that does not cut, with a spring only. `model`: a contact model's name, or {"NAME":
-/// {parameters}} as in a scene.
+/// Returns settings with a round tool of 1.2 mm that does not cut, and with a spring only. `model`: name of a contact
+/// model, or {"NAME": {parameters}} as in a scene.
 inline haptics::ServoSettings probe_settings(std::string_view model) {
   haptics::ServoSettings settings;
   settings.tool.diameter = settings.tool.length = 1.2e-3;
@@ -32,7 +32,7 @@ inline haptics::ServoSettings probe_settings(std::string_view model) {
                                            : haptics::contact_method(model, "model");
   return settings;
 }
-/// The same as a bur at 300,000 rpm.
+/// Returns the same settings with a bur at 300,000 rpm.
 inline haptics::ServoSettings drill_settings(std::string_view model) {
   haptics::ServoSettings settings = probe_settings(model);
   settings.cutting = true;
@@ -40,7 +40,7 @@ inline haptics::ServoSettings drill_settings(std::string_view model) {
   return settings;
 }
 
-/// The lock-step with a simple table of materials, and access to its parts.
+/// Servo and carver in lock-step with a simple table of materials. Gives access to its parts.
 struct HapticBench {
   haptics::LockStep steps;
   const haptics::ServoSettings& settings = steps.settings();
@@ -65,9 +65,9 @@ struct HapticBench {
     return s;
   }
 
-  /// The servo's patch, for a field model.
+  /// Returns the servo's patch, if the contact model uses a distance field.
   const haptics::SurfacePatch& patch() const { return dynamic_cast<const haptics::SurfacePatch&>(servo.snapshot()); }
-  /// An empty patch of the right size.
+  /// Returns an empty patch of the size that the servo needs.
   haptics::SurfacePatch empty_patch() const {
     return dynamic_cast<const haptics::SurfacePatch&>(*carver.make_snapshot());
   }

@@ -1,4 +1,4 @@
-// The head shapes for property tests. New shapes are included automatically.
+// Head shapes for property tests. A shape that is added to the program is included automatically.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
-// The hostile tests of all contact models: invalid input (haptics/bench/wanderer.h) passed to a bench, and the
-// conditions that must hold in every tick.
+// Functions for the hostile tests of all contact models: these pass invalid input (haptics/bench/wanderer.h) to a
+// bench, and check conditions that must hold in every tick.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ constexpr int kHostileRound = 4000;
 using haptics::bench::ErraticHand;
 using haptics::bench::InvalidInput;
 
-/// Corrupts one tick in 50. `undoes`: also undo strokes.
+/// Corrupts one tick in 50. If `undoes` is true, it sometimes also undoes a stroke.
 inline void spoil(InvalidInput& nonsense, bool undoes, HapticBench& bench, ErraticHand& hand, Pose& X, double& pedal) {
   const InvalidInput::Other other = nonsense.spoil(hand, X, pedal);
   bench.t += other.clock;

@@ -18,7 +18,7 @@ namespace typodont::test {
 
 using haptics::Tool;
 
-/// Indices of the tools, in this order.
+/// Indices of the tools in the order of the set.
 enum ImplantTools : std::uint32_t {
   kPilot,
   kTwist28,
@@ -63,7 +63,8 @@ inline std::vector<Tool> implant_tools() {
                        "sphere")};
 }
 
-/// Bone with a flat top at z = 0: `cortical_mm` of cortical bone over cancellous bone down to `thick_mm`.
+/// Returns a block of bone with a flat top at z = 0: `cortical_mm` of cortical bone, and below it cancellous bone down
+/// to `thick_mm`.
 inline haptics::TissueVolume bone_block(double cortical_mm = 1.5, double hardness = 0.5, double thick_mm = 12,
                                         double voxel_mm = 0.15) {
   return haptics::TissueVolume(haptics::read_solids(
@@ -105,7 +106,7 @@ struct ImplantSession {
       : steps(std::move(tissue), s), stiffness(s.stiffness), tools(s.tools) {}
 
   double half() const { return tools[tool].half(); }
-  /// m, depth of the proxy's tip below the bone's top.
+  /// Returns the depth (m) of the proxy's tip below the bone's top.
   double depth() const { return -(tick.X_WG * dvec3(0, 0, -half())).z; }
   bool step(const Pose& X_WT, double pedal = 0) {
     haptics::HandSample hand;
@@ -115,11 +116,11 @@ struct ImplantSession {
     hand.tool = tool;
     return steps.tick(hand, tick, cut);
   }
-  /// Moves the hand's tip to `p`, upright or with rotation R.
+  /// Moves the tip of the hand's tool to `p_mm` (mm), upright or with rotation R.
   bool tip_at(const dvec3& p_mm, double pedal = 0, const dquat& R = {1, 0, 0, 0}) {
     return step({p_mm * kMillimetre + R * dvec3(0, 0, half()), R}, pedal);
   }
-  /// Pushes the tool straight down with about this force. The hand goes at most `mm` below the tool.
+  /// Pushes the tool straight down with about this force: the hand's tool lies newton / stiffness below the proxy.
   bool push(double newton, double pedal = 0) {
     return step({tick.X_WG.p - dvec3(0, 0, newton / stiffness), {1, 0, 0, 0}}, pedal);
   }
@@ -132,10 +133,10 @@ struct ImplantSession {
   void land(double x_mm = 0, double y_mm = 0) {
     for (int i = 0; i <= 400; ++i) tip_at({x_mm, y_mm, 3.0 - 3.0 * i / 400});
   }
-  /// Drills until the tip is `mm` deep, pushing with `newton`; false if it does not get there.
+  /// Drills until the tip is `mm` deep. The hand pushes with `newton`. Returns false if the tip does not get there.
   bool drill(double mm, double newton = 3, int most = 60000) {
     for (int i = 0; i < most && depth() < mm * kMillimetre; ++i) {
-      // The last tenth is drilled with less force.
+      // Near the end the hand pushes with less force, so that the tip does not go deeper than `mm`.
       const double left = mm * kMillimetre - depth();
       step({tick.X_WG.p - dvec3(0, 0, std::min(newton / stiffness, left + 1e-6)), {1, 0, 0, 0}}, 1);
     }

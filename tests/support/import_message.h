@@ -1,4 +1,4 @@
-// Gets the error message for importing a broken file.
+// Returns the error message that the import of a broken file gives.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace typodont::test {
 
-/// The error's message; empty if the file was imported.
+/// Returns the error's message, or an empty text if the file was imported.
 inline std::string message_of(const std::filesystem::path& file, const haptics::ImportOptions& options = {}) {
   try {
     haptics::import_tissue(file, options);

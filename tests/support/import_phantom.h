@@ -1,4 +1,4 @@
-// Scans of exactly known bodies: sampled with partial volume, blur and noise, and written as files.
+// Scans of bodies that are known exactly. They are sampled with partial volume, blur and noise, and written as files.
 #pragma once
 
 #include <fmt/format.h>
@@ -25,7 +25,7 @@ struct Phantom {
   double noise = 0;                               // standard deviation of the grey values
   int fine = 8;                                   // subsamples per voxel and axis at tissue boundaries
 
-  /// x is the fastest index, as in the files.
+  /// Returns the samples. x is the fastest index, as in the files.
   std::vector<double> scan(unsigned seed = 1) const {
     std::vector<double> v(static_cast<std::size_t>(size.x) * size.y * static_cast<std::size_t>(size.z));
     std::size_t i = 0;
@@ -77,7 +77,7 @@ struct Phantom {
   }
 };
 
-/// A file name with the process number, so that tests can run in parallel.
+/// Returns a path that contains the process number, so that tests can run in parallel.
 inline std::filesystem::path scratch(const std::string& name) {
   static const auto folder = [] {
     const auto f = std::filesystem::temp_directory_path() / fmt::format("typodont_import_{}", getpid());

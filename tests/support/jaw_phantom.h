@@ -1,5 +1,5 @@
-// A piece of lower jaw that is known exactly, as a cone beam CT sees it. Synthetic: two teeth in their sockets, a nerve
-// canal below them, in Hounsfield units.
+// A synthetic part of a lower jaw that is known exactly, and its cone beam CT in Hounsfield units: two teeth in their
+// sockets, and a nerve canal below them.
 #pragma once
 
 #include <algorithm>
@@ -12,17 +12,17 @@
 
 namespace typodont::test {
 
-/// What the scanner adds, and what may differ between jaws.
+/// Errors that the scanner adds, and properties that differ between jaws.
 struct JawArtefacts {
   double blur = 0.2;      // mm, standard deviation
   double noise = 50;      // Hounsfield units
-  double streaks = 0;     // Hounsfield units beside the metal crown, falling off over 10 mm
-  double motion = 0;      // mm: the scan is the mean of two that lie so far apart along y
+  double streaks = 0;     // Hounsfield units beside the metal crown; they decrease over 10 mm
+  double motion = 0;      // mm, the scan is the mean of two scans that are displaced by this distance along y
   bool metal = false;     // the second tooth has a crown of metal
-  bool lamina = true;     // sockets have a bright wall; else cancellous bone begins behind the ligament
+  bool lamina = true;     // true: sockets have a bright wall; false: cancellous bone begins behind the ligament
   std::size_t teeth = 2;  // 1: the second tooth is missing, and its socket is bone
   double fissure = 0;     // mm, depth of a groove across the top of each crown, 0.7 mm wide
-  double texture = 60;    // Hounsfield units, of the cancellous bone, at a wavelength of 3 mm
+  double texture = 60;    // Hounsfield units, variation of the cancellous bone, with a wavelength of 3 mm
 };
 
 class JawPhantom {
@@ -34,7 +34,7 @@ class JawPhantom {
 
   explicit JawPhantom(const JawArtefacts& artefacts) : a_(artefacts) {}
 
-  /// Air stands for all soft tissue but pulp and the nerve.
+  /// Returns the tissue at q. Soft tissues other than pulp and the nerve are labelled as air.
   Tissue tissue(const glm::dvec3& q) const {
     for (std::size_t k = 0; k < a_.teeth; ++k) {
       const glm::dvec3 r = q - glm::dvec3(kTeeth[k], kY, 0);
@@ -62,14 +62,14 @@ class JawPhantom {
     return Tissue::kCorticalBone;
   }
 
-  /// Signed distance to the surface of crown k, mm, to first order; r: mm, from the tooth's axis at z = 0, above the
-  /// neck. The zero set is exact.
+  /// Returns the signed distance (mm) to the surface of crown k. `r`: mm, position relative to the tooth's axis at z =
+  /// 0, above the neck. The distance is accurate to first order; the surface, where it is zero, is exact.
   double crown_distance(std::size_t k, const glm::dvec3& r) const {
     const glm::dvec3 s = glm::dvec3(r.x, r.y, r.z - 26.5) / glm::dvec3(4, 4, 4.5);
     const double g = glm::length(s), slope = glm::length(s / glm::dvec3(4, 4, 4.5));
     const double crown = slope > 0 ? (g - 1) * g / slope : -4;
     if (a_.fissure == 0) return crown;
-    // The groove: a prism below the crown's top.
+    // The groove is a prism below the crown's top.
     const double angle = 0.5 + static_cast<double>(k), across = std::abs(r.x * std::cos(angle) + r.y * std::sin(angle));
     const double top = 26.5 + 4.5 * std::sqrt(std::max(0.0, 1 - (r.x * r.x + r.y * r.y) / 16));
     const double wall = a_.fissure / kFissureHalf;
@@ -115,7 +115,7 @@ class JawPhantom {
     return p;
   }
 
-  /// The greys of phantom(), with texture and streaks.
+  /// Returns the grey values of phantom(), with texture and streaks.
   std::vector<double> scan() const {
     const Phantom p = phantom();
     std::vector<double> greys = p.scan();
@@ -138,7 +138,7 @@ class JawPhantom {
     return greys;
   }
 
-  /// mm³ of each tissue; of air nothing.
+  /// Returns the volume (mm³) of each tissue; 0 for air.
   PerTissue volumes() const {
     constexpr double kStep = 0.125;
     PerTissue v{};

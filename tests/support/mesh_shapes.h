@@ -14,8 +14,8 @@
 
 namespace typodont::test {
 
-/// A square about the origin in the plane z = 0, facing up. Rows are shifted by half an edge, so that the triangles are
-/// nearly equilateral.
+/// Returns a square about the origin in the plane z = 0, facing up. Rows are shifted by half an edge, so that the
+/// triangles are nearly equilateral.
 inline haptics::TissueMesh square(double size, double edge, Tissue tissue = Tissue::kEnamel) {
   haptics::TissueMesh mesh;
   const int n = static_cast<int>(std::ceil(size / edge));
@@ -43,8 +43,8 @@ inline haptics::TissueMesh square(double size, double edge, Tissue tissue = Tiss
   return mesh;
 }
 
-/// A closed ball about `center`, from an octahedron that is divided until its edges are at most `edge` long; or an
-/// ellipsoid with half axes `half`.
+/// Returns a closed ball or ellipsoid about `center` with half axes `half`. It is an octahedron whose triangles are
+/// divided until their edges are at most `edge` long.
 inline haptics::TissueMesh ball(const dvec3& half, double edge, const dvec3& center = dvec3(0),
                                 Tissue tissue = Tissue::kEnamel) {
   std::vector<dvec3> v{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
@@ -75,7 +75,7 @@ inline haptics::TissueMesh ball(const dvec3& half, double edge, const dvec3& cen
   return mesh;
 }
 
-/// Volume between the faces and the origin, m³; for a closed mesh its volume.
+/// Returns the volume (m³) between the faces and the origin. For a closed mesh this is its volume.
 inline double volume(const haptics::mesh::EditableMesh& mesh) {
   double sum = 0;
   for (haptics::mesh::Index f = 0; f < mesh.face_range(); ++f) {
@@ -84,8 +84,8 @@ inline double volume(const haptics::mesh::EditableMesh& mesh) {
   return sum;
 }
 
-/// Checks the neighbour links; empty: correct. Every edge of a face links to the face beyond it, every vertex to one of
-/// its faces, and the counts are right.
+/// Checks the neighbour links. Returns an empty text if they are correct: every edge of a face links to the face beyond
+/// it, every vertex links to one of its faces, and the counts are right.
 inline std::string broken(const haptics::mesh::EditableMesh& mesh) {
   using haptics::mesh::Index;
   using haptics::mesh::kNone;
@@ -115,7 +115,7 @@ inline std::string broken(const haptics::mesh::EditableMesh& mesh) {
   return "";
 }
 
-/// Number of pairs of intersecting faces; tests every face against all near it.
+/// Returns the number of pairs of intersecting faces. Tests every face against all faces near it.
 inline int crossings(const haptics::mesh::EditableMesh& mesh) {
   using haptics::mesh::Index;
   std::vector<std::pair<double, Index>> by_x;

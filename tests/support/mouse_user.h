@@ -1,5 +1,5 @@
-// Simulates a user who drills with the mouse alone: moves it over the picture, turns its wheel, presses its buttons.
-// The user watches the tool and continues when it has followed.
+// Simulates a user who drills with the mouse alone. The user moves the mouse over the picture, turns its wheel and
+// presses its buttons, watches the tool, and continues when the tool has followed.
 #pragma once
 
 #include <vector>
@@ -25,8 +25,8 @@ struct MouseSession {
   haptics::TissueVolume tissue;  // the final tissue
 };
 
-/// Drills the ideal of the scene's task with the first tool of its set, in a window of the rig's size, with the real
-/// pointer, smoothing, servo and carver, in simulated time. `wheel_step`: m per notch.
+/// Drills the ideal cavity of the scene's task with the first tool of its set, in a window of the rig's size. Uses the
+/// program's pointer, smoothing, servo and carver, in simulated time. `wheel_step`: m per notch of the wheel.
 MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig, double wheel_step,
                               double most_seconds);
 

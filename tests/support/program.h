@@ -1,4 +1,5 @@
-// Runs the program as a user does: arguments in; exit status, standard output and standard error out.
+// Runs the program as a user does. Takes its arguments, and returns its exit status, standard output and standard
+// error.
 #pragma once
 
 #include <fmt/format.h>
@@ -26,7 +27,7 @@ struct Ran {
   std::string out, err;
 };
 
-/// A temporary folder for one test; runs `typodont` and captures its output. Removed at the end.
+/// A temporary folder for one test, which is removed at the end. Runs `typodont` in it and captures its output.
 class ProgramFolder {
  public:
   explicit ProgramFolder(std::string program) : program_(std::move(program)) {
@@ -55,13 +56,14 @@ class ProgramFolder {
     ::setenv("TYPODONT_ASSETS", assets.c_str(), 1);
     return write("assets/devices/" + name + ".json", preset);
   }
-  /// `before`: text in front of the command, e.g. "timeout 5" or environment variables.
+  /// Runs the program. `before`: text in front of the command, e.g. "timeout 5" or environment variables.
   Ran run(const std::string& arguments, const std::string& before = "") const {
     const std::string out = *this / ".stdout", err = *this / ".stderr";
     const int status = std::system(fmt::format("{} {} {} >{} 2>{}", before, program_, arguments, out, err).c_str());
     return {WEXITSTATUS(status), read_text(out), read_text(err)};
   }
-  /// The same in the background without a desktop; `environment` as "NAME=VALUE …". Killed when the test ends.
+  /// Starts the program in the background without a desktop. `environment`: "NAME=VALUE …". The program is killed when
+  /// the test ends.
   pid_t start(const std::string& arguments, const std::string& environment = "") const {
     const std::string out = *this / ".started_out", err = *this / ".started_err";
     const std::string command = fmt::format("exec env -u DISPLAY -u WAYLAND_DISPLAY {} {} {} <&- >{} 2>{}", environment,
@@ -76,7 +78,7 @@ class ProgramFolder {
     ::_exit(127);
   }
   std::string said() const { return read_text(*this / ".started_err"); }
-  /// Asks it to end and waits. The status is -1 if it did not exit by itself.
+  /// Asks the program to end and waits. The status is -1 if the program did not exit by itself.
   Ran finish(pid_t child, int signal = SIGINT) const {
     ::kill(child, signal);
     int status = 0;

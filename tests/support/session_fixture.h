@@ -1,4 +1,4 @@
-// Sessions for tests: ticks in which every field has an unusual number, from a seed.
+// Sessions for tests. In their ticks every field has an unusual number, which comes from a seed.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -124,7 +124,8 @@ inline SessionHeader some_header() {
   return h;
 }
 
-/// The report of a minute at 1 kHz with a device with motors, in which a watchdog tripped once.
+/// Returns the report of one minute at 1 kHz, with a device that has motors and whose watchdog switched off the force
+/// once.
 inline LoopReport some_loop() {
   LoopReport loop;
   Random random(3);
@@ -150,7 +151,7 @@ inline bool same_bits(const Pose& a, const Pose& b) {
          same_bits(a.R.x, b.R.x) && same_bits(a.R.y, b.R.y) && same_bits(a.R.z, b.R.z);
 }
 
-/// Compares the fields that a replay compares.
+/// Returns true if the fields that a replay compares are equal.
 inline bool same_for_replay(const ServoTick& a, const ServoTick& b) {
   return a.index == b.index && a.t == b.t && same_bits(a.X_WT, b.X_WT) && same_bits(a.X_WG.R, b.X_WG.R) &&
          same_bits(a.f_T_W, b.f_T_W) && same_bits(a.n_C_W, b.n_C_W) && same_bits(a.pedal, b.pedal) &&
@@ -168,7 +169,7 @@ inline bool same(const PatchUse& a, const PatchUse& b) {
   return a.patch == b.patch && a.first_tick == b.first_tick && a.cuts == b.cuts && same_bits(a.center_W, b.center_W);
 }
 
-/// Distance in units in the last place between two doubles of the same sign.
+/// Returns the distance between two doubles of the same sign, in units in the last place.
 inline double ulps(double a, double b) {
   if (a == b) return 0;
   return std::abs(a - b) / (std::nextafter(std::abs(a), std::numeric_limits<double>::infinity()) - std::abs(a));

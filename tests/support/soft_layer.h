@@ -8,13 +8,13 @@
 
 namespace typodont::test {
 
-/// A layer with its surface at z = 0 and a symmetric lattice of points; `half`: m, half the side of its square.
+/// Returns a layer with its surface at z = 0 and a symmetric lattice of points. `half`: m, half the side of its square.
 inline std::shared_ptr<const haptics::SoftSurface> flat_layer(const haptics::SoftLaw& law = {}, double half = 3.15e-3) {
   return std::make_shared<const haptics::SoftSurface>(law, dvec3(-half, -half, -1.05e-3), dvec3(half, half, 1.05e-3),
                                                       [](const dvec3& p) { return p.z; });
 }
 
-/// A ball of this diameter (m) that does not cut.
+/// Returns a ball of this diameter (m) that does not cut.
 inline haptics::Tool ball_probe(double diameter = 1.2e-3) {
   haptics::Tool tool;
   tool.diameter = tool.length = diameter;
@@ -22,7 +22,7 @@ inline haptics::Tool ball_probe(double diameter = 1.2e-3) {
   return tool;
 }
 
-/// Settings of a servo whose hard tissue is a small block far below the layer.
+/// Returns settings of a servo whose hard tissue is a small block far below the layer.
 inline haptics::ServoSettings soft_settings(const haptics::Tool& tool,
                                             std::shared_ptr<const haptics::SoftSurface> layer = flat_layer()) {
   haptics::ServoSettings settings;

@@ -1,4 +1,4 @@
-// A device, a renderer and an offscreen screen for tests of pictures; one call draws a frame.
+// A device, a renderer and an offscreen screen, for tests of pictures. One call draws a frame.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ namespace typodont::test {
 
 enum class Passes { kBest, kOne, kTwo };  // rendering passes for the two eyes; kBest: the device's default
 
-/// Uses the validation layer by default and counts its messages.
+/// Uses Vulkan's validation layer by default, and counts its messages.
 struct Stage {
   explicit Stage(glm::ivec2 eye_size, const render::Quality& quality = render::kQualityLadder[0],
                  Passes passes = Passes::kBest, bool validation = true);
@@ -30,13 +30,14 @@ struct Stage {
   glm::ivec2 size;
   display::Hud hud;  // text over the screen
 
-  /// Draws, composes if a layout is given, and waits.
+  /// Draws the frame, composes the screen if a layout is given, and waits for the result.
   render::FrameStats draw(const render::Frame& frame, std::optional<display::Layout> layout = {});
   render::Picture eye(int layer);
   render::Picture screen;  // the last composed frame
 };
 
-/// A rig with a desk screen of this size in m, its middle at the origin, facing the eye at `distance` along `towards`.
+/// Returns a rig with a desk screen. `width` and `height`: m. The middle of the screen is the origin. The eye is at
+/// `distance` (m) from it in the direction `towards`.
 display::DisplayRig desk(double width, double height, double distance, dvec3 towards = {0, -0.6, 0.8});
 render::Frame frame_of(const display::DisplayRig& rig);
 
@@ -45,9 +46,9 @@ struct Difference {
   int worst = 0;   // largest difference, of 255
 };
 Difference compare(const render::Picture& a, const render::Picture& b, int tolerance);
-/// Compares with tests/golden/NAME.png. On failure writes NAME.actual.png and NAME.difference.png to the build folder
-/// and reports it. If TYPODONT_WRITE_GOLDEN is set, writes the golden picture instead and fails, so that somebody
-/// inspects it.
+/// Compares the picture with tests/golden/NAME.png. If they differ, writes NAME.actual.png and NAME.difference.png to
+/// the build folder and reports it. If TYPODONT_WRITE_GOLDEN is set, writes the golden picture instead and fails, so
+/// that a person inspects the picture.
 bool matches_golden(const render::Picture& picture, const std::string& name, int tolerance, int pixels,
                     std::string& message);
 

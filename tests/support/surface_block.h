@@ -1,4 +1,4 @@
-// A block of tissue from which balls are cut, with a mesher that is updated as by the carver.
+// A block of tissue from which balls are cut, and a mesher that is updated in the same way as the carver updates it.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +23,7 @@ class CutBlock {
     });
   }
 
-  /// Cuts, and returns the keys of the bricks whose samples may have changed.
+  /// Cuts a ball, and returns the keys of the bricks whose samples may have changed.
   std::vector<glm::ivec3> cut(const glm::dvec3& centre, double radius) {
     const glm::ivec3 low = glm::max(glm::ivec3(-1), glm::ivec3(glm::floor(centre - radius - 4.0)));
     const glm::ivec3 high = glm::min(glm::ivec3(n_ - 2), glm::ivec3(glm::ceil(centre + radius + 4.0)));

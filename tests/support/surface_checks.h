@@ -15,9 +15,9 @@ namespace typodont::test {
 using Field = std::function<double(const glm::dvec3&)>;  // distance in voxels at a point in voxels
 using Labels = std::function<Tissue(const glm::dvec3&)>;
 
-/// The samples of one brick, with distances limited to ±band as in a narrow band.
+/// Returns the samples of one brick. Distances are limited to ±band, as in a narrow band.
 FieldBrick sample_brick(const glm::ivec3& key, const Field& field, const Labels& labels = {}, double band = 4);
-/// All bricks within [low, high] voxels whose cell corners have both signs.
+/// Returns all bricks within [low, high] (voxels) whose cell corners have both signs.
 std::vector<FieldBrick> sample_bricks(const glm::dvec3& low, const glm::dvec3& high, const Field& field,
                                       const Labels& labels = {}, double band = 4);
 bool has_surface(const FieldBrick& brick);
@@ -35,7 +35,7 @@ struct Topology {
 };
 Topology topology_of(const surface::WholeMesh& mesh);
 
-/// Largest |distance| over a fine grid of points on every triangle (corners, edges and inside, n per side).
+/// Returns the largest |distance| at a fine grid of points on every triangle: corners, edges and inside, n per side.
 double largest_error(const surface::WholeMesh& mesh, const Field& distance, int n = 6);
 
 }  // namespace typodont::test

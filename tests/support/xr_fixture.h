@@ -21,7 +21,7 @@ class XrFixture {
     setenv("TYPODONT_XR_SCRIPT", (folder_ / "script.json").c_str(), 1);
   }
 
-  /// Writes the script; `members`: JSON members, e.g. R"("view_size": [160, 128])".
+  /// Writes the script. `members`: JSON members, e.g. R"("view_size": [160, 128])".
   void script(const std::string& members) {
     for (const auto& entry : std::filesystem::directory_iterator(folder_.path()))
       if (entry.path().filename() == "log.txt" || entry.path().filename().string().starts_with("frame"))
@@ -41,7 +41,7 @@ class XrFixture {
       if (line.find(with) != std::string::npos) found.push_back(line);
     return found;
   }
-  /// All violated rules; tests require none.
+  /// Returns a text with all violated rules. Tests require an empty text.
   std::string violations() const {
     std::string all;
     for (const std::string& line : lines("violation"))

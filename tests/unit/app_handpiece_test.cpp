@@ -1,4 +1,4 @@
-// Handpieces for pictures: their files, the rule that chooses one, their meshes, and where they are on the tool.
+// Tests handpieces for pictures: their files, the rule that chooses one, their meshes, and their position on the tool.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Texts over the picture of a session: every text in three languages, every character in the font, and pictures of
-// them.
+// Tests texts over the picture of a session: every text exists in three languages, every character is in the font, and
+// pictures of them are correct.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,5 +1,5 @@
-// What a live session's picture goes by: the ladder of quality, the surface as the carver gives it out, and views for
-// teaching that follow the cut.
+// Tests what controls the picture of a live session: the quality ladder, the surface as the carver passes it on, and
+// views for teaching that follow the cut.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// What is made for pictures beside the tooth's own surface: its surroundings, and what the views for teaching show.
+// Tests what pictures contain besides the tooth's own surface: its surroundings, and the content of the views for
+// teaching.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Fog of the mouth mirror: what brings it, and what clears it.
+// Tests the fog on the mouth mirror: what causes it, and what removes it.
 #include <gtest/gtest.h>
 
 #include <cmath>

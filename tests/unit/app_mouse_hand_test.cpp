@@ -1,4 +1,4 @@
-// The mouse as a hand: from what the window saw to where the tool is.
+// Tests the mouse as a hand: from the events of the window to the position of the tool.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

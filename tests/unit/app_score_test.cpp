@@ -1,4 +1,4 @@
-// The score of a finished session: the same whether it was recorded or not.
+// Tests the score of a finished session: it is the same with and without a recording.
 #include <gtest/gtest.h>
 
 #include <chrono>

@@ -1,4 +1,4 @@
-// The row of teeth, the gum, the mouth and the rubber dam around the working tooth.
+// Tests the row of teeth, the gum, the mouth and the rubber dam around the working tooth.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// The two ears of a spherical head: the published formulas, and the sound that follows them.
+// Tests the sound at the two ears of a spherical head: the published formulas, and the sound that is computed from
+// them.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What may be read, what may be written over, and what is left when the program is ended.
+// Tests which files may be read, which may be overwritten, and which files remain when the program is ended.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>

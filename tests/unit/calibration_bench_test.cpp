@@ -1,4 +1,4 @@
-// The single steps, their files, and the guided capture.
+// Tests the single steps of calibration, their files, and the guided capture.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -125,7 +125,8 @@ TEST(Eyes, AlignmentsAtOneDepthDoNotDetermineTheDistance) {
   for (int i = 0; i < 40; ++i) {
     const bool right = i % 2;
     const dvec3 eye = right ? rig.eyes.right_eye() : rig.eyes.left_eye();
-    // All tips within a millimetre of the image of the panel: the line of sight has no lever.
+    // All tips are within a millimetre of the panel's image, so the distances do not determine the direction of the
+    // line of sight.
     const PanelPoint dot{random.uniform(0.45, 0.55), random.uniform(0.45, 0.55)};
     const dvec3 image = rig.appears(dot.u, dot.v);
     alignments.push_back({right, dot, image + 1e-3 * glm::normalize(eye - image) + random.normal3(2e-4)});
@@ -227,7 +228,7 @@ TEST(CaptureFiles, EverythingWrittenIsReadBackToTheLastBit) {
   EXPECT_EQ(again.arm.back().reading.angle, run.captures.arm.back().reading.angle);
   EXPECT_EQ(again.arm.front().known.has_value(), run.captures.arm.front().known.has_value());
   EXPECT_EQ(again.registration[7].dots->left.u, run.captures.registration[7].dots->left.u);
-  // And so every step can be solved again.
+  // So every step can be solved again.
   BenchState bench = BenchSimulator({}).drawings();
   solve_all(bench, again);
   EXPECT_LT(glm::length(bench.rig.X_WH * dvec3(0.1, 0, 0.1) - run.bench.rig.X_WH * dvec3(0.1, 0, 0.1)), 1e-4);
@@ -337,7 +338,7 @@ TEST(GuidedCapture, ASlippedTouchIsMarkedAtItsPosition) {
 }
 
 TEST(GuidedCapture, TheSuggestedPointsGiveLessErrorThanCentralOnes) {
-  // 24 touches where the guide says determine the workspace better than 24 scattered in it.
+  // 24 touches at the guide's positions determine the workspace better than 24 touches at random positions.
   const Folder folder;
   SimulationOptions options;
   options.slipped = 0, options.arm_errors = false, options.placement_error = 0;

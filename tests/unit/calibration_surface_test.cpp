@@ -1,4 +1,4 @@
-// Registration of a surface to a distance field that is known exactly.
+// Tests registration of a surface to a distance field that is known exactly.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@ FieldSample box_field(const dvec3& p) {
   return s;
 }
 
-/// Points on all faces but the lowest, as seen from S, `offset` (m) outside.
+/// Returns points on all faces except the lowest, in frame S, at a distance of `offset` (m) outside.
 std::vector<SurfacePoint> box_points(const Pose& X_DS, double offset, double noise, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> place(-0.9, 0.9);

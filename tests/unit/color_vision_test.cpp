@@ -1,4 +1,4 @@
-// Meanings that are told by a colour stay apart for people with every kind of colour blindness.
+// Tests that colours with different meanings look different to people with every kind of colour blindness.
 #include "tests/support/color_vision.h"
 
 #include <gtest/gtest.h>

@@ -64,7 +64,7 @@ TEST(Arm, JacobianIsTheDerivativeOfThePosition) {
 }
 
 TEST(Arm, MotorWorkEqualsTheWorkOnTheHand) {
-  // τ·dθ = F·dp, whatever the signs and ratios: the power that leaves the motors arrives at the tip.
+  // τ·dθ = F·dp for any signs and ratios: the power of the motors equals the power at the tip.
   std::mt19937 random(2);
   std::normal_distribution<double> normal;
   for (const char* preset : kPresets) {
@@ -105,7 +105,7 @@ TEST(Arm, ACurrentFromInvalidInputIsZero) {
 
 TEST(Arm, GravityTorqueIsTheSlopeOfThePotentialEnergy) {
   const Arm arm = read_arm(kPresets[0]);
-  const auto potential = [&](double B, double C) {  // heights above the joints
+  const auto potential = [&](double B, double C) {  // potential from the heights above the joints
     return 9.81 *
            (arm.mass_b * arm.center_b * std::cos(B) + arm.mass_c * (arm.Lb * std::cos(B) - arm.center_c * std::cos(C)));
   };
@@ -146,7 +146,7 @@ TEST(Encoder, ContinuesAcrossTheOverflowOfSixteenBits) {
   encoder.read16(32'700, 100, 100);
   encoder.home(0);
   std::int64_t truth = 0;
-  for (int i = 0; i < 3000; ++i) {  // more than once round, and back
+  for (int i = 0; i < 3000; ++i) {  // more than one turn, and back
     truth += i < 2000 ? 90 : -70;
     EXPECT_EQ(encoder.read16(static_cast<std::int16_t>(32'700 + truth), 100, 100), Encoder::Step::kGood);
     ASSERT_EQ(encoder.value(), truth);

@@ -1,4 +1,5 @@
-// What comes back after it was pulled out, and the second process that lets go when ours no longer can.
+// Tests devices that are unplugged and connected again, and the second process, which switches off the force when our
+// process no longer can.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -23,11 +24,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// A device that stands at `x`, a sample a millisecond in its own time, until it is unplugged.
+/// A device at position `x` that gives one sample per millisecond of its own time, until it is unplugged.
 struct Plug {
   std::atomic<bool> in{true};
   std::atomic<double> x{0};
-  std::atomic<bool> moving{false};  // a hand holds it: a millimetre a sample
+  std::atomic<bool> moving{false};  // true: a hand moves it by a millimetre per sample
   std::atomic<int> opened{0}, alive{0};
   std::string serial = "A1";
   bool counts_from_rest = false;
@@ -68,14 +69,14 @@ struct Bench {
     options.clock = [this] { return time.load(); };
     options.sleep_until = [this](Nanos t) {
       time = t;
-      std::this_thread::sleep_for(200us);  // the reopener's thread lives in real time
+      std::this_thread::sleep_for(200us);  // the thread that opens the device again runs in real time
     };
     options.retry = 2ms;
     options.rest = 20'000'000;
     hand = std::make_unique<ReconnectingDevice>(
         std::make_unique<Plugged>(plug), [this] { return std::make_unique<Plugged>(plug); }, options);
   }
-  /// Samples until the device is there, or a second of samples has gone by; how many.
+  /// Reads samples until the device is there or a second has passed. Returns their number.
   int samples_until_back() {
     HandSample sample;
     for (int i = 0; i < 20'000; ++i) {
@@ -100,8 +101,8 @@ TEST(Reconnecting, TimeCountsFromTheFirstSampleAndGoesOnAcrossTheGap) {
   for (int i = 0; i < 100; ++i) {
     ASSERT_TRUE(bench.hand->read(sample));
     EXPECT_EQ(bench.hand->faults(), bits(Fault::kDeviceLost));
-    EXPECT_EQ(sample.X_WT.p.x, 0.5);  // where it was last seen
-    EXPECT_EQ(sample.pedal, 0);       // and nobody's foot down
+    EXPECT_EQ(sample.X_WT.p.x, 0.5);  // its last known position
+    EXPECT_EQ(sample.pedal, 0);       // and the pedal is released
     EXPECT_GT(sample.t, last);
     last = sample.t;
     bench.hand->write({1, 0, 0}, dvec3(0));
@@ -163,12 +164,12 @@ TEST(Reconnecting, AnArmWithRelativeEncodersIsReconnectedOnlyAtItsHomePosition) 
   EXPECT_GE(bench.samples_until_back(), 0);
 }
 
-/// Both ends of a pipe that stands for a device.
+/// Both ends of a pipe that replaces a device.
 struct Wire {
   int ends[2];
   Wire() { EXPECT_EQ(::pipe(ends), 0); }
   ~Wire() { ::close(ends[0]), ::close(ends[1]); }
-  /// What was written within `ms`.
+  /// Returns what was written within `ms` milliseconds.
   std::string read(int ms) const {
     pollfd waiting{ends[0], POLLIN, 0};
     if (::poll(&waiting, 1, ms) <= 0) return "";
@@ -184,11 +185,12 @@ TEST(WatchdogProcess, SendsZeroForceWhenItsProcessIsKilled) {
   const pid_t child = ::fork();
   if (child == 0) {
     static WatchdogProcess watchdog(wire.ends[1], kZero);
-    watchdog.note_write(true, now() + 3600 * kNanosPerSecond);  // it does not fall silent, however slow this machine is
+    // so that silence is not detected, however slow this machine is
+    watchdog.note_write(true, now() + 3600 * kNanosPerSecond);
     ::sleep(60);
     ::_exit(1);
   }
-  EXPECT_EQ(wire.read(200), "");  // while it lives, nothing
+  EXPECT_EQ(wire.read(200), "");  // nothing while the process lives
   ::kill(child, SIGKILL);
   EXPECT_EQ(wire.read(5000).substr(0, 3), "[0]");
   ::waitpid(child, nullptr, 0);
@@ -199,11 +201,11 @@ TEST(WatchdogProcess, SendsZeroForceWhenItsProcessStallsWithANonzeroForce) {
   const pid_t child = ::fork();
   if (child == 0) {
     static WatchdogProcess watchdog(wire.ends[1], kZero);
-    watchdog.note_write(true, now() + 3600 * kNanosPerSecond);  // not silent until it says so
+    watchdog.note_write(true, now() + 3600 * kNanosPerSecond);  // so that silence is not detected before the next call
     ::signal(SIGUSR1, [](int) {});
     [[maybe_unused]] const auto n = ::write(ready.ends[1], "!", 1);
     ::sleep(600);                      // until the signal
-    watchdog.note_write(true, now());  // the last word, and then nothing
+    watchdog.note_write(true, now());  // the last message before the silence
     ::sleep(600);
     ::_exit(1);
   }
@@ -227,7 +229,7 @@ TEST(WatchdogProcess, IsSilentWithoutForceAndEndsWithItsDevice) {
     EXPECT_EQ(wire.read(100), "");
     EXPECT_EQ(::kill(child, 0), 0);
   }
-  EXPECT_EQ(::kill(child, 0), -1);  // gone, and waited for
+  EXPECT_EQ(::kill(child, 0), -1);  // the process has ended and was waited for
 }
 
 TEST(WatchdogProcess, DoesNotStartWithoutADescriptor) {

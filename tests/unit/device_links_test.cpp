@@ -1,4 +1,4 @@
-// Devices over real descriptors: pseudo terminal, loopback socket.
+// Tests devices with real file descriptors: pseudo-terminal and loopback socket.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
@@ -77,7 +77,7 @@ class SerialBoard {
         milliamperes = std::abs(a) + std::abs(b) + std::abs(c);
         ++lines;
         const std::string answer = "[1,100000,-5,7,0,30,0,0]\n";
-        // In two pieces, as USB likes to.
+        // In two parts, as often with USB.
         EXPECT_EQ(::write(master_.get(), answer.data(), 9), 9);
         EXPECT_GT(::write(master_.get(), answer.data() + 9, answer.size() - 9), 0);
       }
@@ -99,12 +99,12 @@ TEST(SerialArm, SpeaksThroughAPseudoTerminalAndStartsAtItsHomePosition) {
   ASSERT_TRUE(device->read(sample));
   EXPECT_LT(glm::length(sample.X_WT.p - stylus_pose(arm, arm.home).p), 1e-12);
   device->write({0, 0, 1}, dvec3(0));
-  ASSERT_TRUE(device->read(sample));  // its answer comes after it took the currents
+  ASSERT_TRUE(device->read(sample));  // the board answers after it has applied the currents
   EXPECT_GT(board.milliamperes, 10);
   const int before = board.lines;
   device.reset();
   for (int i = 0; i < 500 && board.lines == before; ++i) ::usleep(1000);
-  EXPECT_EQ(board.milliamperes, 0);  // the destructor's zero
+  EXPECT_EQ(board.milliamperes, 0);  // the destructor sent zero
 }
 
 TEST(SerialArm, APortThatHangsUpIsALostDevice) {
@@ -145,7 +145,7 @@ TEST(HidArm, TheCalibrationButtonHomesTheArmAndTheJumpIsAFault) {
   test::SimTime time;
   const Arm arm = read_arm("assets/devices/woody.json");
   test::EmulatedArm board(time, ArmProtocol::kHidV2, arm, 1);
-  board.hand = [](double t) { return dvec3(0.1 * std::min(1.0, t - 1), 0, kPi / 2); };  // turns aside in a second
+  board.hand = [](double t) { return dvec3(0.1 * std::min(1.0, t - 1), 0, kPi / 2); };  // moves aside within a second
   auto link = board.connect();
   const ArmHello hello = greet_arm(*link, false, "test");
   auto device = make_arm_device(std::move(link), hello.protocol, arm, {});
@@ -162,7 +162,7 @@ TEST(HidArm, TheCalibrationButtonHomesTheArmAndTheJumpIsAFault) {
   EXPECT_EQ(device->faults(), bits(Fault::kBadInput));
   EXPECT_LT(glm::length(sample.X_WT.p - home), 1e-12);
   device->write(dvec3(0), dvec3(0));
-  ASSERT_TRUE(device->read(sample));  // latched: once is enough
+  ASSERT_TRUE(device->read(sample));  // the button is still pressed, but does not cause another fault
   EXPECT_EQ(device->faults(), 0u);
 }
 
@@ -201,7 +201,7 @@ TEST(HidArm, JointAnglesAreCorrectForEveryProtocolAndPassEveryLayer) {
     const dvec3 bodies = board.hand(to_seconds(time.true_now())), stylus = board.stylus(to_seconds(time.true_now()));
     for (std::size_t i = 0; i < c.joints; ++i) {
       const double truth = i < 3 ? bodies[static_cast<int>(i)] : stylus[static_cast<int>(i) - 3];
-      EXPECT_NEAR(hand->joints()[i], truth, 2 * kPi / 1024 + 1e-3) << i;  // a count and a millisecond of motion
+      EXPECT_NEAR(hand->joints()[i], truth, 2 * kPi / 1024 + 1e-3) << i;  // one count and the motion of one millisecond
     }
   }
 }
@@ -212,7 +212,7 @@ TEST(HidArm, ItsOwnWatchdogSetsZeroHalfASecondAfterTheHostWasKilled) {
   test::EmulatedArm board(time, ArmProtocol::kHidV1, arm, 1);
   board.hand = [](double) { return dvec3(0, 0, kPi / 2); };
   auto link = board.connect();
-  link->write(encode(ArmProtocol::kHidV1, {1, 0, 0}).span());  // and then nothing ever again
+  link->write(encode(ArmProtocol::kHidV1, {1, 0, 0}).span());  // and then the program sends nothing
   time.advance(400'000'000);
   EXPECT_GT(glm::length(board.force()), 0);
   time.advance(200'000'000);
@@ -242,7 +242,7 @@ class HaplyServer {
   }
   void join() { thread_.join(); }
   int port = 0;
-  HaplyService service;  // to be looked at after join()
+  HaplyService service;  // may be read after join()
 
  private:
   Descriptor listener_;
@@ -280,7 +280,7 @@ TEST(Haply, OnlyOneProgramAtATimeUsesTheService) {
   claim("haply-test", "the service");
 }
 
-/// The same in memory and in simulated time.
+/// The same service in memory and in simulated time.
 class HaplyLink : public Link {
  public:
   HaplyLink(test::SimTime& time, HaplyService& service) : time_(time), service_(service) {}
@@ -344,7 +344,7 @@ TEST(Haply, AServiceThatClosesOrVanishesIsALostDevice) {
   }
 }
 
-/// Reports that come at their times.
+/// A link with reports that arrive at given times.
 class ReportLink : public Link {
  public:
   explicit ReportLink(test::SimTime& time) : time_(time) {}
@@ -384,11 +384,11 @@ TEST(SpaceMouse, RateControlMovesAtItsSpeedAndStopsWhenTheReportsEnd) {
   for (int i = 0; i < 1000; ++i) {
     ASSERT_TRUE(device->read(sample));
     if (last) {
-      ASSERT_EQ(sample.t - last, 1'000'000);  // a clean 1 kHz from a 100 Hz mouse
+      ASSERT_EQ(sample.t - last, 1'000'000);  // regular samples at 1 kHz from a mouse of 100 Hz
     }
     last = sample.t;
   }
-  EXPECT_NEAR(sample.X_WT.p.x, 0.05 * (1 - 0.02), 5e-4);  // a second at full speed, less the smoothing's lag
+  EXPECT_NEAR(sample.X_WT.p.x, 0.05 * (1 - 0.02), 5e-4);  // one second at full speed, less the lag of the smoothing
   for (int i = 0; i < 400; ++i) device->read(sample);
   const double rest = sample.X_WT.p.x;
   for (int i = 0; i < 1000; ++i) device->read(sample);
@@ -446,7 +446,7 @@ TEST(Pedal, UnpluggingAFootSwitchReleasesIt) {
   EXPECT_EQ(pedal.value(), 0);
   wire.reports.push_back({time.now(), {2, 0}});
   EXPECT_EQ(pedal.value(), 1);
-  EXPECT_EQ(pedal.value(), 1);  // no news: still down
+  EXPECT_EQ(pedal.value(), 1);  // without a new report the pedal is still down
   wire.gone = true;
   EXPECT_EQ(pedal.value(), 0);
   EXPECT_TRUE(pedal.lost());

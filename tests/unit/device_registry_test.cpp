@@ -1,4 +1,4 @@
-// How a device is found, listed and opened by its address, and mounted on the bench.
+// Tests how a device is found, listed and opened by its address, and how it is mounted on the bench.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -61,7 +61,7 @@ TEST(DeviceWatch, ReportsConnectedAndDisconnectedDevices) {
   ASSERT_EQ(changes.size(), 1u);
   EXPECT_TRUE(changes[0].arrived);
   EXPECT_TRUE(watch.look().empty());
-  there[0].permitted = true;  // the rules came into force
+  there[0].permitted = true;  // the rules now apply
   EXPECT_EQ(watch.look().size(), 2u);
   there.clear();
   changes = watch.look();

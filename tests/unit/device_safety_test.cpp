@@ -75,7 +75,7 @@ class Safety : public testing::Test {
   void arm() {
     ticks(80, dvec3(0));
     ASSERT_TRUE(hand->armed());
-    ticks(300, {0, 0, 0.01});  // past the ramp
+    ticks(300, {0, 0, 0.01});  // until the ramp has ended
   }
   Told told;
   std::unique_ptr<SafeDevice> hand;
@@ -90,13 +90,15 @@ TEST_F(Safety, NoForceBeforeTheHandWasFree) {
 }
 
 TEST_F(Safety, AHandInTissueWithoutForceDoesNotCountAsFree) {
-  hand->contact(true);  // deep in it, or before there is a field, or with a share of zero: no force, and yet not free
+  // deep in tissue, or before there is a field, or with a force factor of zero: there is no force, but the hand is not
+  // free
+  hand->contact(true);
   ticks(500, dvec3(0));
   EXPECT_FALSE(hand->armed());
   hand->contact(false);
   ticks(80, dvec3(0));
   EXPECT_TRUE(hand->armed());
-  hand->contact(true);  // as hands are meant to be
+  hand->contact(true);  // the normal case
   ticks(300, {0, 0, 2});
   EXPECT_DOUBLE_EQ(told.force.z, 2);
 }
@@ -147,7 +149,7 @@ TEST_F(Safety, ANonFiniteForceBecomesZeroAndIsReported) {
   EXPECT_EQ(told.force, dvec3(0));
   EXPECT_TRUE(hand->take_events() & bits(SafetyEvent::kNotFinite));
   ticks(100, {0, 0, 3});
-  EXPECT_EQ(told.force, dvec3(0));  // until the hand is free
+  EXPECT_EQ(told.force, dvec3(0));  // no force until the hand is free
 }
 
 TEST_F(Safety, ADeviceFaultSetsTheForceToZeroImmediately) {
@@ -183,7 +185,7 @@ TEST_F(Safety, TheWatchdogSendsZeroWhenTheServoIsSilent) {
   ASSERT_GT(told.force.z, 0);
   const Nanos wrote = told.t;
   EXPECT_GT(hand->watch(wrote + 1'000'000), wrote + 1'000'000);
-  EXPECT_GT(told.force.z, 0);  // one late tick is no silence
+  EXPECT_GT(told.force.z, 0);  // one late tick does not count as silence
   hand->watch(wrote + 1'800'000);
   EXPECT_EQ(told.force, dvec3(0));
   told.t += 10'000'000;
@@ -228,7 +230,7 @@ TEST_F(Safety, TheEmergencyKeyRampsOutInUnderTwentyMillisecondsAndStaysUntilClea
   for (int i = 0; i < 15; ++i) {
     ticks(1, {0, 0, 3});
     ASSERT_LT(told.force.z, last);
-    ASSERT_LE(last - told.force.z, 0.25);  // no kick
+    ASSERT_LE(last - told.force.z, 0.25);  // no sudden force
     last = told.force.z;
     if (last == 0) break;
   }
@@ -262,7 +264,7 @@ TEST_F(Safety, ADeviceOpenedDuringAnEmergencyStopGivesNoForce) {
 TEST_F(Safety, ItsReportListsItsInterventionsAndTheMotorsLimit) {
   arm();
   hand->safety();
-  ticks(2000, {0, 0, 4});  // twice what they bear for ever
+  ticks(2000, {0, 0, 4});  // twice the force that the motors can give permanently
   SafetyStatus status = hand->safety();
   EXPECT_TRUE(status.gives_force && status.armed);
   EXPECT_GT(status.heat, 0.1);
@@ -396,7 +398,7 @@ TEST(Watchdog, ItsThreadSetsTheForceToZeroWithoutTheServo) {
     info.force_limit = 5;
     return info;
   }());
-  options.limits.silence = 0.2;  // so that a busy machine does not trip it before we mean to
+  options.limits.silence = 0.2;  // so that other work of the machine does not trigger it too early
   options.limits.ramp_in = 1e-3;
   SafeDevice hand(std::make_unique<Shared>(out), options);
   HandSample sample;
@@ -411,7 +413,7 @@ TEST(Watchdog, ItsThreadSetsTheForceToZeroWithoutTheServo) {
   EXPECT_TRUE(hand.take_events() & bits(SafetyEvent::kWatchdog));
 }
 
-/// What the last byte was that a program sent which died in this way while pressing (support/emulation/mortal.cpp).
+/// Returns the last byte that a program sent when it ended in this way while pressing (support/emulation/mortal.cpp).
 char last_sent(const std::string& death) {
   FILE* const child = ::popen((std::string(TYPODONT_MORTAL) + " " + death + " 2>/dev/null").c_str(), "r");
   char last = 0, buffer[4096];

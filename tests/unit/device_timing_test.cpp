@@ -106,7 +106,8 @@ TEST(VelocityEstimator, HasATwentiethOfTheNoiseOfADifferenceInSlowMotion) {
 }
 
 TEST(VelocityEstimator, ItsLagIsItsStatedLag) {
-  // In a fast swing: the estimate is the true velocity of `lag` ago, and far from the present one where lag matters.
+  // In a fast oscillation, the estimate is the true velocity at the time `lag` before. It is far from the present
+  // velocity where the lag matters.
   VelocityEstimator estimator(kStep);
   double error_at_lag = 0, error_now = 0, longest = 0;
   int n = 0;

@@ -1,4 +1,4 @@
-// Devices behind their vendors' libraries, over stand-ins for these.
+// Tests devices that use their vendors' libraries, with replacements for these libraries.
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -16,7 +16,7 @@
 namespace typodont::haptics {
 namespace {
 
-/// A stand-in library loaded under its vendor's name, before the driver asks for it.
+/// A replacement library that is loaded under its vendor's name before the driver asks for it.
 class StandIn {
  public:
   explicit StandIn(const char* path) : handle_(::dlopen(path, RTLD_NOW | RTLD_LOCAL)) {
@@ -125,7 +125,7 @@ TEST(OpenHaptics, ClosingOneOfTwoArmsSetsItsForceToZeroAndKeepsTheOtherRunning) 
   EXPECT_EQ(force()[0], 1);
   HandSample sample;
   EXPECT_TRUE(right->read(sample));
-  left = driver("openhaptics").open("Second", {});  // and taken up again
+  left = driver("openhaptics").open("Second", {});  // and opened again
   push(*left);
   EXPECT_EQ(second_force()[0], 1);
   right.reset();
@@ -135,11 +135,11 @@ TEST(OpenHaptics, ClosingOneOfTwoArmsSetsItsForceToZeroAndKeepsTheOtherRunning) 
   EXPECT_EQ(second_force()[0], 0);
 }
 
-/// Around a vendor's device, with times so short that a thousand faults take no time.
+/// Returns the safety layer around a vendor's device, with such short times that a thousand faults need little time.
 std::unique_ptr<SafeDevice> hasty(std::unique_ptr<HapticDevice> device) {
   SafeDevice::Options options = SafeDevice::options_for(device->info());
   options.watchdog_thread = false;
-  options.limits.silence = 100;  // no thread of ours is late here
+  options.limits.silence = 100;  // in this test no thread is late
   options.limits.free_time = 1e-9;
   options.limits.ramp_in = 1e-9;
   options.limits.slew = 1e12;
@@ -163,7 +163,7 @@ TEST(OpenHaptics, EveryFaultAtARandomTimeSetsTheForceToZeroWithinOneCallback) {
   };
   for (int i = 0; i < 1000; ++i) {
     for (int tries = 0; tries == 0 || (force()[2] != 2 && tries < 20);
-         ++tries) {  // a machine that stalls is a leap of time
+         ++tries) {  // a delay of the machine looks like a jump of time
       ticks(5, dvec3(0));
       ticks(2 + static_cast<int>(random() % 20), {0, 0, 2});
     }

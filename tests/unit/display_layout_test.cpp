@@ -1,4 +1,4 @@
-// Every layout is decoded back into the two eyes.
+// Tests that every layout can be decoded into the pictures of the two eyes.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The plan of a mirror bench against geometry worked out by hand.
+// Tests the plan of a mirror bench against geometry that was computed by hand.
 #include <gtest/gtest.h>
 
 #include <cmath>

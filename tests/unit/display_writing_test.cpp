@@ -1,4 +1,4 @@
-// The writing over a picture: as sharp as the screen, whatever is beneath it.
+// Tests the text over a picture: it is as sharp as the screen allows, whatever is below it.
 #include <gtest/gtest.h>
 
 #include <algorithm>

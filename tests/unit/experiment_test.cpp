@@ -1,5 +1,5 @@
-// Experiments: staircases, the psychometric fit against observers of known threshold, the log, and what a scripted hand
-// feels of each stimulus.
+// Tests experiments: staircases, the psychometric fit with observers of known threshold, the log, and what a scripted
+// hand feels for each stimulus.
 #include "engine/app/experiment/experiment.h"
 
 #include <fmt/format.h>

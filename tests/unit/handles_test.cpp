@@ -1,4 +1,4 @@
-// The table of the C interface's handles, by itself.
+// Tests the table of handles of the C interface alone.
 #include "engine/bindings/c/handles.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Contact forces against analytic answers.
+// Tests contact forces against analytic results.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -42,7 +42,7 @@ struct SlideError {
   double magnitude = 0;  // relative, worst
 };
 
-/// A bur of 1 mm held half a millimetre deep is led over the sphere at 30 mm/s.
+/// Moves a bur of 1 mm over the sphere at a depth of half a millimetre and at 30 mm/s.
 SlideError slide_over_sphere(double voxel_mm) {
   HapticBench bench(sphere(voxel_mm), settings(1.0_mm));
   SlideError worst;
@@ -97,7 +97,8 @@ TEST(Contact, TheForceTurnsContinuouslyOverAConvexEdge) {
   dvec3 previous(0);
   double jump = 0;
   for (double z = 5.0_mm; z > 3.3_mm; z -= 0.02_mm) bench.tick({{0, 0, z}});
-  // Around the edge at 0.3 mm outside the box, with the ball's radius of 0.5 mm: 0.2 mm deep all the way.
+  // Moves around the edge at a distance of 0.3 mm from the box. The ball's radius is 0.5 mm, so the depth is 0.2 mm
+  // everywhere.
   for (double s = 0; s < 7.0_mm; s += 0.01_mm) {
     dvec3 p;
     if (s < 3.0_mm)
@@ -143,7 +144,8 @@ TEST(Contact, AToolThatStartsInsideTissueIsLedOutWithin50MillisecondsWithoutAFor
   EXPECT_EQ(bench.last.faults, 0u);
 }
 
-/// What a tool leaves behind, felt by a probe: the cuts go through the carver, the probe starts on a fresh patch.
+/// A probe that feels the surface that a tool has cut. The cuts are made by the carver; the probe starts on a new
+/// patch.
 struct CutThenProbe {
   HapticBench bench;
 
@@ -162,7 +164,7 @@ struct CutThenProbe {
       bench.carver.apply(cut);
     }
   }
-  /// Straight from `from` to `to`, then rests there.
+  /// Moves straight from `from` to `to`, then rests there.
   void probe(const dvec3& from, const dvec3& to) {
     for (int i = 0; i <= 100; ++i) bench.tick({glm::mix(from, to, i / 100.0)});
     for (int i = 0; i < 60; ++i) bench.tick({to});
@@ -173,7 +175,7 @@ constexpr const char* kBlock =
     R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6,6,6]}}}]})";
 
 TEST(Contact, AConcaveCreaseLeftByACutIsFeltAtItsTrueDistance) {
-  // A cylinder, upright and then led aside, leaves a floor that meets a wall at a right angle.
+  // An upright cylinder that is moved aside leaves a floor that meets a wall at a right angle.
   Tool bur;
   bur.shape = haptics::HeadShape::kCylinder;
   bur.diameter = 1.6_mm, bur.length = 4.0_mm;
@@ -218,7 +220,7 @@ TEST(Carving, RepeatedCutsChangeNoBit) {
   };
   round();
   const auto first = patch.distance;
-  for (int i = 0; i < 20; ++i) {  // equal bits after a round: so after any number
+  for (int i = 0; i < 20; ++i) {  // if the bits are equal after one round, they are equal after any number of rounds
     round();
     ASSERT_EQ(patch.distance, first);
   }
@@ -229,7 +231,7 @@ TEST(Contact, ACutDoesNotReduceTheAccuracyOnTheSurfaceBesideIt) {
   bur.diameter = bur.length = 1.0_mm;
   const Pose pit[] = {{{0, 0, 5.4_mm}}, {{0, 0, 5.0_mm}}};
   CutThenProbe scene(sphere(0.1), bur, pit, 1.0_mm);
-  // From the far side towards the pit: true to the hundredth of a degree until the head is near it.
+  // From the far side towards the pit: correct to a hundredth of a degree until the head is near the pit.
   for (double a = 90.0_deg; a > 50.0_deg; a -= 0.5_deg) {
     const dvec3 u(std::sin(a), 0, std::cos(a));
     if (a == 90.0_deg) scene.probe(6.0_mm * u, 5.2_mm * u);
@@ -286,7 +288,7 @@ TEST(Servo, AfterIllegalInputTheToolIsWhereItWasOutside) {
     jump = std::max(jump, std::abs(bench.last.f_T_W.z - last));
     last = bench.last.f_T_W.z;
   }
-  EXPECT_NEAR(last, before, 0.01);  // ramped in, from nothing
+  EXPECT_NEAR(last, before, 0.01);  // the force increases gradually from zero
   EXPECT_LT(jump, 0.25);
 }
 
@@ -305,7 +307,7 @@ TEST(Servo, AHandLostInContactFeelsNormalContactWhenItReturnsElsewhere) {
       ASSERT_EQ(bench.last.f_T_W, dvec3(0));
       ASSERT_EQ(bench.last.faults, bits(gone));
     }
-    // Back where it rests, 30 mm away: with the last force that leap would have been a debt of 12 mJ.
+    // Back at the resting position, 30 mm away. With the last force, this jump would have created a debt of 12 mJ.
     for (int i = 0; i < 100; ++i) bench.tick({{30.0_mm, 0, 7.0_mm}});
     EXPECT_EQ(bench.last.f_T_W, dvec3(0));
     for (double x = 30.0_mm; x > 0; x -= 0.1_mm) bench.tick({{x, 0, 7.0_mm}});
@@ -324,7 +326,7 @@ TEST(Servo, AfterAPauseOrAFaultInContactTheNextContactIsNormal) {
     };
     const double before = press();
     const double paid = bench.last.energy;
-    bench.t += 80'000'000;  // the servo was away while the hand went out, with the last force or without one
+    bench.t += 80'000'000;  // the servo did not run while the hand left the tissue
     bench.tick({{0, 0, 5.6_mm}}, 0, 0, told);
     if (told) {
       EXPECT_EQ(bench.last.energy, paid);
@@ -341,7 +343,7 @@ TEST(Servo, ADamperThatKnowsTheEncoderResolutionDoesNotBuzz) {
   const auto buzz = [&](double told) {  // N, the largest change of force between two ticks beyond a count's own
     ServoSettings s = settings(1.0_mm);
     s.position_step = told;
-    s.passivity = false;  // which gives a hand that seems to jump hardly any force
+    s.passivity = false;  // passivity would give nearly no force to a hand that seems to jump
     HapticBench bench(sphere(0.1), s);
     double worst = 0, last = 0;
     for (int i = 0; i < 2000; ++i) {

@@ -1,4 +1,4 @@
-// Cutting: volume by energy, and the geometry of what is taken.
+// Tests cutting: the volume for a given energy, and the geometry of the removed tissue.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -37,7 +37,8 @@ std::string box(double voxel_mm) {
   return text;
 }
 
-/// A simulated hand (0.15 kg, 5 N·s/m) pushes straight down and may swing sideways, for a second: removed volume, m³.
+/// Result of a simulated hand (0.15 kg, 5 N·s/m) that pushes straight down for a second and may oscillate sideways.
+/// removed: volume, m³.
 struct Drilled {
   double volume = 0, impulse = 0, work = 0, jump = 0;
 };
@@ -117,7 +118,8 @@ TEST(Carving, AThousandShortSweepsRemoveWhatOneLongOneDoes) {
   EXPECT_NEAR(sum / whole, 1, 1e-5);
 }
 
-/// A random head that is no ball, and where it is before and after a way of 1 to 50 voxels of 0.1 mm, turned or not.
+/// A random head that is not a ball, and its poses before and after a motion of 1 to 50 voxels of 0.1 mm, with or
+/// without rotation.
 struct RandomWay {
   std::mt19937_64 random;
   haptics::Tool tool;
@@ -214,7 +216,8 @@ TEST(Carving, LongSweepsRemoveTheSameInAnyOrderAndGivePatchAndVolumeTheSameBits)
   }
 }
 
-/// A head led along a path in short steps, each continuing the last, against poses all along it cut out one by one.
+/// Compares a head that moves along a path in short steps, of which each continues the previous one, with single cuts
+/// at all poses of the path.
 void expect_short_steps_leave_what_all_poses_do(const haptics::Tool& tool, double turn) {
   HapticBench bench(box(0.1), [&] {
     ServoSettings s = drill(1.2_mm, 1000);
@@ -262,7 +265,7 @@ TEST(Carving, ConsecutiveShortStepsEqualTheUnionOfTheirPosesForEveryHead) {
 }
 
 TEST(Carving, SkippedLeavesWouldNotHaveChanged) {
-  // Against a copy that is made before each sweep, and so knows of no leaf when it is due.
+  // Compares with a copy that is made before each sweep and so does not know when a leaf is due.
   constexpr const char* kSmall =
       R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [2.4, 2.4, 1.8]}}}]})";
   const haptics::DenseTissue block = haptics::read_solids(Json::parse(kSmall, "tissue"));
@@ -276,7 +279,8 @@ TEST(Carving, SkippedLeavesWouldNotHaveChanged) {
     Pose X{{0, 0, 0.91_mm + tool.length / 2}, glm::normalize(dquat(1, 0.1, 0.2, 0))};
     for (int i = 0; i < 120; ++i) {
       const auto wobble = [&](double rate) { return std::sin(rate * i + static_cast<int>(head)); };
-      // Into the block and out of it again, creeping and leaping, continuing or not, with the other head in between.
+      // Moves into the block and out of it, in tiny and large steps, continuing the previous sweep or not, with cuts of
+      // the other head in between.
       const double step = i / 20 % 4 == 3 ? 40.0_um : i / 20 % 4 == 2 ? 0.1_um : 4.0_um;
       const dvec3 v = glm::normalize(dvec3(wobble(1.3), wobble(2.1), (i < 90 ? -2 : 2) + wobble(3.7)));
       const dquat turn(1, 1e-3 * wobble(0.7), 1e-3 * wobble(1.9), 1e-3 * wobble(2.9));
@@ -298,7 +302,8 @@ TEST(Carving, SkippedLeavesWouldNotHaveChanged) {
 }
 
 TEST(Carving, TheActiveFrontListsChangeNoBitOfACut) {
-  // Creeping, sliding and leaping, turned and not, continuing or not, taken up elsewhere in between, in two patches.
+  // Tiny, medium and large steps, with and without rotation, continuing the previous sweep or not, with work elsewhere
+  // in between, in two patches.
   const haptics::DenseTissue block = haptics::read_solids(Json::parse(box(0.1), "tissue"));
   for (const haptics::HeadShape head : haptics::head_shapes()) {
     const int shape = static_cast<int>(head);

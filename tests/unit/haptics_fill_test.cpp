@@ -1,4 +1,4 @@
-// Filling: composite put into a cavity, felt while it grows, and taken out again.
+// Tests filling: composite is put into a cavity, felt while it grows, and removed again.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -59,7 +59,7 @@ Pose end_at(double x, double z) {
   return {{x, 0, z + 1.5_mm}, {1, 0, 0, 0}};
 }
 
-/// Holds the end there for so many ticks; returns the greatest change of force in a tick.
+/// Holds the end at this pose for `ticks` ticks. Returns the largest change of force in a tick.
 double hold(HapticBench& bench, int ticks, const Pose& X_WT, double pedal, std::uint32_t tool = 0) {
   double jump = 0;
   for (int i = 0; i < ticks; ++i) {
@@ -202,7 +202,7 @@ TEST(Filling, PatchAndVolumeHoldTheSameBitsAndTheVolumeIsBalanced) {
   EXPECT_NEAR(grown, told, 1e-3 * told);
   EXPECT_EQ(-bench.last.removed[kFilled], told) << "all of it is the filling's";
   EXPECT_NEAR(after[kFilled], told,
-              0.2 * told);  // a voxel has one label: what fills up half a voxel of dentin is dentin
+              0.2 * told);  // a voxel has only one label, so filling in a voxel that is half dentin counts as dentin
 }
 
 TEST(Filling, GrowsUpToTheHeadAndNeverPushesTheHand) {
@@ -237,7 +237,7 @@ TEST(Filling, ReleasesEveryHeadAlongItsAxisAfterAnyTime) {
 
 TEST(Filling, NeverLeavesItsBoundingSolid) {
   ServoSettings s = filling();
-  // The cavity with its rim at half a millimetre above the tool's end: what would flow over it does not.
+  // The rim of the cavity is half a millimetre above the tool's end. Filling does not flow over the rim.
   s.tools[0].fill_within = s.tool.fill_within =
       haptics::read_solid(Json::parse(R"({"box": {"center_mm": [0, 0, -5], "size_mm": [40, 40, 10.2]}})", "within"));
   HapticBench bench(kCavity, s), free_bench(kCavity, filling());
@@ -268,7 +268,7 @@ TEST(Filling, IsFeltWithItsOwnStiffness) {
   HapticBench bench(kCavity, s);
   hold(bench, 1000, end_at(0.4_mm, 0.0_mm), 1);
   hold(bench, 20, end_at(0.4_mm, 0.0_mm), 0);
-  for (int i = 0; i < 300; ++i) bench.tick(end_at(0.4_mm, -i * 1e-6), 0);  // 0.3 mm down, onto what was put there
+  for (int i = 0; i < 300; ++i) bench.tick(end_at(0.4_mm, -i * 1e-6), 0);  // 0.3 mm down, onto the filling
   hold(bench, 100, end_at(0.4_mm, -0.3_mm), 0);
   EXPECT_EQ(bench.last.tissue, Tissue::kComposite);
   EXPECT_NEAR(glm::length(bench.last.f_T_W),
@@ -401,7 +401,7 @@ TEST(Filling, FillingAndEmptyingRestoresTheLabelsAlsoAfterUndoAndFromAFile) {
     std::filesystem::remove(file);
     EXPECT_TRUE(everything(loaded) == filled);
     loaded.begin_stroke();
-    // Everything is taken out, and a little of what is around it here and there.
+    // All filling is removed, together with some of the surrounding tissue.
     bur.diameter = bur.length = bur.diameter + 0.02_mm;
     const Sweep wider(bur, a, b, volume.frame());
     haptics::TissueVolume never(haptics::read_solids(Json::parse(kLayers, "layers")));
@@ -409,7 +409,7 @@ TEST(Filling, FillingAndEmptyingRestoresTheLabelsAlsoAfterUndoAndFromAFile) {
     never.carve(wider);
     const auto empty = [&](haptics::TissueVolume& v) {
       v.begin_stroke();
-      for (int i = 0; i < 20; ++i) {  // what rose above the pocket or was put beside it
+      for (int i = 0; i < 20; ++i) {  // filling above the pocket or beside it
         for (int k = 0; k < 20; ++k) {
           bur.diameter = bur.length = 1.6_mm;
           const Pose p{dvec3(-1.9 + 0.2 * i, -1.9 + 0.2 * k, 2.2) * kMillimetre};

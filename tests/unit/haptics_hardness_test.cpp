@@ -1,4 +1,4 @@
-// Hardness per voxel: what is felt, what is cut, and where it is kept.
+// Tests hardness per voxel: its effect on force and cutting, and where it is stored.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -44,7 +44,8 @@ std::string block(const std::string& hardness = "") {
       hardness.empty() ? "" : ", \"hardness\": " + hardness);
 }
 
-/// The same in three layers of 1.2 mm, the lowest reaching down to the floor: softest above.
+/// Hardness of the same block in three layers of 1.2 mm. The softest layer is at the top; the lowest extends to the
+/// floor.
 constexpr std::array kLayers = {0.3, 0.6, 1.0};
 std::string layered() {
   return R"({"voxel_mm": 0.1, "solids": [
@@ -57,7 +58,7 @@ TissueVolume sampled(const std::string& json) {
   return TissueVolume(haptics::read_solids(Json::parse(json, "tissue")));
 }
 
-/// A block whose hardness rises by one byte a voxel along z.
+/// Returns a block whose hardness increases by one byte per voxel along z.
 haptics::DenseTissue graded_block() {
   haptics::DenseTissue dense = haptics::read_solids(Json::parse(block("0.5"), "tissue"));
   for (int x = 0; x < dense.size.x; ++x)
@@ -82,7 +83,7 @@ ServoSettings drill() {
   return s;
 }
 
-/// The force of a ball that was led 0.3 mm deep against a face, from `from` along `toward`.
+/// Returns the force on a ball that is pressed 0.3 mm deep into a face, from `from` in the direction `toward`.
 double felt(const std::string& tissue, const dvec3& from = {0, 0, 3.2_mm}, const dvec3& toward = {0, 0, -1}) {
   HapticBench bench(tissue, probe());
   for (double way = 0; way < 0.5_mm; way += 2e-6) bench.tick({from + way * toward});
@@ -110,8 +111,8 @@ TEST(Hardness, TheForceInThreeLayersIsInProportionToTheirHardness) {
   }
 }
 
-/// What a simulated hand (0.15 kg, 5 N·s/m) that pushes straight down with 1 N has removed, and the spindle's work for
-/// it, while the bur's lowest point lies between two heights, m.
+/// Volume that a simulated hand (0.15 kg, 5 N·s/m) removes when it pushes straight down with 1 N, and the work of the
+/// spindle, while the bur's lowest point is between two heights (m).
 struct Drilled {
   double volume = 0, work = 0;
 };
@@ -204,7 +205,8 @@ TEST(Hardness, TheEnergyOfACutWeightsEveryVoxelWithItsHardness) {
   EXPECT_LT(volume.hardness_volumes()[kDentin] / volume.volumes()[kDentin], 0.2);
 }
 
-/// The volume that each tissue lost, each sample's share times its hardness: all samples one by one.
+/// Returns the volume that each tissue lost, in which each sample's fraction is multiplied by its hardness. Computed
+/// sample by sample.
 PerTissue hardened_one_by_one(const std::vector<float>& before, const std::vector<Tissue>& labels,
                               const SurfacePatch& patch) {
   std::array<std::int64_t, kTissueCount> sums{};

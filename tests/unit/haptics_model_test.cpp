@@ -1,4 +1,4 @@
-// The seam for contact methods, the example from outside, and voxel_penalty.
+// Tests the common interface of contact methods, the example outside the library, and the model "voxel_penalty".
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +26,8 @@ constexpr std::string_view kBall =
 constexpr std::string_view kBlock =
     R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]})";
 
-/// Greatest angle, degrees, between the force and the normal of a ball on which the hand slides 0.2 mm deep.
+/// Returns the largest angle (degrees) between the force and the normal of a ball on which the hand slides at a depth
+/// of 0.2 mm.
 double direction_error(const char* model) {
   HapticBench bench(kBall, probe_settings(model));
   double worst = 0;
@@ -114,7 +115,7 @@ TEST(VoxelPenalty, TheTorqueIsTheSumOfTheSamplesLeverTimesForce) {
 constexpr std::string_view kEnamelBlock =  // of 1 N/mm
     R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6, 6, 4]}}}]})";
 
-/// Force out of a block whose top is at z = 2 mm, on a ball of 1.2 mm that is pressed in so far, N.
+/// Returns the force (N) of a block, whose top is at z = 2 mm, on a ball of 1.2 mm that is pressed in by `pressed_mm`.
 double pushed_back(double pressed_mm) {
   haptics::ServoSettings settings = probe_settings("voxel_penalty");
   settings.tool.diameter = settings.tool.length = 1.2_mm;
@@ -128,8 +129,8 @@ TEST(VoxelPenalty, AWallHasTheScenesStiffnessUpToADepthOfTheHeadsRadius) {
   for (const double mm : {0.3, 0.4, 0.5}) EXPECT_NEAR(pushed_back(mm), mm, 0.15 * mm) << mm << " mm at 1 N/mm";
 }
 
-// Without a proxy no penalty model holds a head whose push needs more depth than its radius: beyond it the samples on
-// the far side push it on.
+// Without a proxy, no penalty model can stop a head whose pushing force needs a depth larger than its radius. At larger
+// depths, the samples on the far side push the head forward.
 TEST(VoxelPenalty, HoldsNoMoreThanItsStiffnessTimesTheHeadsRadius) {
   double most = 0;
   for (double mm = 0.1; mm < 1.3; mm += 0.1) most = std::max(most, pushed_back(mm));

@@ -1,4 +1,4 @@
-// Patches on their way from the carver to the servo: kept up to date while the servo goes on cutting.
+// Tests patches on their way from the carver to the servo: they are kept up to date while the servo continues to cut.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -105,8 +105,8 @@ TEST(PatchExchange, AnUpdatedPatchHasTheBitsOfANewlyExtractedOne) {
 }
 
 TEST(SurfacePatch, AMovedPatchHasTheBitsOfANewlyExtractedOne) {
-  // Two patches in turn, as servo and carver exchange them; their owner cuts in them, strokes are taken back, and steps
-  // are short, long, or farther than a patch is wide.
+  // Two patches that alternate, as servo and carver exchange them. Their owner cuts in them, strokes are undone, and
+  // steps are short, long, or longer than a patch is wide.
   const std::vector<Tool> tools = bur_with_shank_and_condenser();
   std::mt19937_64 random(11);
   const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
@@ -134,7 +134,7 @@ TEST(SurfacePatch, AMovedPatchHasTheBitsOfANewlyExtractedOne) {
       }
       carver.apply(cut);
       const haptics::Sweep sweep(tools[0], cut.X_WA, cut.X_WB, carver.volume().frame());
-      haptics::carve(patch, sweep);  // which the carver has not: what the owner wrote must be copied again
+      haptics::carve(patch, sweep);  // a cut that the carver does not have, so the owner's changes must be copied again
     }
     if (round % 7 == 6) undone += carver.undo();
     const double step = round % 5 == 4 ? 12 : round % 2 ? 0.7 : 0.1;  // mm
@@ -214,7 +214,7 @@ TEST(PatchExchange, TheServoTakesACompletePatchAndLeavesOthersToTheCarverFirst) 
   EXPECT_FALSE(exchange.keep_up(bench.carver, tick.patch));
   carve();
 
-  // A carver that does not keep up is not waited for for ever.
+  // The exchange does not wait for ever for a carver that is too slow.
   exchange.offer(bench.carver, {0, 0, 2.5_mm});
   drill(3);
   EXPECT_FALSE(take(1'000'000));
@@ -224,7 +224,7 @@ TEST(PatchExchange, TheServoTakesACompletePatchAndLeavesOthersToTheCarverFirst) 
   drill(1);
   EXPECT_FALSE(exchange.keep_up(bench.carver, tick.patch));
 
-  // Tissue that has come back is not waited for either, nor changed on its way.
+  // The exchange also does not wait for tissue that an undo restored, and does not change it on its way.
   carve();
   ASSERT_TRUE(bench.carver.undo());
   exchange.offer(bench.carver, {0, 0, 2.5_mm});
@@ -303,7 +303,7 @@ TEST(PatchExchange, ATwoThreadRunIsRepeatedBitForBitFromItsPatchTimes) {
   std::vector<dvec3> forces;
   ServoTick tick;
   Cut cut;
-  // On and on, until the carver got to it, which on a busy machine takes a while.
+  // Continues until the carver has done its work, which takes some time on a busy machine.
   for (int i = 0; i < kTicks || (uses.size() < 2 && i < 100 * kTicks); ++i) {
     if (haptics::Snapshot* const fresh = exchange.take(live.patch(), tick.cuts, now())) {
       uses.push_back({static_cast<std::uint64_t>(i), fresh->cuts, fresh->number, fresh->center_W});

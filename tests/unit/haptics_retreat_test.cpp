@@ -1,4 +1,5 @@
-// A tool that its contacts hold where the hand has left: it comes out the way it went in, or the user is told.
+// Tests a tool that its contacts hold after the hand has left: it comes out on the path on which it went in, or the
+// user gets a message.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -34,7 +35,7 @@ struct Hand {
   std::uint32_t faults = 0;
 
   explicit Hand(const haptics::ServoSettings& settings) : bench(kBlock, settings) {}
-  /// There in a straight line, `speed` in m/s.
+  /// Moves to `to` in a straight line. `speed`: m/s.
   void go(const dvec3& to, double pedal, double speed = 10e-3) {
     const int ticks = std::max(1, static_cast<int>(glm::length(to - at) / (speed * 1e-3)));
     const dvec3 from = at;
@@ -55,7 +56,8 @@ struct Hand {
   }
 };
 
-/// Down into the block, aside under its roof, the drill off, and the hand straight up.
+/// Drills down into the block and sideways below remaining tissue. Then the drill is off, and the hand moves straight
+/// up.
 void drill_under_a_roof(Hand& hand) {
   hand.go({0, 0, kTop - kDeep - 0.5_mm}, 1, 4e-3);
   hand.rest(1.5, 1);
@@ -76,7 +78,7 @@ TEST(Retreat, ABurUnderAnOverhangRetreatsAlongItsPathWhenTheHandHasLeft) {
   EXPECT_LT(glm::length(hand.tool() - hand.at), 1e-6);
   EXPECT_TRUE(hand.faults & bits(Fault::kWedged)) << "the user was told";
   EXPECT_FALSE(hand.bench.last.faults & bits(Fault::kWedged)) << "no longer";
-  EXPECT_LT(hand.worst_step, 0.08);  // the damper at the pace at which it is led
+  EXPECT_LT(hand.worst_step, 0.08);  // force of the damper at the speed of the hand
 }
 
 TEST(Retreat, WithTheOlderLawsTheBurStaysUnderTheOverhang) {
@@ -108,7 +110,7 @@ TEST(Retreat, AHandThatPushesIntoAWallIsHeldHoweverLong) {
 }
 
 TEST(Retreat, AMissingPathBackIsReportedToTheUser) {
-  // Opened inside a closed hollow: nothing led there.
+  // The session begins inside a closed hollow, so there is no path that led there.
   HapticBench bench(
       R"({"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"difference": [
            {"box": {"size_mm": [6, 6, 6]}}, {"sphere": {"radius_mm": 1.2}}]}}]})",
@@ -137,7 +139,7 @@ TEST(Retreat, APathHasNoLoopsAndIsBounded) {
     ASSERT_LE(path.size(), 512u);
     ASSERT_LT(glm::length(path.last() - c), 0.8);
   }
-  // To and fro between two places: what remains is the way there.
+  // Moves forwards and backwards between two positions. Only the path from the first to the second remains.
   path.begin(dvec3(0));
   for (int k = 0; k < 21; ++k) {
     for (int i = 0; i <= 100; ++i) path.add({k % 2 ? 100.0 - i : i, 0, 0});

@@ -1,4 +1,4 @@
-// What of a tool never cuts: shank and safe end push back, turn the tool, and remove nothing.
+// Tests the parts of a tool that never cut: shank and safe end push back, rotate the tool, and remove nothing.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -44,7 +44,7 @@ ServoSettings settings(const Tool& tool, double damping = 0) {
 constexpr const char* kWall = R"({"voxel_mm": 0.1, "solids": [
   {"tissue": "enamel", "solid": {"box": {"center_mm": [2.5, 0, 6], "size_mm": [5, 8, 6]}}}]})";
 
-/// The tool's axis along z, its head at the origin's height, moved in x to `x` at 20 mm/s.
+/// The tool's axis is along z and its head at the height of the origin. Moves the tool in x to `x` at 20 mm/s.
 void lean(HapticBench& bench, double x, double pedal = 0, int hold = 200) {
   const double from = -1.2_mm;
   for (double at = from; at < x; at += 20e-6) bench.tick({{at, 0, 0}}, pedal);
@@ -83,7 +83,7 @@ TEST(Shank, AToolWithoutAShankPassesFreely) {
 }
 
 TEST(Shank, StopsABurThatWouldCutDeeper) {
-  // A groove wide enough for the head, and not for the shank that widens above it.
+  // A groove that is wide enough for the head, but not for the shank, which becomes wider above the head.
   Tool tool = bur_with_shank();
   tool.neck_length = 1.0_mm;
   constexpr const char* kGroove = R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"difference": [
@@ -178,7 +178,7 @@ TEST(Shank, ItsClearanceIsNeverOverestimated) {
       }
     }
   }
-  EXPECT_GT(told, 1000);  // of 2400: it does tell of room
+  EXPECT_GT(told, 1000);  // of 2400 poses, the number for which it reports room
 }
 
 TEST(Shank, IsNotTestedFarFromTheSurface) {
@@ -189,7 +189,7 @@ TEST(Shank, IsNotTestedFarFromTheSurface) {
       settings(tool));
   bench.tick({{0, 0, 0}});
   haptics::NonCuttingContacts contacts(tool, 0.1_mm);
-  // A contact that is farther off than 0.8 voxels is not looked for.
+  // The search ignores contacts at more than 0.8 voxels.
   EXPECT_GT(contacts.room(bench.patch(), {bench.settings.frame.to_voxels(dvec3(0)), {1, 0, 0, 0}}), 2.0);
 }
 

@@ -1,4 +1,4 @@
-// Force on shapes with edges, hollows and creases, against their formulas.
+// Tests the force on shapes with edges, hollows and creases against formulas.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

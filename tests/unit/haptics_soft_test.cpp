@@ -1,4 +1,5 @@
-// Soft tissue against closed solutions: stiffness of a layer, return after release, shape of a dent, work of a cut.
+// Tests soft tissue against closed solutions: stiffness of a layer, return after release, shape of a dent, and work of
+// a cut.
 #include <gtest/gtest.h>
 
 #include <cmath>

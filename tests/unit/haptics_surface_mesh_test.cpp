@@ -1,4 +1,4 @@
-// The surface of a volume as a mesh: where it lies, how it is wound, what it is labelled.
+// Tests the surface of a volume as a mesh: its position, the order of its corners, and its labels.
 #include <gtest/gtest.h>
 
 #include <algorithm>

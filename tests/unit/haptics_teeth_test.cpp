@@ -1,4 +1,4 @@
-// The tangential force of a bur's teeth where the contact ends.
+// Tests the tangential force of a bur's teeth where the contact ends.
 #include <gtest/gtest.h>
 
 #include <algorithm>

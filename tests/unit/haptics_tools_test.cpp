@@ -1,4 +1,4 @@
-// The tray: which tool is in the hand, and when another may be taken up.
+// Tests the tray: which tool the hand holds, and when it may take another.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ ServoSettings four_tools() {
   return s;
 }
 
-/// So many ticks toward height z and there, at 25 mm/s at most.
+/// Moves to height z at 25 mm/s or less and stays there, for `ticks` ticks in all.
 void run(HapticBench& bench, int ticks, double z, double pedal, std::uint32_t tool) {
   const double z0 = bench.t == 0 ? z : bench.last.X_WT.p.z;
   for (int i = 1; i <= ticks; ++i) {

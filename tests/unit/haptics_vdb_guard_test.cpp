@@ -1,4 +1,4 @@
-// Volume files that were damaged, wherever that is.
+// Tests volume files that are damaged at any position.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -83,7 +83,7 @@ TEST_F(VdbGuard, WithoutRoomForACopyAnIntactVolumeIsNotReportedAsDamaged) {
   std::filesystem::remove(stand_in);
   EXPECT_THAT(said, testing::AllOf(HasSubstr("no room for a copy of " + file_.string()), HasSubstr("TMPDIR"),
                                    testing::Not(HasSubstr("damaged"))));
-  EXPECT_EQ(message(), "");  // with room again
+  EXPECT_EQ(message(), "");  // when the disk has space again
   ::unsetenv("TYPODONT_CACHE");
   std::filesystem::remove_all(cache);
 }
@@ -112,7 +112,7 @@ TEST_F(VdbGuard, ALengthBeyondTheFileIsNamed) {
   EXPECT_THAT(message(), HasSubstr("type of a grid"));
 }
 
-/// As an attacker would: changed, and the seal computed again.
+/// Changes the file and computes the seal again, as an attacker would.
 TEST_F(VdbGuard, AForgedSealCannotCrashTheProgram) {
   std::mt19937_64 random(8);
   int refused = 0;

@@ -1,4 +1,5 @@
-// The spindle's vibration in the hand: at its frequency and load, within the device's band, and off without one.
+// Tests the spindle's vibration in the hand: it has the right frequency and the right strength for the load, stays
+// within the device's frequency band, and is off for a device without a band.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,7 +37,8 @@ double amplitude_at(const std::vector<double>& f, double frequency, double rate)
   return 2 * std::abs(sum) / static_cast<double>(f.size());
 }
 
-/// A held hand presses a turning bur; the force along the push, from half a second on, for a second.
+/// A hand at a fixed position presses a rotating bur. Returns the force along the push for one second, after the first
+/// half second.
 std::vector<double> pressed(const ServoSettings& settings, double depth, double pedal = 1) {
   HapticBench bench(kBlock, settings);
   std::vector<double> f;
@@ -47,7 +49,8 @@ std::vector<double> pressed(const ServoSettings& settings, double depth, double 
   return f;
 }
 
-/// A simulated hand (0.15 kg, 5 N·s/m) pushes a turning bur down: the force along the push, of the last half second.
+/// A simulated hand (0.15 kg, 5 N·s/m) pushes a rotating bur down. Returns the force along the push in the last half
+/// second.
 std::vector<double> pushed(const ServoSettings& settings, double newton) {
   HapticBench bench(kBlock, settings);
   double z = 3.12_mm, v = 0, f = 0;
@@ -74,14 +77,15 @@ TEST(Vibration, IsFeltAtTheSpindlesFrequencyAndInProportionToItsLoad) {
 }
 
 TEST(Vibration, ADrillAboveTheBandIsNotAliasedIntoIt) {
-  // 300 krpm is 5 kHz: at 1 kHz it would alias to anything at all.
+  // 300 krpm is 5 kHz. With ticks at 1 kHz, aliasing could give any frequency.
   const auto with = pressed(handpiece(300, 400), 0.05_mm), without = pressed(handpiece(300, 0), 0.05_mm);
   ASSERT_EQ(with.size(), without.size());
   for (std::size_t i = 0; i < with.size(); ++i) EXPECT_EQ(with[i], without[i]) << i;  // bit for bit
 }
 
 TEST(Vibration, EveryVibrationPeriodHasAtLeastFiveTicks) {
-  // 300 turns a second in a servo of 1 kHz: a device that claims 2 kHz feels nothing, one at 4 kHz does.
+  // 300 turns per second in a servo of 1 kHz. A device with a band up to 2 kHz feels nothing; with a servo of 4 kHz it
+  // feels the vibration.
   ServoSettings slow = handpiece(18, 2000);
   EXPECT_EQ(pressed(slow, 0), pressed(handpiece(18, 0), 0));
   ServoSettings fast = handpiece(18, 2000);

@@ -1,4 +1,4 @@
-// Head tracking: packets, filter, socket.
+// Tests head tracking: packets, filter, socket.
 #include "engine/display/head_tracker.h"
 
 #include <arpa/inet.h>

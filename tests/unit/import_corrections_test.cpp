@@ -1,4 +1,4 @@
-// Corrections of imported tissue by hand, against analytic solids.
+// Tests corrections of imported tissue by hand, against analytic solids.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -61,7 +61,7 @@ TEST(Corrections, TheBrushRelabelsTheTissueUnderItAndLeavesTheSurface) {
   const double capsule = ball_volume(1e-3) + kPi * 1e-6 * 2e-3;
   EXPECT_NEAR(volume(made, Tissue::kAmalgam), capsule, 0.05 * capsule);
   EXPECT_EQ(made.tissue.distance, before);
-  // Across the surface, only the half inside is relabelled.
+  // If the brush crosses the surface, only the half inside is relabelled.
   made = ball();
   stroke.path = {dvec3(kBall, 0, 0)};
   correct(made, stroke);
@@ -108,7 +108,7 @@ TEST(Corrections, ASeedSpreadsThroughSimilarGreyValuesOnly) {
   EXPECT_NEAR(volume(made, Tissue::kEnamel), ball_volume(kCore), 0.05 * ball_volume(kCore));
   EXPECT_NEAR(volume(made, Tissue::kCancellousBone), ball_volume(kBall) - ball_volume(kCore),
               0.02 * ball_volume(kBall));
-  // Its reach ends it.
+  // The relabelled region ends at the limit of its reach.
   made = ball();
   correct(made, LabelSeed{LabelKind::kMetal, dvec3(0, 0, 0), 1e-3, 0.3});
   EXPECT_NEAR(volume(made, Tissue::kAmalgam), ball_volume(1e-3), 0.15 * ball_volume(1e-3));

@@ -1,5 +1,5 @@
-// DICOM: every way in which a series comes gives the same tissue at the same place, and nothing about a person comes
-// out.
+// Tests DICOM: every form of a series gives the same tissue at the same position, and no personal data appears in any
+// output.
 #include <gdcmImage.h>
 #include <gdcmImageChangeTransferSyntax.h>
 #include <gdcmImageReader.h>
@@ -32,7 +32,7 @@ constexpr double kVoxel = 0.25;                                                 
 const glm::ivec3 kSize(30, 26, 28);                                               // of the scan
 const dvec3 kCenter(3.4, 3.1, 3.6), kLump(5.6, 3.1, 4.4), kOrigin(-20, 35, 112);  // mm
 
-/// A tooth-like ball with a lump towards the patient's left and a little up.
+/// A ball like a tooth, with a lump towards the patient's left and slightly upwards.
 std::vector<double> greys_of(const Placed& placed, const glm::ivec3& size, const dvec3& spacing) {
   test::Phantom p;
   p.size = size;
@@ -77,7 +77,7 @@ void expect_reference(const Imported& i) {
   EXPECT_EQ(i.tissue.tissue, reference().tissue.tissue);
   EXPECT_LT(glm::length(i.tissue.frame.origin - reference().tissue.frame.origin), 1e-9);
 }
-/// The file's bytes in another syntax, by GDCM.
+/// Returns the file's bytes in another transfer syntax, converted by GDCM.
 std::string compressed(const std::string& bytes, gdcm::TransferSyntax::TSType syntax) {
   const auto file = scratch("to_compress.dcm");
   test::write(file, bytes);
@@ -280,7 +280,7 @@ TEST(ImportDicom, CopiesOfSlicesAreLeftOutAndASecondAcquisitionIsAnotherScan) {
 }
 
 TEST(ImportDicom, UnevenSlicesAreInterpolatedAndMissingOnesRefused) {
-  // Every slice a little off its even place.
+  // Every slice is slightly displaced from its regular position.
   std::vector<DicomImage> images;
   std::mt19937 random(2);
   std::uniform_real_distribution<double> off(-0.04, 0.04);
@@ -339,7 +339,7 @@ TEST(ImportDicom, NoPersonalDataAreWritten) {
 
 TEST(ImportDicom, DamagedAndOversizedInputIsRefusedWithAReasonAndLittleMemory) {
   std::vector<DicomImage> images = slices();
-  // Pixels cut off.
+  // The pixel data is cut off.
   const auto cut = test::write_series("cut", images);
   const auto victim = std::filesystem::directory_iterator(cut)->path();
   std::filesystem::resize_file(victim, std::filesystem::file_size(victim) / 2);
@@ -358,7 +358,7 @@ TEST(ImportDicom, DamagedAndOversizedInputIsRefusedWithAReasonAndLittleMemory) {
     test::write(scratch("boasts") / fmt::format("{}", k), test::dicom_bytes(boast));
   }
   EXPECT_THAT(message_of(scratch("boasts")), HasSubstr("at most"));
-  // Nothing in it, or one slice.
+  // The folder is empty or has one slice.
   std::filesystem::create_directories(scratch("empty_folder"));
   EXPECT_THAT(message_of(scratch("empty_folder")), HasSubstr("no DICOM images"));
   test::write(scratch("single.dcm"), test::dicom_bytes(images[0]));

@@ -1,4 +1,4 @@
-// Scans as files: every format and encoding gives the same tissue, and every broken file an exact message.
+// Tests scans as files: every format and encoding gives the same tissue, and every broken file gives an exact message.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-// A small tooth-like ball, off the middle in all axes so that swapped or mirrored axes show.
+// A small ball like a tooth. It is not in the middle in any axis, so that exchanged or mirrored axes are noticed.
 test::Phantom small_ball() {
   test::Phantom p;
   p.size = {30, 26, 28};
@@ -158,7 +158,7 @@ TEST(ImportSpacing, AFileThatSaysItsVoxelAndUnitIsNotAskedForThem) {
                                "units: \"mm\" \"mm\" \"mm\"\nendian: little\nencoding: raw\n");
   EXPECT_THAT(message_of(file), AllOf(HasSubstr("0.9 0.9 0.9 mm"), HasSubstr("fine enough for a tooth"),
                                       HasSubstr("--preset bone"), Not(HasSubstr("true voxel"))));
-  // As far as the body goes, too: 60 mm of tooth.
+  // The length of the body is checked, too: a tooth may have at most 60 mm.
   p.spacing = dvec3(0.65);
   p.size = {150, 26, 28};
   p.grey = [](const dvec3& q) {
@@ -190,7 +190,7 @@ TEST(ImportFiles, NanVoxelsGetTheGivenGreyValue) {
 }
 
 TEST(ImportOrientation, AnObliqueScanKeepsItsPlaceInTheWorld) {
-  // The same ball, its axes turned by 25 degrees about z and then 10 about x.
+  // The same ball with its axes rotated by 25 degrees about z and then by 10 degrees about x.
   const double a = 25 * kPi / 180, b = 10 * kPi / 180;
   const glm::dmat3 rz(dvec3(std::cos(a), std::sin(a), 0), dvec3(-std::sin(a), std::cos(a), 0), dvec3(0, 0, 1));
   const glm::dmat3 rx(dvec3(1, 0, 0), dvec3(0, std::cos(b), std::sin(b)), dvec3(0, -std::sin(b), std::cos(b)));
@@ -207,7 +207,7 @@ TEST(ImportOrientation, AnObliqueScanKeepsItsPlaceInTheWorld) {
   EXPECT_EQ(i.report.space, "LPS");
   ASSERT_EQ(i.tissue.size, reference().tissue.size);
   EXPECT_EQ(i.tissue.distance, reference().tissue.distance);
-  // The middle of the volume, in the world.
+  // The middle of the volume in frame W.
   const dvec3 middle = reference().tissue.frame.to_world(dvec3(10, 11, 12)) / kMillimetre;
   const dvec3 world = i.report.world_rotation * i.tissue.frame.to_world(dvec3(10, 11, 12)) / kMillimetre;
   EXPECT_LT(glm::length(world - (origin + r * middle)), 1e-6);
@@ -248,7 +248,7 @@ TEST(ImportOrientation, ASlantedStackIsMadeStraight) {
 }
 
 TEST(ImportOrientation, FlippedAxesKeepPlaceAndHandedness) {
-  // The same ball stored from right to left: the same tissue at the same places.
+  // The same ball stored from right to left must give the same tissue at the same positions.
   const auto p = small_ball();
   std::vector<double> flipped = greys();
   for (std::size_t row = 0; row < flipped.size(); row += 30)

@@ -1,4 +1,4 @@
-// Meshes as clinics have them: overlapping shells, hairline gaps, copies, holes, one file per tissue.
+// Tests meshes as clinics have them: overlapping shells, very narrow gaps, copies, holes, and one file per tissue.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -174,7 +174,7 @@ TEST(ImportParts, OneFilePerTissueGivesEachItsOwnLabel) {
   EXPECT_NEAR(volume(i, Tissue::kDentin) / (sphere(3) - sphere(1)), 1, 0.02);
   EXPECT_NEAR(volume(i, Tissue::kPulp) / sphere(1), 1, 0.05);
   EXPECT_EQ(i.report.bodies_kept, 1);
-  // Deep inside no tissue's own surface counts.
+  // Deep inside, the surface of a single tissue has no effect.
   const DenseTissue& t = i.tissue;
   const glm::ivec3 p(glm::round(t.frame.to_voxels(dvec3(3e-3, 0, 0))));
   EXPECT_NEAR(t.distance[t.at(p.x, p.y, p.z)], -1e-3, 0.05e-3);
@@ -205,7 +205,7 @@ TEST(ImportParts, TissuesInOneFileAreRefusedAndTheRemedyNamed) {
   EXPECT_THAT(message_of(s.write("two.stl"), {}), AllOf(HasSubstr("shells of 1"), HasSubstr("--part enamel=FILE")));
   s.add(ball({0, 0, 0}, 1));
   EXPECT_THAT(message_of(s.write("three.stl"), {}), AllOf(HasSubstr("a shell within a shell"), HasSubstr("--part")));
-  // A pulp of a small part of the tooth is a pulp.
+  // A pulp that is a small part of the tooth is accepted as pulp.
   Soup tooth = ball({0, 0, 0}, 4);
   tooth.add(ball({0, 0, 0}, 1.5));
   ImportOptions o;
@@ -214,7 +214,7 @@ TEST(ImportParts, TissuesInOneFileAreRefusedAndTheRemedyNamed) {
 }
 
 TEST(ImportTurn, QuarterTurnsMoveTheBodyAndKeepItsHandedness) {
-  // No mirror image of three unlike arms is the thing itself.
+  // A body with three different arms differs from its mirror image.
   Soup s = box({0, 0, 0}, {9, 2, 2});
   s.add(box({0, 0, 0}, {2, 6, 2}));
   s.add(box({0, 0, 0}, {2, 2, 4}));
@@ -245,8 +245,8 @@ TEST(ImportTurn, QuarterTurnsMoveTheBodyAndKeepItsHandedness) {
   EXPECT_THROW(quarter_turns("x90,"), Error);
 }
 
-/// A quarter of a dental arch: a ridge along a quarter of a circle with three crowns on it, its border ragged; heights
-/// in mm over a plane, and where the gum ends.
+/// A quarter of a dental arch: a ridge along a quarter of a circle with three crowns on it and a ragged border.
+/// Functions give the heights in mm above a plane, and the position where the gum ends.
 struct Arch {
   static constexpr double kRadius = 20, kHalf = 7, kNeck = 9;  // mm
   static double height(double angle, double across) {
@@ -289,7 +289,7 @@ struct Arch {
         face(a + 1, b + 1, b);
       }
     }
-    // A speck that the scanner saw beside.
+    // A small separate piece that the scanner recorded.
     const int n = (kAlong + 1) * (kAcross + 1);
     points += colors ? "0 0 0 9 9 9\n0 0.01 0 9 9 9\n0.01 0 0 9 9 9\n" : "0 0 0\n0 0.01 0\n0.01 0 0\n";
     face(n, n + 1, n + 2);
@@ -300,7 +300,7 @@ struct Arch {
                n + 3, colors ? "property uchar red\nproperty uchar green\nproperty uchar blue\n" : "", count) +
            points + faces;
   }
-  /// mm³ between the surface and a plane `below` 0.
+  /// Returns the volume (mm³) between the surface and a plane at `below` under 0.
   static double volume(double below) {
     double sum = 0;
     constexpr int kSteps = 400;

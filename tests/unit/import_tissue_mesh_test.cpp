@@ -1,4 +1,5 @@
-// Meshes as tissue: all formats give the same mesh, open and crossing ones become volumes, bad ones an exact error.
+// Tests meshes as tissue: all formats give the same mesh, open and self-intersecting meshes become volumes, and bad
+// meshes give an exact error.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -33,7 +34,7 @@ std::string raw(std::initializer_list<T> values) {
   return bytes;
 }
 
-/// A tetrahedron of 5 units, as the formats have it.
+/// A tetrahedron of 5 units in each of the formats.
 constexpr double kCorner[4][3] = {{0, 0, 0}, {5, 0, 0}, {0, 5, 0}, {0, 0, 5}};
 constexpr int kFace[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
 
@@ -149,7 +150,7 @@ TEST(TissueMesh, InvalidMeshesAreRefusedWithAReason) {
   }
 }
 
-/// A ball of latitudes and longitudes, its triangles above `cut` (height over radius) left out.
+/// A ball made of latitudes and longitudes, without the triangles above `cut` (ratio of height to radius).
 TissueMesh ball(const dvec3& center, double radius, double cut = 2) {
   constexpr int kRings = 48, kSectors = 96;
   TissueMesh mesh;

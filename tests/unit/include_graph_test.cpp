@@ -1,5 +1,5 @@
-// Who may include whom: the diagram of ARCHITECTURE.md, the privacy of subfolders, and the order inside engine/app,
-// held against every file of the tree.
+// Tests which files may include which others: the diagram of ARCHITECTURE.md, private subfolders, and the order inside
+// engine/app. Checks every file of the source tree.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Channels between threads; run under ThreadSanitizer by ./run check.
+// Tests channels between threads. ./run check runs them with ThreadSanitizer.
 #include "engine/base/latest.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// The pieces of a mesh that pictures are made of: each face once, normals by the stated rule, and whatever happened to
-// the mesh the same as if it had just been cut into pieces.
+// Tests the pieces of a mesh from which pictures are made: each face occurs once, normals follow the stated rule, and
+// after any changes of the mesh the pieces equal those of a new division.
 #include <gtest/gtest.h>
 
 #include <map>

@@ -1,4 +1,4 @@
-// The editable mesh: what its edits keep, against counting and brute force.
+// Tests the editable mesh: properties that its edits preserve, checked by counting and by direct computation.
 #include <gtest/gtest.h>
 
 #include <algorithm>

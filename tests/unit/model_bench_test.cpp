@@ -1,4 +1,5 @@
-// The comparison of contact models: its truth against analytic answers, and what its rows claim.
+// Tests the comparison of contact models: its reference values against analytic results, and the statements of its
+// rows.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// An exercise made in the window is a scene like any other.
+// Tests that an exercise made in the window is a scene like any other.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// However much is done on the keyboard between two frames, the pages see all of it, in its order.
+// Tests that the pages get all key events between two frames, in their order.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// The operator's window is drawn anew only where it differs from what it shows.
+// Tests that the operator's window is drawn again only where its content changes.
 #include <gtest/gtest.h>
 #include <imgui.h>
 

@@ -1,4 +1,4 @@
-// Steps of a task advance when what they ask for was done, and not before.
+// Tests that a step of a task is finished when its action was done, and not before.
 #include <gtest/gtest.h>
 
 #include "engine/app/operator/steps.h"

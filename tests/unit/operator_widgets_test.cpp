@@ -1,4 +1,4 @@
-// What all pages of the operator's window share: keys that mean one thing, and writing that is not cut in mid-letter.
+// Tests what all pages of the operator's window share: each key has one meaning, and text is not cut within a letter.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

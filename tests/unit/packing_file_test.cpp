@@ -1,4 +1,4 @@
-// Packings in files: what was written is read, and nothing else.
+// Tests packings in files: reading gives exactly what was written.
 #include "engine/session/packing_file.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Long work can be watched and stopped.
+// Tests that long work reports its progress and can be stopped.
 #include "engine/base/progress.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// What the pages for people name is there: files, links, options of commands; and what is there they name.
+// Tests that the files, links and options of commands that the documents name exist, and that the documents name all
+// that exist.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// FLIP and CIEDE2000 against published values and the laws of a difference.
+// Tests FLIP and CIEDE2000 against published values and against general laws of a difference.
 #include <gtest/gtest.h>
 
 #include <random>

@@ -125,7 +125,7 @@ TEST(Frame, ABodyIsVisibleDirectlyInAMirrorOrByItsShadow) {
   // Between the lamp and what is seen.
   EXPECT_TRUE(render::in_sight(frame, at(30e-3 * frame.lights.key)));
   EXPECT_FALSE(render::in_sight(frame, at(beside + 30e-3 * frame.lights.key)));
-  // A glass in the middle of the picture that shows what stands to the right of it; and its back.
+  // A mirror in the middle of the picture that shows what is to the right of it; also its back.
   const dvec3 half_way = glm::normalize(toward + dvec3(1, 0, 0));
   frame.mirror = {{dvec3(0), rotation_between({0, 0, 1}, half_way)}, 16e-3, 0};
   EXPECT_TRUE(render::in_sight(frame, at(beside)));
@@ -266,7 +266,8 @@ TEST(Frame, TheNeckJoinsHeadAndShankHoweverLargeAPixelIs) {
     Stage stage({320, 256}, quality);
     stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 0.8e-3, 0)));
     for (int i = 0; i < 6; ++i) {
-      // Pixels from a third of the neck's width to three times it, and the tool anywhere between them.
+      // The size of a pixel is from a third of the neck's width to three times this width, and the tool is anywhere
+      // between pixels.
       const double width = 0.02 * std::pow(2, i);
       render::Frame frame = frame_of(desk(width, 0.8 * width, 0.35));
       frame.background = render::Background::kBlack;
@@ -278,7 +279,7 @@ TEST(Frame, TheNeckJoinsHeadAndShankHoweverLargeAPixelIs) {
       const auto lit = [&](const glm::ivec2& p) {
         return p.x >= 0 && p.y >= 0 && p.x < picture.size.x && p.y < picture.size.y && picture.at(p.x, p.y)[1] > 12;
       };
-      // All that is lit hangs together.
+      // All bright pixels are connected.
       std::set<std::pair<int, int>> left;
       for (int y = 0; y < picture.size.y; ++y)
         for (int x = 0; x < picture.size.x; ++x)
@@ -295,7 +296,7 @@ TEST(Frame, TheNeckJoinsHeadAndShankHoweverLargeAPixelIs) {
       }
       EXPECT_TRUE(left.empty()) << quality.name << ", a picture of " << 1e3 * width << " mm: " << left.size()
                                 << " pixels apart from the others";
-      // The head is among them.
+      // The tool's head is among the bright pixels.
       const glm::dvec4 c = frame.eyes[0].projection * frame.eyes[0].view * glm::dvec4(frame.tool.X_WG.p, 1);
       const glm::ivec2 head((0.5 + 0.5 * glm::dvec2(c) / c.w) * glm::dvec2(picture.size));
       bool there = false;
@@ -337,7 +338,7 @@ TEST(Frame, TheCursorsRingIsDrawnOnTheFirstSurfaceAlongItsLine) {
         octants.insert(static_cast<int>(std::floor((std::atan2(d.y, d.x) + kPi) / (kPi / 4))) % 8);
       }
     EXPECT_EQ(octants.size(), 8u) << "all round";
-    // From within or behind, its line only leaves the body.
+    // From inside or behind, the cursor's line only leaves the body.
     frame.cursor.p = -8e-3 * toward;
     frame.cursor.down = toward;
     stage.draw(frame);

@@ -1,4 +1,4 @@
-// Light between bodies: against analytic cases, and its way into the picture.
+// Tests light between bodies: against analytic cases, and its use in the picture.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,5 @@
-// The mouth mirror: the formulas, where a reflected point appears on the screen, and what is drawn when nobody sees it.
+// Tests the mouth mirror: the formulas, where a reflected point appears on the screen, and what is drawn while the
+// mirror is not visible.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -21,8 +22,8 @@ glm::dvec2 pixel(const render::Eye& eye, const dvec3& p) {
   const glm::dvec4 c = eye.projection * eye.view * glm::dvec4(p, 1);
   return (glm::dvec2(c) / c.w * 0.5 + 0.5) * glm::dvec2(kSize);
 }
-/// A glass of 16 mm behind the workspace that faces the eyes of desk() at a slant, and a point before it, so that the
-/// point and its reflection lie well apart in the picture.
+/// A mirror of 16 mm behind the workspace that faces the eyes of desk() obliquely, and a point in front of it. The
+/// point and its reflection are well separated in the picture.
 MouthMirror turned_to_the_eyes() {
   return {{dvec3(0, 0, -3e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(0.4, -0.6, 0.8)))}, 16e-3, 0};
 }
@@ -92,7 +93,7 @@ TEST(Mirror, TheBoxOfTheGlassHoldsAllOfIt) {
 }
 
 TEST(Mirror, AKnownPointAppearsInAPlaneAndInAConcaveGlassWhereTheMirroredCameraAndItsMagnificationPutIt) {
-  // A small ball before the glass; where it shows directly and where in the glass lie apart.
+  // A small ball in front of the mirror. Its direct picture and its reflection are separated.
   const dvec3 ball_at = kBefore;
   Stage stage(kSize);
   const render::MeshUpdate body = ball(1, glm::vec3(ball_at), 0.45e-3f, Tissue::kGingiva, 24);

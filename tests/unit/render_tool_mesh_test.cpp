@@ -19,7 +19,7 @@ TEST(ToolMesh, EveryShapeStaysWithinItsDiameter) {
       const double r = glm::length(glm::dvec2(v.hull_p));
       if (v.hull_p.z < 2e-3f) head = std::max(head, r);
       widest = std::max(widest, r);
-      // Flutes are cut into the hull, never stand out of it.
+      // Flutes are cut into the hull and never project from it.
       EXPECT_LE(glm::length(glm::dvec2(v.p)), r + 1e-9) << shape;
     }
     EXPECT_NEAR(head, 0.6e-3, 0.04e-3) << shape;

@@ -1,4 +1,4 @@
-// Views for teaching: what each shows, on a ball of enamel with pulp in it.
+// Tests the views for teaching: what each view shows of a ball of enamel with pulp inside.
 #include <gtest/gtest.h>
 
 #include "tests/support/stage.h"
@@ -63,7 +63,7 @@ TEST_F(Views, ASectionRemovesTissueInFrontOfThePlane) {
       for (int x = 0; x < p.size.x; ++x) n += p.at(x, y)[0] > 70;
     return n;
   };
-  // The disc left has radius √(25 − 4) mm of 5.
+  // The remaining disc has a radius of √(25 − 4) mm; the ball has a radius of 5 mm.
   EXPECT_NEAR(covered(cut_picture) / static_cast<double>(covered(whole)), 21.0 / 25, 0.05);
 }
 

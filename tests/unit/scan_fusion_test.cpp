@@ -1,4 +1,4 @@
-// An intraoral scan laid over a CBCT by picked points, without a window.
+// Tests an intraoral scan that is registered to a CBCT by picked points, without a window.
 #include "engine/app/planning/scan_fusion.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// A scan before its import: sections, region, labels and corrections, without a window.
+// Tests a scan before its import: sections, region, labels and corrections, without a window.
 #include "engine/app/planning/scan_review.h"
 
 #include <gtest/gtest.h>

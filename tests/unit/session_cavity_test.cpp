@@ -1,4 +1,4 @@
-// Cavities whose depth, taper, widths and volumes are known on paper come out so.
+// Tests the measurement of cavities whose depth, taper, widths and volumes are known from formulas.
 #include <gtest/gtest.h>
 
 #include "engine/base/units.h"
@@ -143,7 +143,7 @@ TEST(Cavity, IsthmusIsTheNeckOfADumbbell) {
 TEST(Cavity, OverAndUnderCutAreDistinguishedWithDepthAndPosition) {
   Preparation in = a_block();
   in.ideal = without(tapered_box({1.5e-3, 1e-3}, 1.5e-3, 0));
-  // 0.3 mm too deep in one half, and a ledge of 0.4 mm left along a wall of the other.
+  // The cavity is 0.3 mm too deep in one half, and a ledge of 0.4 mm remains along a wall of the other half.
   in.after = without([](const dvec3& p) {
     const double deep = std::max(tapered_box({1.5e-3, 1e-3}, 1.8e-3, 0)(p), p.x - kMiddle.x);
     const double rest = std::max(tapered_box({1.5e-3, 1e-3}, 1.5e-3, 0)(p), p.x - kMiddle.x - 1.1e-3);
@@ -275,7 +275,8 @@ TEST(Cavity, ProtectedTissueIsCountedSeparately) {
 }
 
 TEST(Cavity, MeasuresTurnWithTheAxis) {
-  // A crown's stump, lying: the axis along x, walls leaning 6° each, and a millimetre taken off all round.
+  // The horizontal stump for a crown: its axis is along x, its walls lean by 6°, and one millimetre is removed all
+  // around.
   Preparation in = a_block();
   const dvec3 middle(4e-3, 4e-3, 2e-3);
   const auto cylinder = [&](const dvec3& p) {

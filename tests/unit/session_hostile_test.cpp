@@ -1,4 +1,4 @@
-// Session files that somebody made to do harm: they reach for other files, or claim what cannot be.
+// Tests session files that were made to do harm: they refer to other files, or state impossible values.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

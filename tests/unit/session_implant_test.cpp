@@ -1,4 +1,4 @@
-// An implant exercise followed tick by tick: phases, what is said at once, the bed against the plan, heat.
+// Tests an implant exercise tick by tick: phases, immediate messages, the bed compared with the plan, and heat.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -40,7 +40,7 @@ ImplantTask task() {
   return t;
 }
 
-/// A hand that says where its tip is.
+/// A hand that is controlled by the position of its tip.
 struct Hand {
   ImplantMeter meter{task()};
   ServoTick tick;
@@ -58,7 +58,7 @@ struct Hand {
     tick.X_WG = {tip_W + R * dvec3(0, 0, kTip), R};
     meter.add({&tick, 1});
   }
-  /// Along the tool's axis from one depth to another, at 5 mm/s.
+  /// Moves along the tool's axis from one depth to another at 5 mm/s.
   void go(double from, double to, std::uint32_t tool, std::uint32_t level, double spindle = 0, double power = 0) {
     const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(to - from) / 5e-6)));
     for (int i = 0; i <= steps; ++i)
@@ -69,7 +69,7 @@ struct Hand {
     go(to, 0, tool, implant_level::kSliding);
     at({0, 0, 8e-3}, tool, implant_level::kFree);
   }
-  /// The gauge, to the bottom of the bed.
+  /// Moves the gauge to the bottom of the bed.
   void check(double depth) {
     go(0, depth, kGauge, implant_level::kSliding);
     for (int i = 0; i < 400; ++i) at(R * dvec3(0, 0, -depth), kGauge, implant_level::kSliding);
@@ -131,7 +131,8 @@ TEST(ImplantMeter, AnErrorIsReportedInTheSameTick) {
               h.at({0, 0, -3e-3}, kPilot, kDrilling, 70, 0.1);
             }),
             ImplantNote::kOffAxis);
-  // The phase ends at 10 mm: what is 0.6 mm deeper is said while the drill is still in the hand for it.
+  // The phase ends at 10 mm. A depth of 0.6 mm more is reported immediately, while the drill of this phase is still in
+  // the hand.
   EXPECT_EQ(note_at([](Hand& h) {
               h.drill(0, 6e-3);
               h.check(6e-3);

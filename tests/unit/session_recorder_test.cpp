@@ -50,7 +50,7 @@ TEST(SessionFile, DataForAReplayAreReadBackBitForBit) {
   };
   {
     SessionWriter writer(folder / "s.h5", some_header());
-    // In pieces that do not fit the chunks.
+    // Writes parts whose sizes do not fit the chunks.
     for (std::size_t i = 0; i < ticks.size(); i += 37) {
       writer.append(std::span(ticks).subspan(i, std::min<std::size_t>(37, ticks.size() - i)));
     }
@@ -86,7 +86,7 @@ TEST(SessionFile, DataForAReplayAreReadBackBitForBit) {
   EXPECT_NEAR(reader.result()->volumes_after[1], 3.2e-7, 1e-21);
   EXPECT_NEAR(reader.result()->min_pulp_distance, 1.5e-3, 1e-17);
 
-  // Pieces from the middle are the same rows.
+  // Parts read from the middle have the same rows.
   const auto piece = reader.ticks(1000, 50);
   ASSERT_EQ(piece.size(), 50u);
   EXPECT_TRUE(same_for_replay(piece[7], ticks[1007]));

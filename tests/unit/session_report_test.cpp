@@ -94,7 +94,7 @@ TEST(Report, ShowsHeadsetTimingOnlyIfThereWasAHeadset) {
     SessionWriter writer(file, header);
     writer.append(random_ticks(20, 1));
     for (int i = 0; i < 101; ++i) {
-      // Every fourth was not drawn, every tenth missed one, one could not be judged.
+      // Every fourth frame was not drawn, every tenth frame missed a refresh, and one could not be judged.
       const double nan = std::nan(""), ms = (1 + 0.1 * i) * 1e-3;
       const std::array<double, 6> row{i % 4 ? 1.0 : 0.0, i % 10 ? 0.0 : 1.0, ms,
                                       12e-3 - ms,        i ? 0.5e-3 : nan,   0.00349065850};
@@ -211,7 +211,7 @@ TEST(Report, StatesLoopTimingPermissionsAndMotorHeat) {
   EXPECT_THAT(html, HasSubstr("force limited because of warm motors; the servo stopped writing: no force"));
   EXPECT_THAT(report_html(session, in_language(Language::kGerman)),
               HasSubstr("<dt>Echtzeitpriorität</dt><dd>gewährt</dd>"));
-  // A session that did not run live says nothing of the kind.
+  // The report of a session that did not run live does not contain this section.
   record(folder / "none.h5", 500);
   EXPECT_THAT(report_html(SessionReader(folder / "none.h5")), Not(HasSubstr("Real-time priority")));
 }
@@ -305,7 +305,8 @@ TEST(LearningCurve, ShowsEverySessionOfASceneByDateWithItsScores) {
   EXPECT_THAT(html, HasSubstr("Zähne, 牙齿"));
   EXPECT_LT(html.find("01.h5"), html.find("02.h5"));
   EXPECT_LT(html.find("02.h5"), html.find("03.h5"));
-  // First by date is the second recorded: 4 of 10 mm³ left; last by date the first: 2 of 10.
+  // By date, the first session is the one recorded second: 4 of 10 mm³ remain. The last by date is the one recorded
+  // first: 2 of 10 mm³ remain.
   EXPECT_THAT(html, HasSubstr("Residual caries, share, session by session: first 40.0\u00a0%, last 20.0\u00a0%."));
   EXPECT_THAT(html, Not(HasSubstr("nan")));
   EXPECT_THAT(html, Not(HasSubstr("<script")));
@@ -326,7 +327,7 @@ TEST(LearningCurve, NamesAnExerciseInTheReadersLanguage) {
   EXPECT_THAT(learning_curve_html(sessions, Language::kChinese), HasSubstr(">I 类洞</h2>"));
 }
 
-/// A tetrahedron whose points are off the ideal by -0.5 to 0.5 mm.
+/// A tetrahedron whose points deviate from the ideal by -0.5 to 0.5 mm.
 ResultModel some_model() {
   ResultModel model;
   const glm::vec3 p[4] = {{0, 0, 0}, {1e-3f, 0, 0}, {0, 1e-3f, 0}, {0, 0, 1e-3f}};
@@ -555,7 +556,7 @@ TEST(Plot, ABandWithoutDataIsAGap) {
   EXPECT_EQ(bands, 2u);
 }
 
-/// For the time of a test, no program is found.
+/// While this object exists, the system finds no program.
 struct NoPrograms {
   std::string kept = std::getenv("PATH");
   NoPrograms() { setenv("PATH", "/nowhere", 1); }
@@ -575,7 +576,7 @@ TEST(Film, WithoutAnEncoderThereIsAMessageAndNoFile) {
 
 TEST(Film, AFailingEncoderGivesAMessageAndNoFile) {
   TemporaryFolder folder;
-  // Stands in for an encoder that refuses.
+  // Replaces an encoder and returns an error.
   std::filesystem::create_directory(folder / "bin");
   std::ofstream(folder / "bin/ffmpeg") << "#!/bin/sh\necho 'Unknown encoder' >&2\nexit 1\n";
   std::filesystem::permissions(folder / "bin/ffmpeg", std::filesystem::perms::owner_all);

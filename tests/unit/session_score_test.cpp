@@ -13,7 +13,8 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Ten seconds at 1 kHz; the hand at `path(t)`, in contact and cutting where `contact(t)`.
+/// Returns ten seconds of ticks at 1 kHz. The hand is at `path(t)`, and is in contact and cuts where `contact(t)` is
+/// true.
 template <class Path, class Contact>
 HandMeasures measure(Path path, Contact contact, double rate = 1000, double force = 0.5) {
   HandMeter meter(rate);
@@ -66,7 +67,7 @@ TEST(HandMeter, TremorDoesNotDependOnTheServoRate) {
 
 TEST(HandMeter, StrokesArePeriodsOfCuttingAndShortLossesOfContactDoNotEndThem) {
   const auto still = [](double) { return dvec3(0); };
-  // Three spells, each interrupted for 50 ms, 1 s apart.
+  // Three periods of contact with 1 s between them. Each is interrupted for 50 ms.
   const auto spells = [](double t) {
     const double phase = std::fmod(t, 3.0);
     return t < 9 && phase < 2.0 && !(phase > 1.0 && phase < 1.05);

@@ -1,4 +1,4 @@
-// HMAC-SHA256 against the vectors of RFC 4231; signatures of files.
+// Tests HMAC-SHA256 with the vectors of RFC 4231, and signatures of files.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -85,7 +85,7 @@ TEST(Signature, AnotherKeyOrAForgedSignatureIsRefused) {
   EXPECT_THAT(what_is_wrong_with_signature(folder / "s.h5", b), HasSubstr("of another key"));
   std::ifstream in(folder / "s.h5.sig");
   std::string text{std::istreambuf_iterator<char>(in), {}};
-  // Under the name of the other key, still not its code.
+  // With the name of the other key, the code still does not match.
   text.replace(text.find(a.id()), 16, b.id());
   write(folder / "s.h5.sig", text);
   EXPECT_EQ(what_is_wrong_with_signature(folder / "s.h5", b), "the file changed after it was signed");

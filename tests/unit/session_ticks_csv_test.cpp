@@ -89,7 +89,7 @@ TEST(TicksCsv, ReadsBackWhatItWrote) {
     EXPECT_EQ(back[i].pedal, ticks[i].pedal);
     EXPECT_LE(ulps(back[i].removed[3], ticks[i].removed[3]), 1);
   }
-  // And writing that again gives the same numbers to a unit in the last place, hence a stable file.
+  // Writing these ticks again gives the same numbers, to a unit in the last place. So the file is stable.
   write_csv(folder / "again.csv", back);
   write_csv(folder / "third.csv", read_ticks_csv(folder / "again.csv"));
   EXPECT_EQ(text_of(folder / "again.csv").size(), text_of(folder / "third.csv").size());

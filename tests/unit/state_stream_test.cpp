@@ -1,4 +1,4 @@
-// The state of a session for other programs, against real sockets of this computer.
+// Tests the state of a session for other programs, with real sockets on this computer.
 #include "engine/app/stream/state_stream.h"
 
 #include <arpa/inet.h>

@@ -1,4 +1,4 @@
-// What is shown of a session goes back with its strokes.
+// Tests that the displays of a session change back when its strokes are undone.
 #include "engine/app/tissue/stroke_book.h"
 
 #include <gtest/gtest.h>

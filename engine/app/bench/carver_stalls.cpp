@@ -20,7 +20,7 @@ using namespace literals;
 
 constexpr const char* kTools[] = {"round_006", "round_012",         "round_023", "cylinder_010",     "flame_012",
                                   "pear_010",  "inverted_cone_010", "explorer",  "implant_drill_028"};
-constexpr double kLanded = 0.5;     // s, time after which the hand rests on the surface
+constexpr double kLanded = 0.5;     // s, time after the start at which the hand rests on the surface
 constexpr double kAfter = 1.0;      // s, duration of a run after the end of the stall
 constexpr double kFade = 0.1;       // s, time constant with which the force falls under the law kFadeOnStale
 constexpr double kComeBack = 0.25;  // s, time until the force returns to its full value under the law kFadeOnStale
@@ -82,8 +82,8 @@ Course make_course(const StallRun& run, Dice& dice, const Pose& at_surface) {
   return course;
 }
 
-/// Pose at which the tool, lowered from the pose `X`, first touches the tissue. It is found with a resolution of 0.01
-/// mm.
+/// Returns the pose at which the tool, lowered from the pose `X`, first touches the tissue. It is found with a
+/// resolution of 0.01 mm.
 Pose land(const Scene& scene, Pose X) {
   HapticLoop loop(scene, load_tissue(scene), 1000);
   ServoTick tick;

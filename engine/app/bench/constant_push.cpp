@@ -28,10 +28,12 @@ constexpr const char* kTissue = R"("tissue": {"volume": "teeth/molar.vdb"}, "pai
   {"tissue": "caries", "solid": {"sphere": {"center_mm": [6.8, 5.8, 16.5], "radius_mm": 1.15}}},
   {"tissue": "caries", "solid": {"capsule": {"a_mm": [6.6, 5.1, 18.8], "b_mm": [6.75, 6.5, 18.9], "radius_mm": 0.6}}}])";
 constexpr std::uint32_t kLawsBeforeLanding = 7;  // last version of the force laws in which drills land with steps
-constexpr double kRate = 1000;                   // Hz
-constexpr double kSpring = 1.1 * 1000;           // N/m: a spring of 1 N/mm, with a tolerance for the damper
-constexpr double kSeconds = 2.5;                 // s, duration of a random hand
-constexpr std::size_t kFreeTicks = 30;           // a contact after so many free ticks is a new touch
+constexpr double kRate = 1000;                   // Hz, rate of the servo
+// N/m, stiffness of the spring that defines a step: 1 N/mm, with a tolerance for the damper
+constexpr double kSpring = 1.1 * 1000;
+constexpr double kSeconds = 2.5;  // s, duration of a random hand
+// number of ticks; a contact after at least this many ticks without contact is a new touch
+constexpr std::size_t kFreeTicks = 30;
 
 Scene push_scene(const std::string& tool, const std::string& spindle) {
   return parse_scene(
@@ -121,7 +123,7 @@ PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tiss
 
 namespace {
 
-/// The results of the hands with these laws, by seed.
+/// Returns the results of the hands with these laws, by seed.
 std::vector<PushResult> simulate_all(std::uint32_t hands, std::uint32_t laws, const std::vector<std::string>& tools,
                                      const haptics::TissueVolume& tissue) {
   std::vector<PushResult> results(hands);

@@ -11,28 +11,28 @@
 
 namespace typodont {
 
-/// Time after a touch in which the hand lands and bounces, s.
+/// s, time after a touch in which the hand still lands and bounces.
 inline constexpr double kPushLanding = 0.3;
-/// Force change from one tick to the next that a hand does not feel as a step, N.
+/// N, force change from one tick to the next; a hand does not feel a smaller change as a step.
 inline constexpr double kPushStep = 0.02;
 
-/// A hand that pushes: 0.15 kg, 5 N·s/m, 1 kHz.
+/// A simulated hand that pushes: a mass of 0.15 kg with a damper of 5 N·s/m, at a servo rate of 1 kHz.
 struct PushHand {
   std::string tool, spindle;
-  double push = 0;  // N, along -z of W
+  double push = 0;  // N, force of the push, along -z of frame W
   haptics::HandPath path;
 };
-/// The names of all tools in the assets that turn, sorted.
+/// Returns the names of all tools in the assets that rotate, sorted.
 std::vector<std::string> turning_tools();
-/// The hand of a seed: a push of 0.2 to 0.8 N, a tilt of up to 0.5 rad, up to 8 mm/s sideways, a fall of 0.2 to 4 mm
-/// onto the occlusal face. `tools` are used in turn. Throws Error.
+/// Returns the hand that belongs to a seed: a push of 0.2 to 0.8 N, a tilt of up to 0.5 rad, up to 8 mm/s sideways, a
+/// fall of 0.2 to 4 mm onto the occlusal face. `tools` are used in turn. Throws Error.
 PushHand random_push(const std::vector<std::string>& tools, std::uint32_t seed);
 
 /// A change of the force from one tick to the next.
 struct ForceStep {
-  double size = 0;   // N
-  double t = 0;      // s
-  double speed = 0;  // m/s, speed of the hand
+  double size = 0;   // N, size of the force change
+  double t = 0;      // s, time at which the force changed
+  double speed = 0;  // m/s, speed of the hand at this time
 };
 
 /// The largest steps that a hand felt. A step is beyond the spring if it is larger than kPushStep and larger than
@@ -40,21 +40,21 @@ struct ForceStep {
 /// largest excess over this limit.
 struct PushSteps {
   ForceStep largest, beyond_spring;
-  double over = 0;  // N
+  double over = 0;  // N, largest excess of a step over the limit that PushSteps describes
 };
 struct PushResult {
-  PushSteps any;             // in all ticks
-  PushSteps after_landing;   // later than kPushLanding after the last touch
-  double least_energy = 0;   // J, minimum of the energy ledger
-  std::uint32_t faults = 0;  // bits of enum Fault, of all ticks
+  PushSteps any;             // largest steps in all ticks
+  PushSteps after_landing;   // largest steps in the ticks that came later than kPushLanding after the last touch
+  double least_energy = 0;   // J, lowest value of the energy ledger in the run
+  std::uint32_t faults = 0;  // bits of enum Fault that any tick set
 };
 
-/// The molar with caries that all hands drill. Throws Error.
+/// Returns the tissue that all hands drill: a molar with caries. Throws Error.
 haptics::TissueVolume pushed_tissue();
 /// Simulates one hand in a copy of the tissue, with this version of the servo's force laws. Equal hands give equal
 /// results. Throws Error.
 PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tissue, std::uint32_t laws = kServoLaws);
-/// One line for a message: tool, spindle, push and start.
+/// Returns one line for a message: tool, spindle, push and start of the hand.
 std::string text_of(const PushHand& hand);
 
 }  // namespace typodont

@@ -84,8 +84,8 @@ void write_head(const fs::path& file, const glm::ivec3& size, const dvec3& voxel
   }
 }
 
-/// Grey value, in Hounsfield units, of a lower jaw with fourteen teeth along half a circle. `q`: position in mm,
-/// relative to the circle's centre.
+/// Returns the grey value (Hounsfield units) of a lower jaw with fourteen teeth along half a circle. `q`: position in
+/// mm, relative to the circle's centre.
 double jaw_grey(const dvec3& q) {
   // kArch: radius of the circle, mm; kTeeth: number of teeth; kApart: angle between two teeth, rad
   constexpr double kArch = 25, kTeeth = 14, kApart = 4.0 / kTeeth * 0.7;

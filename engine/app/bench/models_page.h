@@ -18,7 +18,7 @@ struct ModelFigure {
 /// omitted.
 std::vector<ModelFigure> model_figures(const std::vector<BenchRow>& rows);
 
-/// The model that is best in most tasks of the page's table of recommendations; empty if there are no figures.
+/// Returns the model that is best in most tasks of the page's table of recommendations; empty if there are no figures.
 std::string model_of_most_tasks(const std::vector<ModelFigure>& figures);
 
 /// Writes FILE.md and one SVG per question, in a folder of the same name beside it. `machine`: processor, compiler,

@@ -9,7 +9,8 @@
 namespace typodont {
 
 std::string motions_table(const std::vector<BenchRow>& rows) {
-  std::vector<std::string> tools, motions;  // in the order of the rows
+  // names of the tools and of the motions, in the order in which the rows contain them
+  std::vector<std::string> tools, motions;
   std::map<std::pair<std::string, std::string>, std::string> cells;
   const auto note = [](std::vector<std::string>& names, const std::string& name) {
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);

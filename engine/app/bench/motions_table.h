@@ -8,8 +8,8 @@
 
 namespace typodont {
 
-/// `rows`: the rows of haptics::bench_motions(), whose names have the form "MOTION, QUANTILE". A cell contains the
-/// quantiles of one tool and one motion in the order of the rows, µs.
+/// Returns the table in Markdown. `rows`: the rows of haptics::bench_motions(), whose names have the form "MOTION,
+/// QUANTILE". A cell contains the quantiles of one tool and one motion in the order of the rows, µs.
 std::string motions_table(const std::vector<BenchRow>& rows);
 
 }  // namespace typodont

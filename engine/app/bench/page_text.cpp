@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kWidth = 120;  // characters, longest line of a page
 
-/// Number of characters of a text in UTF-8.
+/// Returns the number of characters of a text in UTF-8.
 std::size_t characters(std::string_view text) {
   return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
 }

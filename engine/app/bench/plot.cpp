@@ -21,7 +21,7 @@ constexpr std::array<const char*, 8> kColors{"#0072b2", "#d55e00", "#009e73", "#
 struct Decades {
   int first = 0, last = 1;
   int step() const { return (last - first + 7) / 8; }
-  /// Position of the value on the axis: 0 at the lower end, 1 at the upper end.
+  /// Returns the position of the value on the axis: 0 at the lower end, 1 at the upper end.
   double fraction(double v) const { return (std::log10(v) - first) / (last - first); }
 };
 

@@ -25,8 +25,8 @@ display::DisplayRig closeup(const glm::ivec2& eye) {
   return rig;
 }
 
-/// Root-mean-square difference of two pictures over all pixels, in grey levels from 0 to 255. `fine` has twice as many
-/// pixels in each direction, so its blocks of 2×2 pixels are averaged first.
+/// Returns the root-mean-square difference of two pictures over all pixels, in grey levels from 0 to 255. `fine` has
+/// twice as many pixels in each direction, so its blocks of 2×2 pixels are averaged first.
 double difference(const render::Picture& fine, const render::Picture& coarse) {
   double sum = 0;
   for (int y = 0; y < coarse.size.y; ++y) {
@@ -42,8 +42,8 @@ double difference(const render::Picture& fine, const render::Picture& coarse) {
   return std::sqrt(sum / (3.0 * coarse.size.x * coarse.size.y));
 }
 
-/// Mean of |a − 2 b + c| over all pixels, where a, b, c are the luma values of three consecutive frames, 0 to 255. A
-/// steady change of brightness gives 0; flicker gives a large value.
+/// Returns the mean of |a − 2 b + c| over all pixels, where a, b, c are the luma values of three consecutive frames, 0
+/// to 255. A steady change of brightness gives 0; flicker gives a large value.
 double second_difference(const render::Picture& a, const render::Picture& b, const render::Picture& c) {
   const auto luma = [](const std::uint8_t* p) { return 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2]; };
   double sum = 0;

@@ -34,7 +34,7 @@ double allocated_bytes() {
 struct Body {
   std::string knob, tissue;
   dvec3 top;       // m, point at which the drill enters from above
-  double surface;  // voxels², area of the surface
+  double surface;  // voxels², area of the body's surface
 };
 
 Body ball(double radius_mm) {
@@ -52,7 +52,7 @@ Body ball(double radius_mm) {
 Body dental_arch() {
   std::string solids;
   dvec3 first(0);
-  double area = 0;  // mm², area of the surface
+  double area = 0;  // mm², area of the surface of all teeth so far
   for (int i = 0; i < 14; ++i) {
     const double along = (i - 6.5) / 6.5, x = 26 * along, y = -38 * along * along, radius = 2.6 + 2 * along * along;
     for (const bool core : {false, true}) {

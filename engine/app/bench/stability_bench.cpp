@@ -23,7 +23,8 @@ using namespace literals;
 
 // The simulated hand is a mass with a damper. It is pushed against the wall so hard that it never leaves the wall
 // (Colgate & Brown 1994).
-constexpr double kMass = 0.15, kDamping = 5, kPush = 4;  // kMass: kg; kDamping: N·s/m; kPush: N
+// kMass: kg, mass of the hand; kDamping: N·s/m, damper; kPush: N, force
+constexpr double kMass = 0.15, kDamping = 5, kPush = 4;
 constexpr int kMostDelay = 2;
 
 struct Course {
@@ -123,8 +124,8 @@ Course servo(double stiffness, const Clock& clock, bool controller) {
   return play(stiffness, clock, at, [&] { return wall.energy(); });
 }
 
-/// Depth, in m, at which a hand that moves inward at `speed` (m/s) first feels `force` (N). The wall has 1 N/mm, and
-/// the passivity controller is on.
+/// Returns the depth, in m, at which a hand that moves inward at `speed` (m/s) first feels `force` (N). The wall has 1
+/// N/mm, and the passivity controller is on.
 double first_felt(double speed, double force, double rate) {
   Wall wall(1000, rate, true);
   const double way = speed / rate;
@@ -133,10 +134,10 @@ double first_felt(double speed, double force, double rate) {
   return -z;
 }
 
-/// Smallest depth, in m, at which any passivity controller can give `force` (N) at a wall of 1 N/mm. The controller
-/// must keep its energy ledger E above -ε (1 nJ) for every future motion of the hand. It may assume only that the hand
-/// retreats in one tick by at most a, the length of the hand's last step. So it may give a force F only if F a <= E +
-/// ε. A hand that moves inward adds F a to the ledger in each tick, so E + ε can at most double per tick.
+/// Returns the smallest depth, in m, at which any passivity controller can give `force` (N) at a wall of 1 N/mm. The
+/// controller must keep its energy ledger E above -ε (1 nJ) for every future motion of the hand. It may assume only
+/// that the hand retreats in one tick by at most a, the length of the hand's last step. So it may give a force F only
+/// if F a <= E + ε. A hand that moves inward adds F a to the ledger in each tick, so E + ε can at most double per tick.
 double least_first_felt(double speed, double force, double rate) {
   constexpr double kCredit = 1e-9;  // J, ε: amount by which the energy ledger may be overdrawn
   const double way = speed / rate;

@@ -124,7 +124,7 @@ std::unique_ptr<MeshBaseline> grid_of(const haptics::TissueVolume& volume) {
 }
 
 struct Extraction {
-  double ns = 0;  // ns, median of the time
+  double ns = 0;  // ns, median of the measured time
   surface::WholeMesh mesh;
 };
 

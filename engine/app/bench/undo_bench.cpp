@@ -27,7 +27,7 @@ constexpr std::string_view kBlock = R"({"name": "block", "tissue": {"voxel_mm": 
 /// Cuts strokes that consist of parallel passes straight through the tissue.
 struct Cutter {
   haptics::Carver& carver;
-  dvec3 low, high;  // m, bounds of the tissue
+  dvec3 low, high;  // m, frame W: least and greatest coordinates of the tissue
   Nanos t = 0;
 
   /// Makes one stroke with the tool number `tool`: `passes` parallel passes, each `apart` from the next, with the

@@ -36,7 +36,7 @@ std::string quoted(const std::string& text) {
   return text.find_first_of(",\"") == std::string::npos ? text : fmt::format("\"{}\"", text);
 }
 
-/// Describes machine, compiler, flags and date. Rows can be compared only if these are equal.
+/// Returns a text with machine, compiler, flags and date. Times of two rows can be compared only if these are equal.
 std::string machine() {
   std::string cpu = "unknown processor";
   std::ifstream info("/proc/cpuinfo");

@@ -110,7 +110,7 @@ void add_register(cli::Command& calibrate) {
 struct PoseCommand {
   const char* name;
   const char* about;
-  const char *X, *Z;  // names of the two results
+  const char *X, *Z;  // names of the two poses that the command computes, for example "X_SM"
   const char *X_what, *Z_what;
   const char* b_columns;  // description of the input's columns b for the help
   const char* footer;

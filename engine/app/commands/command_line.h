@@ -86,7 +86,7 @@ class Command {
   /// Throws Error if one of `options` is on the command line although it has no effect, because another option is
   /// missing. `given`: true if the other option is on the command line. `needed`: its text, such as "--view section".
   void refuse_without(std::initializer_list<const char*> options, bool given, const std::string& needed) const;
-  /// True if the command line contains a subcommand of this command.
+  /// Returns true if the command line contains a subcommand of this command.
   bool named_command() const;
   std::string help() const;
 

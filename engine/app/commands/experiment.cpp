@@ -31,7 +31,7 @@ namespace typodont {
 namespace {
 
 constexpr double kMostDelay = 300;     // ms, limit of the force's delay
-constexpr double kMostStiffness = 10;  // N/mm, limit of the stiffness
+constexpr double kMostStiffness = 10;  // N/mm, largest stiffness of a stimulus
 
 struct Options {
   std::string input, out, page, subject, hand, language, staircase = "2-down-1-up";

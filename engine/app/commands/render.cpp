@@ -90,8 +90,8 @@ void add_view(PictureStage& stage, const Options& options, const Scene& scene, c
   }
 }
 
-/// Colour for a density: green for no resistance, white for the density of dentin, red for 1.5 times this density
-/// (paper S2, Fig. 9).
+/// Returns the colour for a density: green for no resistance, white for the density of dentin, red for 1.5 times this
+/// density (paper S2, Fig. 9).
 glm::vec3 density_color(double density) {
   const glm::vec3 soft(0.25f, 0.65f, 0.3f), middle(0.93f, 0.92f, 0.88f), hard(0.85f, 0.25f, 0.2f);
   const auto below = static_cast<float>(std::clamp(density, 0.0, 1.0));

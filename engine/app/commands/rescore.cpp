@@ -46,7 +46,7 @@ struct Options {
   bool json = false;
 };
 
-constexpr int kTries = 2;  // limit of the number of attempts for a session whose process died
+constexpr int kTries = 2;  // largest number of attempts for a session whose process died
 
 /// Reads the keys "task" and "score" of a scene file. They replace the keys of a recorded scene. An empty result means
 /// that the recorded rules are used.
@@ -119,7 +119,7 @@ int score_elsewhere(const std::string& file, const std::string& rules, std::stri
   return status;
 }
 
-/// Returns the last line of the process's output. This line contains the result or the reason for a failure.
+/// Returns the last line of the process's output. This line contains the result, or the reason why the process failed.
 std::string last_line(std::string said) {
   said.erase(said.find_last_not_of("\n") + 1);
   said.erase(0, said.rfind('\n') + 1);

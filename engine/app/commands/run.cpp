@@ -28,7 +28,7 @@ struct Options {
   bool json = false;
 };
 
-/// Writes the masses of the water and of the solid particles of each tissue, mg.
+/// Returns the masses (mg) of the water and of the solid particles of each tissue as JSON.
 nlohmann::ordered_json load_json(const debris::Load& load) {
   nlohmann::ordered_json json = {{"water_mg", load.water * 1e6}};
   for (std::size_t t = 0; t < kTissueCount; ++t)
@@ -36,8 +36,8 @@ nlohmann::ordered_json load_json(const debris::Load& load) {
   return json;
 }
 
-/// Writes the mass balance of the chips, mg. It is null if the GPU moves the chips, because then only the GPU knows the
-/// masses.
+/// Returns the mass balance (mg) of the chips as JSON. It is null if the GPU moves the chips, because then only the GPU
+/// knows the masses.
 nlohmann::ordered_json debris_json(const DebrisBalance& balance, std::uint64_t cuts_lost) {
   const debris::DebrisLedger& ledger = balance.chips;
   const auto number = [](double kg) {

@@ -82,8 +82,8 @@ std::optional<double> length_of(const Options& options, const Scene& scene) {
 
 /// Estimates the size of the output before it is written. Throws Error if the disk has less free space.
 void check_room(const Options& options, double seconds) {
-  constexpr double kBytesPerRow = 280;        // size of a table's row in bytes, measured with and without contact
-  constexpr double kBytesPerTick = 240;       // size of a tick in a compressed session file, bytes
+  constexpr double kBytesPerRow = 280;   // bytes, size of a row of the CSV table, measured with and without contact
+  constexpr double kBytesPerTick = 240;  // bytes, size of a tick in a compressed session file
   constexpr double kWorthSaying = 500 << 20;  // bytes, threshold: a larger expected size is reported to the user
   const bool session = std::string_view(options.out).ends_with(".h5");
   const double bytes = seconds * options.rate * (session ? kBytesPerTick : kBytesPerRow);
@@ -128,7 +128,7 @@ void run(const Options& options) {
   std::uint32_t faults = 0;
   std::uint64_t pieces = 0;
   ServoTick last;
-  EvenSample times;  // ns, times of ticks
+  EvenSample times;  // ns, computing times of ticks
   // force_max: N, largest force; energy_min: J, lowest value of the energy ledger
   double force_max = 0, energy_min = 0;
   const auto each = [&](const ServoTick& tick, const Cut* cut) {

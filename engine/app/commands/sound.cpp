@@ -31,7 +31,7 @@ namespace {
 using nlohmann::ordered_json;
 
 void check_range(const char* option, double value, double low, double high) {
-  if (value >= low && value <= high) return;  // NaN does not fulfil this condition, so it is refused
+  if (value >= low && value <= high) return;  // the condition is false for NaN, so NaN is refused
   throw Error(option, "", fmt::format("{}", value), fmt::format("{} to {}", low, high));
 }
 
@@ -173,7 +173,7 @@ struct SynthCommand {
 };
 
 void run_synth(const SynthCommand& c) {
-  constexpr double kLongest = 36000;  // s, limit of the duration
+  constexpr double kLongest = 36000;  // s, largest duration of a sound file
   if (c.seconds == 0 && c.contact.empty()) throw Error("--seconds", "", "nothing", "a length, or --contact");
   if (c.seconds != 0) check_range("--seconds", c.seconds, 1e-3, kLongest);
   if (c.rate != 0) check_range("--rate", c.rate, 8000, 384000);

@@ -69,7 +69,8 @@ std::vector<double> sound_of(const audio::ArModel& model, const audio::FitReport
   return {y.begin(), y.end()};
 }
 
-constexpr double kSameTone = 0.01;  // ratio, limit of the relative difference of two frequencies that count as one tone
+// ratio; two frequencies whose relative difference is smaller than this count as one tone
+constexpr double kSameTone = 0.01;
 
 void run_page(const PageCommand& c) {
   if (!(c.seconds >= 0.1 && c.seconds <= 60)) throw Error("--seconds", "", fmt::to_string(c.seconds), "0.1 to 60");
@@ -138,7 +139,7 @@ struct AbxCommand {
   std::vector<std::string> sounds;
   std::string out, key, answers;
   int trials = 16;
-  double excerpt = 1.5;  // s, duration of an excerpt
+  double excerpt = 1.5;  // s, duration of an excerpt that the listener hears
   std::uint64_t seed = 0;
 };
 

@@ -12,7 +12,7 @@
 namespace typodont {
 
 struct AbxKey {
-  std::string a, b;  // names of the sounds
+  std::string a, b;  // names of the two sounds A and B that are compared
   std::uint64_t seed = 1;
   std::vector<bool> x_is_b;  // one value for each trial: true if X is B
 };

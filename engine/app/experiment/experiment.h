@@ -21,9 +21,9 @@ namespace typodont {
 enum class Question { kStiffness, kForce, kDelay, kModel };
 inline constexpr std::array<std::string_view, 4> kQuestionNames{"stiffness", "force", "delay", "model"};
 std::string_view name_of(Question question);
-/// Unit of the difference between stimuli: "%" or "ms"; empty for a comparison of models.
+/// Returns the unit of the difference between stimuli: "%" or "ms"; empty for a comparison of models.
 std::string_view unit_of(Question question);
-/// The question in words, for example "Which was stiffer?"
+/// Returns the question in words, for example "Which was stiffer?"
 std::string_view words_of(Question question, session::Language language = session::Language::kEnglish);
 
 /// One of the two stimuli of a trial. Its members change the scene.
@@ -35,7 +35,7 @@ struct Stimulus {
 };
 
 struct Trial {
-  int number = 0;  // number of the trial, from 1
+  int number = 0;  // number of the trial; the first trial is 1
   std::array<Stimulus, 2> stimuli;
   /// Value of each stimulus as the log states it: N/mm, % or ms. If models are compared, their indices in
   /// ExperimentPlan::models.
@@ -71,10 +71,10 @@ class Experiment {
   explicit Experiment(const ExperimentPlan& plan);
 
   bool over() const;
-  /// Completed fraction of the experiment, 0..1. It is the larger of two fractions: of the trials and of the
-  /// staircase's turns.
+  /// Returns the completed fraction of the experiment, 0..1. It is the larger of two fractions: of the trials and of
+  /// the staircase's turns.
   double fraction() const;
-  /// The present trial. It stays the same until answer() is called.
+  /// Returns the present trial. It stays the same until answer() is called.
   const Trial& trial() const { return next_; }
   void answer(Answer answer, double seconds);
 

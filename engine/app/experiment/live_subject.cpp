@@ -56,7 +56,7 @@ struct LiveSubject::Impl {
   Options options;
   // the scene with the session's contact model; the session keeps a reference to it, so it must outlive the session
   Scene shown;
-  std::string model;  // the session's contact model
+  std::string model;  // name of the contact model of the session
   std::optional<Workbench> bench;
   TypedAnswers typed;
 

@@ -34,7 +34,7 @@ struct Level {
 /// Finds the value between `low` and `high` at which `f` is largest. It first evaluates a grid, then uses Brent's
 /// method near the best grid point.
 double maximize(const std::function<double(double)>& f, double low, double high, int grid) {
-  constexpr int kBits = 20;  // precision of Brent's method in bits
+  constexpr int kBits = 20;  // number of bits to which Brent's method computes a value
   int best = 0;
   double most = -std::numeric_limits<double>::infinity();
   const double width = (high - low) / grid;
@@ -126,7 +126,7 @@ class Likelihood {
   double probability(std::size_t i, double lapse) const {
     return std::clamp(0.5 * lapse + (1 - lapse) * shares_[i], kLeastProbability, 1 - kLeastProbability);
   }
-  /// Derivative of the log-likelihood by the lapse rate.
+  /// Returns the derivative of the log-likelihood with respect to the lapse rate.
   double slope(double lapse) const {
     double sum = 0;
     for (std::size_t i = 0; i < levels_.size(); ++i) {
@@ -147,7 +147,7 @@ class Likelihood {
 
   std::vector<Level> levels_;
   std::vector<double> shares_;  // value of the cumulative Gaussian Φ at each level, for the present bias and width
-  double greatest_ = 0;         // largest difference between two stimuli
+  double greatest_ = 0;         // largest difference between the two stimuli of any trial
   double low_ = 0, high_ = 0;   // logarithms of the smallest and of the largest width that the fit considers
 };
 

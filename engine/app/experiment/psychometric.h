@@ -20,8 +20,8 @@ struct Psychometric {
   double lapse = 0;  // 0..1, fraction of trials that are answered at random
 
   double second(double difference) const noexcept;
-  /// Just-noticeable difference: the difference at which 75 % of the answers would be right if there were no bias and
-  /// no lapses.
+  /// Returns the just-noticeable difference: the difference at which 75 % of the answers would be right if there were
+  /// no bias and no lapses.
   double jnd() const noexcept;
   static double width_of_jnd(double jnd) noexcept;
 };
@@ -50,8 +50,8 @@ PsychometricFit fit_psychometric(std::span<const Judgement> judgements);
 
 /// Returns the fraction chosen / count with its exact 95 % confidence interval (Clopper & Pearson 1934).
 Estimate fraction_of(int chosen, int count);
-/// Two-sided binomial test. If both answers are equally likely, the result is the probability that a number of answers
-/// at least as far from half as `chosen` occurs.
+/// Makes a two-sided binomial test: returns the probability that, if both answers are equally likely, a number of
+/// answers at least as far from half as `chosen` occurs.
 double chance_of(int chosen, int count);
 
 }  // namespace typodont

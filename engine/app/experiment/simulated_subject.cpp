@@ -13,11 +13,12 @@ namespace typodont {
 
 namespace {
 
-constexpr double kTouched = 0.1;           // fraction of the largest force; a force above this threshold counts as felt
+// fraction of the largest force in a stimulus; a force above this fraction counts as felt
+constexpr double kTouched = 0.1;
 constexpr double kDelayRange = 1;          // s, limit of the force's delay in a stimulus
 constexpr Nanos kPause = kNanosPerSecond;  // ns, pause in the air between two stimuli
 
-/// Uniform random number in [0, 1). Every standard library gives the same numbers.
+/// Returns a uniform random number in [0, 1). Every standard library gives the same numbers.
 double uniform(std::mt19937_64& random) {
   return static_cast<double>(random() >> 11) * 0x1p-53;
 }

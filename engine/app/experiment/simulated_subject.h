@@ -20,7 +20,8 @@ namespace typodont {
 class SimulatedObserver {
  public:
   SimulatedObserver(const Psychometric& truth, std::uint64_t seed) : truth_(truth), random_(seed) {}
-  /// `difference`: second − first, in the unit of the question.
+  /// Returns the answer for the present trial. `difference`: second stimulus minus first stimulus, in the unit of the
+  /// question.
   Answer judge(double difference);
 
  private:
@@ -28,8 +29,8 @@ class SimulatedObserver {
   std::mt19937_64 random_;
 };
 
-/// Nominal difference second − first, in the unit of the question. A difference in % is relative to the smaller
-/// stimulus.
+/// Returns the nominal difference second − first of a trial, in the unit of the question. A difference in % is relative
+/// to the smaller stimulus.
 double nominal_difference(const Trial& trial);
 
 /// Measured properties of the force that a hand felt during one stimulus.

@@ -10,11 +10,11 @@ namespace typodont {
 /// a ratio, so the level never reaches 0.
 struct StaircaseRule {
   enum class Kind {
-    /// For this kind, the level falls after `down` consecutive right answers, and rises after each wrong answer (Levitt
-    /// 1971).
+    /// With this kind of staircase, the level falls after `down` consecutive right answers, and rises after each wrong
+    /// answer (Levitt 1971).
     kTransformed,
-    /// For this kind, the level falls after each right answer, and rises by a larger ratio after each wrong answer
-    /// (Kaernbach 1991).
+    /// With this kind of staircase, the level falls after each right answer, and rises by a larger ratio after each
+    /// wrong answer (Kaernbach 1991).
     kWeighted
   };
   Kind kind = Kind::kTransformed;
@@ -22,13 +22,13 @@ struct StaircaseRule {
   /// 0.5^(1/down) right answers.
   int down = 2;
   double weighted_at = 0.75;  // kWeighted: fraction of right answers at which the staircase settles
-  double start = 50;          // first level, in the experiment's unit
+  double start = 50;          // first level (difference between the stimuli), in the experiment's unit
   double least = 1e-3, most = 100;
   double first_step = 1.6;  // ratio between two levels during the first `coarse` reversals
   double step = 1.2;        // ratio between two levels after the first `coarse` reversals
   int coarse = 3;           // number of reversals at the start for which the ratio is `first_step`
 
-  /// Fraction of right answers at the level where the staircase settles.
+  /// Returns the fraction of right answers at the level where the staircase settles.
   double target() const { return kind == Kind::kTransformed ? std::pow(0.5, 1.0 / down) : weighted_at; }
 };
 
@@ -36,7 +36,7 @@ class Staircase {
  public:
   explicit Staircase(const StaircaseRule& rule) : rule_(rule), level_(clamped(rule.start)) {}
 
-  /// Level of the next trial.
+  /// Returns the level (difference between the stimuli) of the next trial.
   double level() const { return level_; }
   /// Changes the level after the answer to the trial with the difference level().
   void answer(bool right) {
@@ -49,11 +49,11 @@ class Staircase {
     if (rule_.kind == StaircaseRule::Kind::kWeighted && !right) step *= rule_.weighted_at / (1 - rule_.weighted_at);
     level_ = clamped(level_ * std::exp(direction * step));
   }
-  /// Number of reversals so far. A reversal is a change from falling to rising levels, or from rising to falling
-  /// levels.
+  /// Returns the number of reversals so far. A reversal is a change from falling to rising levels, or from rising to
+  /// falling levels.
   int turns() const { return static_cast<int>(turns_.size()); }
-  /// Geometric mean of the levels at the reversals after the first `coarse` reversals. Only an even number of
-  /// reversals is used. 0 if there are too few reversals.
+  /// Returns the geometric mean of the levels at the reversals after the first `coarse` reversals. Only an even number
+  /// of reversals is used. 0 if there are too few reversals.
   double settled_level() const {
     const int usable = (turns() - rule_.coarse) / 2 * 2;
     if (usable < 2) return 0;

@@ -43,7 +43,7 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
   constexpr int kTile = 48;
   const dvec3 n = glm::normalize(plane.normal);
   const dvec3 u = glm::normalize(std::abs(n.z) < 0.9 ? glm::cross(dvec3(0, 0, 1), n) : glm::cross(dvec3(0, 1, 0), n));
-  const dvec3 v = glm::cross(n, u);  // u × v = n
+  const dvec3 v = glm::cross(n, u);  // the second axis in the plane, so that u × v = n
   // Finds the rectangle of the plane that lies within the box.
   glm::dvec2 lo(1e9), hi(-1e9);
   for (int corner = 0; corner < 8; ++corner) {

@@ -16,19 +16,19 @@ class ToothField {
   /// volume stores distances, with an error of a few percent.
   explicit ToothField(const haptics::TissueVolume& volume, double reach = 0);
 
-  /// Lower corner of the box around the surface and its band, m, frame W.
+  /// Returns the lower corner (m, frame W) of the box around the surface and its band.
   const dvec3& low() const { return low_; }
   const dvec3& high() const { return high_; }
   double voxel() const { return frame_.voxel; }
 
-  /// Signed distance from the position to the surface, m, negative inside. It is interpolated linearly between samples.
-  /// If no surface is near, it is band + reach.
+  /// Returns the signed distance from the position to the surface, m, negative inside. It is interpolated linearly
+  /// between samples. If no surface is near, it is band + reach.
   double distance(const dvec3& p_W) const;
   Tissue tissue(const dvec3& p_W) const;
-  /// Tissue directly below the surface point that is nearest to the position.
+  /// Returns the tissue directly below the surface point that is nearest to the position.
   Tissue tissue_at_surface(const dvec3& p_W) const;
-  /// Fraction of each tissue around the position, 0..1: the labels of neighbouring voxels, weighted by a cubic
-  /// B-spline.
+  /// Returns the fraction of each tissue around the position, 0..1: the labels of neighbouring voxels, weighted by a
+  /// cubic B-spline.
   std::array<double, kTissueCount> fractions(const dvec3& p_W) const;
 
  private:

@@ -145,7 +145,7 @@ class GuideVoice {
   }
 
  private:
-  static constexpr double kLength = 0.2;  // s, wait after a cue; it is longer than every cue
+  static constexpr double kLength = 0.2;  // s, wait after a cue (a short sound); it is longer than every cue
 
   void make_sounds(double rate) {
     for (std::size_t i = 0; i < sounds_.size(); ++i) sounds_[i] = cue_sound(static_cast<Cue>(i), rate);
@@ -166,7 +166,7 @@ class GuideVoice {
   const std::vector<float>* playing_ = nullptr;  // the cue that is playing; used only by the audio thread
   std::size_t at_ = 0;
   Nanos began_ = 0, heard_at_ = 0;
-  // This member is declared last. So it is destroyed first, and stops before the data that it plays is destroyed.
+  // The sound output is declared last. So it is destroyed first, and stops before the data that it plays is destroyed.
   std::unique_ptr<audio::AudioOutput> output_;
 };
 

@@ -44,7 +44,7 @@ struct Lead {
   static constexpr double near_line =
       // m, tolerance: scraping ends after a pass in which the tool was always nearer to the planned line than this
       0.03e-3;
-  // limit of the number of passes back along a run (consecutive strokes of a hand instrument)
+  // largest number of passes back along a run (consecutive strokes of a hand instrument)
   static constexpr int most_times = 3;
   static constexpr double patience = 3;  // s, time without progress after which the hand abandons a stroke
   // The lead is the vector from the target point to the hand: a gain times the vector from the tool to the target
@@ -57,14 +57,15 @@ struct Lead {
   static constexpr double steady_gain = 1.5;
   // ratio: lead of the hand to the tool's distance from the target point, while scraping soft filling
   static constexpr double scrape_gain = 30;
-  static constexpr double most_scrape_lead = 1.2e-3;  // m, limit of the hand's lead while scraping
+  // m, largest lead of the hand (distance ahead of the target point) while scraping
+  static constexpr double most_scrape_lead = 1.2e-3;
   // The lead of a cut has a limit. The limit is adjusted until the force equals the wanted force, because the lead that
   // gives a force depends on the tissue. The wanted forces here are fractions of the task's mean force. rough_force:
   // bulk of the tissue, if another tool makes the finish; bulk_force: bulk, otherwise; finishing_force: final surface.
   static constexpr double rough_force = 2.3, bulk_force = 1.65, finishing_force = 1.4;
   // 1/s, gain with which an error of the force changes the limit of the lead
   static constexpr double lead_per_force = 15;
-  // lower and upper bound of the lead's limit, as ratios to the lead that gives the mean force
+  // lower and upper bound of the lead's limit, as ratios to the lead that gives the task's mean force
   static constexpr double least_most_lead = 0.6, most_lead = 3;
   // m, smallest value of the upper bound of the lead's limit; soft bone needs a longer lead than a tooth
   static constexpr double always_allowed_lead = 2e-3;
@@ -79,22 +80,25 @@ struct Lead {
 /// Parameters for connecting the planned strokes into one sequence of steps (ExpertLeg).
 struct Joining {
   static constexpr double straight_on = 0.9,
-                          // cosines of the angle between two strokes; above straight_on, the hand keeps its full speed
+                          // cosines of the angle between two consecutive strokes: above straight_on, the hand keeps its
+                          // full speed; below `turn`, the change of direction counts as sharp
       turn = 0.3;
   // m/s, speeds at the transition between strokes: aside_pace for cosines between `turn` and `straight_on`, turn_pace
   // for sharper turns
   static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
   // m, threshold: two strokes with a smaller gap count as one continuous stroke
   static constexpr double no_gap = 1e-6;
-  // m, limit of the length of a run (consecutive strokes of a hand instrument)
+  // m, largest length of a run (consecutive strokes of a hand instrument)
   static constexpr double longest_run = 3e-3;
   // m, threshold: two strokes with a smaller gap are joined without lifting the tool
   static constexpr double joined = 0.6e-3;
-  static constexpr double hop = 0.5e-3;           // m, clearance above the highest obstacle between two strokes
+  // m, height of the tool above the highest obstacle on the way between two strokes
+  static constexpr double hop = 0.5e-3;
   static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank, which also must not touch obstacles
-  static constexpr double beside = 0.3e-3;        // m, horizontal distance between the tool and obstacles
-  static constexpr double above = 1.0e-3;         // m, height above the highest tissue at which the tool travels
-  static constexpr double run_up = 0.6;           // s, time in which the drill reaches its speed
+  // m, smallest horizontal distance between the tool and obstacles on the way to the next stroke
+  static constexpr double beside = 0.3e-3;
+  static constexpr double above = 1.0e-3;  // m, height above the highest tissue at which the tool travels
+  static constexpr double run_up = 0.6;    // s, time in which the drill reaches its speed
 };
 
 /// m, voxel size of a typical CT of a tooth. If a task has larger voxels, its work is assumed to be larger in the same
@@ -132,8 +136,8 @@ struct ToolChoice {
   // Threshold: ratio of the tissue that another tool leaves to the tissue that the chosen tool leaves. Below it, the
   // other tool makes the finish.
   static constexpr double hardly_less = 0.7;
-  // Conditions for the use of another tool. It must leave less than the fraction needed_reduction of the present error,
-  // and reduce the error by at least the fraction least_gain of the error at the task's start.
+  // Conditions for the use of another tool. The tool must leave less than the fraction needed_reduction of the present
+  // error, and reduce the error by at least the fraction least_gain of the error at the task's start.
   static constexpr double needed_reduction = 0.9, least_gain = 0.012;
   static constexpr std::size_t most_tools = 3, most_tried = 5;
 };
@@ -147,25 +151,27 @@ struct Filling {
   static constexpr double down = 0.04e-3;  // m, step by which an instrument is lowered onto the tissue
   // The instrument is lowered in steps. A step is at most this fraction of the free distance below the instrument.
   static constexpr double trusted = 0.7;
-  static constexpr double free = 0.03;  // voxels, smallest distance between the instrument and the tissue
+  static constexpr double free = 0.03;  // voxels, smallest distance between the filling instrument and the tissue
   // height and radius of a portion, as fractions of the distance that the filling instrument can reach
   static constexpr double portion_height = 0.6, portion_radius = 0.98;
   static constexpr double below_wall =
-      // in instrument radii: limit of the height above the floor; a higher instrument is nearer to a wall than to the
-      // floor
+      // ratio to the instrument's radius: largest height of the instrument above the cavity's floor; a higher
+      // instrument is nearer to a wall than to the floor
       0.8;
   static constexpr double near_wall = 0.2e-3,
-                          // m: an instrument nearer than near_wall to a wall is moved towards this wall, in steps of
-                          // nudge
+                          // m: an instrument that is nearer than near_wall to a wall of the cavity is moved towards
+                          // this wall, in steps of nudge
       nudge = 0.02e-3;
   // m, step by which an instrument rises while it fills the hole that it leaves
   static constexpr double rise = 0.3e-3;
-  static constexpr double head_free = 0.5;  // voxels, smallest distance between the dome and the instrument
-  // Threshold of the length of the distance field's gradient. It is shorter at points midway between two surfaces.
+  // voxels, smallest distance between the dome of filling and the instrument's head
+  static constexpr double head_free = 0.5;
+  // Threshold of the length of the distance field's gradient. At points midway between two surfaces, the gradient is
+  // shorter.
   static constexpr double one_surface = 0.5;
   static constexpr double proud = 0.12e-3,
-                          // m, limits of the height of the instrument's end above the final contour: `proud` in the
-                          // first pass, `overfill` in the second pass
+                          // m, largest height of the instrument's end above the final contour: `proud` in the first
+                          // pass of filling, `overfill` in the second pass
       overfill = 0.4e-3;
   // Cost of unwanted filling, as a fraction of the gain of wanted filling. Over the cavity the cost is low, because the
   // excess is carved away later: `carved_again` in the first pass, `overfilled` in the second pass. On the enamel
@@ -180,17 +186,18 @@ struct Filling {
   static constexpr double whole_voxel = 0.9;
   // m³, smallest portion: the volume that the instrument fills in one tick
   static constexpr double least_volume = 0.004e-9;
-  static constexpr int at_once = 1;  // number of portions per plan
+  static constexpr int at_once = 1;  // number of portions of filling that one plan adds
   // A portion is abandoned after `longer` times its nominal duration, plus `least_time` (s).
   static constexpr double longer = 1.2, least_time = 0.1;
 };
 
 /// Parameters that decide when the work ends.
 struct Rounds {
-  // Another round of cutting is planned only if the error fell below this fraction in the last round.
+  // Another round of cutting is planned only if the last round reduced the error (the volume that differs from the
+  // ideal) below this fraction.
   static constexpr double still_left = 0.5;
-  static constexpr int most_cuts = 4;  // limit of the number of rounds of cutting
-  // m, excess filling thinner than this remains at the first carving
+  static constexpr int most_cuts = 4;  // largest number of rounds of cutting
+  // m, thickness; the first carving leaves excess filling that is thinner than this
   static constexpr double clearly_too_high = 0.1e-3;
   // m³, threshold: a layer of filling that reduces the missing volume by less counts as useless
   static constexpr double least_layer = 0.01e-9;
@@ -198,7 +205,7 @@ struct Rounds {
   static constexpr int most_vain = 3;
 };
 
-/// Volume by which the tissue differs from the ideal, m³.
+/// Returns the volume (m³) in which the tissue differs from the ideal.
 double remaining_difference(const session::Preparation& in) {
   double sum = 0;
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
@@ -208,7 +215,7 @@ double remaining_difference(const session::Preparation& in) {
   return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
 }
 
-/// Volume in which filling is missing, m³.
+/// Returns the volume (m³) in which filling is missing.
 double missing_in(const session::Preparation& in) {
   double sum = 0;
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
@@ -218,7 +225,7 @@ double missing_in(const session::Preparation& in) {
   return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
 }
 
-/// Mean diameter over the length of the head, m.
+/// Returns the mean diameter (m) of a tool's head over its length.
 double mean_width(const haptics::Tool& tool) {
   constexpr int kPlaces = 16;
   double sum = 0;
@@ -265,8 +272,8 @@ class Terrain {
       }
     }
   }
-  /// The greatest height of tissue near the line from a to b, m along the axis. Seen along the axis, the tissue lies
-  /// within `beside` (m) of this line.
+  /// Returns the greatest height (m, along the preparation's axis) of tissue near the line from a to b: tissue that,
+  /// seen along the axis, lies within `beside` (m) of this line.
   double highest(const dvec3& a, const dvec3& b, double beside) const {
     const glm::ivec2 ca = cell_of(a), cb = cell_of(b), around(static_cast<int>(beside / kCell) + 1);
     const glm::ivec2 lo = glm::max(glm::min(ca, cb) - around, glm::ivec2(0)),
@@ -367,7 +374,7 @@ class Plan {
     }
   }
 
-  /// Number of filling instruments in the tool set.
+  /// Returns the number of filling instruments in the tool set.
   std::size_t fillers() const {
     return static_cast<std::size_t>(
         std::count_if(tools_.begin(), tools_.end(), [](const haptics::Tool& t) { return t.fill != Tissue::kAir; }));
@@ -418,7 +425,7 @@ class Plan {
     }
     lift();
   }
-  /// Speed at the transition from one stroke to the next stroke, m/s.
+  /// Returns the speed (m/s) of the hand at the transition from one stroke to the next stroke.
   static double pace_over(const Stroke& s, const Stroke& next) {
     const dvec3 a = s.to.p - s.from.p, b = next.to.p - next.from.p;
     const double length = glm::length(a) * glm::length(b), cosine = length > 0 ? glm::dot(a, b) / length : 1;
@@ -427,7 +434,7 @@ class Plan {
                                          : Joining::turn_pace;
   }
   bool goes_straight_in(const std::vector<Stroke>& strokes) const {
-    // cosine of an angle: above it, the stroke counts as parallel to the axis
+    // cosine of the angle between a stroke and the axis: above it, the stroke counts as parallel to the axis
     constexpr double kStraight = 1 - 1e-9;
     return strokes.size() == 1 && glm::dot(glm::normalize(strokes[0].from.p - strokes[0].to.p), axis_) > kStraight;
   }
@@ -523,11 +530,11 @@ class Plan {
   /// A candidate portion: a pose of the instrument, and the dome of filling that it adds there.
   struct Portion {
     Pose X_WT;
-    dvec3 center;  // m, centre of the dome
+    dvec3 center;  // m, centre of the dome (the portion's curved surface)
     // excess[k]: cost of the unwanted filling in a dome with a radius of k + 1 voxels. wanted: for each k and each
     // height level, the number of missing voxels in the dome up to this level.
     std::vector<double> excess, wanted;
-    // lowest: m along the axis, height of the lowest level; step: m, distance between two levels
+    // m along the preparation's axis; lowest: height of the lowest level; step: distance between two levels
     double lowest = 0, step = 0;
     std::size_t level(double height) const {
       return static_cast<std::size_t>(
@@ -556,7 +563,7 @@ class Plan {
     for (const dvec3& q : lowest_first(layer)) {
       if (portions == Filling::at_once) break;
       const glm::ivec3 v(q);
-      // skips a voxel that a portion of this plan already fills
+      // Skips a voxel that a portion of filling in this plan already fills.
       if (!to_fill(layer, layer.after.at(v.x, v.y, v.z))) continue;
       double radius = 0;  // voxels, radius of the dome
       const Portion* const best = best_for(q, layer, instrument, spots, radius);
@@ -654,7 +661,7 @@ class Plan {
     }
     return best;
   }
-  /// Largest radius of a dome, voxels.
+  /// Returns the largest radius (voxels) of a dome of filling that the instrument can add.
   static double most_radius(const session::Preparation& in, const Instrument& instrument) {
     return Filling::portion_radius * instrument.tool.fill_reach / in.frame.voxel;
   }
@@ -765,7 +772,8 @@ class Plan {
     return portion;
   }
 
-  /// Distance from p (voxels) straight down to the tissue, m. It is limited to the reach of the instrument.
+  /// Returns the distance (m) from p (voxels) straight down to the tissue. It is limited to the reach of the
+  /// instrument.
   static double way_down(const Instrument& instrument, const session::Preparation& layer, const dvec3& p) {
     const double reach = instrument.tool.fill_reach;
     double way = 0;
@@ -811,7 +819,7 @@ class Plan {
     }
   }
 
-  /// Cost of unwanted filling in the voxel at p (voxels).
+  /// Returns the cost of unwanted filling in the voxel at p (voxels); see Filling.
   double excess_cost(const session::Preparation& in, const dvec3& p) const {
     const dvec3 g = in.ideal.gradient(p);
     const double slope = glm::length(g);
@@ -820,13 +828,13 @@ class Plan {
     return in.before.sample(below) > 0 ? over_ ? Filling::overfilled : Filling::carved_again : Filling::flash;
   }
 
-  /// True if filling is missing in sample i: the sample is empty, lies inside the ideal, and belongs to the volume that
-  /// the task changes.
+  /// Returns true if filling is missing in sample i: the sample is empty, lies inside the ideal, and belongs to the
+  /// volume that the task changes.
   static bool to_fill(const session::Preparation& in, std::size_t i) {
     return in.after.distance[i] > 0 && in.ideal.distance[i] < 0 && in.ideal.distance[i] < in.before.distance[i] - 0.2f;
   }
 
-  /// Height of the highest point of the tissue, m along the axis.
+  /// Returns the height (m along the preparation's axis) of the highest point of the tissue.
   double top_of(const VoxelFrame& frame, const session::DenseField& field) const {
     double top = -1e9;
     for (int x = 0; x < field.size.x; ++x) {
@@ -1030,7 +1038,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     along_ = length;
     done = seen_.tool == leg.tool || waited_ > 10;
   } else {
-    // A scraping hand instrument reverses at both ends of its run.
+    // A scraping hand instrument reverses its motion at both ends of its run.
     const bool first = leg_ == run_, last = leg.end_pace <= 0;
     const double from_turn = (back_ ? last : first) ? along_ : length,
                  to_turn = (back_ ? first : last) ? length - along_ : length;

@@ -35,10 +35,10 @@ struct ExpertLeg {
   double volume = 0;  // m³, for kWait: the step ends when this volume has been filled
   /// m/s, speed at the end of a stroke that the next step continues; 0: the stroke ends with a stop
   double end_pace = 0;
-  double force = 0;  // N, force of a cut
+  double force = 0;  // N, force with which the hand pushes during a cut
 };
 
-/// Size of the work and forces of a task. The values scale the hand's motion.
+/// The size of the work in a task, and its forces. These values scale the hand's motion.
 struct ExpertGrip {
   double size = 1;     // factor by which lengths for work on a tooth are multiplied: distances, clearances, tolerances
   double force = 1;    // N, mean force that the task asks for
@@ -63,7 +63,7 @@ class Expert {
   /// plan if no plan would improve the result. Throws Error if no tool of the scene can begin the task.
   std::vector<ExpertLeg> plan(const haptics::TissueVolume& now);
   const ExpertGrip& grip() const { return grip_; }
-  /// The tissue that the last plan would leave if the tool followed it exactly.
+  /// Returns the tissue that the last plan would leave if the tool followed it exactly.
   const haptics::TissueVolume& planned() const { return *planned_; }
 
  private:
@@ -88,7 +88,8 @@ class Expert {
 class ExpertHand final : public haptics::HapticDevice {
  public:
   ExpertHand(std::vector<ExpertLeg> legs, double rate, const ExpertGrip& grip = {});
-  /// Properties of an expert hand as a device. Its orientation does not change under a torque, as with a scripted hand.
+  /// Returns the properties of an expert hand as a device. The orientation of the hand does not change under a torque,
+  /// as with a scripted hand.
   static haptics::DeviceInfo info_for(double rate);
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
   bool read(haptics::HandSample& sample) noexcept override;

@@ -164,7 +164,7 @@ void set_emergency_stop(Wiring& wiring, bool hold) noexcept {
 }
 
 void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const Scene& scene, bool record) {
-  // this thread's priority is lower than the priority of the servo thread
+  // The second hand's thread gets a lower priority than the servo thread.
   enter_realtime({.priority = 78, .core = -1, .lock_memory = false});
   haptics::HandSample sample;
   while (!wiring.stop.load(std::memory_order_relaxed) && hand.read(sample)) {

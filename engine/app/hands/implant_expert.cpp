@@ -19,8 +19,8 @@ using session::ImplantAction;
 constexpr double kAbove = 8e-3;  // m, height of the tool's tip above the planned entry point while the tool is changed
 // m, height above the planned entry point; below this height the hand moves slowly
 constexpr double kNear = 2.0e-3;
-constexpr double kTravel = 20e-3;       // m/s, speed in the air
-constexpr double kLanding = 4e-3;       // m/s, speed towards the bone and along the bed
+constexpr double kTravel = 20e-3;       // m/s, speed of the tool outside the tissue
+constexpr double kLanding = 4e-3;       // m/s, speed of the hand towards the bone and along the bed
 constexpr double kSweepPace = 3e-3;     // m/s, speed of the smoothing bur
 constexpr double kSweepReach = 3.5e-3;  // m, length of the smoothed ridge on each side of the implant's axis
 // m, depth of the hand below the planned ridge while smoothing; the coupling yields, so the bur is higher than the hand
@@ -31,7 +31,7 @@ constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMark
 constexpr double kLeadPerForce = 1.5e-3;  // m/(s·N), gain with which an error of the force changes the lead
 constexpr double kMostLead = 3e-3;        // m, limit of the lead (distance of the hand ahead of its tool)
 constexpr double kPeck = 3e-3;            // m, drilled depth after which the drill is pulled back
-constexpr double kPull = 2e-3;            // m, distance by which the drill is pulled back
+constexpr double kPull = 2e-3;            // m, distance by which the drill is pulled back, so that the bone cools
 // °C, temperatures of the bone: the hand lifts the tool at kHot and continues at kCool
 constexpr double kHot = 42, kCool = 40;
 // m, height above the planned entry point at which a bur no longer touches the pit that it drilled
@@ -70,8 +70,8 @@ double ImplantExpert::tip_depth() const {
   return glm::dot(tip_W - task_.plan.entry_W, task_.plan.axis_W);
 }
 
-/// Pose of a tool that is parallel to the planned axis. `depth`: m, depth of its tip; `aside`: m, its distance from the
-/// axis.
+/// Returns the pose of a tool that is parallel to the planned axis. `depth`: m, depth of its tip; `aside`: m, distance
+/// of the tool from the axis.
 Pose ImplantExpert::at(double depth, const dvec3& aside) const {
   const dquat R = rotation_between({0, 0, -1}, task_.plan.axis_W);
   return {task_.plan.entry_W + (depth - tool().half()) * task_.plan.axis_W + R * aside, R};
@@ -92,7 +92,7 @@ void ImplantExpert::press(haptics::HandSample& sample, double newton, double dep
   sample.X_WT = at(depth_);
 }
 
-/// True after the bone has become too hot, until it has cooled down.
+/// Returns true after the bone has become too hot, until it has cooled down.
 bool ImplantExpert::must_cool() {
   const double temperature = meter_.temperature();
   cooling_ = temperature > (cooling_ ? kCool : kHot);

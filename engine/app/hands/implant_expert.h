@@ -25,14 +25,14 @@ class ImplantExpert final : public haptics::HapticDevice {
   /// Receives the servo's tick that resulted from the last sample.
   void see(const ServoTick& tick) noexcept override;
   double done() const;
-  /// Name of the phase that took too long and was abandoned; empty if there is none.
+  /// Returns the name of the phase that took too long and was abandoned; empty if there is none.
   std::string gave_up() const;
 
  private:
   enum class Stage { kTake, kApproach, kWork, kBack, kOver };
   const session::ImplantPhase& phase() const { return task_.phases[phase_]; }
   const haptics::Tool& tool() const { return tools_[phase().tool]; }
-  /// Depth of the tool's tip below the planned entry point, along the planned axis, m.
+  /// Returns the depth (m) of the tool's tip below the planned entry point, along the planned axis.
   double tip_depth() const;
   Pose at(double depth, const dvec3& aside = dvec3(0)) const;
   void work(haptics::HandSample& sample);
@@ -56,7 +56,7 @@ class ImplantExpert final : public haptics::HapticDevice {
   double along_ = 0;      // m, length of the smoothing path that is completed
   double pecked_ = 0;     // m, depth at which the drill was last pulled back
   bool pulling_ = false;  // true while the drill is pulled back to let the bone cool
-  bool cooling_ = false;  // true from the moment when the bone is too hot until it has cooled down
+  bool cooling_ = false;  // true while the hand waits for the bone to cool, after it became too hot
   bool gave_up_ = false;
 };
 

@@ -24,7 +24,7 @@ constexpr double kMostDepth = 30e-3;  // m, limit of the tool's distance from th
 constexpr Nanos kShortestPress = 50'000'000;
 // rad, initial tilt of the tool away from the user, so that the bur is visible
 constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};
-constexpr double kMostLean = 85 * kDegree;  // rad, limit of the tilt
+constexpr double kMostLean = 85 * kDegree;  // rad, largest tilt of the tool that the mouse can set
 // rad, change of the tilt when the pointer moves by half the picture's height
 constexpr double kLeanPerHalfHeight = 60 * kDegree;
 // ratio: the offset between tool and pointer shrinks by this fraction of the pointer's motion

@@ -26,11 +26,11 @@ class Pointer {
   void follow_rig(const display::DisplayRig& rig) { rig_ = rig; }
   /// Computes the hand's next sample from the window's input. `t`: time of this input, on any steady clock.
   haptics::HandSample follow(const display::UserInput& input, Nanos t);
-  /// Motion of the tool per notch of the wheel, m. The key Page up doubles it, Page down halves it.
+  /// Returns the motion (m) of the tool per notch of the wheel. The key Page up doubles it, Page down halves it.
   double wheel_step() const { return wheel_step_; }
 
  private:
-  /// Position and axes of the screen as the user sees it, and the direction to the eye.
+  /// Position and axes of the screen, as the user sees them, and the direction to the eye.
   struct View {
     dvec3 middle{0}, half_right{0}, half_up{0}, toward_eye{0};  // m, frame W; toward_eye is a unit vector
     dvec3 eye{0};

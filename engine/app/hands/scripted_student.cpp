@@ -13,7 +13,7 @@ namespace {
 
 using namespace literals;
 
-constexpr double kTravelSpeed = 18e-3;  // m/s, speed in the air
+constexpr double kTravelSpeed = 18e-3;  // m/s, speed of the tool outside the tissue
 constexpr double kExploreSpeed = 4e-3;  // m/s, speed over the surface while exploring
 // m, depth of the hand below the surface while exploring; the coupling turns it into a force
 constexpr double kExplorePress = 0.5e-3;

@@ -24,7 +24,7 @@ class Student {
   void see(const ServoTick& tick) noexcept;
 
   Phase phase() const { return phase_; }
-  double done() const { return hand_->done(); }  // completed fraction of the drilling
+  double done() const { return hand_->done(); }  // returns the fraction of the drilling that is complete, 0..1
   const haptics::HapticDevice& device() const { return *scripted_; }
 
  private:

@@ -17,7 +17,7 @@ namespace {
 
 // voxels, tolerance: a tool's head may enter the ideal by this depth, which is the error of the distance field
 constexpr double kClear = 0.05;
-// voxels, the same tolerance for a head that fits the ideal exactly, for example a reamer
+// voxels, tolerance: a head that fits the ideal exactly, for example a reamer, may enter the ideal by this depth
 constexpr double kExact = 0.02;
 constexpr double kGrid = 0.1e-3;  // m, distance between the head positions that the planner evaluates
 constexpr double kLayer =
@@ -25,7 +25,7 @@ constexpr double kLayer =
 constexpr double kRow = 0.6;  // ratio to the head's diameter: distance between two rows of strokes in a layer
 // m, tolerance: floor points whose heights differ by less belong to the same flat part of the floor
 constexpr double kSameLevel = 10e-6;
-// m², threshold: if the cavity's floor is smaller, the tool makes no pass along its walls
+// m², area of the cavity's floor; if the floor is smaller than this, the tool makes no pass along its walls
 constexpr double kLeastFlat = 0.1e-6;
 constexpr double kFlatShare = 0.02;  // threshold of a floor's area, as a fraction of the head's cross-section
 // Ratio to the head's diameter: distance between the end of a row and a wall. Another pass cuts along the wall.
@@ -36,10 +36,11 @@ constexpr double kLeastTaken = 0.05;     // voxels, threshold: no stroke is plan
 constexpr double kOnLine = 2e-6;
 // m, limit: a shorter part of a pass that removes nothing is kept, so that the tool need not be lifted
 constexpr double kBridged = 0.4e-3;
-constexpr double kStraight = 3e-3;  // m, threshold: a longer connection between two passes goes over the tissue
-constexpr double kHop = 0.3e-3;     // m, distance between two heights that the search for a connection tries
-constexpr double kRamp = 0.8e-3;    // m, threshold: the tool enters a row that is longer than this on a ramp
-// threshold: where the slope of a floor is larger, the floor is divided into pieces
+// m, length of a connection between two passes; a longer connection goes over the tissue, not straight
+constexpr double kStraight = 3e-3;
+constexpr double kHop = 0.3e-3;   // m, height step of the search for a free path between two strokes
+constexpr double kRamp = 0.8e-3;  // m, threshold: the tool enters a row that is longer than this on a ramp
+// slope (height per length) of a floor; where the floor is steeper than this, it is divided into pieces
 constexpr double kSteep = 2;
 constexpr double kAlongShank = 6e-3;     // m, length of the shank, measured from the head, that is checked for contact
 constexpr double kDown = 0.1e-3;         // m, step of the search for the lowest head position above a grid point
@@ -105,7 +106,7 @@ class StrokePlanner {
  private:
   using Chain = std::vector<dvec3>;
   struct Layer {
-    double height = 0;             // m, height of the layer
+    double height = 0;             // m, height of the layer that the student removes
     std::vector<std::uint8_t> in;  // 1 for a grid cell that the head can reach from above, otherwise 0
   };
 
@@ -138,7 +139,7 @@ class StrokePlanner {
   dvec3 world(const dvec3& p) const { return axes_ * p; }
   dvec3 voxels(const dvec3& p) const { return in_.frame.to_voxels(world(p)); }
 
-  /// True if a head with its centre at p does not touch the ideal.
+  /// Returns true if a head with its centre at p (m, along u, v, w) does not touch the ideal.
   bool clear(const dvec3& p) const {
     const dvec3 q = voxels(p);
     const auto keeps = [&](const std::vector<Points>& groups, double into) {
@@ -150,7 +151,8 @@ class StrokePlanner {
     };
     return keeps(head_groups_, allowed_) && keeps(shank_groups_, 0) && (!around_ || clears_surroundings(world(p)));
   }
-  /// True if a head with its centre at p touches neither neighbouring teeth nor gum. Gum inside the tooth is ignored.
+  /// Returns true if a head with its centre at p_W (m, frame W) touches neither neighbouring teeth nor gum. Gum inside
+  /// the tooth is ignored.
   bool clears_surroundings(const dvec3& p_W) const {
     const auto clears = [&](const dvec3& q_W, double near) {
       return around_->neighbour(q_W) > near && around_->gum(q_W) > near;
@@ -166,7 +168,7 @@ class StrokePlanner {
              });
     });
   }
-  /// True if a head with its centre at p removes tissue.
+  /// Returns true if a head with its centre at p (m, along u, v, w) removes tissue.
   bool useful(const dvec3& p) const {
     const dvec3 q = voxels(p);
     return std::any_of(head_.begin(), head_.end(),
@@ -201,8 +203,8 @@ class StrokePlanner {
   }
   dvec3 place(int i, int j, double height) const { return {lo_.x + i * grid_, lo_.y + j * grid_, height}; }
 
-  /// Smallest distance between the ideal and the points of a head with its centre at p, voxels. Negative if the head
-  /// enters the ideal.
+  /// Returns the smallest distance (voxels) between the ideal and the points of a head with its centre at p. Negative
+  /// if the head enters the ideal.
   double clearance(const dvec3& p) const {
     const dvec3 q = voxels(p);
     double least = kFieldErrorLimit;
@@ -479,8 +481,9 @@ class StrokePlanner {
     const Layer& above = layer_above(height);
     const Layer layer = above.height - height < 1e-9 ? above : layer_at(height, &above);
     std::vector<dvec3> points;
-    std::unordered_map<std::size_t, std::size_t> index;  // number of the point on each grid edge
-    std::vector<std::array<std::size_t, 2>> next;        // numbers of the two neighbours of each point on its line
+    // number of the point that lies on each grid edge; the key is the number of the edge
+    std::unordered_map<std::size_t, std::size_t> index;
+    std::vector<std::array<std::size_t, 2>> next;  // numbers of the two neighbours of each point on its line
     constexpr std::size_t kNone = SIZE_MAX;
     const auto point_on = [&](glm::ivec2 p, glm::ivec2 q) {
       if (cell(q.x, q.y) < cell(p.x, p.y)) std::swap(p, q);
@@ -618,7 +621,7 @@ class StrokePlanner {
   session::DenseField left_;  // tissue that remains after the strokes so far
   dquat R_WT_;
   glm::dmat3 axes_;          // the axes u, v, w as columns
-  double step_;              // m, distance between passes
+  double step_;              // m, distance between neighbouring passes of the tool
   double allowed_;           // voxels, depth to which the head may enter the ideal
   std::vector<dvec3> head_;  // voxels, points on the head relative to its centre
   std::vector<Points> head_groups_, shank_groups_;

@@ -14,7 +14,7 @@ namespace typodont {
 /// A straight motion of the tool's head.
 struct Stroke {
   Pose from, to;
-  bool goes_on = false;  // true: the tool continues with the next stroke without a stop
+  bool goes_on = false;  // true: after this stroke, the tool continues with the next stroke without a stop
   bool bulk = false;     // true: the stroke removes volume away from the final surface
 };
 

@@ -21,7 +21,7 @@ class XrHandFilter {
 
  private:
   Pose pose_, from_;
-  double back_ = 0;  // s, time since tracking returned
+  double back_ = 0;  // s, time since the tracking of the controller returned
   bool lost_ = true, released_ = false;
 };
 

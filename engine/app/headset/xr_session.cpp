@@ -80,7 +80,7 @@ struct XrSession::Thread {
   HandpieceView handpieces;
   dvec3 origin;                             // m, frame W: origin of the tissue's voxels
   double voxel;                             // m, voxel size of the tissue
-  std::optional<render::BoxInWorld> reach;  // bounds of the tissue
+  std::optional<render::BoxInWorld> reach;  // m, frame W: box that the tissue can occupy in the session
   Wiring& wiring;
   Options options;
   std::optional<DebrisView> debris;
@@ -303,8 +303,8 @@ XrSession::XrSession(const display::DisplayRig& rig, const Scene& scene, const h
     : thread_(std::make_shared<Thread>(rig, scene, tissue, wiring, options)), stall_(rig.hmd.stall) {
   thread_->thread = std::thread([state = thread_] { state->run(); });
   std::unique_lock lock(thread_->mutex);
-  // This loop limits the duration of each call of the runtime. The time until the user wears the headset is limited by
-  // wake().
+  // A loop with time limits waits for the runtime: it limits the duration of each call of the runtime. The time until
+  // the user wears the headset is limited by wake().
   while (thread_->phase == Thread::Phase::kOpening) {
     thread_->changed.wait_for(lock, 20ms);
     if (thread_->gate.silent() < std::max(rig.hmd.wait, stall_)) continue;
@@ -358,7 +358,7 @@ void XrSession::stop() {
       end_hard_at_exit();
       return;
     }
-    // the thread does not end although it is not in a call of the runtime, so the GPU hangs
+    // The thread does not end, although it is not in a call of the runtime. So the GPU hangs.
     if (thread_->gate.busy() > kLongestFrame) {
       log::error("headset: its thread does not end");
       haptics::release_all_devices();

@@ -52,7 +52,7 @@ class XrSession {
   /// One physical point, measured in two frames: p_H is the head of the tool that an arm holds, in frame H of the arm's
   /// base; p_D is the tip of the controller, in frame D of the headset.
   struct Touch {
-    dvec3 p_H, p_D;  // m; p_H in frame H, p_D in frame D
+    dvec3 p_H, p_D;  // m; p_H in frame H of the arm's base, p_D in frame D of the headset
   };
   std::vector<Touch> touches() const;
 

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kRpm = 2 * kPi / 60;  // rad/s per revolution per minute
+constexpr double kRpm = 2 * kPi / 60;  // rad/s, one revolution per minute
 constexpr double kBehind = 0.3e-3;     // m, distance behind the wall at which the function searches for bone
 constexpr int kAround = 24;
 
@@ -47,7 +47,7 @@ class Around {
   double voxel() const { return frame_.voxel; }
 
  private:
-  /// Tissue of the voxel that is nearest to the position; air outside the tissue and outside the box.
+  /// Returns the tissue of the voxel that is nearest to the position; air outside the tissue and outside the box.
   Tissue tissue_at(const dvec3& p_W) const {
     const glm::ivec3 p = glm::ivec3(glm::round(frame_.to_voxels(p_W))) - lo_;
     if (glm::any(glm::lessThan(p, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(p, box_.field.size)))

@@ -17,7 +17,8 @@ namespace typodont {
 /// Loads a tool of an instrument set from FOLDER/NAME.json. Throws Error that names the available tools.
 haptics::Tool load_set_tool(const std::filesystem::path& folder, const Json& name);
 
-/// Path of assets/implants/exercise.json, which contains the parts that all implant exercises have in common.
+/// Returns the path of assets/implants/exercise.json, which contains the parts that all implant exercises have in
+/// common.
 std::filesystem::path implant_exercise_file();
 
 /// Reads the block {"procedure": FILE, "plan": {…}, "neighbours": […], "canal": {…}} of a scene (docs/interface.md).

@@ -143,8 +143,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   Wiring& wiring = s.wiring;
   Done done;
   done.worked = repeat_cuts();
-  // This tick was received in the previous call of turn(), so repeat_cuts() has already applied all its cuts. A tick
-  // without a valid pose is ignored.
+  // The front tick was received in the previous call of turn(), so repeat_cuts() has already applied all its cuts. A
+  // tick without a valid pose is ignored.
   if (const ServoTick& tick = wiring.tick_to_carver.front(); !(tick.faults & haptics::kNoPose)) s.carver.rest(tick.t);
   pause();
   done.awaited = wiring.patch.keep_up(s.carver, wiring.tick_to_carver.front().patch);

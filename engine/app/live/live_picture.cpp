@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 
 // ns, limit: a GPU device that is lost again within this time counts as broken
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
-// ns, time between two searches for changed bricks while the CPU draws the pictures
+// ns, time between two searches for changed bricks while the pictures are drawn by the CPU
 constexpr Nanos kProcessorMeshInterval = 33'000'000;
 constexpr Nanos kBriefWait = 4'000'000;     // ns, time between two checks for motion while nothing is drawn
 constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between two pictures from the free viewpoint

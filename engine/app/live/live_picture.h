@@ -46,9 +46,9 @@ class LivePicture {
   void open(const display::DisplayRig& rig, std::vector<std::string>& explanations);
   /// Stores the time at which the drawing loop starts. The duration of its first pass is measured from this time.
   void begin() { last_turn_ = now(); }
-  /// Stage of the trainee's picture; null if this computer does not draw it.
+  /// Returns the stage of the trainee's picture; null if this computer does not draw it.
   PictureStage* stage() { return stage_ ? &*stage_ : nullptr; }
-  /// The views for teaching; null after close() was called.
+  /// Returns the views for teaching; null after close() was called.
   LiveViews* views() { return views_.get(); }
   /// Returns the mass balance of the debris. Call it at the end of the session.
   std::optional<DebrisBalance> settle_debris();
@@ -62,7 +62,7 @@ class LivePicture {
   /// Creates the GPU device again after it was lost. Returns false if the device was already lost a short time before.
   bool recreate_lost_device();
 
-  /// Receives the carver's changes since the last call.
+  /// Receives the changes of the tissue that the carver made since the last call.
   void collect();
   /// Runs one pass of the drawing loop: draws a frame of each picture that has changed, or waits for a short time.
   /// `tick` receives the latest tick.
@@ -86,17 +86,18 @@ class LivePicture {
   bool spraying() const { return debris_ && debris_->spraying(); }
   bool shows_debris() const { return debris_.has_value(); }
   bool sucking() const { return sucking_; }
-  double suction_flow() const;  // m³/s, flow of the suction; 0 if it is off
+  double suction_flow() const;  // returns the flow of the suction (m³/s); 0 if it is off
   /// Changes the colour of a tissue, sRGB, in both pictures.
   void color(Tissue tissue, const dvec3& color);
 
   const QualityLadder& ladder() const { return ladder_; }
   std::uint64_t frames() const { return frames_; }
   std::uint64_t own_frames() const { return own_frames_; }
-  /// Upper bound of the time at which the first picture appeared on the screen; 0 if no picture was shown.
+  /// Returns an upper bound of the time (ns) at which the first picture appeared on the screen; 0 if no picture was
+  /// shown.
   Nanos first_shown() const { return first_shown_; }
-  /// Smoothed times in s: drawing time of a frame, interval between two frames, and estimated latency from hand to
-  /// screen.
+  /// The next functions return smoothed times (s): drawing time of a frame, interval between two frames, and estimated
+  /// latency from hand to screen.
   double frame_seconds() const { return frame_seconds_; }
   double frame_period() const { return frame_period_; }
   double photon_seconds() const { return photon_seconds_; }
@@ -139,15 +140,16 @@ class LivePicture {
   glm::ivec2 own_size_{0};  // pixels, size of the picture from the free viewpoint; 0: it is not drawn
   Nanos own_drawn_ = 0;
   Nanos last_turn_ = 0, last_drawn_ = 0;
-  Nanos revived_;  // time at which the GPU device was last created again
+  Nanos revived_;  // ns, time at which the GPU device was last created again
   std::uint64_t frames_ = 0, own_frames_ = 0;
   int turns_since_first_ = 0;
   Nanos first_shown_ = 0;
   double frame_seconds_ = 0, frame_period_ = 0, photon_seconds_ = 0;
-  bool drew_last_ = false;         // true if the last pass of the drawing loop drew a frame
-  std::uint64_t ladder_cuts_ = 0;  // number of cuts at the last frame that QualityLadder evaluated
-  std::optional<SeenFrom> seen_;   // viewpoint and view that were recorded last
-  int implant_section_ = 0;        // section through the implant: 0 along the arch, 1 across it
+  bool drew_last_ = false;  // true if the last pass of the drawing loop drew a frame
+  // number of cuts in the session at the last frame that ladder_ (QualityLadder) evaluated
+  std::uint64_t ladder_cuts_ = 0;
+  std::optional<SeenFrom> seen_;  // viewpoint and view that were recorded last
+  int implant_section_ = 0;       // section through the implant: 0 along the arch, 1 across it
 };
 
 }  // namespace typodont

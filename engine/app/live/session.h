@@ -34,7 +34,7 @@ struct LiveSession {
   Wiring wiring;
   std::optional<haptics::Servo> servo;  // created as soon as the hand is known
   std::optional<haptics::ForceDelay>
-      delay;  // servo thread only: delays the force; empty if the session does not delay forces
+      delay;  // delays the force; empty if the session does not delay forces; used only by the servo thread
   std::optional<LoopStatistics> loop;  // servo thread only: statistics of the servo loop's timing
   ServoTick last;                      // servo thread only: the last tick
   double servo_cpu = 0;                // servo thread only: s, CPU time of the servo thread
@@ -154,8 +154,8 @@ class StreamTurns {
   /// `rate`: number of published states per second. The constructor creates the ring that the servo fills, so it must
   /// run before the servo starts.
   StreamTurns(LiveSession& s, StateStream& stream, double rate);
-  /// Reads the ring. Publishes new events, and publishes the latest tick if the interval since the last published tick
-  /// has passed.
+  /// Reads the ring that the servo fills. Publishes all new events, and also the latest tick if the interval since the
+  /// last published tick has passed.
   void turn();
   /// Publishes the last tick and the end of the session.
   void end();
@@ -166,8 +166,8 @@ class StreamTurns {
   const Nanos interval_;
   std::vector<std::string> tools_;
   bool begun_ = false;
-  Nanos told_ = 0;  // time at which the last state was published
-  ServoTick tick_;  // the latest tick
+  Nanos told_ = 0;  // ns, time at which the last state was published
+  ServoTick tick_;  // the latest tick that the ring contained
 };
 
 /// Runs the servo loop at the rate of the hand. The force is zero when it returns.

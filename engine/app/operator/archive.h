@@ -13,7 +13,7 @@ namespace typodont {
 
 /// A session's score that was computed earlier and stored in a cache.
 struct CachedScore {
-  double points = 0;  // points out of 100
+  double points = 0;  // points of the session, 0..100
   bool counts = false, passed = false;
 };
 
@@ -30,12 +30,13 @@ struct SessionEntry {
 /// Finds the sessions of all trainees, newest first.
 std::vector<SessionEntry> find_sessions();
 
-/// Copies this session to the trainee "expert". The reports of the same exercise then compare other sessions with it.
+/// Copies a session to the trainee "expert". The reports of the same exercise then compare other sessions with it.
 /// Throws Error.
 void make_expert(const std::filesystem::path& session);
 
 /// Direction in which the crown of an imported tooth points in its file.
-enum class Crown { kUp, kDown, kRight, kLeft, kBack, kFront };  // in this order: +z −z +x −x +y −y
+// the crown points, in the order of the values, to +z −z +x −x +y −y of the file
+enum class Crown { kUp, kDown, kRight, kLeft, kBack, kFront };
 
 struct NewTooth {
   std::filesystem::path input;  // a scan or a closed mesh; if as_scanned is true, any mesh

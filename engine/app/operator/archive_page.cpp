@@ -119,7 +119,7 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::InputFloat(id, &mm, 0, 0, mm > 0 ? fmt::format("{} %.4g mm", s.text(name)).c_str() : s.text(without),
                       ImGuiInputTextFlags_AutoSelectAll);
   };
-  ImGui::BeginDisabled(as_scanned);  // the next options apply only if the mesh is converted to a volume
+  ImGui::BeginDisabled(as_scanned);  // the following options apply only if the mesh is converted to a volume
   length("##voxel", f.voxel_mm, "op.voxel", "op.voxel_of_file");
   ImGui::SameLine();
   length("##shell", f.shell_mm, "op.shell", "op.shell_usual");

@@ -71,7 +71,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
     _exit(127);
   }
   close(ends[0][1]), close(ends[1][1]);
-  struct Ended {  // the destructor ends the process, however this function ends
+  struct Ended {  // ends the process in its destructor, however the function ends
     pid_t child;
     std::array<int, 2> from;
     ~Ended() {
@@ -149,7 +149,7 @@ std::optional<Started::Failed> Started::look() {
     if (one->said >= 0) close(one->said);
     running_.erase(one);
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return failed;
-    return std::nullopt;  // the started program ended without failure; the next call checks the other programs
+    return std::nullopt;  // The started program ended without failure. The next call checks the other programs.
   }
   return std::nullopt;
 }

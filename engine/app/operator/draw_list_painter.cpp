@@ -17,7 +17,8 @@ namespace typodont {
 
 namespace {
 
-struct Place {  // the layout must equal the layout in the shader interface.vert
+// scale and shift of the vertices, and layer of the texture; the layout must equal that in the shader interface.vert
+struct Place {
   float scale[2], shift[2];
   std::int32_t layer;
 };
@@ -112,13 +113,13 @@ std::optional<std::vector<display::Part>> DrawListPainter::record(VkCommandBuffe
   std::vector<std::uint64_t> tiles = drawn_tiles(lists, target.size, shown);
   if (!target.kept) holds_.erase(target.image);
   const auto held = holds_.find(target.image);
-  // Draw lists that were made for another window size are scaled to the size of the target.
+  // Draw lists of the user interface that were made for another window size are scaled to the size of the target.
   const bool fits = lists.DisplaySize.x == static_cast<float>(target.size.x) &&
                     lists.DisplaySize.y == static_cast<float>(target.size.y);
   const bool whole = all || !fits || held == holds_.end() || held->second.size() != tiles.size();
   const std::vector<display::Part> parts = whole ? std::vector{display::Part{0, 0, target.size.x, target.size.y}}
                                                  : differing_parts(held->second, tiles, target.size);
-  // the map also contains images that no longer exist, so it is cleared sometimes
+  // The map holds_ also contains images that no longer exist, so it is cleared sometimes.
   if (whole && holds_.size() > kRemembered) holds_.clear();
   if (fits)
     holds_[target.image] = std::move(tiles);

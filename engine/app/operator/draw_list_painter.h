@@ -43,7 +43,7 @@ class DrawListPainter {
 
  private:
   static constexpr int kSlots = gpu::FrameRing::kSlots;
-  static constexpr std::size_t kTextures = 64;  // limit of the number of textures; the first texture is the font
+  static constexpr std::size_t kTextures = 64;  // largest number of textures in a frame; the first texture is the font
 
   struct Texture {
     VkImageView view;

@@ -10,7 +10,7 @@ namespace typodont {
 
 namespace {
 
-constexpr int kTile = 32;  // pixels, side of a tile
+constexpr int kTile = 32;  // pixels, side of the square tiles into which the window is divided
 // Limit of the number of parts. An element that overlaps several parts is drawn once for each, so many parts take
 // longer.
 constexpr std::size_t kMostParts = 12;

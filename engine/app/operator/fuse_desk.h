@@ -30,7 +30,7 @@ class FuseDesk {
   void follow();
   /// Frees the GPU memory of the pictures, for example after the GPU was lost. The next follow() creates them again.
   void destroy();
-  /// Frees the surfaces.
+  /// Frees the memory of both surfaces (intraoral scan and CT).
   void close();
 
  private:

@@ -21,8 +21,8 @@ namespace keys = display::keys;
 // s, time after the last input during which every frame is drawn, for hover effects and the blinking cursor
 constexpr double kSettle = 0.25;
 
-/// Returns the first file of the list that exists. The list is needed because Debian, Fedora and Arch have fonts in
-/// different folders.
+/// Returns the first file of the list that exists. A list of fonts is needed because Debian, Fedora and Arch have fonts
+/// in different folders.
 std::optional<std::string> first_of(std::span<const char* const> files) {
   std::error_code code;
   for (const char* file : files)

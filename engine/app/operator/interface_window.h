@@ -92,7 +92,7 @@ class InterfaceWindow {
   std::uint64_t frames_ = 0, uploads_ = 0;
 };
 
-/// True if the computer has a font for the language.
+/// Returns true if the computer has a font for the language.
 bool can_show(session::Language language);
 
 }  // namespace typodont

@@ -29,7 +29,7 @@ class Job {
 
   Progress& progress() { return progress_; }
   bool done() const { return done_.load(std::memory_order_acquire); }
-  /// The exception that the work threw; null if it threw none. Call it after done().
+  /// Returns the exception that the work threw; null if it threw none. Call it after done().
   std::exception_ptr failure() const { return failure_; }
 
  private:

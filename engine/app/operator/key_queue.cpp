@@ -11,7 +11,7 @@ namespace {
 // list accepts arrow keys.
 constexpr int kFocusFrames = 3;
 
-/// True if ImGui sends this key to the focused element.
+/// Returns true if ImGui sends this key to the focused element.
 bool acts_on_focus(int code) {
   return code >= keys::kEscape && code <= keys::kEnd && code != keys::kInsert;
 }

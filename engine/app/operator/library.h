@@ -10,8 +10,8 @@
 
 namespace typodont {
 
-/// Path of the picture that the program has drawn for a scene. It is used if there is no file NAME.png beside the
-/// scene. The path changes when the scene's content changes.
+/// Returns the path of the picture that the program has drawn for a scene. It is used if there is no file NAME.png
+/// beside the scene. The path changes when the scene's content changes.
 std::filesystem::path made_picture(const std::filesystem::path& scene);
 
 /// Finds the shipped scenes and then the user's scenes, sorted by name. A scene that cannot be read is listed with its
@@ -27,17 +27,17 @@ std::vector<HandEntry> find_hands(const OperatorState& s);
 /// Lists the operator's window as a rig, then the shipped rigs and the user's rigs for screens and mirrors.
 std::vector<RigChoice> find_rigs(const OperatorState& s);
 
-/// The local time in the form that file names use: "2026-11-21_12-30-05".
+/// Returns the local time in the form that file names use: "2026-11-21_12-30-05".
 std::string date_and_time();
 /// Returns the path of a new recording, ~/Typodont/sessions/TRAINEE/DATE_SCENE.h5, and creates its folder.
 std::filesystem::path new_session_file(const std::string& trainee, const std::string& scene);
 
-/// Folder of the trainee "expert", beside the folder of this trainee. Reports compare a session with the sessions in
-/// it.
+/// Returns the folder of the trainee "expert", beside the folder of the given trainee. Reports compare a session with
+/// the sessions in it.
 std::filesystem::path expert_folder(const std::filesystem::path& trainee_folder);
 
-/// Path of a temporary file for a recording. The file is deleted when the program ends, unless the user keeps it. Also
-/// deletes the temporary files that killed programs left. Empty if the disk is full.
+/// Returns the path of a temporary file for a recording. The file is deleted when the program ends, unless the user
+/// keeps it. Also deletes the temporary files that killed programs left. Empty if the disk is full.
 std::filesystem::path temporary_recording_file();
 
 /// The user's last selection: language, trainee, scene, hand, picture. Errors while reading and writing it are ignored.

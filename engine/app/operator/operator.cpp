@@ -104,7 +104,8 @@ class Operator {
     } else {
       const Nanos since = now();
       window_.output().wait(kIdleWait);
-      // limits the number of passes per second, because a mouse can send a thousand events per second
+      // The pause limits the number of passes of the loop per second, because a mouse can send a thousand events per
+      // second.
       if (now() - since < kBriefWait) std::this_thread::sleep_for(4ms);
     }
   }
@@ -144,7 +145,7 @@ class Operator {
     desk_.make_picture();
   }
 
-  /// Text of the title bar: the name of the page, and the trainee of the session that it shows.
+  /// Returns the text of the title bar: the name of the page, and the trainee of the session that it shows.
   std::string title() const {
     std::string title = "Typodont";
     switch (s_.page) {
@@ -243,7 +244,7 @@ class Operator {
     }
   }
 
-  /// True if the request would discard the unsaved work of an author.
+  /// Returns true if the request would discard the unsaved work of an author.
   static bool leads_away(Ask ask) {
     constexpr std::array kAway = {Ask::kStart,   Ask::kAgain,      Ask::kToStart,    Ask::kTutorial,
                                   Ask::kArchive, Ask::kDropped,    Ask::kDoctor,     Ask::kGoOnFrom,
@@ -329,7 +330,7 @@ class Operator {
         s_.to_open.push_back(user_folder().string());
         break;
       case Ask::kDeleteRecording:
-        work_.drop();  // stops a report about this recording that may be in progress
+        work_.drop();  // stops the work on a report about the recording, if there is any
         fs::remove(s_.outcome.report);
         // If the recording cannot be deleted, an error is shown, and its path is kept so that the user can try again.
         fs::remove(s_.outcome.recording);
@@ -419,7 +420,7 @@ class Operator {
         quit_ = true;
         break;
       default:
-        break;  // requests to a session are handled elsewhere
+        break;  // requests to a running session are handled by SessionDesk
     }
   }
 

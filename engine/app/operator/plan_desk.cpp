@@ -10,7 +10,7 @@
 namespace typodont {
 
 namespace {
-constexpr int kPixels = 384;  // pixels, width and height of the picture of a section
+constexpr int kPixels = 384;  // pixels, width and height of the picture of a section through the jaw
 }
 
 void PlanDesk::open(BackgroundTask& work, int bone_class) {

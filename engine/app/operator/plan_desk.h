@@ -28,7 +28,7 @@ class PlanDesk {
   void destroy();
   /// Frees the memory of the jaw.
   void close();
-  /// The jaw with its scene; null until it is loaded.
+  /// Returns the jaw with its scene; null until it is loaded.
   const std::shared_ptr<const ImplantPlanner>& planner() const { return planner_; }
 
  private:

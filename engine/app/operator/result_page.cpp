@@ -51,7 +51,7 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       ImGui::TableNextColumn();
       if (item.full > 0) {
         ImGui::PushStyleColor(ImGuiCol_Text, score_color(item.points / item.full, s.outcome.score.pass));
-        // this sign marks a missed item for colour-blind users
+        // The sign ✗ marks a missed item also for colour-blind users.
         const char* cross = s.outcome.score.missed(item) ? "✗ " : "";
         ImGui::TextUnformatted(
             fmt::format("{}{} / {}", cross, s.number(item.points, 1), s.number(item.full, 1)).c_str());
@@ -172,7 +172,7 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const session::Score& score = s.outcome.score;
   if (scored) {
     ImGui::PushStyleColor(ImGuiCol_Text, score.passed() ? kGood : kBad);
-    // Rounds down. Otherwise 69.6 points would be shown as 70, although they miss a pass mark of 70.
+    // Rounds the points down. Otherwise 69.6 points would be shown as 70, although they miss a pass mark of 70.
     ImGui::TextUnformatted(
         s.words("points_of", s.number(std::floor(score.points * 10) / 10, 1), s.number(score.full, 0)).c_str());
     ImGui::PopStyleColor();
@@ -190,7 +190,7 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::Separator();
   row(s.text("duration"), fmt::format("{} s", s.number(r.seconds, 1)));
   double removed = 0;
-  // the tissue counts do not include strokes that were undone
+  // The removed volumes of the tissues do not include strokes that were undone.
   for (const double v : s.status.tissue.removed) removed += v;
   row(s.text("volumes"), fmt::format("{} mm³", s.number(removed / kCubicMillimetre, 2)));
   row(s.text("op.servo_p999"), fmt::format("{} µs", s.number(r.tick_us_p999, 1)));

@@ -17,7 +17,7 @@ using namespace widgets;
 namespace {
 
 constexpr double kZoom = 1.15;  // ratio by which one step of the wheel changes the shown width
-// in text heights: an edge of the region can be dragged if the mouse is nearer than this
+// ratio to the text height: an edge of the region can be dragged if the mouse is nearer than this
 constexpr float kGrip = 0.5f;
 constexpr std::array kTitles{"op.scan_axial", "op.scan_coronal", "op.scan_sagittal"};
 constexpr std::array kTools{"op.scan_look", "op.scan_brush", "op.scan_seed"};
@@ -28,7 +28,7 @@ ImU32 color_of(const glm::dvec3& rgb) {
   return IM_COL32(static_cast<int>(rgb.x), static_cast<int>(rgb.y), static_cast<int>(rgb.z), 255);
 }
 
-/// Colour in which the page shows the labels that a tool makes.
+/// Returns the colour in which the page shows the labels that a tool makes.
 glm::dvec3 kind_color(haptics::LabelKind kind) {
   switch (kind) {
     case haptics::LabelKind::kBone:
@@ -57,7 +57,7 @@ struct View {
     return {at.x + static_cast<float>(0.5 + glm::dot(from, plane.right_W) / plane.width) * size,
             at.y + static_cast<float>(0.5 - glm::dot(from, plane.up_W) / plane.height) * size};
   }
-  // converts pixels to m
+  // returns the length in m of a number of pixels in the picture
   double length(float pixels) const { return static_cast<double>(pixels / size) * plane.width; }
   float pixels(double length) const { return static_cast<float>(length / plane.width) * size; }
 };

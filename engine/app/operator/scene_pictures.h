@@ -27,7 +27,7 @@ class ScenePictures {
   /// Draws the next missing picture in the background, starting with that of the selected scene. Returns true if a
   /// picture was finished since the last call.
   bool look();
-  /// Cancels the drawing of pictures.
+  /// Cancels the drawing of the scenes' pictures.
   void drop() { job_.reset(); }
 
  private:

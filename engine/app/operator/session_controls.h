@@ -34,7 +34,7 @@ class SessionControls {
 
   float height() const;
   void draw();
-  /// True if there is a picture that the controls can change.
+  /// Returns true if there is a picture that the controls can change.
   bool possible() const;
 
  private:

@@ -18,7 +18,7 @@ namespace typodont {
 
 /// Result of a session in authoring mode: the data from which an exercise can be made.
 struct Authored {
-  Scene scene;  // the scene that was edited
+  Scene scene;  // the scene of the exercise that was edited
   haptics::TissueVolume tissue;
   std::vector<PaintStroke> strokes;
   bool unsaved = false;  // true: tissue was painted or drilled, and not yet saved as an exercise
@@ -42,8 +42,8 @@ class SessionDesk {
   /// Runs one step of the session. Returns kChanged if the trainee's picture changed or the clock shows the next
   /// second, and kOver if the session must be ended.
   Turn step();
-  /// True if nothing on the session's page, except the clock, has changed or will change without input. Valid after
-  /// step().
+  /// Returns true if nothing on the session's page, except the clock, has changed or will change without input. Valid
+  /// after step().
   bool at_rest() const { return at_rest_; }
   /// Ends the session and moves the recording to its final folder. `why`: reason if the session ended abnormally.
   /// Returns the session's result if it must be scored without a recording. Returns null if there is a recording, or if
@@ -75,7 +75,7 @@ class SessionDesk {
   OperatorState& s_;
   InterfaceWindow& window_;
   std::optional<Workbench> bench_;
-  std::optional<Scene> scene_;  // scene of the session
+  std::optional<Scene> scene_;  // scene of the running session; no value if no session runs
   std::unique_ptr<Authored> authored_;
   bool brush_down_ = false;
   dvec3 brush_at_{0};

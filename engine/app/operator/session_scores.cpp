@@ -18,14 +18,16 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kSuffix = ".json";
-constexpr std::uintmax_t kMostKept = 4 << 20;  // bytes, limit of the size of the cache; about ten thousand scores
+// bytes, largest size of the cache of scores; it holds about ten thousand scores
+constexpr std::uintmax_t kMostKept = 4 << 20;
 
 fs::path scores_folder() {
   const fs::path folder = cache::folder();
   return folder.empty() ? folder : folder / "scores";
 }
 
-/// The key under which a score is cached. It changes when the session's file or the program changes.
+/// Returns the key under which the score of a session is cached. The key changes when the session's file or the program
+/// changes.
 std::optional<std::uint64_t> key_of(const fs::path& session) {
   std::error_code code;
   const auto size = fs::file_size(session, code);
@@ -56,7 +58,7 @@ std::optional<CachedScore> cached_score(const fs::path& session) {
   try {
     const Json json = Json::load(file);
     return CachedScore{json["points"].number(), json["counts"].boolean(), json["passed"].boolean()};
-  } catch (const Error&) {  // a file of another version is ignored, so the score is computed again
+  } catch (const Error&) {  // a cache of another version of the program is ignored, so the score is computed again
     return std::nullopt;
   }
 }

@@ -27,7 +27,7 @@ class SessionScores {
   /// Computes the next missing score in the background, the newest session first. Returns true if a score was finished
   /// since the last call.
   bool look();
-  /// Cancels the computation.
+  /// Cancels the computation of the sessions' scores.
   void drop() { job_.reset(); }
 
  private:

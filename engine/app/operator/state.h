@@ -78,7 +78,7 @@ enum class Ask {
   kSavePlan,  // save the planned implant as an exercise
   kTutorial,  // select and start the tutorial
   kWelcomed,  // close the introduction of the first start
-  kCancel,    // cancel the running task
+  kCancel,    // cancel the running task, for example an import
   kLeaveKept,     // save the unsaved work as an exercise, then execute the waiting request OperatorState::leaving
   kLeaveDropped,  // discard the unsaved work, then execute the waiting request OperatorState::leaving
   kStay,          // discard the waiting request OperatorState::leaving
@@ -120,14 +120,14 @@ struct RuleChoice {
 /// Source of the ideal in a new exercise: the base scene, the drilled tissue, or a mesh file.
 enum class IdealFrom { kBase, kDrilled, kMesh };
 struct ExerciseForm {
-  bool fresh = true;  // true: the form has not yet been filled with values
+  bool fresh = true;  // true: the form has not yet been filled with the values of the session
   std::array<char, 96> name{};
   std::array<char, 512> goal{};
   std::array<char, 1024> steps{};  // text of the steps, one per line
   IdealFrom ideal = IdealFrom::kDrilled;
   bool base_aims = false;  // true: the base scene has an ideal
   bool aims() const { return ideal != IdealFrom::kBase || base_aims; }
-  std::array<char, 512> mesh{};  // path of the mesh file
+  std::array<char, 512> mesh{};  // path of the mesh file that contains the ideal of the exercise
   FileChooser chooser;
   float mesh_unit_mm = 1;
   std::vector<RuleChoice> rules;
@@ -141,7 +141,7 @@ struct ImportForm {
   /// number of the series in a DICOM folder with several series, from 1; 0: the folder has only one series
   int series = 0;
   int crown = 0;  // direction of the crown, as an index in the enumeration Crown
-  // mm. voxel_mm: voxel size; 0: the voxel size of the file. shell_mm: thickness of the shell; 0: the default.
+  // voxel_mm: mm, voxel size; 0: the voxel size of the file. shell_mm: mm, thickness of the enamel; 0: the default.
   float voxel_mm = 0, shell_mm = 0;
   float unit_mm = 1;     // mm, length of the unit in which a mesh file states coordinates
   float spacing_mm = 0;  // mm, distance between two samples of a scan; 0: the distance that the file states
@@ -167,7 +167,7 @@ struct ScanForm {
 /// Data of the page on which an intraoral scan is aligned with a CBCT. The page changes the fusion. FuseDesk registers
 /// and draws the surfaces.
 struct FuseForm {
-  std::array<char, 512> file{};  // path of the mesh
+  std::array<char, 512> file{};  // path of the mesh file of the intraoral scan
   FileChooser chooser;
   float unit_mm = 1;
   ScanFusion* fusion = nullptr;                 // owned by FuseDesk; null until the mesh is read
@@ -303,7 +303,7 @@ struct OperatorState {
   std::array<float, kTissueCount> stiffness{};
   std::array<std::array<float, 3>, kTissueCount> colors{};  // authoring mode: sRGB colour of each tissue
   bool held = false;
-  /// values of the last seconds for the curves: force in N, and duration of a tick in µs
+  /// values of the last seconds for the curves on the session page: force in N, and computing time of a tick in µs
   std::array<float, 240> forces{}, ticks_us{};
   int curve_at = 0;
   const gpu::Image* live = nullptr;  // left eye's image of the trainee's picture; null: there is none

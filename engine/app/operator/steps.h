@@ -24,10 +24,10 @@ class StepWatcher {
   explicit StepWatcher(const session::Task& task) : task_(task) {}
 
   int count() const { return static_cast<int>(task_.steps.size()); }
-  /// Index of the first step that is not done; equal to count() if all steps are done.
+  /// Returns the index of the first step that is not done; equal to count() if all steps are done.
   int current() const { return current_; }
   const session::TaskText& text(int step) const { return task_.steps[static_cast<std::size_t>(step)]; }
-  /// True if an action completes the current step; false if a click completes it.
+  /// Returns true if an action completes the current step; false if a click completes it.
   bool waits() const;
 
   /// Checks the user's actions since the current step began. Returns true if they have now completed the step.

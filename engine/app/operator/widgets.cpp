@@ -23,7 +23,8 @@ void end_page() {
 }
 
 namespace {
-// heights as ratios to the text height: of the message line, and of the lowest row with the buttons
+// kMessageHeight: height of the message line; kFootHeight: height of the lowest row, which contains the buttons. Both
+// are ratios to the text height.
 constexpr float kMessageHeight = 2.2f, kFootHeight = 3.2f;
 }  // namespace
 
@@ -190,7 +191,8 @@ void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char*
 }
 void page_shortcuts(OperatorState& s) {
   if (s.page != Page::kArchive && pressed(shortcut(Ask::kArchive))) s.ask(Ask::kArchive);
-  // These actions would end a running task, so they are not available during a task.
+  // The shortcuts for the checks of this computer, the tutorial and the experiments would end a running task, so they
+  // are not available during a task.
   if (!s.busy && s.page != Page::kDoctor && pressed(shortcut(Ask::kDoctor))) s.ask(Ask::kDoctor);
   if (!s.busy && pressed(shortcut(Ask::kTutorial))) s.ask(Ask::kTutorial);
   if (!s.busy && s.page != Page::kExperiment && pressed(shortcut(Ask::kExperiment))) s.ask(Ask::kExperiment);

@@ -41,7 +41,7 @@ void dim_wrapped(const std::string& text);
 /// Shortens the text with an ellipsis if it is wider than `room` (pixels). The text is cut between words if possible,
 /// and never inside a character. `width`: function that measures the width of a text.
 std::string fitted(const std::string& text, float room, const std::function<float(std::string_view)>& width);
-/// Shortens the text as fitted() above does. The width is measured with the present font.
+/// Shortens the text with an ellipsis if it is wider than `room` (pixels). The width is measured with the present font.
 std::string fitted(const std::string& text, float room);
 /// Draws one line of text, at most `room` pixels wide. If the line is shortened, its tooltip shows the full text.
 void one_line(const std::string& text, float room);
@@ -62,19 +62,19 @@ bool stop_button(const char* text, ImVec2 size);
 /// Draws a button that looks pressed while `on` is true. Returns true if it was pressed.
 bool toggle_button(const char* text, bool on, ImVec2 size);
 
-/// Colour for a score. `fraction`: ratio to the full score. The colour is red below the pass mark.
+/// Returns the colour for a score. `fraction`: ratio to the full score. The colour is red below the pass mark.
 ImVec4 score_color(double fraction, const session::PassMark& pass);
 
 /// Draws a button for a request. The request is also made by the button's shortcut, which the button shows. `main`:
 /// true draws the button as the main action of the page.
 void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char* text, ImVec2 size, bool enabled = true,
                 bool main = false);
-/// True if the shortcut was pressed in this frame.
+/// Returns true if the shortcut was pressed in this frame.
 bool pressed(const Shortcut& shortcut);
 /// Handles the shortcuts that are valid on all pages except the page of a running session.
 void page_shortcuts(OperatorState& s);
 
-/// True if the key was pressed in this frame. While a text field has the focus, keys for typing and editing are
+/// Returns true if the key was pressed in this frame. While a text field has the focus, keys for typing and editing are
 /// ignored.
 bool key(int code, bool control = false);
 

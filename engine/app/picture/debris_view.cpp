@@ -19,8 +19,9 @@ constexpr double kPressed = 0.05;     // threshold of the pedal's position, 0..1
 constexpr float kLeastShown =
     3e-5f;  // m, smallest drawn diameter; a smaller particle is drawn with this diameter, but fainter
 // The finest chips are drawn as mist: large and transparent. The values must equal those in shaders/debris.comp.
-constexpr float kMistChip = 12e-6f;  // m, radius below which a chip is drawn as mist
-constexpr int kLumps = 8;            // number of cuts whose chips are created together if the CPU draws the pictures
+constexpr float kMistChip = 12e-6f;  // m, radius; a smaller chip is drawn as mist
+// number of cuts whose chips are created together if the CPU draws the pictures (software rendering)
+constexpr int kLumps = 8;
 constexpr float kMistWidth = 2.5f, kMistOpacity = 0.16f;
 
 }  // namespace

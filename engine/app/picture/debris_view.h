@@ -39,7 +39,7 @@ struct WaterPlan {
 /// Returns the water of a scene. `around`: the scene's surroundings.
 WaterPlan water_of(const Scene& scene, const Surroundings& around);
 
-/// Mass balance of chips, droplets and film, kg. Masses that only the GPU knows are NaN.
+/// Mass balance (kg) of chips, droplets and film. Masses that only the GPU knows are NaN.
 struct DebrisBalance {
   debris::DebrisLedger chips;
   std::optional<debris::SprayLedger> spray;  // empty if there are no nozzles
@@ -74,13 +74,14 @@ class DebrisView {
   bool spraying() const { return spraying_; }
   bool has_spray() const { return water_.has_value(); }
   void step(double dt);
-  /// The picture of the film for PictureStage::show_film; null without nozzles.
+  /// Returns the picture of the film for PictureStage::show_film; null without nozzles.
   const FilmPicture* film() const { return water_ ? &water_->picture : nullptr; }
-  /// Adds to `work` the counts since the last call.
+  /// Adds to `work` the counts of computed droplets, film cells and texels since the last call.
   void count(WorkCounts& work);
-  /// The particles on the GPU, for render::Frame. Null if the CPU moves the particles; then particles() returns them.
+  /// Returns the particles on the GPU, for render::Frame. Null if the CPU moves the particles; then particles() returns
+  /// them.
   render::ParticleCloud* cloud() { return cloud_ ? &*cloud_ : nullptr; }
-  /// The particles in the renderer's format. The span is valid until the next call.
+  /// Returns the particles in the renderer's format. The span is valid until the next call.
   std::span<const render::Particle> particles();
   std::size_t alive() const { return cloud_ ? cloud_->alive() : debris_.alive(); }
   /// Creates the chips of the waiting cuts and returns the mass balance. Call it at the end of the session. Masses that
@@ -96,13 +97,13 @@ class DebrisView {
     debris::SpraySource source;
     bool bur = false;        // true: the bur is the source of the spray, and `source` is valid
     double since_shown = 0;  // s, time since the film's picture was last updated
-    // uncut: pose of the head at the last cut, if the cut is not yet applied to the field; cut_at: pose of the head at
-    // the last cut that was applied
+    // uncut: pose of the head at the last cut, if this cut is not yet applied to the water's distance field; cut_at:
+    // pose of the head at the last cut that was applied
     std::optional<Pose> uncut, cut_at;
     std::optional<std::uint32_t> tool;  // number of the tool for which `head` and `reach` were computed
     haptics::HeadField head;
     double reach = 0;                                   // m, distance from the head's centre to its farthest point
-    std::uint64_t droplets = 0, cells = 0, texels = 0;  // counts at the last call of count()
+    std::uint64_t droplets = 0, cells = 0, texels = 0;  // values of the three counters at the last call of count()
   };
   void carve(const Cut& cut, const haptics::Tool& tool);
   void carve_pending();

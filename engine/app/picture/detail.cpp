@@ -5,7 +5,7 @@
 namespace typodont {
 
 namespace {
-// threshold: the tooth is meshed again if the ratio between new and old tolerance is larger
+// ratio between new and old tolerance; the tooth is meshed again if the ratio is larger than this
 constexpr float kStep = 1.3f;
 }  // namespace
 

@@ -7,12 +7,14 @@
 
 namespace typodont {
 
-/// Width of a pixel of an eye's picture on this rig's screen, m.
+/// Returns the width (m) of a pixel of an eye's picture on this rig's screen.
 double screen_pixel(const display::DisplayRig& rig);
 
-/// Tolerance of the mesh in voxels if a pixel has the width `pixel` (m). An upper limit preserves the shapes.
+/// Returns the tolerance (voxels) of the tooth's mesh if a pixel has the width `pixel` (m). An upper limit preserves
+/// the shapes.
 float surface_tolerance(double pixel, double voxel, const render::Quality& quality);
-/// Tolerance of the mesh in voxels, computed from the pixels of this rig's screen. It is used before the first picture.
+/// Returns the tolerance (voxels) of the tooth's mesh, computed from the pixels of this rig's screen. It is used before
+/// the first picture.
 float surface_tolerance(const display::DisplayRig& rig, double voxel,
                         const render::Quality& quality = render::kQualityLadder.front());
 
@@ -23,11 +25,11 @@ class Detail {
   Detail(float tolerance, double voxel) : tolerance_(tolerance), voxel_(voxel) {}
   /// `pixel`: m, value of render::FrameStats::pixel; 0 if it is unknown. Returns true if the tolerance changed.
   bool follow(double pixel, const render::Quality& quality);
-  float tolerance() const { return tolerance_; }  // voxels
+  float tolerance() const { return tolerance_; }  // returns the tolerance of the mesh, voxels
 
  private:
   float tolerance_;
-  double voxel_;  // m, voxel size
+  double voxel_;  // m, voxel size of the tissue
 };
 
 }  // namespace typodont

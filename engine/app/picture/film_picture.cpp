@@ -38,8 +38,8 @@ render::FilmTexel texel_of(const debris::FilmCell& cell) {
           .blood = byte(solids > 0 ? blood / solids : 0)};
 }
 
-/// True if two texels look different. The colours of the solids are compared only as far as the solids cover the
-/// surface.
+/// Returns true if two texels of the film look different. The colours of the solids are compared only as far as the
+/// solids cover the surface.
 bool differ(const render::FilmTexel& a, const render::FilmTexel& b) {
   const auto apart = [](std::uint8_t x, std::uint8_t y) { return std::abs(int{x} - int{y}); };
   const int cover = std::max(a.cover, b.cover);

@@ -20,14 +20,15 @@ class LabelBlocks {
   void forget();
   /// Loads the blocks that contain the voxels from low to high.
   void look_at(const haptics::TissueVolume& volume, const glm::ivec3& low, const glm::ivec3& high);
-  /// Origin of the coordinates that at() expects, in voxels. Within the loaded blocks, these coordinates are positive.
+  /// Returns the origin (voxels) of the coordinates that at() expects. Within the loaded blocks, these coordinates are
+  /// positive.
   const glm::ivec3& origin() const { return origin_; }
   Tissue at(const glm::ivec3& i) const {
     const glm::ivec3 b(i.x >> kShift, i.y >> kShift, i.z >> kShift), in(i.x & kMask, i.y & kMask, i.z & kMask);
     return (*around_[static_cast<std::size_t>((b.x * count_.y + b.y) * count_.z + b.z)])[static_cast<std::size_t>(
         in.x << 2 * kShift | in.y << kShift | in.z)];
   }
-  /// The tissue that all loaded blocks contain besides air. Air if they contain several tissues, or only air.
+  /// Returns the tissue that all loaded blocks contain besides air. Air if they contain several tissues, or only air.
   Tissue only() const { return only_; }
 
  private:

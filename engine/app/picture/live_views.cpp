@@ -23,7 +23,8 @@ constexpr Nanos kGiveFor = 4'000'000;
 constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
 // ns, time between two copies of the tissue; a copy blocks the carver for some milliseconds
 constexpr Nanos kBodiesInterval = 120'000'000;
-constexpr int kNice = 5;  // niceness of the thread; servo and picture have a higher priority
+// niceness (scheduling priority) of the computing thread; servo and picture have a higher priority
+constexpr int kNice = 5;
 // m, limit of the distance from the ideal up to which differences are computed
 constexpr double kDifferenceReach = 3e-3;
 constexpr std::size_t kMostUnexplored = 600'000;  // limit of the number of ticks that wait for evaluation: ten minutes

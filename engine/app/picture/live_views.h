@@ -47,9 +47,9 @@ class LiveViews {
   /// Passes new data to the pictures, for at most a few milliseconds. Call it once per pass of the drawing loop.
   /// Returns true if a picture received data.
   bool advance();
-  /// True while the computing thread works for this picture.
+  /// Returns true while the computing thread works for this picture.
   bool making(Eyes eyes) const;
-  /// True if the computing thread has been started.
+  /// Returns true if the computing thread has been started.
   bool started() const { return thread_.joinable(); }
 
   /// tissues(): the tissues in the scene, one bit for each. middle(): m, frame W, middle of the tooth.
@@ -58,11 +58,12 @@ class LiveViews {
   bool has_surroundings() const { return !around_.meshes.empty(); }
   const dvec3& middle() const { return middle_W_; }
 
-  /// Result of the last evaluation of the tissue; empty before the first one. Its member `hand` is set by the caller.
+  /// Returns the result of the last evaluation of the tissue; empty before the first one. Its member `hand` is set by
+  /// the caller.
   const std::optional<session::ScoreInput>& judged() const { return judged_; }
-  /// True after the first evaluation, or if no evaluation is possible.
+  /// Returns true after the first evaluation of the tissue, or if no evaluation is possible.
   bool score_known() const { return judged_ || !judging_; }
-  /// True if the score includes the latest cuts.
+  /// Returns true if the score includes the latest cuts.
   bool score_current() const { return !judging_ || (judged_ && judged_version_ == wiring_.tissue_version); }
   /// Adds a tick to the evaluation of an exploration task.
   void explore(const ServoTick& tick);
@@ -76,7 +77,7 @@ class LiveViews {
     /// number of the stage (PictureStage) that draws this picture; it increases when the picture gets a new stage
     int stage = 0;
     bool operator==(const Wish&) const = default;
-    /// True if the Look of the picture shows bodies besides the bricks of the tooth's surface.
+    /// Returns true if the Look of the picture shows bodies besides the bricks of the tooth's surface.
     bool needs_bodies() const;
   };
   struct Body {
@@ -93,7 +94,7 @@ class LiveViews {
     Look look;
     /// the Look (settings of the picture) that was requested from the computing thread
     Wish wish;
-    bool made = true;                    // true: the computing thread has answered the request
+    bool made = true;                    // true: the computing thread has answered the request for this Look
     int stages = 0;                      // number of stages (PictureStage) that have drawn the picture so far
     bool replaced = false;               // true: another body replaces the tooth's own bricks, so these are hidden
     std::vector<std::uint64_t> pending;  // bricks that were not yet passed to the picture

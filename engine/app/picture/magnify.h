@@ -1,4 +1,4 @@
-// Magnifies the picture of the work.
+// Magnifies the picture of the work: moves screen and eyes, so that the user sees the tissue larger.
 #pragma once
 
 #include "engine/display/display_rig.h"

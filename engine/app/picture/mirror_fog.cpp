@@ -7,8 +7,8 @@ namespace typodont {
 
 namespace {
 
-/// True if the bur's water jet hits the mirror glass: the bur is in front of the glass, at a distance of at most
-/// `reach` (m).
+/// Returns true if the bur's water jet hits the mirror's glass: the bur is in front of the glass, at a distance of at
+/// most `reach` (m).
 bool rinsed(const MouthMirror& mirror, const dvec3& p_WT, double reach) {
   const dvec3 from = inverse(mirror.X_WM) * p_WT;
   return from.z > 0 && from.z < reach && std::hypot(from.x, from.y) < 0.5 * mirror.diameter;
@@ -28,7 +28,8 @@ void MirrorFog::advance(double dt, const MouthMirror& mirror, const MirrorAir& a
     up += air.water / (law_.mist_time * (1 + away) * (1 + away));
     if (rinsed(mirror, air.p_WT, law_.rinse_reach)) down += air.water / law_.rinse_time;
   }
-  // solves the differential equation d fog/dt = up (1 − fog) − down fog for constant rates
+  // Solves the differential equation d fog/dt = up (1 − fog) − down fog for constant rates `up` (fogging) and `down`
+  // (clearing), 1/s.
   const double rate = up + down, balance = up / rate;
   fog_ = balance + (fog_ - balance) * std::exp(-rate * dt);
 }

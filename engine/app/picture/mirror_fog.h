@@ -39,8 +39,8 @@ class MirrorFog {
   /// Advances the fog by `dt` seconds. The result does not depend on the length of the steps. A mirror with diameter 0
   /// is absent, and counts as outside the mouth.
   void advance(double dt, const MouthMirror& mirror, const MirrorAir& air);
-  /// Fog from 0 (clear) to 1 (opaque). It is rounded to 1/64, so that a slow change does not redraw the glass in each
-  /// frame.
+  /// Returns the fog from 0 (clear) to 1 (opaque). It is rounded to 1/64, so that a slow change does not redraw the
+  /// glass in each frame.
   double fog() const;
 
  private:

@@ -56,8 +56,8 @@ void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& 
   }
 }
 
-/// True if the light that bodies exchange need not be computed again. A small motion of the lamp, which moves with the
-/// user, is ignored.
+/// Returns true if the light that bodies exchange need not be computed again, because the lamps differ only by a small
+/// motion with the user.
 bool same_light(const render::Lights& a, const render::Lights& b) {
   const double near = std::cos(0.5 * kDegree);
   const auto close = [&](const dvec3& p, const dvec3& q) {
@@ -71,7 +71,7 @@ bool same_light(const render::Lights& a, const render::Lights& b) {
 
 bool looks_same(const Pose& a, const Pose& b) {
   const dquat turn = a.R * (glm::dot(a.R, b.R) < 0 ? -1.0 : 1.0) - b.R;
-  // tolerance of the position: m; tolerance of half the angle: rad
+  // The tolerances are 1e-7 m for the position, and 2.5e-6 rad for half the angle.
   return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;
 }
 
@@ -94,7 +94,8 @@ std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics
   const bool grows =
       std::any_of(tools.begin(), tools.end(), [](const haptics::Tool& tool) { return tool.fill != Tissue::kAir; });
   if (grows || !scene.resume.empty()) return std::nullopt;
-  glm::ivec3 lo, hi;  // bounds of the tissue and of its band
+  // voxels, bounds of the tissue and of its band (the samples near the surface that store distances)
+  glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   return render::BoxInWorld{tissue.frame().to_world(dvec3(lo)), tissue.frame().to_world(dvec3(hi))};
 }
@@ -455,7 +456,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
         compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(), output_->first_row(),
                             device_.processor && !uncovered ? &changed : nullptr, huds);
     if (!target->memory.first)
-      // One render pass per layer of a screen. A target in memory is composed without a render pass.
+      // Counts one render pass for each layer of a screen. A target in memory is composed without a render pass.
       stats.passes += static_cast<int>(target->layers.size());
     ring_.submit(device_, target->ready, target->done);
     // Time until the frame is visible. It consists of recording and submission on the CPU, drawing on the GPU, and half

@@ -40,10 +40,10 @@ struct DrawnTool {
 /// with the axis. Throws Error.
 DrawnTool drawn_tool(const haptics::Tool& tool, const haptics::Spindle& spindle, const HandpieceView& view,
                      bool placed = false);
-/// True if this tool is an implant or screw that has been placed at this tick.
+/// Returns true if the tool is an implant or screw that has been placed in the bone at this tick.
 bool is_placed(const haptics::Tool& tool, const ServoTick& tick);
-/// Speed at which the drawn tool rotates about its z axis, rad/s. Right-handed threads turn clockwise, as seen from the
-/// shank, when they enter.
+/// Returns the speed (rad/s) at which the drawn tool rotates about its z axis. Right-handed threads turn clockwise, as
+/// seen from the shank, when they enter.
 double drawn_spin(const haptics::Tool& tool, double spindle);
 
 /// Gives the meshes of the surroundings to the renderer. `coarse`: true chooses the coarse meshes.
@@ -56,7 +56,8 @@ std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics
 /// Adds the statistics of a frame to the work counts.
 void count_frame(const render::FrameStats& stats, WorkCounts& work);
 
-/// True if the difference between the poses is invisible: at most a hundredth of a pixel at the tool.
+/// Returns true if the difference between the two poses of the tool is invisible: at most a hundredth of a pixel at the
+/// tool.
 bool looks_same(const Pose& a, const Pose& b);
 
 class PictureStage {
@@ -107,7 +108,7 @@ class PictureStage {
     section_ = section;
   }
   render::View view() const { return view_; }
-  /// Shows or hides the tool.
+  /// Shows or hides the tool in the picture.
   void show_tool(bool shown) { options_.tool = shown; }
   /// Uses the screen and the head of this rig from the next frame on.
   void look_from(const display::DisplayRig& rig);
@@ -120,10 +121,10 @@ class PictureStage {
   render::FrameStats draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
                           const std::string& hint = "");
 
-  /// True if something inside the box may be visible in the next frame. An empty `box` means the whole space.
+  /// Returns true if something inside the box may be visible in the next frame. An empty `box` means the whole space.
   bool in_sight(const std::optional<render::BoxInWorld>& box) const;
 
-  /// The pictures of both eyes, in the image layout for shaders.
+  /// Returns the pictures of both eyes, in the image layout for shaders.
   const gpu::Image& pictures() const { return renderer_->pictures(); }
   /// Sets the size of the pictures in pixels. The rig's panel gets the same aspect ratio. Call it only on an embedded
   /// stage. Returns true if the size changed.
@@ -133,17 +134,17 @@ class PictureStage {
   void set_quality(const render::Quality& quality);
   const render::Quality& quality() const { return options_.quality; }
 
-  /// The triangles of the drawn tool without its handpiece.
+  /// Returns the triangles of the drawn tool without its handpiece.
   render::ToolMesh tool_triangles() const;
   render::Lights lights() const { return look().lights; }
 
-  /// The picture of one eye in the last frame (0 left, 1 right), without text.
+  /// Returns the picture of one eye in the last frame (0 left, 1 right), without text.
   render::Picture eye(int index);
   /// Draws the text of the last frame over an eye's picture. The picture may have any size.
   void write_over(render::Picture& picture) const;
-  /// The text of the last frame.
+  /// Returns the text of the last frame.
   const display::Hud& hud() const { return hud_; }
-  /// The content of the screen after the last frame.
+  /// Returns the content of the screen after the last frame.
   render::Picture screen();
 
   /// Measured times of the last frame.
@@ -151,17 +152,18 @@ class PictureStage {
     double record = 0;  // s, time of preparation and submission on the CPU
     double gpu = 0;     // s, GPU time of the latest finished frame
     double shown = 0;   // s, estimated time from the start of draw() to the middle of the screen's next refresh
-    /// The larger one of CPU time and GPU time. The wait for the screen is not included.
+    /// Returns the larger one of CPU time and GPU time (s) of a frame. The wait for the screen is not included.
     double cost() const { return gpu > record ? gpu : record; }
   };
   const Timing& timing() const { return timing_; }
-  /// True if the tool did not move between the last two calls of draw().
+  /// Returns true if the tool did not move between the last two calls of draw().
   bool tool_at_rest() const { return at_rest_; }
 
-  /// Number of packets from the head tracker that were accepted and dropped; empty if the rig has no head tracker.
+  /// Returns the numbers of packets from the head tracker that were accepted and dropped; empty if the rig has no head
+  /// tracker.
   std::optional<display::HeadTracker::Stats> tracker_stats() const;
 
-  /// The window or memory in which the screen is composed. An embedded stage has none.
+  /// Returns the window or memory in which the screen is composed. An embedded stage has none.
   display::Output& output() { return *output_; }
   const display::DisplayRig& rig() const { return rig_; }
   gpu::Device& device() { return device_; }

@@ -19,9 +19,10 @@ class QualityLadder {
   /// up to twice as long, so the quality is raised only if a frame leaves enough time for it.
   static QualityLadder for_processor() { return QualityLadder(kSlow, 1.0 / 75, 3); }
   const render::Quality& step() const { return render::kQualityLadder[step_]; }
-  int place() const { return static_cast<int>(step_); }  // number of the present level; 0 is the best
+  // returns the number of the present quality level; 0 is the best
+  int place() const { return static_cast<int>(step_); }
   int changes() const { return changes_; }
-  double slow() const { return slow_; }  // s, time of a frame above which the quality is lowered
+  double slow() const { return slow_; }  // returns the time (s) of a frame above which the quality is lowered
   /// Evaluates the time of a frame. Returns true if the level changed. Call it only for frames that were drawn.
   bool frame_took(double seconds) {
     // The first frames of a level are ignored, because they include the creation of its pipelines.
@@ -41,7 +42,7 @@ class QualityLadder {
  private:
   static constexpr double kSlow = 1.0 / 33;  // s, default of the time of a frame above which the quality is lowered
   static constexpr int kFresh = 2, kHurry = 4, kSettled = 12, kTrial = 240, kFirstPatience = 60,
-                       /// number of frames: largest wait before the quality is raised
+                       /// number of frames: longest wait before the quality is raised again
       kMostPatience = 7200;
 
   bool go(std::size_t step, bool up) {

@@ -10,10 +10,10 @@ namespace typodont {
 
 namespace {
 
-// ratio: the radius in which a point of the gum moves vertices, to the distance between two points of the gum
+// radius in which a point of the gum moves the vertices, as a ratio to the distance between two points of the gum
 constexpr double kReach = 1.7;
 constexpr float kEdge = 0.3e-3f;    // m, triangles with longer edges are divided where the gum can move
-constexpr int kSplits = 4;          // limit of the number of times that an edge is halved
+constexpr int kSplits = 4;          // largest number of times that an edge of the gum's triangles is halved
 constexpr double kGrowth = 30e-6;   // m, a wet patch is drawn again after its radius has grown by this length
 constexpr float kOpaque = 0.95f;    // opacity of the blood in the middle of a patch of blood, 0..1
 constexpr double kRimWidth = 0.22;  // ratio: width of the rim of a patch of blood to the radius of the patch
@@ -126,7 +126,8 @@ void SoftGumView::add_brick(const SurroundingMesh& mesh, const render::MeshUpdat
     double sum = 0;
     dvec3 slope(0);
     near_points(mesh.origin + dvec3(vertex.p), [&](std::uint32_t point, const dvec3& off) {
-      // the normals are opposite, so the vertex is on the other side of a thin layer
+      // The normals of point and vertex are opposite, so the vertex lies on the far side of a thin layer of gum, which
+      // the point does not move.
       if (glm::dot(surface_->points()[point].n_W, dvec3(vertex.n)) < 0) return;
       const double inside = 1 - glm::dot(off, off) / (reach * reach);
       const dvec3 change = 4 * inside / (reach * reach) * off;
@@ -194,7 +195,7 @@ void SoftGumView::follow(Nanos t) {
   changed_.clear();
 }
 
-/// Opacity of the blood at a point of the undeformed surface. The rim of a patch of blood is uneven.
+/// Returns the opacity of the blood (0..1) at a point of the undeformed surface. The rim of a patch of blood is uneven.
 float SoftGumView::blood_at(const dvec3& p_W) const {
   double most = 0;
   for (const Wound& wound : wounds_) {
@@ -233,7 +234,7 @@ void SoftGumView::make(std::size_t index) {
     vertex.p += moved;
     vertex.n = glm::normalize(vertex.n + slope - glm::dot(slope, vertex.n) * vertex.n);
     if (blood > 0) {
-      vertex.under = Tissue::kPulp;  // this tissue is drawn in the colour of blood
+      vertex.under = Tissue::kPulp;  // the tissue "pulp" is drawn in the colour of blood
       vertex.shows = std::max(vertex.shows, kOpaque * blood);
     }
   }

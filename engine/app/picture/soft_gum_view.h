@@ -38,15 +38,15 @@ class SoftGumView {
   void follow(Nanos t);
 
   std::span<const Brick> bricks() const { return bricks_; }
-  /// A number that increases whenever a brick changes.
+  /// Returns a number that increases whenever a brick changes.
   std::uint64_t version() const { return version_; }
 
  private:
   /// The influence of one point of the gum on one vertex.
   struct Influence {
     std::uint32_t point = 0;
-    float part = 0;      // weight of the point, 0..1
-    glm::vec3 slope{0};  // 1/m, gradient of the weight
+    float part = 0;      // 0..1, weight with which the point's displacement moves the vertex
+    glm::vec3 slope{0};  // 1/m, gradient of `part` (the weight) over the position of the vertex
   };
   /// The undeformed form of a brick, with triangles that are small enough to show a dent.
   struct Rest {

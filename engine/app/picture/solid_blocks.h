@@ -17,7 +17,7 @@ class SolidBlocks {
     blocks_.clear();
     last_ = nullptr;
   }
-  /// True if the sample lies in tissue. All calls after forget() must have the same `volume`.
+  /// Returns true if the sample lies in tissue. All calls after forget() must have the same `volume`.
   bool solid(const haptics::TissueVolume& volume, const glm::ivec3& voxel) {
     const glm::ivec3 key = voxel >> 3, in = voxel & 7;
     if (!last_ || key != last_key_) {

@@ -81,7 +81,7 @@ std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume
             for (int z = -1; z <= 1; ++z)
               if (left(field.tissue(p + h * dvec3(x, y, z))))
                 fraction += (x ? 1 : 2) * (y ? 1 : 2) * (z ? 1 : 2) / 64.0;
-        // Outside the tissue, only few samples have labels. So the distance to the whole tissue is used there.
+        // Outside the tissue, only few samples have labels. So the distance to all tissues together is used there.
         return std::max(whole, fraction > 0.999 ? -h : (0.5 - fraction) * 2 * h);
       },
       [&](const dvec3& p) {

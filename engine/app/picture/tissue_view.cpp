@@ -73,10 +73,12 @@ constexpr int kSearchDepth = 14;
 // near.
 constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
-    32;  // number of bricks per update; they take some milliseconds, so that new patches for the servo are not delayed
+    // number of bricks that one update meshes again; they take some milliseconds, so that new patches for the servo are
+    // not delayed
+    32;
 
-/// Depth to which light shows what lies inside a tissue, m. The colours of dentin and caries are visible through
-/// enamel, and the colour of pulp through thin dentin.
+/// Returns the depth in m from which the colour of an inner tissue is visible through this tissue. The colours of
+/// dentin and caries are visible through enamel, and the colour of pulp through thin dentin.
 constexpr double translucency_depth(Tissue tissue) {
   switch (tissue) {
     case Tissue::kEnamel:
@@ -100,9 +102,9 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   const haptics::NaturalSurface* const natural = volume.natural_surface().get();
   const dvec3& origin = volume.frame().origin;
   const double voxel = volume.frame().voxel;
-  // voxels, distance between two test points along the path into the tissue; a gap in the tissue is usually wider
+  // voxels, distance between two test points on a line into the tissue; it is smaller than a usual gap in the tissue
   constexpr float kProbe = 3.5f;
-  constexpr float kBeside = 2;  // voxels, distance of further test points from this path
+  constexpr float kBeside = 2;  // voxels, distance of the four further test points from the line into the tissue
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
   for (render::Vertex& v : update.vertices) {
     if (!translucent(v.tissue[0]) && !translucent(v.tissue[1])) continue;
@@ -143,7 +145,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   if (update.vertices.empty()) return;
   find_cuts_and_edges(volume, update);
   // Finds the range of voxels whose labels are needed: below the vertices, and a little around them.
-  const auto reach_of = [&](const render::Vertex& v) {  // result in voxels
+  // returns the depth (voxels) below the vertex to which labels are needed
+  const auto reach_of = [&](const render::Vertex& v) {
     return static_cast<float>(std::min(translucency_depth(own(v)) / voxel, static_cast<double>(kSearchDepth)));
   };
   glm::vec3 low(update.vertices.front().p), high(low);
@@ -183,7 +186,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     }
     const float reach = reach_of(v);
     if (reach == 0) continue;
-    // Within the loaded labels all coordinates are positive, so the conversion to integers rounds down.
+    // Within the loaded blocks of labels, all coordinates are positive, so the conversion to integers rounds down.
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
     const auto seen_at = [&](float way) { return labels_.at(glm::ivec3(start + way * inward)); };
     const Tissue outside = own(v);

@@ -46,15 +46,15 @@ class TissueView {
   /// Returns all bricks in the first call, and later the bricks that have changed since the last call. Positions are in
   /// m from the volume's origin.
   std::vector<render::MeshUpdate> update(haptics::TissueVolume& volume);
-  /// Returns the bricks as update() above does, for the tissue of a carver. If this tissue is a mesh, its own triangles
-  /// are used.
+  /// Returns all bricks in the first call, and later the changed bricks, for the tissue of a carver. If this tissue is
+  /// a mesh, its own triangles are used.
   std::vector<render::MeshUpdate> update(haptics::Carver& carver);
 
   /// Sets another tolerance. Each later call of update() meshes some of the existing bricks again.
   void set_tolerance(float tolerance);
   float tolerance() const { return tolerance_; }
 
-  /// The mesher that meshes the distance field; empty if all tissues so far were meshes.
+  /// Returns the mesher that meshes the distance field; empty if all tissues so far were meshes.
   const surface::SurfaceMesher& mesher() const { return mesher_; }
 
  private:

@@ -28,9 +28,9 @@ constexpr double kCanalReach = 25e-3;  // m, distance from the implant within wh
 constexpr double kGrid = 1e-3;
 constexpr double kBelowCrest = 0.5e-3;  // m, depth of a proposed platform below the top of the ridge
 constexpr double kRidge = 10e-3;        // m, radius of the region in which the direction of the arch is estimated
-constexpr double kOutline = 0.8;        // pixels, half the width of an outline
+constexpr double kOutline = 0.8;        // pixels, half the width of the outlines of implant and canals in a section
 
-/// The distance between the surfaces of a nerve canal and of the planned implant, m.
+/// Returns the distance (m) between the surfaces of a nerve canal and of the planned implant.
 double canal_distance(const NerveCanal& canal, const session::ImplantPlan& plan) {
   return plan.cylinder().distance(canal.path_W) - canal.radius;
 }
@@ -186,8 +186,8 @@ session::ImplantPlan ImplantPlanner::proposal(const ImplantProcedure& procedure)
         near_tooth = tissue_.is_tooth(p_W);
         return !near_tooth;
       });
-      // The fraction of the implant's surface that lies in bone is most important. If it is equal, the distances to
-      // canal and teeth decide.
+      // The fraction of the implant's surface that lies in bone is most important. If this fraction is equal for two
+      // positions, the distances to canal and teeth decide.
       const double margin = std::clamp(clearance / procedure.canal_margin, 0.0, 1.0);
       const double middle = glm::length(dvec2(x, y) - 0.5 * dvec2(lo + hi)) / glm::length(dvec2(hi - lo));
       const double value =

@@ -33,10 +33,10 @@ std::vector<ImplantProcedure> implant_procedures();
 /// Throws Error.
 ImplantProcedure read_procedure(const std::string& path, const ScenePlace& place);
 
-/// The procedure of the scene's implant exercise; empty if the scene has none. Throws Error.
+/// Returns the procedure of the scene's implant exercise; empty if the scene has none. Throws Error.
 std::optional<ImplantProcedure> procedure_of(const Scene& scene);
 
-/// Class of the scene's bone, "I" to "IV"; empty if the scene's tissue is not of the kind "bone".
+/// Returns the class of the scene's bone, "I" to "IV"; empty if the scene's tissue is not of the kind "bone".
 std::string bone_class_of(const Scene& scene);
 /// Returns a copy of the scene with bone of another class. Throws Error if the scene's tissue is not of the kind
 /// "bone", or if there is no class of this name.
@@ -61,8 +61,9 @@ struct SectionPlane {
   dvec3 center_W{0};
   /// unit vectors to the right and up in the picture, frame W; perpendicular to each other
   dvec3 right_W{1, 0, 0}, up_W{0, 0, 1};
-  double width = 0, height = 0;  // m, size of the rectangle
-  /// `fraction`: position as fractions of width and height from the top left corner
+  double width = 0, height = 0;  // m, width and height of the rectangle
+  /// Returns the point (m, frame W) at a position of the picture. `fraction`: position as fractions of width and height
+  /// from the top left corner.
   dvec3 at(const dvec2& fraction) const {
     return center_W + (fraction.x - 0.5) * width * right_W + (0.5 - fraction.y) * height * up_W;
   }
@@ -77,10 +78,10 @@ class ImplantPlanner {
 
   const Scene& scene() const { return scene_; }
   const haptics::TissueVolume& volume() const { return volume_; }
-  /// The nerve canals. They are listed in the scene, or found in its tissue.
+  /// Returns the nerve canals. They are listed in the scene, or found in its tissue.
   const std::vector<NerveCanal>& canals() const { return canals_; }
-  /// The nerve canal that is nearest to the plan, limited to 25 mm around the implant. It has no points if no canal is
-  /// near.
+  /// Returns the part of the nearest nerve canal that lies within 25 mm around the planned implant. It has no points if
+  /// no canal is near.
   NerveCanal canal_near(const session::ImplantPlan& plan) const;
 
   /// If the scene has a plan, returns this plan with the procedure's implant. Otherwise proposes a vertical implant at
@@ -89,7 +90,7 @@ class ImplantPlanner {
   session::ImplantPlan proposal(const ImplantProcedure& procedure) const;
   PlanFindings findings(const session::ImplantPlan& plan) const;
 
-  /// The planes of the three sections. The first two pass through the middle of the implant, the third near its
+  /// Returns the planes of the three sections. The first two pass through the middle of the implant, the third near its
   /// platform. `width`: m, width and height of each section.
   PlanPlanes planes(const session::ImplantPlan& plan, double width) const;
   /// Draws a section: the grey values, the outlines of implant and canals, and a red line at the depth at which the

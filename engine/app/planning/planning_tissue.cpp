@@ -15,8 +15,8 @@ namespace {
 // Hounsfield units of the tissues. They are used only for pictures and mean values.
 constexpr double kAirGrey = -1000, kSoftGrey = 50, kToothGrey = 3000, kDentinGrey = 1700, kMetalGrey = 10000;
 constexpr double kShortestCanal = 8e-3;  // m, smallest length of a piece of nerve tissue that counts as a canal
-constexpr double kSection = 2e-3;        // m, length of a section along a canal
-// ratio to the size of the median section; smaller sections are not used
+constexpr double kSection = 2e-3;        // m, length of the sections into which a nerve canal is divided
+// ratio to the size of the median section of a canal; smaller sections are not used
 constexpr double kWholeSection = 0.6;
 constexpr int kSlab = 16;  // number of samples along x that are copied at a time
 
@@ -126,7 +126,8 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
           }
         }
         if (in_bone <= 2 * in_tooth) continue;
-        piece = distances_within_piece(piece.back().first);  // distances from one end of the canal to the other
+        // The search starts again at one end of the canal, so that the distances increase to its other end.
+        piece = distances_within_piece(piece.back().first);
         // The path goes from voxel to voxel through their faces, so it can be √3 times as long as the canal. The true
         // length is computed below from the centres of the sections.
         const double per_section = kSection / frame_.voxel;
@@ -150,7 +151,8 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
           if (canal.path_W.size() > 1) length += glm::distance(canal.path_W.back(), canal.path_W.end()[-2]);
         }
         if (length < kShortestCanal) continue;
-        // Mean cross-section: the volume between the first and the last centre, divided by the length between them.
+        // The mean cross-section of the canal is the volume between the first and the last centre, divided by the
+        // length between them.
         double samples = 0;
         for (const double count : counts) samples += count >= whole ? count : 0;
         const auto used = static_cast<double>(canal.path_W.size());

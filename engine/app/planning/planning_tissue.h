@@ -23,24 +23,25 @@ class PlanningTissue {
 
   static constexpr double kMostSamples = 1e8;
 
-  /// Tissue of the sample that is nearest to the position; kAir outside the tissue.
+  /// Returns the tissue of the sample that is nearest to the position; kAir outside the tissue.
   Tissue at(const dvec3& p_W) const;
-  /// Grey value of the sample that is nearest to the position, Hounsfield units. It is the tissue's own grey value
-  /// times its hardness, and −1000 in air.
+  /// Returns the grey value (Hounsfield units) of the sample that is nearest to the position. It is the tissue's own
+  /// grey value times its hardness, and −1000 in air.
   double grey(const dvec3& p_W) const;
   bool is_bone(const dvec3& p_W) const;
   bool is_tooth(const dvec3& p_W) const;
 
-  double spacing() const { return frame_.voxel; }  // m, distance between two samples
+  double spacing() const { return frame_.voxel; }  // returns the distance (m) between two neighbouring samples
   dvec3 lo_W() const { return frame_.to_world(dvec3(0)); }
   dvec3 hi_W() const { return frame_.to_world(dvec3(size_ - 1)); }
 
-  /// The nerve canals as polylines. A canal is a connected piece of nerve tissue that lies in bone (not in a tooth) and
-  /// is at least 8 mm long. Its points are the centres of sections that are at most 2 mm apart.
+  /// Returns the nerve canals as polylines. A canal is a connected piece of nerve tissue that lies in bone (not in a
+  /// tooth) and is at least 8 mm long. Its points are the centres of sections that are at most 2 mm apart.
   std::vector<NerveCanal> canals() const;
 
  private:
-  /// Index of the sample that is nearest to the position. Outside the tissue's box, it is the number of samples.
+  /// Returns the index of the sample that is nearest to the position. Outside the tissue's box, it is the number of
+  /// samples.
   std::size_t index(const dvec3& p_W) const;
   std::size_t index(const glm::ivec3& p) const {
     return (static_cast<std::size_t>(p.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(p.y)) *

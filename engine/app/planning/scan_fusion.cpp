@@ -68,7 +68,7 @@ bool is_of_tooth(Tissue t) {
          t == Tissue::kComposite;
 }
 
-/// Colour for a distance between scan and CT: green up to 0.1 mm, yellow at 0.3 mm, red from 0.6 mm.
+/// Returns the colour for a distance between scan and CT: green up to 0.1 mm, yellow at 0.3 mm, red from 0.6 mm.
 glm::vec3 distance_color(double distance) {
   const double mm = std::abs(distance) / kMillimetre;
   const glm::vec3 good(90, 200, 120), fair(240, 210, 80), bad(230, 80, 70);

@@ -19,7 +19,7 @@
 namespace typodont {
 
 struct ScanRegistration {
-  calibration::RegistrationResult start;  // registration by the picked points
+  calibration::RegistrationResult start;  // initial registration of the scan, by the points that the user picked
   /// registration by the surfaces; its result X_DS is the pose X_CS of the scan in frame C
   calibration::SurfaceRegistration fine;
 };
@@ -48,7 +48,7 @@ class ScanFusion {
   /// Adds a picked point. `place`: position in the last picture of this side. Returns false if there is no surface at
   /// this position, or if the other side must get its point first.
   bool pick(Side side, const dvec2& place);
-  void drop_last();  // removes the point that was picked last
+  void drop_last();  // removes the point that the user picked last
   bool can_register() const {
     return points_[kScan].size() >= kLeastPairs && points_[kScan].size() == points_[kCt].size();
   }

@@ -16,8 +16,9 @@ constexpr double kMargin = 1.06;
 constexpr double kSmallestWidth = 10e-3;  // m, smallest width of the part that a section shows
 // Number of samples of a coarse preview. So many labels can be computed in about a second.
 constexpr double kCoarseSamples = 4e5;
-constexpr double kCoarseBand = 2;               // voxels, width of the band of distances that a preview needs
-constexpr double kTooth = 30e-3;                // m, threshold: a longer scan shows a jaw, not a single tooth
+// voxels, distance from the surface up to which a preview of the labels needs distances
+constexpr double kCoarseBand = 2;
+constexpr double kTooth = 30e-3;                // m, length of a scan; a longer scan shows a jaw, not a single tooth
 constexpr std::array<int, 3> kNormal{2, 1, 0};  // for each section, the axis that is perpendicular to it
 
 }  // namespace
@@ -108,7 +109,7 @@ glm::ivec3 ScanReview::walls_at(std::size_t section, const dvec3& p_F, double re
   glm::ivec3 walls(0);
   for (int a = 0; a < 3; ++a) {
     if (a == kNormal.at(section)) continue;
-    const int b = 3 - a - kNormal[section];  // the second axis in the section's plane
+    const int b = 3 - a - kNormal[section];  // index of the second axis in the section's plane
     if (p_F[b] < region_.lo[b] - reach || p_F[b] > region_.hi[b] + reach) continue;
     const double from_lo = std::abs(p_F[a] - region_.lo[a]), from_hi = std::abs(p_F[a] - region_.hi[a]);
     if (std::min(from_lo, from_hi) <= reach) walls[a] = from_lo < from_hi ? -1 : 1;

@@ -44,14 +44,14 @@ class ScanReview {
   void look_at(const dvec3& p_F);
   /// Moves the crosshair by `slices` voxels perpendicular to the section.
   void scroll(std::size_t section, int slices);
-  /// Width of the shown part of each section, m: from 10 mm to the size of the whole scan. After a change, the
-  /// crosshair is in the middle of each section.
+  /// Returns the width of the shown part of each section, m: from 10 mm to the size of the whole scan. After a change,
+  /// the crosshair is in the middle of each section.
   double width() const { return width_; }
   double whole_width() const { return whole_; }
   void set_width(double width);
   ScanPlanes planes() const;
-  /// The letters at the left and right edge of a section, which name the patient's sides: R and L, or A and P. Empty if
-  /// the scan does not state the orientation of its coordinates.
+  /// Returns the letters at the left and right edge of a section, which name the patient's sides: R and L, or A and P.
+  /// Empty if the scan does not state the orientation of its coordinates.
   std::array<std::string_view, 2> sides(std::size_t section) const;
 
   // Functions for the region of the scan that will be imported.
@@ -68,8 +68,8 @@ class ScanReview {
   // Functions for the labels of the region.
   haptics::ImportPreset preset() const { return preset_; }
   void set_preset(haptics::ImportPreset preset);
-  /// Requests labels with the scan's own voxel size. After the user has dragged a face, they are requested
-  /// automatically.
+  /// Requests full labels, with the scan's own voxel size. After the user has dragged a face of the region, full labels
+  /// are requested automatically.
   void want_full() { full_wanted_ = true; }
   /// Returns the labels that should be computed next, if any are missing. Coarse labels come before full labels.
   std::optional<LabelRequest> request() const;
@@ -80,12 +80,12 @@ class ScanReview {
   /// present region.
   void give_up(const LabelRequest& request);
   LabelDetail detail() const { return detail_; }
-  /// True if the labels belong to the present region and preset.
+  /// Returns true if the labels belong to the present region and preset.
   bool current() const { return detail_ != LabelDetail::kNone && labels_revision_ == revision_; }
-  /// The labels; null if none are computed yet.
+  /// Returns the labels; null if none are computed yet.
   const haptics::Imported* labels() const { return detail_ == LabelDetail::kNone ? nullptr : &labels_; }
-  const PerTissue& volumes() const { return volumes_; }  // m³, volume of each tissue
-  /// Options for importing the region with full labels.
+  const PerTissue& volumes() const { return volumes_; }  // returns the volume (m³) of each tissue
+  /// Returns the options for importing the region with full labels.
   haptics::ImportOptions options() const;
 
   // Functions for corrections. A correction requires full labels of the present region.
@@ -100,13 +100,13 @@ class ScanReview {
   /// Replaces the tissue by tissue on the same sample grid, for example with the crowns of an intraoral scan. This can
   /// be undone like a correction. When the labels are computed again, the replacement is lost.
   void replace(haptics::DenseTissue tissue);
-  /// The corrections that were not undone, in order. Replaced tissue is not included.
+  /// Returns the corrections that were not undone, in order. Replaced tissue is not included.
   std::vector<haptics::Correction> corrections() const;
 
   /// Draws a section: the grey values with the colours of the labels, darker outside the region. `pixels`: width and
   /// height of the picture.
   render::Picture picture(const SectionPlane& plane, int pixels) const;
-  /// A number that increases whenever the result of picture() or planes() changes.
+  /// Returns a number that increases whenever the result of picture() or planes() changes.
   std::uint64_t changes() const { return changes_; }
 
  private:
@@ -134,7 +134,7 @@ class ScanReview {
   std::uint64_t changes_ = 0;
 };
 
-/// Colour in which the label of a tissue is drawn over the grey values, sRGB 0..255.
+/// Returns the colour in which the label of a tissue is drawn over the grey values, sRGB 0..255.
 glm::dvec3 label_color(Tissue tissue);
 
 }  // namespace typodont

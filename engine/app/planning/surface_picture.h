@@ -25,7 +25,7 @@ class SurfacePicture {
   /// Sets the view of a viewer who looks in the direction `look` (unit vector). `up`: direction that points up in the
   /// picture.
   void look_along(const dvec3& look, const dvec3& up);
-  /// Copies the view of another picture.
+  /// Copies the viewpoint of another picture, so that both show their surfaces from the same side.
   void look_like(const SurfacePicture& other);
   /// Turns the view as if the user dragged the surface. `by`: motion as fractions of the picture's width and height.
   void turn(const dvec2& by);
@@ -33,7 +33,7 @@ class SurfacePicture {
 
   /// Draws a square picture of the surface. After that, at() refers to this picture.
   render::Picture draw(int pixels);
-  /// The point of the surface that the last picture shows at `place`; empty if there is no surface.
+  /// Returns the point of the surface that the last picture shows at `place`; empty if there is no surface.
   std::optional<dvec3> at(const dvec2& place) const;
   /// The position in the picture at which the present view shows the point.
   dvec2 place_of(const dvec3& p) const;

@@ -86,7 +86,7 @@ void repeat(haptics::Carver& carver, const StrokeEdit& edit) {
 }  // namespace
 
 Scene scene_of(const session::SessionReader& session, int recordings) {
-  // limit of the number of recordings in a chain, in which each continues the one before
+  // largest number of recordings in a chain, in which each continues the one before
   constexpr int kMostRecordings = 32;
   if (recordings >= kMostRecordings)
     throw Error(session.file().string(), "scene", "recordings that name each other", "an end to them");

@@ -71,8 +71,8 @@ haptics::TissueVolume tissue_at(const session::SessionReader& session, const Sce
 haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene,
                                     haptics::TissueVolume start);
 
-/// Index of the last tick at or before the time t; if all ticks are later, of the first tick. The session must contain
-/// ticks.
+/// Returns the index of the last tick at or before the time t; if all ticks are later, of the first tick. The session
+/// must contain ticks.
 std::uint64_t place_of_tick_at(const session::SessionReader& session, Nanos t);
 ServoTick tick_at(const session::SessionReader& session, Nanos t);
 

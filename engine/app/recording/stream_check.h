@@ -20,12 +20,13 @@ class StreamCheck {
   explicit StreamCheck(const session::SessionReader& session);
 
   struct Difference {
-    std::uint64_t tick;  // index of the tick
+    std::uint64_t tick;  // index of the tick in which the difference appeared
     std::string what;    // description of the difference, for example "force at tick 12"
   };
-  /// The first difference; empty if there is none so far.
+  /// Returns the first difference; empty if there is none so far.
   const std::optional<Difference>& difference() const { return difference_; }
-  /// True if this tick can be compared. After the first gap, it cannot, because the recording lacks input of the servo.
+  /// Returns true if this tick can be compared. After the first gap, it cannot, because the recording lacks input of
+  /// the servo.
   bool covers(const ServoTick& recorded) const { return recorded.index <= last_tick_; }
 
   void volumes_at_start(const PerTissue& volumes);
@@ -41,7 +42,7 @@ class StreamCheck {
 
   const session::SessionReader& session_;
   std::uint64_t last_tick_;  // index of the last tick before the recording's first gap
-  std::uint64_t now_ = 0;    // index of the latest tick
+  std::uint64_t now_ = 0;    // index of the latest tick that was passed to tick()
   std::size_t cut_ = 0;      // index of the next recorded cut
   std::optional<Difference> difference_;
 };

@@ -46,7 +46,7 @@ const session::StreamData* SessionPlayer::stream(std::string_view name) const {
 
 namespace {
 
-/// Index of the last row at or before the time t; if all rows are later, of the first row.
+/// Returns the index of the last row at or before the time t; if all rows are later, of the first row.
 std::size_t row_at(const session::StreamData& data, Nanos t) {
   const auto after = std::upper_bound(data.t.begin(), data.t.end(), t);
   return after == data.t.begin() ? 0 : static_cast<std::size_t>(after - data.t.begin()) - 1;

@@ -36,13 +36,14 @@ class SessionPlayer {
   /// Moves to the time t, s. A move forward applies the cuts in between. A move backward undoes all strokes that end
   /// after t, and repeats the part of the earliest of them that lies before t.
   void seek(double t);
-  /// The last tick at or before the present time.
+  /// Returns the last tick at or before the present time.
   const ServoTick& tick() const { return tick_; }
-  /// The cuts that the last seek() applied when it moved forward. The picture creates chips from them.
+  /// Returns the cuts that the last seek() applied when it moved forward. The picture creates chips from them.
   std::span<const Cut> fresh_cuts() const { return fresh_; }
-  /// Pose of the second hand at the present time; empty if the session has none.
+  /// Returns the pose of the second hand at the present time; empty if the session has none.
   std::optional<OtherHand> other_hand() const;
-  /// State of water and suction at the present time. If it was not recorded, it is the state at the start of the scene.
+  /// Returns the state of water and suction at the present time. If it was not recorded, it is the state at the start
+  /// of the scene.
   WaterSwitch water() const;
   const haptics::TissueVolume& tissue() const { return carver_->volume(); }
   /// Sets the tolerance of the mesh, voxels. All bricks are then meshed again.
@@ -68,7 +69,7 @@ class SessionPlayer {
   void go_back(Nanos t);
   void go_on(Nanos t);
 
-  /// The recorded stream of this name; null if there is none.
+  /// Returns the recorded stream of this name; null if there is none.
   const session::StreamData* stream(std::string_view name) const;
 
   session::SessionReader session_;
@@ -92,7 +93,7 @@ class SessionPlayer {
 struct PlayClock {
   double begin = 0, end = 1;  // s, range of times that can be played
   double from = 0, to = 1;    // s, range of times that is repeated in a loop
-  double at = 0;              // s, present position
+  double at = 0;              // s, present time of the playback
   double speed = 1;           // ratio to the recorded speed; negative: backwards
   bool paused = false, loop = false;
   bool over = false;  // true: the playback has reached its end; never true if the range is repeated

@@ -37,7 +37,7 @@ constexpr std::size_t kMostWaiting = 1 << 16;
 constexpr std::size_t kMostAsked = 1 << 13;  // bytes, limit of the size of a reader's request
 constexpr std::size_t kMostReaders = 32;
 
-/// A socket whose calls never block.
+/// A network socket whose calls never block.
 class Socket {
  public:
   Socket() = default;
@@ -118,8 +118,8 @@ struct Reader {
   bool gone = false;
 };
 
-/// True if the origin (scheme://host[:port]) is a web page of this computer. The origin "null" is refused, because a
-/// frame in any web page can have it.
+/// Returns true if the origin (scheme://host[:port]) is a web page of this computer. The origin "null" is refused,
+/// because a frame in any web page can have it.
 bool is_local(std::string_view origin) {
   for (const std::string_view scheme : {"http://", "https://"}) {
     if (!origin.starts_with(scheme)) continue;

@@ -15,7 +15,7 @@ inline double smooth_max(double a, double b, double k) {
   return -smooth_min(-a, -b, k);
 }
 
-/// A function of x that is 0 up to a, 1 from b on, and smooth between them.
+/// Returns the value at x of a function that is 0 up to a, 1 from b on, and smooth between them.
 inline double smooth_step(double a, double b, double x) {
   const double t = std::clamp((x - a) / (b - a), 0.0, 1.0);
   return t * t * (3 - 2 * t);

@@ -8,8 +8,8 @@
 
 namespace typodont {
 
-/// Distance (m) to a solid that consists of the rubber dam's sheet and everything below it. `teeth`, `own`: m,
-/// distances to the other teeth and to the working tooth; `gap`: m, distance between the hole's edge and the working
+/// Returns the distance (m) to a solid that consists of the rubber dam's sheet and everything below it. `teeth`, `own`:
+/// m, distances to the other teeth and to the working tooth; `gap`: m, distance between the hole's edge and the working
 /// tooth.
 double dam_sheet(const Jaw& jaw, const Jaw::Place& at, double teeth, double own, double gap);
 

@@ -24,8 +24,8 @@ class Jaw {
   Place place(const dvec3& p_W) const;
   /// Additional height of the gum between two teeth (the papilla), m.
   double papilla(const Place& p) const;
-  /// Fraction of movable mucosa in the surface of the gum, 0..1. It is 1 below the mucogingival line, and small at the
-  /// gum's edge.
+  /// Returns the fraction of movable mucosa in the surface of the gum, 0..1. It is 1 below the mucogingival line, and
+  /// small at the gum's edge.
   double mucosa(const Place& p) const;
 
   /// Distances from a point to the bodies, m, negative inside. ridge(): the jaw without the collar of gum around the

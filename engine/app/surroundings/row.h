@@ -42,7 +42,7 @@ class ArchCurve {
 
 struct ToothRow {
   std::vector<RowTooth> teeth;
-  std::vector<glm::dvec2> curve;  // m, points of the curve
+  std::vector<glm::dvec2> curve;  // m, points of the curve along which the teeth stand
 };
 
 /// Reads a row of teeth (assets/jaw/lower_row.json) and the forms of its teeth. Throws Error.

@@ -36,7 +36,7 @@ constexpr double kLitAlong = 15e-3, kLitAcross = 15e-3, kLitUp = 10e-3, kLitMidd
 constexpr double kReach = 3e-3;  // m, distance from the tooth up to which its distance field is computed
 // m, overlap of the gum with the working tooth, so that no gap between them is visible
 constexpr double kGumInside = 0.4e-3;
-constexpr double kCoveredBelow = 0.6e-3;  // m, depth below the gum's edge; below it the gum hides the root
+constexpr double kCoveredBelow = 0.6e-3;  // m, depth below the gum's edge; below this depth, the gum hides the root
 // m, width over which the collar (the gum around a tooth) blends into the ridge
 constexpr double kCollarBlend = 1.0e-3;
 constexpr double kCollarFrom = 4e-3;  // m, distance from a tooth at which its collar of gum ends
@@ -138,7 +138,7 @@ struct SurroundingsShape::Impl {
              })});
   }
 
-  /// Measures half the width of the working tooth at the gum, across the arch, m.
+  /// Returns half the width (m) of the working tooth at the gum, across the arch, as measured from its volume.
   double measured_half_width() const {
     double half = 0;
     for (double v = 0; plan.gum && v < 12e-3; v += 0.1e-3)
@@ -148,12 +148,12 @@ struct SurroundingsShape::Impl {
       }
     return half;
   }
-  /// Height of the working tooth's highest point along the crown's axis, m.
+  /// Returns the height (m) of the working tooth's highest point along the crown's axis.
   double occlusal() const {
     const Box box = Box::of(tooth.low(), tooth.high(), [](const dvec3& q) { return q; });
     return glm::dot(middle, plan.crown) + 0.5 * glm::dot(glm::abs(plan.crown), box.hi - box.lo) - 0.5e-3;
   }
-  /// Depth of the working tooth's roots below the gum's edge, m.
+  /// Returns the depth (m) of the working tooth's roots below the gum's edge.
   double roots() const {
     double depth = 0;
     Box::of(tooth.low(), tooth.high(), [&](const dvec3& q) {
@@ -162,12 +162,12 @@ struct SurroundingsShape::Impl {
     });
     return depth;
   }
-  /// Depth of the point below the plane of the gum's edge, along the crown's axis, m.
+  /// Returns the depth (m) of the point below the plane of the gum's edge, along the crown's axis.
   double below_plane(const dvec3& p) const {
     return glm::dot(plan.margin - p, plan.margin_normal) / glm::dot(plan.crown, plan.margin_normal);
   }
 
-  /// Box around the working tooth. In it, gum and dam have a finer mesh.
+  /// Returns the box around the working tooth in which gum and dam have a finer mesh.
   Box near_box() const {
     const double side = plan.row ? kNear : half_width + 4e-3;
     const double along = plan.row ? kNear : plan.length / 2 + 4e-3;
@@ -180,8 +180,8 @@ struct SurroundingsShape::Impl {
     }
     return b;
   }
-  /// Box around the whole arch. It extends `side` (m) beyond the curve of the teeth and `up` (m) above the occlusal
-  /// plane.
+  /// Returns the box around the whole arch. It extends `side` (m) beyond the curve of the teeth and `up` (m) above the
+  /// occlusal plane.
   Box arch_box(double side, double up) const {
     Box b;
     const double low = glm::dot(plan.margin, plan.crown) - jaw.depth() - 2e-3;
@@ -193,7 +193,7 @@ struct SurroundingsShape::Impl {
     return b;
   }
 
-  /// Distance to the whole neighbouring tooth, including its root.
+  /// Returns the distance (m) to the whole neighbouring tooth, including its root.
   double whole(const Neighbour& n, const dvec3& p) const {
     return n.copy ? n.copy->distance(tooth, p) : n.row->distance(jaw.to_row(p));
   }
@@ -235,7 +235,7 @@ struct SurroundingsShape::Impl {
     // The space of the working tooth is cut out of the gum, so that a bur inside the tooth does not touch the gum.
     return std::max(body, -own - kGumInside);
   }
-  /// Distance to a solid that consists of the rubber dam's sheet and everything below it.
+  /// Returns the distance (m) to a solid that consists of the rubber dam's sheet and everything below it.
   double dam(const dvec3& p) const {
     const double own = tooth.distance(p);
     double teeth = 1;
@@ -258,7 +258,8 @@ bool SurroundingsShape::has_gum() const {
 double SurroundingsShape::neighbour(const dvec3& p_W) const {
   double nearest = 1.0;
   for (const Impl::Neighbour& n : impl_->neighbours) {
-    // If this lower bound of the distance exceeds the smallest distance so far, the tooth is not evaluated.
+    // `least` is a lower bound of the distance to the tooth. If it exceeds the smallest distance so far, the tooth is
+    // not evaluated.
     const double least = 0.7 * (glm::length(p_W - n.middle) - n.radius);
     if (least > kReach || least > nearest) {
       nearest = std::min(nearest, least);
@@ -379,7 +380,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   const auto everywhere = [](const dvec3&, const dvec3&) { return true; };
   const bool phantom = plan.mouth == Mouth::kPhantom;
   for (const auto& n : shape.neighbours) {
-    if (plan.dam) break;  // the sheet hides these bodies
+    if (plan.dam) break;  // the rubber dam hides the neighbouring teeth, so they are not built
     const double voxel = shape.far(n) ? kFarToothVoxel : kToothVoxel;
     const auto distance = [&](const dvec3& p) { return shape.neighbour(n, p); };
     add(

@@ -27,13 +27,13 @@ class SurroundingsShape {
 
   bool has_neighbours() const;
   bool has_gum() const;
-  double neighbour(const dvec3& p_W) const;  // distance to the nearest neighbouring tooth
+  double neighbour(const dvec3& p_W) const;  // returns the distance (m) to the nearest neighbouring tooth
   double gum(const dvec3& p_W) const;
-  double tooth(const dvec3& p_W) const;  // distance to the uncut working tooth
-  // Distance to a solid that consists of the rubber dam's sheet and everything below it.
+  double tooth(const dvec3& p_W) const;  // returns the distance (m) to the uncut working tooth
+  // Returns the distance (m) to a solid that consists of the rubber dam's sheet and everything below it.
   double dam(const dvec3& p_W) const;
-  double clamp(const dvec3& p_W) const;  // distance to the clamp of the rubber dam
-  // Distance to tongue, cheeks and lips, or to the mask of a phantom head.
+  double clamp(const dvec3& p_W) const;  // returns the distance (m) to the clamp of the rubber dam
+  // Returns the distance (m) to tongue, cheeks and lips, or to the mask of a phantom head.
   double mouth(const dvec3& p_W) const;
 
   /// Makes the face of a section through the neighbouring teeth with their roots, and through the gum around them. It
@@ -56,7 +56,7 @@ struct Surroundings {
   std::vector<SurroundingMesh> meshes;
   /// The gum hides the uncut tooth at points p_W with dot(covered, (p_W, 1)) < 0. Zero: it hides no point.
   glm::dvec4 covered{0};
-  double coarse_from = 0;  // m, threshold: the coarse mesh is used if the allowed error of the surface is larger
+  double coarse_from = 0;  // m, allowed error of the surface; the coarse mesh is used if a larger error is allowed
   /// The region in which light between bodies is computed (render::LightScene). Empty if the scene has no mouth.
   std::optional<render::BoxInWorld> lit;
 };
@@ -65,8 +65,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan);
 /// Builds the meshes of a scene's surroundings (Scene::surroundings). The result is empty if the scene has none.
 Surroundings make_surroundings(const std::optional<SurroundingsPlan>& plan);
 std::optional<SurroundingsShape> surroundings_shape(const std::optional<SurroundingsPlan>& plan);
-/// The surroundings as distance functions, for damage and for hands that avoid them. Empty if the scene has none, or if
-/// they are not monitored.
+/// Returns the surroundings as distance functions, for damage and for hands that avoid them. Empty if the scene has
+/// none, or if they are not monitored.
 std::optional<SurroundingsShape> monitored_shape(const std::optional<SurroundingsPlan>& plan);
 
 }  // namespace typodont

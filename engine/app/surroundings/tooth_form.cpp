@@ -21,7 +21,7 @@ constexpr double kPulpDepth = 2.7e-3;  // m, depth of the pulp below the surface
 constexpr double kMargin = 0.6e-3;     // m, margin of the box around the tooth
 constexpr double kRootEnd = 0.35;      // ratio: width of the root at its end to width of the neck
 
-/// Half the width of the tooth at the height z, m.
+/// Returns half the width (m) of the tooth at the height z.
 double half_width(double z, double neck, double widest, double table, double at, double height, double root) {
   if (z < 0) {
     const double t = std::min(-z / root, 1.0);
@@ -32,11 +32,11 @@ double half_width(double z, double neck, double widest, double table, double at,
   return 0.5 * (widest - (widest - table) * t * t);
 }
 
-/// Height of the fine ridges on the slope of a hill, m. `from_tip`: m, position relative to the hill's tip; `over`: m,
-/// height above the neighbouring hill. The ridges vanish at the tips and where two hills meet.
+/// Returns the height (m) of the fine ridges on the slope of a hill. `from_tip`: m, position relative to the hill's
+/// tip; `over`: m, height above the neighbouring hill. The ridges vanish at the tips and where two hills meet.
 double ridges(const glm::dvec2& from_tip, double over) {
   const double r2 = glm::dot(from_tip, from_tip) + 1e-9, c = from_tip.x * from_tip.x / r2;
-  // cos(4 φ), where c is cos² φ
+  // the value of cos(4 φ), where c is cos² φ
   const double wave = 8 * c * c - 8 * c + 1;
   return kRidges * wave * std::min(r2 / 1.5e-6, 1.0) * std::clamp(over / 0.3e-3, 0.0, 1.0);
 }
@@ -53,7 +53,8 @@ double ToothForm::distance(const dvec3& p) const {
   const double r = std::sqrt(x * x + y * y), ellipse = std::sqrt(x * x / (a * a) + y * y / (b * b));
   const double at_most = ellipse > 1e-3 ? kSideSlope * (r - r / ellipse) : -kSideSlope * std::min(a, b);
   const auto outline = [&] {
-    if (ellipse < 0.55 || ellipse > 2) return at_most;  // the point is far from the side
+    // the point is far from the side of the tooth, so a bound of the distance is sufficient
+    if (ellipse < 0.55 || ellipse > 2) return at_most;
     const double n = std::pow(std::pow(std::abs(x) / a, square) + std::pow(std::abs(y) / b, square), 1 / square);
     return kSideSlope * (r - r / n);
   };

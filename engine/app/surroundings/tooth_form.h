@@ -33,15 +33,15 @@ struct ToothForm {
   double square = 2.5;                           // exponent of the superellipse that is the outline; 2 gives an ellipse
   double rounding = 0;                           // m, radius of the edge between the side and the occlusal surface
   double lean = 0;                               // m per m, inclination of the crown to the lingual side
-  double root = 0;                               // m, length of the root
+  double root = 0;                               // m, length of the tooth's root
   double groove_depth = 0, groove_width = 0;
   std::vector<ToothHill> hills;
 
-  /// Approximate distance to the surface, m, negative inside. Its gradient is at most about 1.3.
+  /// Returns the approximate distance (m) to the surface, negative inside. Its gradient is at most about 1.3.
   double distance(const dvec3& p) const;
-  /// Tissue at a point inside or at the surface.
+  /// Returns the tissue at a point inside or at the surface.
   Tissue tissue(const dvec3& p) const;
-  /// Opposite corners of a box that contains the tooth, m.
+  /// Both functions return a corner (m) of a box that contains the tooth; the corners are opposite.
   dvec3 low() const;
   dvec3 high() const;
 };

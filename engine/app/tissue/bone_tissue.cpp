@@ -23,7 +23,7 @@ constexpr double kEndosteum = 0.5e-3;
 constexpr double kGrain = 1.2e-3;
 constexpr double kMostVoxels = 2e8;
 
-/// A pseudo-random number from -1 to 1 for a grid point (splitmix64).
+/// Returns a pseudo-random number from -1 to 1 for a grid point (splitmix64).
 double lattice(std::uint64_t seed, const glm::ivec3& at) {
   std::uint64_t x = seed * 0x9e3779b97f4a7c15u +
                     static_cast<std::uint64_t>(static_cast<std::uint32_t>(at.x)) * 0xbf58476d1ce4e5b9u +

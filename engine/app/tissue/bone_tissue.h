@@ -18,7 +18,7 @@ inline constexpr Tissue kNerve = Tissue::kPulp;
 constexpr bool is_bone(Tissue tissue) noexcept {
   return tissue == Tissue::kCorticalBone || tissue == Tissue::kCancellousBone;
 }
-/// True for the hard tissues of a tooth.
+/// Returns true for the hard tissues of a tooth.
 constexpr bool is_tooth(Tissue tissue) noexcept {
   return tissue == Tissue::kEnamel || tissue == Tissue::kDentin || tissue == Tissue::kCaries;
 }
@@ -35,7 +35,7 @@ struct BoneGrey {
   double cortical = 1650, cancellous = 1250;
 };
 
-/// Path of assets/materials/bone_classes.json.
+/// Returns the path of assets/materials/bone_classes.json.
 std::filesystem::path bone_classes_file();
 /// Loads a class of bone, "I" to "IV". Throws Error that names the available classes.
 BoneClass load_bone_class(const Json& name);
@@ -44,8 +44,8 @@ BoneGrey load_bone_grey();
 /// The nerve canal of a bone: a polyline in frame W with a radius. It has no points if the tissue has no canal.
 struct NerveCanal {
   std::vector<dvec3> path_W;  // m, points of the canal's axis
-  double radius = 0;          // m, radius of the canal
-  /// Distance from a point to the canal's wall, m, negative inside; infinite if there is no canal.
+  double radius = 0;          // m, radius of the nerve canal
+  /// Returns the distance from a point to the canal's wall, m, negative inside; infinite if there is no canal.
   double distance(const dvec3& p_W) const;
 };
 NerveCanal read_nerve_canal(const Json& tissue);

@@ -53,7 +53,7 @@ class StrokeHistory {
     state.strokes = strokes;
     return state;
   }
-  /// The brush strokes in order, without undone strokes.
+  /// Returns the brush strokes in order, without undone strokes.
   std::vector<PaintStroke> paint(const Strokes& strokes) const {
     std::vector<PaintStroke> all;
     for (std::size_t k = 0; k < std::min(strokes.done, entries_.size()); ++k)

@@ -62,7 +62,7 @@ struct CoreObject {
   };
   std::shared_ptr<Shared> shared;
   std::uint64_t ticks = 0;  // number of ticks that step() has computed
-  // stored next to the data that every tick reads, because the cache then loads both together
+  // The recording is stored next to the data that every tick reads, because the cache then loads both together.
   std::optional<OfflineRecording> recording;
   ServoTick tick;  // the latest tick
   Cut cut;

@@ -34,7 +34,7 @@ class Contact {
     inside = true;
     distance = glm::mix(glm::mix(x_[0], x_[2], f_.y), glm::mix(x_[1], x_[3], f_.y), f_.z);
   }
-  /// Gradient of the field, not normalised. Valid only if `inside` is true.
+  /// Returns the gradient of the field, not normalised. Valid only if `inside` is true.
   glm::dvec3 gradient() const {
     return {glm::mix(glm::mix(d_[4] - d_[0], d_[6] - d_[2], f_.y), glm::mix(d_[5] - d_[1], d_[7] - d_[3], f_.y), f_.z),
             glm::mix(x_[2] - x_[0], x_[3] - x_[1], f_.z), glm::mix(x_[1], x_[3], f_.y) - glm::mix(x_[0], x_[2], f_.y)};
@@ -43,19 +43,19 @@ class Contact {
   double distance = 0;  // m, signed distance of the point to the tissue's surface
 
  private:
-  glm::dvec3 f_{0};            // position within the cell, 0..1
+  glm::dvec3 f_{0};            // position of the point within the grid's cell, 0..1 along each axis
   std::array<double, 8> d_{};  // distances at the cell's corners
   std::array<double, 4> x_{};  // distances interpolated along x
 };
 
-/// Mean velocity, in m/s, of the air at a point during one step.
+/// Returns the mean velocity, in m/s, of the air at a point during one step.
 inline glm::dvec3 suction_velocity(const Suction& suction, const glm::dvec3& p_W, double dt) {
   const glm::dvec3 way = suction.p_W - p_W;
   const double r = std::max(glm::length(way), 1e-6);
   return mean_air_speed(suction.flow / (4 * kPi), r, dt) / r * way;
 }
 
-/// True if the straight line from a to b passes the point c at a distance below `radius`.
+/// Returns true if the straight line from a to b passes the point c at a distance below `radius`.
 inline bool passed_within(double radius, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
   const glm::dvec3 way = b - a;
   const double on = glm::clamp(glm::dot(c - a, way) / std::max(glm::dot(way, way), 1e-20), 0.0, 1.0);

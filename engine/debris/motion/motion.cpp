@@ -33,9 +33,10 @@ inline float reciprocal_root(float a) {
   return guess * (1.5f - 0.5f * a * guess * guess);
 }
 
-/// Mean rate, in 1/s, at which the air approaches the nozzle (sink) during a step, relative to its distance r, with
-/// pull = strength/r³. Because r³ falls by 3·strength·dt, the exact rate is (1 − ∛(1 − 3q))/dt with q = pull·dt. If q <
-/// 1/3, the function approximates it by pull·(1 + 2q). For larger q the air reaches the sink in this step.
+/// Returns the mean rate, in 1/s, at which the air approaches the nozzle (sink) during a step, relative to its distance
+/// r, with pull = strength/r³. Because r³ falls by 3·strength·dt, the exact rate is (1 − ∛(1 − 3q))/dt with q =
+/// pull·dt. If q < 1/3, the function approximates it by pull·(1 + 2q). For larger q the air reaches the sink in this
+/// step.
 inline float mean_approach_rate(float pull, float dt) {
   return pull * dt < 1.0f / 3 ? pull * (1 + 2 * dt * pull) : 1 / dt;
 }
@@ -72,8 +73,8 @@ void copy_block(float* __restrict x, float* __restrict y, float* __restrict z, f
   }
 }
 
-// Drag coefficient C_d = 24/Re (1 + 0.15 Re^0.687) for Re < 1000 (Schiller & Naumann 1933), divided by the coefficient
-// of Stokes drag, 24/Re.
+// Returns the drag coefficient C_d = 24/Re (1 + 0.15 Re^0.687) for Re < 1000 (Schiller & Naumann 1933), divided by the
+// coefficient of Stokes drag, 24/Re.
 double schiller_naumann(double reynolds) {
   return 1 + 0.15 * std::pow(reynolds, 0.687);
 }
@@ -127,7 +128,7 @@ double drag_factor(double reynolds) noexcept {
   // The exponent and the mantissa of the Reynolds number are read from its bits.
   const auto bits = std::bit_cast<std::uint64_t>(reynolds);
   const int exponent = static_cast<int>(bits >> 52) - 1023;
-  // mantissa minus one, 0..1
+  // the mantissa of the number minus one, 0..1
   const double mantissa = std::bit_cast<double>((bits & ((1ull << 52) - 1)) | 1023ull << 52) - 1;
   const double at = (exponent - DragTable::kLow + mantissa) * DragTable::kPerOctave;
   const int i = static_cast<int>(at);

@@ -9,8 +9,8 @@ namespace typodont::debris {
 
 /// The arrays of all particles, of equal length, in frame W and SI units.
 struct Motion {
-  float *x, *y, *z;     // m, positions
-  float *vx, *vy, *vz;  // m/s, velocities
+  float *x, *y, *z;     // m, frame W, positions of the particles
+  float *vx, *vy, *vz;  // m/s, frame W, velocities of the particles
   // Factor 1/(1 + rate·dt) by which drag multiplies the velocity relative to the air in one step; 0 for a particle at
   // rest.
   const float* keep;
@@ -18,8 +18,8 @@ struct Motion {
 
 /// Gravity and air flow that act on all particles.
 struct Surroundings {
-  float gravity[3];  // m/s²
-  float sink[3];     // m, position of the suction nozzle
+  float gravity[3];  // m/s², frame W, acceleration of gravity
+  float sink[3];     // m, frame W, position of the suction nozzle
   // Strength of the suction in m³/s/sr. The air moves at the speed strength/r² towards the nozzle and stops there. 0 if
   // suction is off.
   float strength = 0;
@@ -33,18 +33,18 @@ void move(const Motion& motion, std::size_t first, std::size_t last, float dt, c
 /// step.
 void copy_through(const Motion& motion, std::size_t count) noexcept;
 
-/// Mean speed, in m/s, of the air at `distance` (m) from the nozzle during a step.
+/// Returns the mean speed, in m/s, of the air at `distance` (m) from the nozzle during a step.
 double mean_air_speed(double strength, double distance, double dt) noexcept;
 
 /// Computes keep = 1/(1 + rate·dt) for a new step length dt.
 void set_keep(const float* rate, float* keep, std::size_t count, float dt) noexcept;
 
-/// Drag of a ball divided by its Stokes drag: 1 + 0.15 Re^0.687 (Schiller & Naumann). The value comes from a table with
-/// a relative error of 1e-4.
+/// Returns the drag of a ball divided by its Stokes drag: 1 + 0.15 Re^0.687 (Schiller & Naumann). The value comes from
+/// a table with a relative error of 1e-4.
 double drag_factor(double reynolds) noexcept;
 
-/// Drag rate in 1/s of a ball of diameter d at speed v in air: 18 μ/(ρ d²) (Stokes) times 1 + 0.15 Re^0.687 (Schiller &
-/// Naumann) for Re < 1000. Above that, the drag coefficient is 0.44.
+/// Returns the drag rate (1/s) of a ball of diameter d at speed v in air: 18 μ/(ρ d²) (Stokes) times 1 + 0.15 Re^0.687
+/// (Schiller & Naumann) for Re < 1000. Above that, the drag coefficient is 0.44.
 double drag_rate(double speed, double diameter, double density, double air_density, double air_viscosity) noexcept;
 
 }  // namespace typodont::debris

@@ -25,7 +25,7 @@ class SharedPicture {
 
   /// Sets the size in pixels. The old content is lost. Returns false if memory can no longer be shared.
   virtual bool resize(ivec2 size) = 0;
-  /// The target to draw into. Its content is kept from frame to frame.
+  /// Returns the target to draw into. Its content is kept from frame to frame.
   virtual Target target() = 0;
   /// Shows the finished picture: all of it, or only the given parts. `finish` fills the memory if the picture is
   /// composed on the CPU.

@@ -172,7 +172,7 @@ class Window final : public Output {
     glfwGetWindowSize(window_, &size.x, &size.y);
     glfwGetMonitorWorkarea(all[taken], &lo.x, &lo.y, &room.x, &room.y);
     const ivec2 middle = at + size / 2 - lo;
-    // returns, because the window is on another monitor
+    // nothing to do, because the window is on another monitor
     if (middle.x < 0 || middle.y < 0 || middle.x >= room.x || middle.y >= room.y) return;
     glfwGetMonitorWorkarea(all[(taken + 1) % count], &lo.x, &lo.y, &room.x, &room.y);
     const ivec2 fits = glm::min(size, room - kTitle);
@@ -422,7 +422,7 @@ class Window final : public Output {
   bool stale_ = false, lost_ = false, exposed_ = true;
   bool unshown_ = false;               // true if the last target was presented but is not yet shown
   int polls_ = 0;                      // number of polls since the last target was presented
-  UserInput events_;                   // events since the last poll
+  UserInput events_;                   // input events of the user since the last call of poll()
   std::uint64_t events_at_query_ = 0;  // number of desktop events at the last query
   ivec2 pixels_{0}, size_{0};
   dvec2 cursor_{0, 0};

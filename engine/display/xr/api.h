@@ -72,7 +72,7 @@ class Api {
     if (XR_FAILED(result)) fail(name, result);
     return result;
   }
-  /// Same as call(), but never throws.
+  /// Calls a function of the headset's runtime as call() does, but never throws.
   template <class F, class... A>
   XrResult attempt(const char* name, F function, A... arguments) {
     gate_.enter(name);

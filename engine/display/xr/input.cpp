@@ -11,7 +11,7 @@ namespace typodont::display::xr {
 namespace {
 
 struct Binding {
-  const char* what;  // name of the action
+  const char* what;  // name of the action in the headset's runtime
   const char* left;  // path after /user/hand/left/; null: no binding
   const char* right;
 };

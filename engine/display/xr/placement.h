@@ -32,7 +32,8 @@ class Placement {
   Pose in_workbench(const Pose& X_DQ) const;
 
  private:
-  /// Places the work in front of the head. W's y points away from the user, W's z up; the user sits at negative y.
+  /// Places the work in front of the head. In frame W, y points away from the user and z up; the user sits at negative
+  /// y.
   void place(const Pose& X_DV);
 
   struct Move {

@@ -10,7 +10,7 @@ namespace typodont::render {
 
 namespace {
 
-constexpr float kPiece = 0.8e-3f;  // m, size of the pieces for which changed lighting is marked
+constexpr float kPiece = 0.8e-3f;  // m, edge of the pieces of a brick for which changed lighting is marked separately
 constexpr std::uint64_t kBlockVertices = 1u << 17, kBlockIndices = 3u << 18;
 
 std::int16_t snorm16(float v) {
@@ -18,7 +18,7 @@ std::int16_t snorm16(float v) {
 }
 GpuVertex pack(const Vertex& v) {
   static_assert(kMatterCount <= 16, "four bits name a tissue");
-  // packs a tissue into the low four bits and a fraction into the high four bits
+  // packs the number of a tissue into the low four bits of a byte, and a fraction (0..15) into the high four bits
   const auto with = [](Tissue tissue, float fraction) {
     return static_cast<std::uint8_t>(static_cast<long>(tissue) | std::lround(std::clamp(fraction, 0.0f, 1.0f) * 15.0f)
                                                                      << 4);
@@ -118,7 +118,8 @@ bool covered(const glm::vec4& plane, const Brick& b) {
 
 bool faces_away(const Brick& b, const glm::vec3& eye) {
   if (b.cone_cutoff >= 1) return false;
-  // meshoptimizer's test whether a normal cone faces away from the eye; the cone is at the box's middle
+  // The test of meshoptimizer: all triangles face away from the eye if their cone of normals does. The cone's tip is
+  // taken at the middle of the brick's box.
   const glm::vec3 middle = 0.5f * (b.lo + b.hi), way = middle - eye;
   const float radius = 0.5f * glm::length(b.hi - b.lo);
   return glm::dot(way, b.cone_axis) >= b.cone_cutoff * glm::length(way) + radius;
@@ -251,8 +252,8 @@ std::optional<SceneBounds> BrickStore::bounds() const {
 
 namespace {
 
-/// Returns the plane, in mesh coordinates, beyond which another body covers, in this view, the bricks that the mesh had
-/// at the start; zero: no plane.
+/// Returns a plane in mesh coordinates. In this view, another body covers the initial bricks of the mesh beyond this
+/// plane, so they need not be drawn. A zero plane covers no brick.
 glm::vec4 cover_of(const std::map<MeshId, glm::dvec4>& covers, MeshId id, View view, const Pose& X_WM) {
   const auto found = covers.find(id);
   if (found == covers.end() || view == View::kSection || view == View::kXray) return glm::vec4(0);
@@ -352,7 +353,7 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       bool out_of_view = true, away = true, unchanged = tiles != nullptr;
       for (std::size_t e = 0; e < views; ++e) {
         out_of_view = out_of_view && outside(frusta[e], b);
-        // a section shows the back faces of bodies, too
+        // in View::kSection, the back faces of bodies are visible too, so they are kept
         away = away && frame.view != View::kSection && faces_away(b, eyes[e]);
         unchanged = unchanged && !(*tiles)[e].touch(b.seen[e]);
       }

@@ -60,7 +60,7 @@ struct DrawGroup {
   MeshId mesh = 0;
   int block = 0;
   BrickKind kind = BrickKind::kAny;
-  std::uint32_t first = 0, count = 0;  // range in the indirect buffer
+  std::uint32_t first = 0, count = 0;  // range of the group's commands in the indirect buffer
 };
 
 /// The first function returns whether the view draws the mesh. The second function returns whether the view draws the

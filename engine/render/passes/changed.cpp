@@ -166,7 +166,7 @@ bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float 
   if (data.cursor.w <= 0) return false;
   const glm::vec3 down(data.cursor_down), q = center - glm::vec3(data.cursor);
   const float below = glm::dot(q, down);
-  // The radius is that of surface.frag, plus a soft edge of a few pixels.
+  // The cursor's ring has the same radius as in surface.frag. A soft edge of a few pixels is added to it.
   return below + radius > -data.cursor.w && glm::length(q - below * down) - radius < 2 * data.cursor.w;
 }
 

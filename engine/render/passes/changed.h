@@ -51,7 +51,8 @@ bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float 
 /// shaders/lighting.glsl.
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius);
 
-/// Area of the shadow map in which changed tissue can change a lookup of the shadow or of the occlusion.
+/// A rectangle of the shadow map. If tissue changes in the rectangle, the shaders may read another shadow or occlusion
+/// there.
 struct ShadowMapBox {
   glm::vec2 lo{1e9f}, hi{-1e9f};  // corners in shadow-map coordinates, 0..1
   bool empty() const { return lo.x > hi.x; }
@@ -64,7 +65,8 @@ struct ShadowMapBox {
   }
 };
 ShadowMapBox shadow_map_box(const glm::dmat4& light_from_box, const glm::vec3& lo, const glm::vec3& hi);
-/// Returns the largest distance from a point to its lookups in the shadow map, in map coordinates.
+/// Returns the largest distance, in shadow-map coordinates (0..1), between a point and the places of the shadow map
+/// that the shaders read for it.
 float shadow_lookup_reach(const shared::FrameData& data);
 
 }  // namespace typodont::render

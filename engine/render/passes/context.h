@@ -14,7 +14,8 @@ namespace typodont::render {
 
 // format of the pictures: a write encodes to sRGB, and samples are averaged in linear light
 inline constexpr VkFormat kColorFormat = VK_FORMAT_R8G8B8A8_SRGB;
-inline constexpr VkFormat kColorBytes = VK_FORMAT_R8G8B8A8_UNORM;  // format of the same bytes without conversion
+// format of the same pictures whose bytes are read without conversion from sRGB
+inline constexpr VkFormat kColorBytes = VK_FORMAT_R8G8B8A8_UNORM;
 inline constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 
 struct PassContext {
@@ -74,7 +75,7 @@ inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int vie
 }
 
 inline void push(VkCommandBuffer commands, VkPipelineLayout layout, const Pose& X_WM) {
-  // GLM stores columns, and the columns of rᵀ are the rows of R
+  // The object's matrix needs the rows of the rotation R. GLM stores columns, and the columns of rᵀ are the rows of R.
   const glm::dmat3 r = glm::transpose(glm::mat3_cast(X_WM.R));
   shared::ObjectData object;
   for (int i = 0; i < 3; ++i) object.world_row[i] = glm::vec4(glm::dvec4(r[i], X_WM.p[i]));

@@ -12,7 +12,7 @@
 namespace typodont::render {
 
 struct FilmStore {
-  FilmGrid grid;  // size 0 if there is no film
+  FilmGrid grid;  // grid of the film; its size is 0 if there is no film
   VolumeImage image;
   SlotBuffers staging;
   struct Part {  // a changed part of the grid that waits for the next frame
@@ -24,7 +24,7 @@ struct FilmStore {
 
   bool on() const { return grid.size.x > 0; }
   bool changed() const { return !parts.empty(); }
-  /// Makes an empty image for this grid.
+  /// Makes an empty image for the grid `wanted` of the film.
   void set(gpu::Device& device, const FilmGrid& wanted);
   void update(std::span<const FilmTexel> all, std::span<const FilmBox> boxes);
   /// Marks the tiles in which the changed parts are visible.

@@ -43,7 +43,8 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
     constexpr double kStep = 2e-3;  // m, rounding step
     const dvec3 middle = kStep * glm::round(0.5 * (bounds->lo + bounds->hi) / kStep);
     const dvec3 right = glm::normalize(glm::cross(up, key)), down = glm::cross(key, right);
-    // Returns the half sizes of a box as seen from the lamp.
+    // Returns half the width and half the height of a box as seen from the lamp, measured from the middle of the lamp's
+    // spot.
     const auto seen = [&](const dvec3& lo, const dvec3& hi) {
       glm::dvec2 most(0);
       for (int corner = 0; corner < 8; ++corner) {
@@ -116,7 +117,7 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
     // around the head. The contrast of the blades falls as |sin x / x| with x = n ω T / 2. It is zero if each blade
     // moves to the position of the next blade in one frame. At higher speeds, the small remaining contrast is
     // neglected.
-    constexpr double kExposure = 1.0 / 60;  // s, exposure time T
+    constexpr double kExposure = 1.0 / 60;  // s, exposure time T of the motion blur
     const double x = 0.5 * tool.blades * std::abs(frame.tool.spindle) * kExposure;
     const double blur = x < 1e-6 ? 0 : x < kPi ? 1 - std::sin(x) / x : 1;
     data.tool_motion = glm::vec4(blur < 1 ? std::remainder(frame.tool.angle, 2 * kPi) : 0.0, blur, 0, 0);

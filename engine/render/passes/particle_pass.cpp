@@ -10,8 +10,8 @@ namespace typodont::render {
 namespace {
 
 struct Instance {
-  float place[4];         // xyz: position, w: radius; m
-  std::uint8_t color[4];  // rgb: sRGB; a: opacity
+  float place[4];         // xyz: position of the particle, m, frame W; w: its radius, m
+  std::uint8_t color[4];  // colour of the particle; rgb: sRGB; a: opacity
 };
 struct Streak {
   Instance head;

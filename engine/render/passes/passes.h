@@ -35,7 +35,7 @@ struct SurfacePass {
   std::array<VkPipeline, kBrickKinds> solid{};  // one pipeline for each kind of brick that has been drawn
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
   View made_for = View::kLook;  // view for which the pipelines were created
-  bool with_cursor = false;     // value of the cursor setting for which the pipelines were created
+  bool with_cursor = false;     // true if the pipelines were created with code that draws the cursor's ring
   SurfaceEffects with_effects;
   void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot, const SlotBuffers& indirect,
               std::span<const DrawGroup> groups, const Frame& frame, const SurfaceEffects& effects, bool glass,
@@ -77,8 +77,8 @@ struct ToolBody {
 /// A handpiece's mesh on the GPU.
 struct HandpieceBody {
   IndexedMesh mesh;               // empty: there is no handpiece
-  RoundCone head, body;           // shape that casts the shadow, H
-  std::vector<BoxInWorld> boxes;  // boxes that contain the triangles, in H
+  RoundCone head, body;           // shape that casts the handpiece's shadow, in frame H of the handpiece
+  std::vector<BoxInWorld> boxes;  // boxes that contain the handpiece's triangles, in frame H of the handpiece
   void set(gpu::Device& device, const HandpieceMesh& shape);
 };
 

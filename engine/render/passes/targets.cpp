@@ -50,7 +50,8 @@ void Targets::create(const glm::ivec2& frame_size, int views) {
                                          .alias = kColorBytes,
                                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
                                                   VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
-  const std::uint32_t together = context_.view_mask ? layers : 1;  // separate passes for the eyes share these images
+  // if each eye has its own pass, the passes share these images
+  const std::uint32_t together = context_.view_mask ? layers : 1;
   if (context_.samples > 1)
     color_ =
         gpu::Image::create(device, {.size = extent,

@@ -53,9 +53,9 @@ class Targets {
   gpu::Image color_, depth_;
   gpu::Image scene_, scene_depth_;  // if layered(): the pictures and the depth of the scene without particles
 
-  /// True if the samples are averaged at the end of the pass. This is the case if one pass draws both eyes. Otherwise a
-  /// separate command averages the samples of each eye, because lavapipe 22.3 would always average into the first
-  /// layer, without an error, even if the pass specifies another layer.
+  /// Returns true if the samples are averaged at the end of the pass. This is the case if one pass draws both eyes.
+  /// Otherwise a separate command averages the samples of each eye, because lavapipe 22.3 would always average into the
+  /// first layer, without an error, even if the pass specifies another layer.
   bool resolves_in_pass() const { return context_.samples > 1 && context_.view_mask != 0; }
   bool resolves_by_command() const { return context_.samples > 1 && context_.view_mask == 0; }
 };

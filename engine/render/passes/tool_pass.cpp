@@ -47,7 +47,7 @@ void ToolBody::set(gpu::Device& device, const ToolMesh& shape) {
   const float step = (high - low) / static_cast<float>(slices.size());
   for (std::size_t i = 0; i < slices.size(); ++i)
     slices[i] = {low + step * static_cast<float>(i), low + step * static_cast<float>(i + 1), 0};
-  // A triangle may overlap several slices; each of these slices then includes all radii of the triangle.
+  // A triangle may overlap several slices of the tool; each of these slices then includes all radii of the triangle.
   for (std::size_t i = 0; i + 2 < shape.indices.size(); i += 3) {
     float from = 1e9f, to = -1e9f, radius = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -82,7 +82,8 @@ void ToolPass::record(PassContext& context, VkCommandBuffer commands, const Tool
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_p)},
                     {0, VK_FORMAT_R32G32B32_SFLOAT, offsetof(ToolVertex, hull_n)},
                     {0, VK_FORMAT_R32G32B32A32_SFLOAT, offsetof(ToolVertex, spins)}};
-    // The constants of frame.glsl that a tool does not use are 0; the last constant is kLightGrid.
+    // Sets the constants of frame.glsl. A tool does not use the first seven constants, so they are 0. The last constant
+    // is kLightGrid.
     o.constants.insert(o.constants.end(), {0u, 0u, 0u, 0u, 0u, 0u, 0u, light_grid ? 1u : 0u});
     pipeline = gpu::create_pipeline(context.device, o);
   }
@@ -116,7 +117,7 @@ void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& shape) {
     const int last = std::clamp(static_cast<int>((most[axis] - lo[axis]) / step), 0, kSlices - 1);
     for (int s = first; s <= last; ++s) {
       BoxInWorld& box = slices[static_cast<std::size_t>(s)];
-      // A slice contains only its part of a long triangle.
+      // A slice of the handpiece contains only its part of a long triangle.
       glm::dvec3 a(least), b(most);
       a[axis] = std::max(a[axis], static_cast<double>(lo[axis] + step * static_cast<float>(s)));
       b[axis] = std::min(b[axis], static_cast<double>(lo[axis] + step * static_cast<float>(s + 1)));

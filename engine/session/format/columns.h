@@ -37,7 +37,7 @@ constexpr Type type_of() {
 template <class Message>
 struct Column {
   std::string name;
-  std::string unit;  // "" if dimensionless
+  std::string unit;  // unit of the column's numbers; empty if they have no unit
   std::string text;  // meaning of the column, in one line
   Type type = Type::kF64;
   void (*get)(const Message&, std::byte*) = nullptr;
@@ -53,9 +53,9 @@ const std::vector<Column<ServoTick>>& tick_columns();
 const std::vector<Column<Cut>>& cut_columns();
 const std::vector<Column<PatchUse>>& patch_columns();
 
-/// Text of the attribute `labels` for columns that contain tissues: "0 air, 1 enamel, …".
+/// Returns the text of the attribute `labels` for columns that contain tissues: "0 air, 1 enamel, …".
 std::string tissue_labels();
-/// Bits and names of the faults: "1 bad_input, 2 stale_patch, …".
+/// Returns the bits and names of the faults: "1 bad_input, 2 stale_patch, …".
 std::string fault_labels();
 
 }  // namespace typodont::session

@@ -55,7 +55,7 @@ class H5Quiet {
   void* data_ = nullptr;
 };
 
-/// Reason of this thread's last HDF5 failure: the text of the innermost failed call. Needs an H5Quiet.
+/// Returns the reason of this thread's last HDF5 failure: the text of the innermost failed call. Needs an H5Quiet.
 std::string h5_reason();
 
 /// Opens a group or dataset by its path from `root`. Returns an empty handle if the object does not exist. Accepts only

@@ -25,7 +25,7 @@ inline std::array<std::uint64_t, 7> as_array(const Lost& lost) {
           lost.other_disk, lost.other_ring, lost.pictures_disk};
 }
 
-/// Numbers and names of the kinds of events: "0 note, 1 tool, …".
+/// Returns the numbers and names of the kinds of events: "0 note, 1 tool, …".
 std::string event_labels();
 
 /// Names of the values in the group "loop", which stores a LoopReport as numbers.

@@ -28,12 +28,12 @@ class Table {
   void end_row() { ++buffered_; }
   std::size_t buffered() const { return buffered_; }
   std::uint64_t written() const { return written_; }
-  /// True if the buffered rows complete a chunk of the file. They should then be written.
+  /// Returns true if the buffered rows complete a chunk of the file. They should then be written.
   bool full() const { return buffered_ > 0 && (written_ + buffered_) % chunk_ == 0; }
   void drop() { buffered_ = 0; }
 
   bool write();
-  /// Number of rows that were written since the last commit(). A power cut would lose them.
+  /// Returns the number of rows that were written since the last commit(). A power cut would lose them.
   std::uint64_t uncommitted() const { return written_ - committed_; }
   void commit() { committed_ = written_; }
   void close() { columns_.clear(); }

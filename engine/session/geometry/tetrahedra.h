@@ -14,7 +14,7 @@ namespace typodont::session {
 struct EdgePoint {
   std::size_t i = 0, j = 0;
   double t = 0;
-  glm::dvec3 p{0};  // voxels
+  glm::dvec3 p{0};  // voxels, position of the point
 
   double of(const std::vector<float>& values) const {
     return static_cast<double>(values[i]) + t * (static_cast<double>(values[j]) - static_cast<double>(values[i]));

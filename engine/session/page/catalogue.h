@@ -14,9 +14,9 @@ struct Entry {
   std::array<std::string_view, kLanguageCount> text;  // text in English, German and Simplified Chinese; zero-terminated
 };
 
-/// The texts that only the operator's window uses.
+/// Returns the texts that only the operator's window uses.
 std::span<const Entry> operator_catalogue() noexcept;
-/// The texts that are drawn over the picture of a session. The build converts their characters to glyphs
+/// Returns the texts that are drawn over the picture of a session. The build converts their characters to glyphs
 /// (engine/gpu/font).
 std::span<const Entry> hud_catalogue() noexcept;
 

@@ -18,7 +18,7 @@ struct Course {
   std::uint64_t count = 0;
   // force in N, speed in mm/s, spindle speed in krpm, depth in mm, removed volume in mm³
   Series force, speed, spindle, depth, removed;
-  double most_spindle = 0;  // krpm, highest spindle speed
+  double most_spindle = 0;  // krpm, highest spindle speed in the session
   // for each bin and each tissue: number of ticks in which the head touched this tissue
   std::vector<std::array<std::uint32_t, kTissueCount>> touched;
   struct FaultCount {
@@ -27,7 +27,7 @@ struct Course {
   };
   std::vector<FaultCount> faults;  // one entry for each fault in fault_names()
   std::vector<float> cpu_us;
-  PerTissue removed_total{};  // m³ of each tissue
+  PerTissue removed_total{};  // for each tissue: m³, volume that was removed in the session
   HandMeasures hand;
 };
 
@@ -39,9 +39,9 @@ Course course_of(const SessionReader& session);
 ScoreInput input_of(const SessionReader& session, const Course& course);
 /// Computes the score with the rules of the session's scene.
 Score score_of(const SessionReader& session, const ScoreInput& input);
-/// Name of the scene in the recording; empty if the recording has none.
+/// Returns the name of the scene in the recording; empty if the recording has none.
 std::string scene_name_of(const SessionReader& session);
-/// Title of the task in the session's scene; empty if there is none.
+/// Returns the title of the task in the session's scene; empty if there is none.
 TaskText task_title_of(const SessionReader& session);
 
 }  // namespace typodont::session

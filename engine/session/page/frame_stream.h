@@ -18,7 +18,7 @@ class FrameStream {
   FrameStream(const StreamSpec& spec, const StreamData& data) : spec_(&spec), data_(&data) {}
 
   std::size_t count() const { return data_->t.size(); }
-  /// Values of a column, multiplied by `scale` and sorted. Unknown values are omitted.
+  /// Returns the values of a column, multiplied by `scale` and sorted. Unknown values are omitted.
   std::vector<double> column(std::string_view name, double scale = 1) const {
     std::vector<double> values;
     for (std::size_t c = 0; c < spec_->columns.size() && c < data_->columns.size(); ++c) {

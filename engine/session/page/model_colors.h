@@ -28,8 +28,8 @@ inline constexpr std::array<std::array<int, 3>, kTissueCount> kTissueColors = {{
 inline constexpr std::array<std::array<int, 3>, 3> kDifferenceColors = {
     {{33, 102, 172}, {226, 226, 222}, {190, 40, 30}}};
 
-/// Colour of a deviation. `fraction` is -1 if the cut is too deep, 0 without deviation, and 1 if too much tissue
-/// remains.
+/// Returns the colour of a deviation. `fraction` is -1 if the cut is too deep, 0 without deviation, and 1 if too much
+/// tissue remains.
 inline glm::vec3 difference_color(float fraction) {
   const float s = std::clamp(fraction, -1.0f, 1.0f);
   const auto& end = kDifferenceColors[s > 0 ? 0 : 2];

@@ -17,7 +17,7 @@ using NumberText = std::function<std::string(double value, int decimals)>;
 /// Returns a round distance between marks (1, 2 or 5 times a power of ten), with which an axis up to `top` has about
 /// `count` marks.
 double nice_step(double top, int count);
-/// Number of decimals that the labels of marks need if the marks are `step` apart.
+/// Returns the number of decimals that the labels of marks need if the marks are `step` apart.
 int decimals_for(double step);
 
 /// A quantity over time, in bins. The plot shows the range of the values and the mean in each bin.

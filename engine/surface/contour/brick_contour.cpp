@@ -22,8 +22,9 @@ constexpr int kStride[3] = {FieldBrick::kSamples * FieldBrick::kSamples, FieldBr
 constexpr std::uint16_t kNone = 0xffff;   // state of a block that contains no surface
 constexpr std::uint16_t kMixed = 0xfffe;  // state of a block whose surface a single vertex cannot represent
 constexpr int kLevels = 5;                // number of block sizes: 1³, 2³, 4³, 8³, 16³ cells
-// Crease test. If a normal of the cell differs by more than 14° from the mean normal, the cell has crossings on both
-// sides of a crease (of 28° or more). If the variance of its normals is below kSmoothSpread, the cell has no crease.
+// Test whether a cell contains a crease. A crossing is a point where the surface crosses an edge of the cell. If the
+// normal of a crossing differs by more than 14° from the mean normal, the cell has crossings on both sides of a crease
+// (of 28° or more). If the variance of the normals is below kSmoothSpread, the cell has no crease.
 constexpr float kCreaseCosine = 0.97f;
 constexpr float kSmoothSpread = 0.008f;
 constexpr float kGentleCosine = 0.44f;  // cosine of 64°, limit of the angle between normals for ContourVertex::gentle
@@ -167,7 +168,7 @@ Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
     other |= (labels ^ pattern) & (((labels + 0x7f7f7f7fu) >> 7 & 0x01010101u) * 0xffu);
   }
   if (other == 0 && only != Tissue::kAir) return only;
-  // Slow path: only solid samples count.
+  // Slower version, for a cell with more than one tissue around it: reads only the labels of solid samples.
   only = Tissue::kAir;
   for (int i = -1; i <= 2; ++i) {
     for (int j = -1; j <= 2; ++j) {

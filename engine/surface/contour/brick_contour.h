@@ -29,9 +29,9 @@ struct BrickContour {
 
   struct Cell {
     std::uint16_t vertex;  // index of the cell's first patch
-    std::uint16_t shape;   // index into CellShapes
+    std::uint16_t shape;   // index of the cell's shape in CellShapes
   };
-  /// An edge that the surface crosses. Its base (lower end) is the corner `cell` of this brick.
+  /// An edge of the grid that the surface crosses. Its base (lower end) is the corner `cell` of this brick.
   struct Edge {
     std::uint16_t cell : 12;
     std::uint16_t axis : 2;

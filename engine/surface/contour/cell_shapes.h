@@ -15,8 +15,8 @@ namespace typodont::surface {
 /// Shape of the surface inside a cell: a set of discs ("patches"), each bounded by a loop of crossed edges.
 struct CellShape {
   std::uint8_t patches = 0;
-  std::uint8_t edges = 0;                // number of crossed edges
-  std::array<std::uint8_t, 12> edge{};   // the crossed edges
+  std::uint8_t edges = 0;                // number of the cell's edges that the surface crosses
+  std::array<std::uint8_t, 12> edge{};   // indices of the edges that the surface crosses
   std::array<std::uint8_t, 12> patch{};  // for each edge: the patch that contains its crossing
 };
 

@@ -15,7 +15,8 @@ constexpr float kSame = 3e-3f;
 constexpr float kBent = 0.25f;
 // Limit of the change of slope between the edge's ends. Curvature cannot explain a larger change.
 constexpr float kSlopeJump = 0.6f;
-// Limit of the deviation of |∇|² from 1 for central differences. Only differences across a crease deviate more.
+// Limit of the deviation of the squared gradient length |∇|² from 1, if the gradient is computed by central
+// differences. Only differences across a crease deviate more.
 constexpr float kAcross = 0.05f;
 
 float smaller(float p, float q) {
@@ -105,7 +106,8 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
       }
     }
     if (!solved && (here.unit() || there.unit())) {
-      // If a crease runs beside the edge, the samples on one side of one end lie on a plane.
+      // If a crease of the surface runs beside the edge of the grid, the samples on one side of one of the edge's ends
+      // lie on a plane.
       const Gradient p = here.best(), q = there.best();
       g = p.excess() < q.excess() ? p : q;
       solved = true;

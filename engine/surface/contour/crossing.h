@@ -16,7 +16,7 @@ struct alignas(16) Crossing {
 };
 
 struct LocalCrossing {
-  float t;           // 0..1, position along the edge
+  float t;           // 0..1, position of the crossing along the edge of the grid
   float na, nb, nc;  // unit normal: components along the edge and along the two axes across it
   float curvature;   // mean of the two principal curvatures, 1/voxel, positive if the solid is convex; 0 near a crease
 };

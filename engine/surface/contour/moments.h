@@ -43,10 +43,12 @@ struct Moments {
 
   float at(int i, int j) const { return m[i][j >> 2][j & 3]; }
   float count() const { return m[3][1][3]; }
-  glm::vec3 points() const { return {at(3, 0), at(3, 1), at(3, 2)}; }         // Σ p
-  glm::vec3 normals() const { return {at(3, 3), at(3, 4), at(3, 5)}; }        // Σ n
-  float curvatures() const { return at(3, 6); }                               // Σ H
-  float points_by_normals() const { return at(0, 3) + at(1, 4) + at(2, 5); }  // Σ p·n
+  glm::vec3 points() const { return {at(3, 0), at(3, 1), at(3, 2)}; }  // returns Σ p, the sum of the crossings' points
+  // returns Σ n, the sum of the crossings' normals
+  glm::vec3 normals() const { return {at(3, 3), at(3, 4), at(3, 5)}; }
+  float curvatures() const { return at(3, 6); }  // returns Σ H, the sum of the crossings' mean curvatures
+  // returns Σ p·n, the sum of the products of point and normal
+  float points_by_normals() const { return at(0, 3) + at(1, 4) + at(2, 5); }
 };
 
 /// Returns the largest absolute principal curvature, estimated from the change of the normals with position in the

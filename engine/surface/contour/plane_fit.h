@@ -12,10 +12,10 @@ namespace typodont::surface {
 /// Sums over the tangent planes of crossings. Points are relative to the centre that is passed to add().
 struct PlaneSums {
   double count = 0;
-  glm::dvec3 point{0};         // Σ p
-  std::array<double, 6> nn{};  // Σ n nᵀ: xx xy xz yy yz zz
-  glm::dvec3 nd{0};            // Σ n (n·p)
-  double dd = 0;               // Σ (n·p)²
+  glm::dvec3 point{0};         // Σ p, sum of the crossings' points
+  std::array<double, 6> nn{};  // Σ n nᵀ, sum of the outer products of the normals, in the order xx xy xz yy yz zz
+  glm::dvec3 nd{0};  // Σ n (n·p), sum of the normals, each multiplied by the plane's distance n·p from the centre
+  double dd = 0;     // Σ (n·p)², sum of the squared distances of the planes from the centre
 
   void add(const Crossing& crossing, const glm::vec3& centre) {
     const glm::dvec3 n(crossing.normal[0], crossing.normal[1], crossing.normal[2]);

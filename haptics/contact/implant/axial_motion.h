@@ -6,15 +6,16 @@
 
 namespace typodont::haptics::implant {
 
-/// State of the virtual tool, which a spring pulls along a line and a drag force damps. SI units.
+/// State of the virtual tool, which a spring pulls along the bed's axis and a drag force damps. SI units.
 struct AxialState {
-  double speed = 0;  // m/s, speed of the tool along the line
+  double speed = 0;  // m/s, speed of the virtual tool along the bed's axis
 };
 
-/// Returns the displacement of the tool (m) in the time `dt` towards a hand at distance `ahead` (m). `k`: spring
-/// stiffness (N/m); `mass` in kg; `drag`: viscous friction (N·s/m). Integrates eq. (5) with implicit Euler, (m I - h D
-/// - h² K) dv = h (f + h K v) with f = k·ahead - drag·v, which is stable for every k and h. With mass 0 the tool moves
-/// to the point at which spring and drag balance at the end of the tick.
+/// Returns the displacement of the virtual tool (m) along the bed's axis in the time `dt` (s). The spring pulls it
+/// towards the hand, which is `ahead` (m) farther along the axis. `k`: spring stiffness (N/m); `mass` in kg; `drag`:
+/// viscous friction (N·s/m). Integrates eq. (5) with implicit Euler, (m I - h D - h² K) dv = h (f + h K v) with f =
+/// k·ahead - drag·v, which is stable for every k and h. With mass 0 the tool moves to the point at which spring and
+/// drag balance at the end of the tick.
 inline double coupled_step(double ahead, double k, double mass, double drag, double dt, AxialState& state) noexcept {
   const double force = k * ahead - drag * state.speed;
   const double inertia = mass + dt * drag + dt * dt * k;

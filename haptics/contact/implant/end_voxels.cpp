@@ -25,14 +25,16 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-// voxels; the signed distance from bone at a tool voxel is compared with its value this far ahead of the voxel
+// voxels, distance ahead of a tool voxel of a second point; the signed distances from bone at both points are compared
 constexpr double kAhead = 1.5;
-// voxels; if the signed distance from bone decreases by at least this amount over kAhead voxels, there is an obstacle
-// ahead
+// voxels; if the signed distance from bone is smaller at the point kAhead ahead of the tool voxel by at least this
+// amount, there is an obstacle ahead
 constexpr double kFalls = 0.5;
-constexpr double kTouches = 0.25;  // voxels, largest distance from bone at which an obstacle still blocks the advance
+// voxels, largest distance between a tool voxel and an obstacle at which the obstacle blocks the advance
+constexpr double kTouches = 0.25;
 constexpr std::size_t kBlock = EndVoxels::kBlock;
-constexpr std::uint32_t kLawsOfFloats = 6;  // first version of the force laws that uses floats for this computation
+// first version of the force laws that evaluates the end's voxels in floats; older ones used doubles
+constexpr std::uint32_t kLawsOfFloats = 6;
 
 /// Functions that gather field samples: each call reads the samples at kBlock indices.
 struct Reader {
@@ -117,7 +119,7 @@ struct Task {
   std::int32_t n, lo_x, lo_y, lo_z;
   Vector center;           // voxels, centre of the head
   glm::mat<3, 3, Real> R;  // transform of vectors from T (m) to V (voxels)
-  // voxels, vector from a tool voxel to the point ahead of it at which the presence of an obstacle is checked
+  // voxels, vector from a tool voxel to the point kAhead ahead of it, where the function looks for an obstacle
   Vector beyond;
   Real slowness;  // s/rad, reciprocal of the spindle speed; 0 if the spindle does not rotate
 };
@@ -134,11 +136,13 @@ struct alignas(64) Block {
   Flag touches[kBlock];                  // the voxel is in contact with bone
   Flag stops[kBlock];                    // the voxel touches bone that it cannot cut
   Real ahead[kBlock];                    // voxels, signed distance from bone at the point `beyond`
-  std::int32_t at[kBlock];               // index of the patch sample to read
+  std::int32_t at[kBlock];               // index of the sample of the patch that is read for this voxel
   Flag label[kBlock];                    // tissue label at the point `beyond`
   std::int32_t byte[kBlock];             // hardness of the sample, stored as a byte (hardness.h)
   Real energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
-  Real area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];  // contributions of each voxel to the sums
+  // contributions of each voxel: area in contact (m²), area × hardness, and for eq. (2) its cutting term and its thrust
+  // along the axis
+  Real area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];
 };
 
 /// Interpolates the field trilinearly, as sample_linear() does. Returns true if any tool voxel is less than one patch
@@ -200,7 +204,8 @@ TYPODONT_KERNEL std::int32_t rounded(Real v) {
 }
 
 /// Finds the bone in front of the tool voxels in contact. Only an obstacle that continues ahead of the tool counts;
-/// bone beside the tool is not an obstacle. Returns the tissue labels at the voxels that remain in contact, as bits.
+/// bone beside the tool is not an obstacle. Returns the tissue labels at the voxels that remain in contact: one bit per
+/// tissue.
 template <class Real>
 TYPODONT_KERNEL std::uint64_t look_beyond(const Task<Real>& task, Block<Real>& b) {
   using Flag = typename Block<Real>::Flag;
@@ -221,7 +226,7 @@ TYPODONT_KERNEL std::uint64_t look_beyond(const Task<Real>& task, Block<Real>& b
     b.label[i] = tissue[i] & kShown;
     b.byte[i] = task.hardness == nullptr || tissue[i] > kShown ? kOwnHardness : hardness[i];
   }
-  Flag labels = 0;  // one bit for each tissue label
+  Flag labels = 0;  // set of the tissues found at the voxels in contact: one bit per tissue label
   for (std::size_t i = 0; i < kBlock; ++i) {
     const Flag falls = b.field[i] - b.ahead[i] < static_cast<Real>(kFalls) ? 0 : 1, solid = b.label[i] != 0 ? 1 : 0;
     b.touches[i] &= falls & solid;
@@ -301,7 +306,7 @@ TYPODONT_KERNEL void add_stops(const Task<Real>& task, std::size_t first, const 
   }
 }
 
-/// Sum over tool voxels. Floats are added in kBlock partial sums, which the compiler vectorizes. Doubles are added in
+/// A sum over tool voxels. Floats are added in kBlock partial sums, which the compiler vectorizes. Doubles are added in
 /// the order of the voxels, to reproduce force laws older than kLawsOfFloats.
 template <class Real>
 struct Sum;
@@ -368,7 +373,8 @@ void look_in_doubles(const Task<double>* task, EndLook* look) {
   look_at_all(*task, *look);
 }
 
-/// `origin`: the patch voxel to which all positions are relative.
+/// Copies the arguments of look_at_end() into plain data, with all positions relative to `origin`, a voxel of the patch
+/// near the tool.
 template <class Real>
 Task<Real> task_of(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
                    const dquat& R_WT, const glm::ivec3& origin) {

@@ -41,9 +41,9 @@ struct EndLaw {
   // version of the force laws (contract/contact.h); versions before 6 round differently
   std::uint32_t laws = kServoLaws;
   double voxel = 0;  // m, voxel size of the patch
-  // m; a voxel that cannot cut stops the tool only if it is nearer to the axis than this
+  // m, radius around the tool's axis: a tool voxel that cannot cut stops the tool only if it is inside this radius
   double width = 0;
-  bool cuts = false;         // false: no tool voxel can cut, for example because the spindle is stopped
+  bool cuts = false;         // true if tool voxels can cut; false for example if the spindle is stopped
   double greatest_grey = 0;  // Hounsfield units, largest grey value of bone that the tool can cut
   double speed = 0;          // rad/s, speed of the spindle
   double thrust_ratio = 1;
@@ -54,13 +54,14 @@ struct EndLaw {
 
 /// Result of look_at_end().
 struct EndLook {
-  CuttingWrench wrench;      // force and torque on the tool in frame T, divided by the feed speed along -z
-  double free = 1e9;         // m, distance that the tool may advance before a non-cutting voxel touches bone
-  double engaged = 0;        // m², area of the end in contact with bone
-  double collided = 0;       // m², part of `engaged` where an obstacle blocks the advance; num_cd of Zhao 2020
+  CuttingWrench wrench;  // force and torque on the tool in frame T, divided by the feed speed along -z
+  double free = 1e9;     // m, distance that the tool may advance before a non-cutting voxel touches bone
+  double engaged = 0;    // m², area of the end in contact with bone
+  // m², part of the area `engaged` where an obstacle blocks the advance; called num_cd in Zhao 2020
+  double collided = 0;
   double greatest_grey = 0;  // Hounsfield units, greatest grey value of the bone in contact
-  PerTissue tissue{};        // m², part of the area `engaged` in each tissue
-  PerTissue hardness{};      // m², for each tissue: its area multiplied by its hardness
+  PerTissue tissue{};        // m², for each tissue: the part of the area `engaged` that touches it
+  PerTissue hardness{};      // m², for each tissue: the area that touches it, multiplied by the tissue's hardness
 };
 
 /// Evaluates the cutting law and the obstacles over the voxels in front of the tool's end. `center_V`: centre of the

@@ -17,8 +17,8 @@ struct Bed {
   dvec3 axis_W{0, 0, -1};  // unit vector along the axis, from the surface to the bottom of the bed
   double depth = 0;        // m, distance from the entry to the bottom
   double radius = 0;       // m, radius of the widest tool that has widened the bed
-  double tapped = 0;       // m, length of the tapped thread, measured from the entry
-  bool bore = false;       // true: the bed is the bore of a placed implant
+  double tapped = 0;  // m, length of the thread that a tap has cut into the wall, measured from the entry; 0: no thread
+  bool bore = false;  // true: the bed is the bore of a placed implant
 };
 
 /// Parameters of the contact model "implant" in a scene file. SI units. Values without a cited source are our own
@@ -27,11 +27,11 @@ struct Parameters {
   // m, edge length of a tool voxel; Zhao 2020 (S1) uses 0.06 mm for a tool of 4.2 × 12 mm
   double tool_voxel = 0.06e-3;
   int layers = 2;  // thickness of the outer layer in voxels (Zhao 2020: "1~2")
-  // Criteria for entering a bed (Zhao 2020, "implant criteria").
-  // Tolerance in m for the distance of the tip from the bed's axis, and for its depth below the entry.
+  // m; to enter a bed (Zhao 2020, "implant criteria"), the tip may be this far from the bed's axis, and this far below
+  // the entry
   double centre_tolerance = 0.5e-3;
-  // m, largest distance of the tip in front of the entry; a wide tool touches a sloping rim before its tip has arrived
-  // at the entry
+  // m, largest distance of the tip in front of the entry at which the tool may enter; a wide tool touches a sloping rim
+  // before its tip has arrived at the entry
   double rim_above = 1.5e-3;
   // m, tolerance by which the radius of a tool that does not widen the bed may exceed the bed's radius
   double radius_tolerance = 0.1e-3;
@@ -39,12 +39,13 @@ struct Parameters {
   // m, largest amount by which a tool's radius may be smaller than the bed's radius; a narrower tool moves freely in
   // the bed
   double loose = 0.75e-3;
-  double axis_tolerance = 0.175;  // rad (10 degrees), largest angle between tool and bed
-  double enter_force = 0.3;       // N, a larger force along the axis pushes the tool into the bed
-  double leave = 0.3e-3;          // m; the tool leaves the bed when its tip is this far outside the entry (hysteresis)
-  double least_depth = 0.5e-3;    // m, smallest depth of a bed; a shallower hole does not count as a bed
+  // rad (10 degrees), largest angle between the axes of tool and bed at which the tool may enter
+  double axis_tolerance = 0.175;
+  double enter_force = 0.3;     // N, force along the axis; a larger force pushes the tool into the bed (criterion 4)
+  double leave = 0.3e-3;        // m; the tool leaves the bed when its tip is this far outside the entry (hysteresis)
+  double least_depth = 0.5e-3;  // m, smallest depth of a bed; a shallower hole does not count as a bed
   // Parameters of the motion in a bed.
-  double mass = 0;              // kg, mass of the virtual tool, eq. (5)
+  double mass = 0;              // kg, mass of the virtual tool in a bed, eq. (5); 0: the tool has no inertia
   double turn_stiffness = 1.0;  // N·m/rad, torsional stiffness that keeps the tool aligned with the bed's axis
   double switch_slew = 8;       // N/s, largest rate of change of the force after the tool has entered or left a bed
   // rad/s, largest rate of change of the orientation after the tool has entered or left a bed
@@ -54,14 +55,15 @@ struct Parameters {
   // true: eq. (7) of Zhao 2020 as printed; a tool then does not move in a bed without an obstacle. false: the corrected
   // equation (README.md).
   bool as_printed = false;
-  // Grey values of the tissues at hardness 1, in Hounsfield units.
+  // Hounsfield units, grey values of the tissues with the hardness 1
   double cortical_grey = 1650, cancellous_grey = 1250, tooth_grey = 3000, metal_grey = 10000,
          soft_grey = 50;  // Hounsfield units, grey value of nerve and gum
-  // Insertion torque of an implant whose surface is torque_surface: torque · (grey / torque_grey)^torque_exponent. In a
-  // tapped bed, the torque is multiplied by tapped_share.
-  double torque = 0.489;           // N·m, reference torque
-  double torque_grey = 1050;       // Hounsfield units, grey value that corresponds to bone of 0.64 g/cm³
-  double torque_exponent = 2.06;   // fitted to 48.9 N·cm at 0.64 g/cm³ and 11.7 N·cm at 0.32 g/cm³
+  // The insertion torque of an implant whose surface is torque_surface is torque · (grey value of the bone /
+  // torque_grey)^torque_exponent. In a bed with a tapped thread, this torque is multiplied by tapped_share.
+  double torque = 0.489;      // N·m, reference torque
+  double torque_grey = 1050;  // Hounsfield units, grey value that corresponds to bone of 0.64 g/cm³
+  // exponent of the grey value in the insertion torque; fitted to 48.9 N·cm at 0.64 g/cm³ and 11.7 N·cm at 0.32 g/cm³
+  double torque_exponent = 2.06;
   double torque_surface = 163e-6;  // m², surface area of the reference implant of 4 × 13 mm
   double tapped_share = 0.6;       // ratio of the torque in a tapped bed to the torque in an untapped bed
   std::vector<Bed> beds;           // beds that exist at the start of the session

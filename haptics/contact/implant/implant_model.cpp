@@ -13,16 +13,17 @@ namespace {
 constexpr double kLeastSpindleSpeed = 1e-3;  // rad/s, limit below which a spindle counts as stopped
 // m, tolerance: a tool farther than this from the bed's axis does not cut yet
 constexpr double kAtPlace = 2e-6;
-// limit of the cosine between force and tool axis; above it, the tool touches with its tip
+// Cosine of the angle between force and tool axis; if it is larger than this, the tool touches with its tip.
 constexpr double kTipContactCosine = 0.5;
 constexpr double kThreadGrips = 0.2e-3;  // m, depth in the bed at which a thread starts to engage
-// m, tolerance of the final depth of an implant, and of its distance from the bottom of the bed
+// m, tolerance: an implant this close to its final depth, or to the bottom of the bed, is seated
 constexpr double kSeated = 0.05e-3;
-// A motor slows down to a stop when its torque comes near its largest torque. Width of this range of torque below the
-// largest torque, as a ratio to the largest torque.
+// ratio to the largest torque of a motor; within this range below its largest torque the motor slows down, and at the
+// largest torque it stops
 constexpr double kSpeedHeldUpTo = 0.1;
 constexpr double kTorqueTime = 4e-3;  // s, time constant of the low-pass filter for the torque about the axis
-constexpr double kAcross = 0.05e-3;   // m, step along a bed's axis when the depth of the bed is measured
+// m, distance between the samples along a bed's axis by which the depth of the bed is measured
+constexpr double kAcross = 0.05e-3;
 
 // first version of the force laws that merges voxels of a tool's end into larger voxels
 constexpr std::uint32_t kLawsOfCoarseEnd = 7;
@@ -170,8 +171,8 @@ void ImplantModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.level = static_cast<std::uint32_t>(motion_);
 }
 
-/// After a change of state, the pose would jump. This function adds the remaining part of the jump to the pose `state`,
-/// so that the pose changes gradually.
+/// When the tool enters or leaves a bed, its pose would jump. This function adds the remaining part of the jump to the
+/// pose `state`, so that the pose changes gradually.
 void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state) noexcept {
   const double length = glm::length(offset_), most = parameters_.switch_slew * in.dt / stiffness(in);
   offset_ = length > most ? offset_ * (1 - most / length) : dvec3(0);
@@ -193,8 +194,7 @@ void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state
 
 void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept {
   ContactInput free = in;
-  // Only a round bur cuts during free motion. It does not cut while the jump of its pose at the last change of state
-  // still fades.
+  // Only a round bur cuts outside a bed. It does not cut while the jump of its pose, after it left a bed, still fades.
   free.cuts = in.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_;
   if (blended_) free.X_WG.p = in.X_WG.p - (switched_ ? dvec3(0) : offset_);
   if (placed_) {
@@ -212,7 +212,8 @@ void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept
   }
 }
 
-/// Checks the four criteria for entering a bed (Zhao 2020), for each bed. Returns true if the tool has entered a bed.
+/// Checks for each bed the four criteria for entering it (Zhao 2020; bed_criteria.h). Returns true if the tool has
+/// entered a bed.
 bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
   if (implant.kind == ImplantToolKind::kRound || blended_ || out.lost || out.deep) return false;
@@ -233,7 +234,7 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
     const double wider = radius - bed.radius;
     met.fits = wider <= (widens ? parameters_.widening : parameters_.radius_tolerance) && wider >= -parameters_.loose;
     met.aligned = std::acos(std::clamp(glm::dot(axis, bed.axis_W), -1.0, 1.0)) < parameters_.axis_tolerance;
-    // A tool that has moved into the bed without touching the rim has also entered the bed.
+    // A tool that has moved into the bed without touching the rim has also entered it, although no force pushes it.
     const bool slid_in = aside < parameters_.centre_tolerance && met.fits && met.aligned &&
                          along > parameters_.centre_tolerance && along < bed.depth;
     if (!slid_in && decide(met, false) != BedDecision::kEnterBed) continue;
@@ -306,7 +307,7 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
   if (tool().implant->kind == ImplantToolKind::kTap) now.tapped = std::max(now.tapped, tip_);
   if (tip_ < std::min(0.0, entered_) - parameters_.leave) {
     end_bed_motion(in);
-    // The tool has left the bed along the bed's axis. In free motion it then moves to the hand.
+    // The tool has left the bed along the bed's axis. Outside the bed, it then moves to the hand.
     out = {};
     constrain_free(in, out);
     return;
@@ -357,7 +358,7 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   const ImplantTool& implant = *tool().implant;
   const double torque = thread_torque(bed, tip_);
   const double most = parameters_.steps * voxel();
-  double turn;  // rad, rotation in this tick, clockwise
+  double turn;  // rad, rotation of the thread in this tick, positive clockwise
   if (implant.by_hand) {
     turn = turn_about(bed.axis_W, last_R_hand_, in.X_WT.R);
   } else {
@@ -381,8 +382,9 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   const double drawn = implant.pitch * turn / (2 * kPi);
   const double step = std::clamp(std::min(drawn, look_.free), -most, most);
   axial_.speed = step / in.dt;
-  // The bone opposes a rotating thread with the full torque, and a resting thread with no torque. A motor screws a tool
-  // in by rotation about the tool's +z, a hand by rotation about -z.
+  // +1 or -1, direction of the bone's torque about the tool's z axis. The bone opposes a rotating thread with the full
+  // torque, and a resting thread with no torque. A motor screws a tool in by rotation about the tool's +z, a hand by
+  // rotation about -z.
   const double against = implant.by_hand ? 1 : -1;
   const double felt = turn == 0 ? 0 : against * (turn > 0 ? torque : -parameters_.tapped_share * torque);
   torque_ += (felt - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
@@ -396,7 +398,7 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
 /// Returns the torque in N·m that rotates a thread at depth `tip` in its bed (README.md, "Insertion torque").
 double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
   if (bed.bore) return 0;
-  constexpr double kApart = 1e-3;  // m, distance along the axis between two samples
+  constexpr double kApart = 1e-3;  // m, distance along the bed's axis between two samples of the bone at the thread
   const double r = tool().radius(), outward = r - 0.5 * (r - tool().implant->core_diameter / 2);
   const dquat R = rotation_between({0, 0, -1}, bed.axis_W);
   double sum = 0;
@@ -413,7 +415,7 @@ double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
     }
   }
   const double surface = 2 * kPi * r * kApart / static_cast<double>(around_thread_.size());
-  const double lever = r / 2e-3;  // ratio of the radius to the reference implant's radius of 2 mm
+  const double lever = r / 2e-3;  // ratio of the implant's radius to the reference implant's radius of 2 mm
   return parameters_.torque * sum * surface / parameters_.torque_surface * lever;
 }
 
@@ -444,7 +446,8 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   return remove_sweep(in, {contact.p_WG, contact.R_WG}, cut, energy);
 }
 
-/// Repeats a cut in a new snapshot. Does nothing for a placed implant, because the new snapshot already contains it.
+/// Repeats a cut in the patch of a new snapshot, which does not yet contain it. Does nothing for a placed implant,
+/// because the new snapshot already contains it.
 PerTissue ImplantModel::repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept {
   return made.fill_radius > 0 ? PerTissue{} : OffsetModel::repeat(made, index, fresh);
 }
@@ -503,7 +506,8 @@ void ImplantModel::feel(const ContactInput& in, Contact& out) noexcept {
     }
     return;
   }
-  // This model does not compute the normal forces of the bed's wall. So the only torque is the torque about the axis.
+  // This model does not compute the normal forces of the bed's wall. So the only torque that it reports is the torque
+  // about the axis.
   out.turns_tool = true;
   out.unit = voxel();
   out.count = out.own = 2;

@@ -59,11 +59,11 @@ class ImplantModel final : public offset::OffsetModel {
   double reach_now() const noexcept { return OffsetModel::reach() + 2; }
   bool patch_holds(const dvec3& p_W) const noexcept;
 
-  // Functions for the state kFree.
+  // Functions for the state kFree: the tool is outside a bed.
   void constrain_free(const ContactInput& in, Contact& out) noexcept;
   bool enter_bed(const ContactInput& in, const Contact& out) noexcept;
   void feel_teeth_turn(const ContactInput& in, Contact& out) noexcept;
-  // Functions for the states in a bed.
+  // Functions for the states 1 to 4: the tool is in a bed.
   void begin_bed_motion(std::size_t bed, double tip, const Pose& from, const dquat& R_hand) noexcept;
   void end_bed_motion(const ContactInput& in) noexcept;
   void constrain_in_bed(const ContactInput& in, Contact& out) noexcept;
@@ -90,21 +90,21 @@ class ImplantModel final : public offset::OffsetModel {
   bool easing_ = false;  // true if the tool has just entered the bed and has not yet caught up with the hand
   std::size_t bed_ = 0;  // index of the bed that contains the tool
   double tip_ = 0;       // m, depth of the tool's tip below the bed's entry
-  double entered_ = 0;   // m, value of tip_ when the tool entered the bed
+  double entered_ = 0;   // m, depth of the tool's tip at the time when the tool entered the bed
   AxialState axial_;
   dquat last_R_hand_{1, 0, 0, 0};
   Motion motion_ = Motion::kFree;
-  EndLook look_;         // result of look_ahead() in this tick
+  EndLook look_;         // result of look_ahead() in this tick: force and obstacles in front of the tool's end
   double torque_ = 0;    // N·m, low-pass filtered torque about the axis
   bool seated_ = false;  // true if the implant has reached its final position and stays in the bone
   bool placed_ = false;  // true if the implant was placed in the bone; the hand then holds no tool
 
-  // Jump of the tool's pose at the last change of state. It is added to the pose and fades to zero, so that the pose
-  // changes gradually.
-  dvec3 offset_{0};  // m, translation of the jump
+  // Jump of the tool's pose when the tool last entered or left a bed. It is added to the pose and fades to zero, so
+  // that the pose changes gradually.
+  dvec3 offset_{0};  // m, translation of this jump
   dquat turn_{1, 0, 0, 0};
   Pose last_;              // pose of the tool in the last tick
-  bool blended_ = false;   // true if the jump had not yet faded in the last tick
+  bool blended_ = false;   // true if the jump of the pose had not yet faded in the last tick
   bool switched_ = false;  // true if the tool left a bed in the last tick
 };
 

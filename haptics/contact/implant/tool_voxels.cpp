@@ -10,15 +10,16 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-// Threshold of the cosine between a voxel's normal and the feed direction. Above it, the voxel belongs to the tool's
-// end.
+// Cosine of the angle between a voxel's normal and the feed direction -z. A voxel with a larger cosine belongs to the
+// tool's end.
 constexpr double kFacingEnd = 0.5;
-constexpr int kNear = 4;            // voxels, distance from the axis; for nearer voxels 1/r is averaged over the voxel
+// voxels, distance from the axis; for a nearer voxel, 1/r varies strongly, so its mean over the voxel is used
+constexpr int kNear = 4;
 constexpr int kParts = 8;           // to average 1/r, a voxel is divided into this number of parts per edge
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
 // voxels; the normal on the surface is compared with the normal at this depth below it
 constexpr double kWithin = 0.05;
-// limit of the cosine between the normals on and below the surface; a smaller cosine shows a sharp rim
+// cosine of the angle between the normals on and below the surface; a smaller cosine shows a sharp rim
 constexpr double kSmooth = 0.97;
 
 /// Returns the mean of 1/r over the square cross-section of a voxel, perpendicular to the axis.

@@ -41,7 +41,8 @@ void HeadContact::add(const dvec3& p, const dvec3& area, std::uint32_t face) noe
   if (points_.add(p)) shares_.push_back({area, face});
 }
 
-/// Adds the corner of a face. Equal corners of adjacent faces become one point with the sum of their areas.
+/// Adds the corner p of a face to the contact points. `area`: area vector that belongs to the corner. Equal corners of
+/// adjacent faces become one point with the sum of their areas.
 void HeadContact::add_corner(const dvec3& p, const dvec3& area, std::uint32_t face) noexcept {
   std::size_t slot = hash_of(p) >> (64 - kSlotBits);
   for (; slots_[slot] != kFree; slot = (slot + 1) & (slots_.size() - 1)) {
@@ -54,7 +55,8 @@ void HeadContact::add_corner(const dvec3& p, const dvec3& area, std::uint32_t fa
   add(p, area, face);
 }
 
-/// Lists the contact points that are within FollowParameters::margin of the head.
+/// Lists the contact points near the head at c: those within the distance FollowParameters::margin (times the head's
+/// radius).
 void HeadContact::list_around(const TriangleGrid& grid, const dvec3& c) noexcept {
   const double margin = FollowParameters::margin * head_.radius();
   const double spacing = vertex::CutParameters::longest * kSpacing * head_.radius();
@@ -75,7 +77,8 @@ void HeadContact::list_around(const TriangleGrid& grid, const dvec3& c) noexcept
     if (!head_.may_be_within(glm::vec3(middle - c), axis, static_cast<float>(within))) return;
     if (head_.distance(R_TW * (middle - c)) > within) return;
     const int n = std::clamp(static_cast<int>(std::ceil(std::sqrt(longest2) / spacing * (1 - 1e-9))), 1, kMostParts);
-    // the face is divided into n² parts; each part gives a third of its area vector to each of its three corners
+    // The face is divided into n² triangles. Each triangle gives a third of its area vector to each of its three
+    // corners.
     const dvec3 share = face.normal() / (6.0 * n * n);
     for (int k = 0; k < 3; ++k) add_corner(face.corner(k), share, i);
     if (n == 1) return;

@@ -8,9 +8,10 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// The contact points are the corners of the faces near the head. A face that is larger than the spacing of contact
-/// points for this head (kSpacing) gets additional points, as in the contact model "vertex" (contact/vertex/README.md);
-/// so a coarse mesh has enough points. Cut surfaces need no additional points, because their vertices are dense.
+/// Contact of a head that is not a ball. The contact points are the corners of the faces near the head. A face that is
+/// larger than the spacing of contact points for this head (kSpacing) gets additional points, as in the contact model
+/// "vertex" (contact/vertex/README.md); so a coarse mesh has enough points. Cut surfaces need no additional points,
+/// because their vertices are dense.
 class HeadContact final : public SurfaceContact {
  public:
   explicit HeadContact(const Tool& tool);
@@ -56,7 +57,7 @@ class HeadContact final : public SurfaceContact {
   vertex::HeadFollower follower_{distances_};
   mesh::NearPoints points_{kMostPoints};
   std::vector<Share> shares_;  // the area of each contact point
-  // hash table from the position of a corner to the index of the contact point there
+  // hash table that maps the position of a corner to the index of the contact point at this position
   std::vector<std::uint32_t> slots_;
   bool listed_ = false;
 };

@@ -39,15 +39,15 @@ Simplify* load_simplifier() {
     void* const library = ::dlopen(TYPODONT_MESHOPTIMIZER, RTLD_NOW | RTLD_LOCAL);
     void* const found = library ? ::dlsym(library, "meshopt_simplify") : nullptr;
     if (!found) throw Error("model", "mesh_lod", ::dlerror(), "the library " TYPODONT_MESHOPTIMIZER);
-    // the inner cast fails to compile if Simplify is not the type of meshopt_simplify
+    // The inner cast does not compile if Simplify is not the type of meshopt_simplify.
     return reinterpret_cast<decltype(static_cast<Simplify*>(meshopt_simplify))>(found);
   }();
   return simplify;
 }
 #endif
 
-/// Simplifies to about the given number of triangles; open borders do not change. `positions`: x, y, z of each vertex.
-/// Throws Error if meshoptimizer is not installed.
+/// Simplifies a mesh to about the given number of triangles; open borders do not change. `positions`: x, y, z of each
+/// vertex. Throws Error if meshoptimizer is not installed.
 std::vector<unsigned> simplified_indices(const std::vector<unsigned>& indices,
                                          [[maybe_unused]] const std::vector<float>& positions, std::size_t triangles) {
 #ifdef TYPODONT_MESHOPTIMIZER
@@ -83,7 +83,7 @@ class Simplifier {
       }
     }
   }
-  /// Returns a mesh with about this many triangles or fewer. The mesh still contains the vertices that no triangle
+  /// Returns a mesh with at most about `triangles` triangles. The mesh still contains the vertices that no triangle
   /// uses.
   TissueMesh to(std::size_t triangles) const {
     const std::vector<unsigned> kept = simplified_indices(indices_, positions_, triangles);
@@ -206,7 +206,8 @@ std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOpt
 }
 
 double hausdorff_distance(const TriangleGrid& one, const TriangleGrid& other) {
-  constexpr double kFar = 20e-3;  // m, search distance for the nearest surface point of the other level
+  // m, search distance within which the nearest surface point of the other level is found
+  constexpr double kFar = 20e-3;
   constexpr std::size_t kSamples = 20'000;
   double most = 0;
   const auto from = [&](const TriangleGrid& a, const TriangleGrid& b) {

@@ -11,18 +11,18 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Number of vertices that are used by triangles.
+/// Returns the number of vertices that triangles use.
 std::size_t vertex_count(const TissueMesh& mesh);
-/// Divides every triangle into four at the midpoints of its edges; the surface does not change.
+/// Returns the mesh with every triangle divided into four at the midpoints of its edges; the surface does not change.
 TissueMesh subdivided(const TissueMesh& mesh);
-/// Simplifies in one pass to about `part` times the number of triangles, as far as the borders allow it; simplified()
-/// states which borders do not change. Called by the geometry thread.
+/// Simplifies a mesh in one pass to about `part` times its number of triangles, as far as the borders allow it;
+/// simplified() states which borders do not change. Called by the carver thread.
 TissueMesh thinned(const TissueMesh& mesh, double part);
-/// Simplifies to about the given number of vertices (within 1 % if the mesh allows it). Open borders do not change. A
-/// border between two tissues keeps its line but may lose vertices. Remaining vertices do not move.
+/// Simplifies a mesh to about the given number of vertices (within 1 % if the mesh allows it). Open borders do not
+/// change. A border between two tissues keeps its line but may lose vertices. Remaining vertices do not move.
 TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices);
 
-/// Requested resolution of each level.
+/// Requested numbers of vertices of the levels of detail.
 struct LevelOptions {
   // number of vertices of the base mesh, from which the levels are made; empty: the given mesh is the base mesh
   std::optional<std::size_t> vertices;

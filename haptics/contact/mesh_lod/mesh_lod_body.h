@@ -11,8 +11,9 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Runs on the carver thread (the geometry thread of paper S3). Cuts move and subdivide the faces of the finest level,
-/// as in the contact model "vertex". The servo receives the faces around the tool 30 times per second.
+/// The tissue of the contact model "mesh_lod". Runs on the carver thread (the geometry thread of paper S3). Cuts move
+/// and subdivide the faces of the finest level, as in the contact model "vertex". The servo receives the faces around
+/// the tool 30 times per second.
 class MeshLodBody final : public TissueBody {
  public:
   /// Throws Error if the tissue has no surface.

@@ -16,19 +16,22 @@ namespace {
 
 constexpr double kSpeedTime = 20e-3;               // s, time constant of the low-pass filter for the hand's speed
 constexpr double kLook = SurfacePoint::kFarthest;  // m, search distance for the surface around a tool without contact
-// m; a point gets the tissue of the nearest face if the face is within this distance
+// m, search distance: the tissue at a point is that of the nearest face if the face is at most this far away
 constexpr double kNearby = 0.2e-3;
 constexpr double kLeastStep = 1e-9;  // m, smallest step of a cut; a smaller step is skipped
 // weight of a new measurement in the low-pass filter of the ratio of measured to estimated removed volume
 constexpr double kMeasuredShare = 0.3;
-// While the snapshot lacks cuts, the bur sinks into the faces of the snapshot. Two limits as ratios to the bur's
-// radius: the overlap of head and faces, and the distance that the bur may cut without a new snapshot.
+// While the snapshot lacks cuts of the servo, the bur sinks into the faces of the snapshot. Two upper limits of this,
+// as ratios to the bur's radius. kMostSunk: overlap of head and faces. kMostSunkAlong: distance that the bur may cut
+// without a new snapshot.
 constexpr double kMostSunk = 0.5, kMostSunkAlong = 2;
 constexpr double kFastestCut = 0.02;  // m/s, largest speed at which a bur may sink into the tissue
 constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // limits of the ratio of measured to estimated volume
-constexpr double kNoOffset = 1e-12;                           // m, tolerance: a shorter offset counts as zero
-constexpr double kLeastStiffness = 1e-3;  // lower limit of the stiffness, as a ratio to the stiffness in ServoSettings
-constexpr double kEase = 15;              // N/s, largest rate of change of a bur's force while the hand does not move
+// m, tolerance: an offset of the contact point (offset_) that is shorter counts as zero
+constexpr double kNoOffset = 1e-12;
+// lower limit of the tissue's stiffness, as a ratio to the stiffness in ServoSettings
+constexpr double kLeastStiffness = 1e-3;
+constexpr double kEase = 15;  // N/s, largest rate of change of a bur's force while the hand does not move
 
 SurfaceOptions options_for(const ServoSettings& settings, const Parameters& parameters, const Tool& tool) {
   SurfaceOptions options;
@@ -164,9 +167,9 @@ bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
   return true;
 }
 
-/// Moves the contact point to the mesh of another level, with the hand position of the last tick. `anew`: computes the
-/// contact point from the hand position alone, as for a first contact. If `anew` is false, the resulting step of the
-/// force is applied gradually.
+/// Moves the contact point to the mesh of another level of detail, with the hand's position of the last tick. `anew`:
+/// if true, computes the contact point from the hand's position alone, as for a first contact; if false, the resulting
+/// step of the force is applied gradually.
 void MeshLodModel::take_over(bool anew) noexcept {
   const dvec3 before = point().place();
   if (anew) {
@@ -252,8 +255,8 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
   if (!at_wall) wall_normal_ = dvec3(0), wall_stiffness_ = 0;
 }
 
-/// Limits the rate of change of a bur's force when the bur loses contact far from the hand, or when a new snapshot
-/// moves it.
+/// Limits the rate of change of a bur's force if the bur loses contact far from the hand, or if a new snapshot moves
+/// it.
 void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());
@@ -282,13 +285,13 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   // The head moves towards the hand as far as the available energy allows. A step of length s removes the volume A s +
   // π r s². A is the area in contact; the second term is the volume below the surface that the step newly touches.
   PerTissue area = point().engaged_area(grid(), way / left);
-  double all = 0, work = 0;  // all: total contact area, m²; work: energy per metre of the step, J/m
+  double all = 0, work = 0;  // all: m², total contact area; work: J/m, energy that the cut needs per metre of the step
   for (std::size_t t = 1; t < area.size(); ++t) {
     area[t] *= measured_;
     all += area[t];
     work += area[t] * settings_.materials[t].specific_energy;
   }
-  // J/m³, specific cutting energy
+  // J/m³, specific cutting energy of the touched tissue
   const double u = in.specific_energy > 0 ? in.specific_energy : all > 0 ? work / all : 0;
   if (!(u > 0)) return false;
   if (!(work > 0)) work = 0;

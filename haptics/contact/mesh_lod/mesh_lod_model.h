@@ -1,5 +1,6 @@
 // The part of the contact model "mesh_lod" that runs on the servo thread. It computes the surface contact point,
 // selects the level of detail by the hand's speed, and handles walls between tissues.
+// README.md of this folder has an overview and defines the terms.
 #pragma once
 
 #include <memory>
@@ -18,8 +19,8 @@ namespace typodont::haptics::mesh_lod {
 class LevelBySpeed {
  public:
   LevelBySpeed(std::vector<double> speeds, double hysteresis) : speeds_(std::move(speeds)), hysteresis_(hysteresis) {}
-  /// Returns the new level among `count` levels; 0 is the finest. `way`: displacement of the hand in this tick, m;
-  /// `dt`: duration of the tick, s.
+  /// Returns the level for this tick among `count` levels; 0 is the finest. `way`: m, displacement of the hand in this
+  /// tick; `dt`: s, duration of the tick.
   std::size_t step(double way, double dt, std::size_t count) noexcept;
   void reset() noexcept { fresh_ = true; }
 
@@ -55,7 +56,7 @@ class MeshLodModel final : public ContactModel {
   /// Returns true for a bur that is not a ball: contact is then computed for its whole head. For other tools, contact
   /// is computed for a ball, or for the point at the tool's free end.
   static bool whole_head(const Tool& tool) noexcept { return tool.cuts && tool.shape != HeadShape::kSphere; }
-  /// The meshes of the present tissue, finest level first.
+  /// Returns the meshes of the present tissue, finest level first.
   const std::vector<TriangleGrid>& grids() const noexcept {
     return snapshot_.cut ? snapshot_.local : snapshot_.levels->grids;
   }
@@ -75,7 +76,7 @@ class MeshLodModel final : public ContactModel {
   bool behind() const noexcept { return snapshot_.cuts < made_.last(); }
   SurfaceContact& point() noexcept { return *points_[tool_]; }
   const SurfaceContact& point() const noexcept { return *points_[tool_]; }
-  /// Chooses the level for this tick. Returns true if the level changed.
+  /// Chooses the level of detail for this tick. Returns true if the level changed.
   bool choose_level(const ContactInput& in) noexcept;
   void take_over(bool anew) noexcept;
   void fade_offset(const ContactInput& in) noexcept;
@@ -89,26 +90,28 @@ class MeshLodModel final : public ContactModel {
   std::uint32_t tool_ = 0;
   LevelBySpeed by_speed_;
   std::size_t level_ = 0;
-  bool placed_ = false;        // true if the contact point corresponds to the tool's present position
-  bool moved_freely_ = false;  // the servo has moved the free tool since the last tick; placed_ is then false
-  dvec3 hip_{0};               // m, position of the hand in the last tick ("haptic interface point")
+  bool placed_ = false;  // true if the contact point corresponds to the tool's present position
+  // true: the servo has moved the tool without contact since the last tick; placed_ is then false
+  bool moved_freely_ = false;
+  dvec3 hip_{0};  // m, position of the hand in the last tick ("haptic interface point")
   // m, vector from the contact point to its position before the last change of level or wall; fades to zero
   dvec3 offset_{0};
-  bool eases_ = false;        // true if the bur has cut since it was last free; ease() then limits its force
-  dvec3 last_lag_{0};         // m, vector from the hand to the tool position that was returned in the last tick
+  bool eases_ = false;  // true if the bur has cut since it was last free; ease() then limits its force
+  // m, vector from the hand to the position of the tool that was returned to the servo in the last tick
+  dvec3 last_lag_{0};
   dquat last_R_{1, 0, 0, 0};  // orientation of the hand in the last tick
   // Normal of the wall that stops the tool. After the tool has left the wall, the normal is kept until offset_ has
   // faded.
   dvec3 wall_normal_{0};
   double wall_stiffness_ = 0;
 
-  // Data that is stored for each cut.
+  // Data that is stored for each cut of the servo.
   struct Made {
     PerTissue removed{};  // m³, estimated removed volume of each tissue
     dvec3 from{0};        // m, centre of the contact shape before the cut
   };
   RecentCuts<Made> made_;
-  dvec3 sunk_from_{0};    // m, `from` of the first cut that the snapshot does not contain
+  dvec3 sunk_from_{0};    // m, start position of the first cut that the snapshot does not contain
   bool cutting_ = false;  // true if the bur cut in the last tick
   Pose end_;              // pose of the tool at the end of the last tick's cut
   bool adopted_ = false;  // true: a snapshot was adopted since the last tick

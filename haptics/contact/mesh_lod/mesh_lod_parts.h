@@ -13,11 +13,12 @@ namespace typodont::haptics::mesh_lod {
 
 struct Parameters {
   LevelOptions levels;
-  // m/s; if the hand is faster than the k-th speed, the model changes from level k to the next coarser level
+  // m/s, limits of the hand's speed; if the hand is faster than the k-th limit, the model changes from level k to the
+  // next coarser level
   std::vector<double> switch_speed{30e-3, 120e-3};
-  double hysteresis = 0.1;  // hysteresis around each speed, as a ratio to that speed
-  // at a change of level, true: maps the contact point to the new mesh; false: computes it again from the hand's
-  // position
+  double hysteresis = 0.1;  // hysteresis around each limit of the hand's speed, as a ratio to that limit
+  // At a change of the level of detail, true: the contact point is mapped to the new mesh; false: it is computed again
+  // from the hand's position.
   bool maps = true;
   double ramp = 5;  // N/s, rate of change of the force after a change of level; 0: the force changes in one step
   double wall_limit = 0.5;  // N, force above which a wall between two tissues yields

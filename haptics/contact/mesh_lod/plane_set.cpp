@@ -6,13 +6,13 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-/// Adapts a set of planes to the active-set solver: constraints on the displacement x from the reference point c, in
-/// metres.
+/// Presents a set of planes to the active-set solver as constraints on the displacement x of a point from the reference
+/// point c, in metres.
 class FacePlanes {
  public:
   using Plane = mesh_lod::Plane;
-  // Lower limits below which a linear system counts as singular; the values are small, because faces may be nearly
-  // parallel.
+  // Lower limits for the linear systems of the solver; below them, a system counts as singular. The values are small,
+  // because faces may be nearly parallel.
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-10, .least_rest = 1e-10};
 
   explicit FacePlanes(const PlaneSet& set) : set_(set) {}

@@ -12,7 +12,7 @@ namespace typodont::haptics::mesh_lod {
 /// planes in a set. SI units.
 struct Plane {
   dvec3 n{0};              // unit normal
-  double room = 0;         // m, distance that the point may move from c against n
+  double room = 0;         // m, distance that the point may move from c in the direction opposite to n
   dvec3 p{0};              // m, point of the surface that this plane represents
   std::uint32_t face = 0;  // index of the face to which the plane belongs
   // if the plane is a wall between tissues: index of the face's edge at the wall; -1: not a wall

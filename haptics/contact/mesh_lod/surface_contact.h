@@ -13,13 +13,13 @@ struct Hold {
   dvec3 p{0};  // m, point on the surface
   // unit normal, pointing out of the tissue; for a wall between tissues, towards the softer tissue
   dvec3 n{0};
-  double push = 0;               // m, part of the distance between tool and hand that this contact causes
+  double push = 0;               // m, length by which this contact holds the tool back from the hand
   Tissue tissue = Tissue::kAir;  // tissue of the face; for a wall the harder tissue
   bool wall = false;
 };
 
-/// Servo thread; allocates memory only in the constructor. Metres, frame W. place() returns the centre of the contact
-/// shape.
+/// Contact between one tool and a mesh. Servo thread; allocates memory only in the constructor. Metres, frame W.
+/// place() returns the centre of the contact shape.
 class SurfaceContact {
  public:
   virtual ~SurfaceContact() = default;
@@ -42,7 +42,8 @@ class SurfaceContact {
 
   /// Sets the orientation of the tool for all following calls.
   virtual void turn_to(const dquat& /*R_WT*/) noexcept {}
-  /// Must be called before another grid is passed than in the last call, or if the faces of that grid have changed.
+  /// Must be called before a call with another grid than in the previous call, or if the faces of that grid have
+  /// changed.
   virtual void mesh_changed() noexcept {}
 
   /// Starts a contact with the centre at p. Returns false if the tool overlaps tissue there.
@@ -55,7 +56,8 @@ class SurfaceContact {
   /// Follows the hand's position `hip` (haptic interface point). `give`: if faces overlap the head, the tissue is
   /// treated as removed to the depth of the overlap.
   virtual void follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept = 0;
-  /// Moves the centre into the tissue; follow() with `give` then treats the overlap as removed.
+  /// Moves the centre into the tissue. If follow() is then called with `give` = true, it treats the overlapped tissue
+  /// as removed.
   void sink_to(const dvec3& c) noexcept { c_ = c; }
 
   /// Returns the distance from the tool at p to the surface, but at most `most`.
@@ -65,8 +67,8 @@ class SurfaceContact {
   virtual PerTissue engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept = 0;
 
  protected:
-  // Upper limit of the distance from the head at which a surface point still counts as in contact, as a ratio to the
-  // radius.
+  // Upper limit of the distance between the head and a surface point that counts as in contact, as a ratio to the
+  // head's radius.
   static constexpr double kOnHead = 0.03;
 
   dvec3 c_{0};

@@ -12,19 +12,19 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr int kMostIterations = 24;   // upper limit of the iterations in one call of follow()
+constexpr int kMostIterations = 24;   // upper limit of the number of iterations in one call of follow()
 constexpr double kStays = 1e-11;      // m, convergence tolerance: a shorter step ends the iteration
 constexpr double kLeastReach = 5e-6;  // m, smallest distance from the ball within which faces are collected
 // m, largest distance from the ball within which faces are collected; a longer displacement is divided into several
 // steps
 constexpr double kMostReach = 0.3e-3;
-constexpr double kAhead = 1.1;  // the search distance is this factor times the expected displacement
+constexpr double kAhead = 1.1;  // ratio of the search distance for faces to the expected displacement of the ball
 // m, largest displacement for which collected faces are reused; the width of a grid cell is a second limit
 constexpr double kMostKept = 0.3e-3;
-// Upper limit of the search distance while a bur is in its own cut, as a ratio to the radius.
+// Upper limit of the search distance for faces while a bur is in its own cut, as a ratio to the bur's radius.
 constexpr double kReachInCut = 0.5;
-constexpr double kLeastInCut = 50e-6;  // m, lower limit of the search distance while a bur is in its own cut
-// the next search distance is this fraction of the last step, because the steps become shorter
+constexpr double kLeastInCut = 50e-6;  // m, lower limit of the search distance for faces while a bur is in its own cut
+// ratio of the next search distance to the length of the last step; it is small, because the steps become shorter
 constexpr double kNextReach = 0.25;
 // m, rounding tolerance: a face that rises above another face's plane by at most this needs no plane of its own
 constexpr double kBelow = 1e-11;
@@ -35,11 +35,11 @@ constexpr double kMapReach = 2e-3;  // m, search distance for the surface after 
 constexpr int kMostLifts = 16;
 // smallest cosine between a plane's normal and the direction to the hand for which round_edge() extends a step
 constexpr double kLeastAlong = 0.3;
-// m; at a smaller distance from a face, the contact direction is the normal of the face
+// m, threshold; if the ball's centre is nearer to a face, the contact direction is the normal of the face
 constexpr double kNoDirection = 1e-13;
 
-/// Finds the boxes within the distance `far` of p. Writes their indices to `at` and returns their number. The last
-/// batch of eight may contain unused elements.
+/// Finds the bounding boxes of faces within the distance `far` of p. Writes their indices to `at` and returns their
+/// number. The last batch of eight may contain unused elements.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size_t count, const float* p, float far,
                        std::uint32_t* at) {
@@ -108,7 +108,8 @@ bool SurfacePoint::put(const TriangleGrid& grid, const dvec3& p) noexcept {
   const TriangleGrid::Nearest near = grid.nearest(p, kMapReach);
   const bool inside = grid.inside(p);
   if (!inside && !(near.found && near.distance < radius())) return true;
-  if (!near.found) return false;  // the point is too deep inside the tissue and does not move
+  // no surface is within the search distance, so the point, which is deep inside the tissue, does not move
+  if (!near.found) return false;
   const dvec3 out = unit_or(inside ? near.p - p : p - near.p, unit_or(grid.face(near.face).normal(), {0, 0, 1}));
   lift(grid, out);
   return false;
@@ -183,7 +184,8 @@ void SurfacePoint::collect(const TriangleGrid& grid, double reach) noexcept {
   }
 }
 
-/// Returns the collected faces whose boxes are at most `within` (m) away from the centre, as indices of near_.
+/// Returns the collected faces whose bounding boxes are at most `within` (m) away from the ball's centre, as indices of
+/// near_.
 std::span<const std::uint32_t> SurfacePoint::close_faces(const TriangleGrid& grid, double within) noexcept {
   const glm::vec3 p(c_ - grid.origin());
   const float* const lo[3] = {boxes_.lo_x, boxes_.lo_y, boxes_.lo_z};
@@ -214,13 +216,14 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, double reach
   }
 }
 
-/// Collects the planes of all faces within `reach` of the ball. Returns false if there are too many planes.
+/// Collects the planes of all faces that are at most `reach` (m) away from the ball. Returns false if there are too
+/// many planes.
 bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexcept {
   planes_.clear();
   const double r = radius();
   bool room = true;
-  // First adds the faces whose nearest point lies in their interior. Faces that lie below these planes then need no
-  // planes for their edges.
+  // First adds the planes of the faces whose nearest point lies in their interior. Other faces that lie below these
+  // planes then need no planes for their edges.
   int edge_count = 0;
   const auto add = [&](std::uint32_t i, const dvec3& n, double distance, const dvec3& p) {
     double free = distance - r;
@@ -306,7 +309,7 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
   if (at.edge < 0 || !(along > kLeastAlong)) return;
   const double way = (glm::dot(plane.n, c_ - at.p) - plane.room) / along;
   const dvec3 other = at.p + way / size * off - c_;
-  // the extension would be longer than the step itself, so the line belongs to another part of the face
+  // If the extension would be longer than the step itself, the line belongs to another part of the face.
   if (glm::length(other - step) > glm::length(step)) return;
   for (int i = 0; i < planes_.count(); ++i) {
     if (glm::dot(planes_[i].n, other) < -planes_[i].room - kStays) return;
@@ -324,7 +327,7 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   for (int i = 0; i < count_; ++i) along -= std::min(0.0, glm::dot(along, hold(i).n)) * hold(i).n;
   const double near = give ? std::max(kReachInCut * radius(), kLeastInCut) : kMostKept;
   const double kept = std::min({grid.cell(), kMostKept, near}), most_reach = std::min(kMostReach, near);
-  // m, expected displacement in the next iteration
+  // m, expected displacement of the ball in the next iteration
   double wanted = std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, most_reach);
   if (collected_ != &grid || near_reach_ - glm::distance(c_, near_from_) < wanted) collect(grid, wanted + kept);
   for (int i = 0; i < kMostIterations; ++i) {
@@ -375,8 +378,8 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   if (behind_ && (ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(beyond_))) behind_ = false;
 }
 
-/// Tests the collected faces if they include all faces near the ball. The areas are added in the order of the grid, so
-/// that the sum has the same bits with a search of the grid.
+/// Uses the collected faces if they include all faces near the ball; otherwise searches the grid. The areas are added
+/// in the order of the grid, so that the sum has the same bits in both cases.
 PerTissue SurfacePoint::engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept {
   PerTissue area{};
   const double within = (1 + kOnHead) * radius();

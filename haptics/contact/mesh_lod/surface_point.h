@@ -21,16 +21,17 @@ struct SurfaceOptions {
   double unit_force = 1000;  // N/m, stiffness of the coupling for a material stiffness of 1 N/mm
 };
 
-/// Surface contact point after Wang et al. 2009, section 3.2. The paper moves from the active primitive to a neighbour
-/// while the distance to the HIP decreases. Here, every face near the point adds a plane through its nearest primitive
-/// (vertex, edge or interior). The point moves to the position nearest to the HIP that satisfies all planes; this is
-/// repeated until it does not move. The result is the same, but no links between neighbours are needed; cracks,
-/// duplicate triangles and slivers have no such links. No step can pass through a face of any mesh. The point is the
-/// centre of a ball with the tool's radius; a point tool is a ball of radius `kSkin`. Servo thread; never allocates.
+/// Surface contact point after Wang et al. 2009, section 3.2. The paper's search moves from a primitive (vertex, edge
+/// or face) to a neighbour as long as the distance to the HIP decreases. Here, every face near the point adds a plane
+/// through its nearest primitive. The point moves to the position nearest to the HIP that satisfies all planes; this is
+/// repeated until the point does not move. The result is the same, but the method needs no links between neighbours,
+/// which do not exist at cracks, duplicate triangles and slivers. No step can pass through a face of any mesh. The
+/// point is the centre of a ball with the tool's radius; a point tool is a ball of radius `kSkin`. Servo thread; never
+/// allocates.
 class SurfacePoint final : public SurfaceContact {
  public:
   static constexpr double kSkin = 1e-8;        // m, smallest distance of the point from a face
-  static constexpr double kFarthest = 1.5e-3;  // m, largest allowed `most` of clearance()
+  static constexpr double kFarthest = 1.5e-3;  // m, largest allowed value of the argument `most` of clearance()
 
   SurfacePoint(const SurfaceOptions& options, const Stiffness& stiffness) : options_(options), stiffness_(stiffness) {}
 
@@ -74,7 +75,7 @@ class SurfacePoint final : public SurfaceContact {
   Boxes boxes_{};
   // grid from which the faces were collected; null: they must be collected again
   const TriangleGrid* collected_ = nullptr;
-  // The faces of the present iteration, as indices of near_.
+  // The faces that the present iteration uses, as indices of near_.
   std::array<std::uint32_t, kMostNear + kBatch> close_{};
   dvec3 near_from_{0};
   double near_reach_ = 0;
@@ -87,13 +88,13 @@ class SurfacePoint final : public SurfaceContact {
   // A face that touches or overlaps the ball.
   struct Engaged {
     std::uint64_t order = 0;  // rank of the face in a search of the grid
-    double across = 0;        // m², projected area
+    double across = 0;        // m², area of the face projected along the direction of the cut
     Tissue tissue = Tissue::kAir;
   };
   std::array<Engaged, kMostNear> engaged_;
   PlaneSet planes_;
-  // Planes of the faces whose nearest point lies in their interior; these planes are first in the list. One array per
-  // coordinate of the normal, and one for the distance from the centre.
+  // Planes of the faces whose nearest point lies in their interior; these planes are first in the list of planes. One
+  // array for each coordinate of the normal, and one for the distance from the ball's centre.
   struct Inner {
     alignas(32) float x[PlaneSet::kMost], y[PlaneSet::kMost], z[PlaneSet::kMost], distance[PlaneSet::kMost];
   };

@@ -13,7 +13,7 @@ constexpr double kMostCells = 4e6;
 // Each cell lists the faces that overlap it. Upper limit of the total length of these lists, divided by the number of
 // faces. If they are longer, the grid gets larger cells.
 constexpr double kEntriesPerFace = 16;
-constexpr double kFewEntries = 1e6;  // this total length of the lists is allowed for every mesh
+constexpr double kFewEntries = 1e6;  // total length of the lists that is always allowed, whatever the number of faces
 constexpr float kBoxMargin = 1e-7f;  // m, margin of a box, larger than the error of rounding the box to floats
 // smallest squared sine of a face's angle; for a flatter face, only its edges are used
 constexpr double kSliver = 1e-12;
@@ -193,7 +193,8 @@ int TriangleGrid::winding_sixths(const dvec3& p) const noexcept {
       const bool left = w[0] > 0 && w[1] > 0 && w[2] > 0, right = w[0] < 0 && w[1] < 0 && w[2] < 0;
       if (!left && !right) return;
       const dvec3 n = f.normal();
-      const double above = glm::dot(n, f.a - p) / n[axis];  // m, signed distance from p to the face along the axis
+      // m, signed distance from p to the face along the present axis of the ray
+      const double above = glm::dot(n, f.a - p) / n[axis];
       sixths += (above > 0) == left ? 1 : -1;
     });
   }

@@ -45,7 +45,8 @@ inline dvec3 nearest_on_segment(const dvec3& a, const dvec3& b, const dvec3& p) 
   return square > 0 ? a + std::clamp(along / square, 0.0, 1.0) * ab : a;
 }
 
-/// Built at set-up or by the carver; the servo only reads it. Queries never allocate memory.
+/// The faces of one mesh in a uniform grid. Built at set-up or by the carver; the servo only reads it. Queries never
+/// allocate memory.
 class TriangleGrid {
  public:
   TriangleGrid() = default;
@@ -118,7 +119,7 @@ class TriangleGrid {
   std::vector<std::uint32_t> entries_;  // indices of the faces in each cell, cell by cell
   dvec3 origin_{0};
   double cell_ = 1e-3;    // m, edge length of a cell
-  float inverse_ = 1e3f;  // 1/m, reciprocal of the edge length
+  float inverse_ = 1e3f;  // 1/m, reciprocal of the edge length of a cell
   glm::ivec3 cells_{0};
 };
 

@@ -66,14 +66,14 @@ TissueVolume::Copied whole(SurfacePatch& patch) {
 
 }  // namespace
 
-/// Moves a patch to voxel `lo` and updates its samples. If `known`, written_ contains all changes since the last copy
-/// of the patch. In this case only three parts are copied: these changes, the samples that the servo wrote itself, and
-/// the slabs that are new in the patch. Otherwise all samples are copied. copy_part(box) copies a box of samples;
-/// copy_written() copies the changes in written_.
+/// Moves a patch so that its first voxel is `lo`, and updates its samples from the volume. If `known` is true, written_
+/// contains all changes of the volume since the last copy of the patch. In this case only three parts are copied: these
+/// changes, the samples that the servo wrote itself, and the slabs that are new in the patch. Otherwise all samples are
+/// copied. copy_part(box) copies a box of samples; copy_written() copies the changes in written_.
 template <class CopyPart, class CopyWritten>
 void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, CopyPart copy_part,
                       CopyWritten copy_written) {
-  VoxelBox left{lo, lo + patch.n - 1};  // samples still to be copied
+  VoxelBox left{lo, lo + patch.n - 1};  // box of the samples that are not copied yet
   const VoxelBox stays = common(left, {patch.lo, patch.lo + patch.n - 1});
   patch.move_to(lo);
   if (!known || stays.empty()) {

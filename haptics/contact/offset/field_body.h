@@ -51,7 +51,7 @@ class FieldBody : public TissueBody {
   std::vector<Tool> tools_;
   LoosePieces loose_pieces_;         // finds the pieces that a cut separates from the tissue
   std::vector<LoosePiece> pieces_;   // loose pieces that take_pieces() has not returned yet
-  TissueVolume::Written written_;    // changes since the last copy of the patch that is being updated
+  TissueVolume::Written written_;    // changes of the volume since the last copy of the patch that is being updated
   double travel_ = 0;                // m, distance that a head may move inside one patch
   std::uint32_t laws_ = kServoLaws;  // version of the force laws of the servo whose cuts are repeated
   // spacing and edge length of the coarse patch inside a patch; edge 0: there is none, because no tool has a shank

@@ -35,8 +35,8 @@ bool OffsetModel::fill(const ContactInput& in, Contact& contact, Cut& cut) noexc
   return changed;
 }
 
-/// Places the filling material that the instrument has delivered but that is not in the tissue yet. Returns true and
-/// sets `cut` if some of it was placed.
+/// Adds filling material to the tissue that the instrument has delivered but that is not in the tissue yet. Returns
+/// true and sets `cut` if some of it was added.
 bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, Cut& cut) noexcept {
   const Tool& instrument = tool();
   const double h = settings_.frame.voxel, voxel = h * h * h, reach = instrument.fill_reach / h;
@@ -103,12 +103,13 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
     if (patch_.distance[i] < P::open) continue;
     left -= P::room_cost;
     const double by_head = instrument.kept_by_head(place);
-    if (by_head > -P::open) {  // the head covers the ray at least up to this distance
+    if (by_head > -P::open) {  // the head covers this ray at least up to the present sample
       way.next = open_place_search_.looks + 1 + static_cast<int>(std::max(by_head, 0.0) / P::flow_step);
       continue;
     }
     if (instrument.is_limited() && instrument.beyond_limit(place) > -P::open) continue;
-    // The place found here may take more filling later, so the next search starts again with this sample of the ray.
+    // There may be space for more filling at this place later, so the next search starts again with this sample of the
+    // ray.
     const double off = glm::length(place - filling_.center);
     const bool grows = filling_.center == filling_.root && off < reach && off > filling_.radius;
     filling_.radius = grows ? off : 0;

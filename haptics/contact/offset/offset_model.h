@@ -15,7 +15,8 @@
 
 namespace typodont::haptics::offset {
 
-/// Contact model for the servo thread. Lengths are in voxels unless a unit is given; V is the voxel frame.
+/// The contact model "offset" on the servo thread. Lengths are in voxels unless a unit is given; V is the frame of the
+/// voxel grid.
 class OffsetModel : public PatchModel {
  public:
   explicit OffsetModel(const ServoSettings& settings);
@@ -42,10 +43,10 @@ class OffsetModel : public PatchModel {
 
   /// Intermediate results of the present tick.
   struct Step {
-    dvec3 start{0}, c{0};       // voxels, the head's centre: at the start of the tick, and at present
-    dvec3 target{0};            // voxels, position of the head's centre at the hand's pose
-    dvec3 shift{0};             // voxels, motion of the hand since the last tick
-    double slack = 0;           // voxels, depth that the head may sink in this tick, limited by the energy budget
+    dvec3 start{0}, c{0};  // voxels; start: the head's centre at the start of the tick; c: the head's present centre
+    dvec3 target{0};       // voxels, position of the head's centre at the hand's pose
+    dvec3 shift{0};        // voxels, displacement of the hand since the last tick
+    double slack = 0;      // voxels, depth that the head may sink in this tick, limited by the energy budget
     double slack_at_walls = 0;  // fraction of `slack` that remains at a wall between tissues
     double overlap_before = 0;
     // voxels, displacement of the proxy in one tick that changes the force at a rate of 1 N/s
@@ -59,7 +60,7 @@ class OffsetModel : public PatchModel {
     // limit; zero without contact.
     dvec3 held_off{0};
     ActivePlanes active{};  // indices of the contacts that hold the head (the active set)
-    // Same meaning as the members of Contact with these names.
+    // These members have the same meaning as the members of Contact with the same names.
     bool touching = false, lost = false, deep = false, bridging = false, late = false;
   };
 
@@ -68,7 +69,7 @@ class OffsetModel : public PatchModel {
     dvec3 found_at{0};  // voxels, the head's centre at the last search for contacts
     dvec3 last_step{0};
     double last_gain = 1, last_length = 0;
-    int settled = 0;       // number of iterations that ended in contact without a long step
+    int settled = 0;       // number of iterations so far that ended in contact without a long step
     dvec3 long_step{0};    // voxels, the last step that was too long for one iteration
     int reversals = 0;     // number of long steps that were opposite to the previous long step
     bool at_pace = false;  // true if the last step was limited by the speed limit and not by a contact
@@ -124,7 +125,7 @@ class OffsetModel : public PatchModel {
   void update_coarse(SurfacePatch& fresh, bool edited) noexcept override;
   void adopted(bool strokes_edited, bool known) noexcept override;
 
-  // Functions for filling instruments (filling.cpp).
+  // Functions for instruments that add filling to a cavity; they are defined in filling.cpp.
   bool fill(const ContactInput& in, Contact& contact, Cut& cut) noexcept;
   bool place_filling(const ContactInput& in, const Contact& contact, Cut& cut) noexcept;
   bool begin_dome(const Pose& X_WH, double reach) noexcept;
@@ -141,7 +142,8 @@ class OffsetModel : public PatchModel {
   bool emptied_ = false;  // true if the last cut removed all tissue inside the head
   // voxels, overlap of head and tissue; it decays to zero while the head is moved out of the tissue
   double overlap_ = 0;
-  double wall_ = 0;  // value of Contact::wall in the last tick
+  // fraction 0..1 of the power with which the head cut at a wall of harder tissue in the last tick; 0: no wall
+  double wall_ = 0;
   bool breaking_through_ = false;
   double lost_for_ = 0;  // s, time since the tool was last inside the patch
   // N, force of the last contact, whose plane replaces the tissue while a patch is late; 0: no such plane
@@ -185,7 +187,7 @@ class OffsetModel : public PatchModel {
   struct OpenPlaceSearch {
     struct Ray {
       int next = 0;       // number of the next sample to examine on this ray
-      int in_tissue = 0;  // number of consecutive samples inside tissue
+      int in_tissue = 0;  // number of consecutive samples of this ray inside tissue
     };
     static constexpr int kNever = 1 << 30;
     int looks = 0;        // number of samples that have been examined on every ray

@@ -10,14 +10,14 @@ namespace typodont::haptics::offset {
 /// Search for the proxy's position. Each iteration finds contacts, projects the target onto the allowed region, and
 /// moves the proxy (proxy.cpp).
 struct SearchParameters {
-  static constexpr double contact_range = 0.8;  // voxels; the search uses contacts whose gap is at most this
+  static constexpr double contact_range = 0.8;  // voxels, upper limit of the gap of contacts that the search uses
   // Voxels, longest step of one iteration with several contacts. It is shorter than contact_range, so that no contact
   // is missed.
   static constexpr double contact_step = 0.6;
   // Voxels, longest step of one iteration with at most one contact. The step cannot pass through tissue that is thicker
   // than this.
   static constexpr double free_step = 1.5;
-  // voxels; contacts are reused until the head has moved this far, and then searched again
+  // voxels; the found contacts are reused until the head has moved this far; then contacts are searched again
   static constexpr double reuse_distance = 0.3;
   // voxels, convergence tolerance with one contact: a shorter step ends the search
   static constexpr double converged = 1e-6;
@@ -29,14 +29,16 @@ struct SearchParameters {
   // Voxels, convergence tolerance with several contacts for a cutting tool. The position error is about the square of
   // this step, because the steps converge quadratically.
   static constexpr double settled_cutting = 0.03;
-  static constexpr int iterations = 48;  // upper limit of iterations per tick, including iterations without contact
-  // Upper limits of the iterations in contact per tick: for a tool that does not cut, and for a cutting tool.
+  // upper limit of the number of iterations per tick, including iterations without contact
+  static constexpr int iterations = 48;
+  // Upper limits of the number of iterations in contact per tick. settling_iterations: for a tool that does not cut;
+  // settling_iterations_cutting: for a cutting tool.
   static constexpr int settling_iterations = 8, settling_iterations_cutting = 5;
-  // Limit of long steps that are opposite to the previous long step. With more reversals, the search would not converge
-  // and ends.
+  // Upper limit of the number of long steps that are opposite to the previous long step. With more reversals, the
+  // search would not converge, and ends.
   static constexpr int reversals = 2;
-  // Upper limit of refinement rounds per iteration for a tool that does not cut. Each round computes the exact planes
-  // of the contacts that hold the head.
+  // Upper limit of the number of refinement rounds per iteration for a tool that does not cut. Each round computes the
+  // exact planes of the contacts that hold the head.
   static constexpr int refining_rounds = 6;
   // Upper limit of the ratio of two successive steps for which the secant method is used.
   static constexpr double still_converges = 0.95;
@@ -63,7 +65,9 @@ struct WallPlacementParameters {
   static constexpr double same_wall = 0.9;
   // voxels, largest overlap of the placed ball with another plane of the same wall
   static constexpr double same_wall_overlap = 0.02;
-  static constexpr double alone = 2e-4;  // voxels, largest remaining step of a placed ball that has only one contact
+  // voxels, largest step that remains for a ball on a wall with only one contact; with a larger step, the iterative
+  // search is used
+  static constexpr double alone = 2e-4;
 };
 
 /// Limits of the proxy's speed relative to the hand while a bur cuts. With these limits the force changes by at most
@@ -74,7 +78,7 @@ struct PaceParameters {
   static constexpr double free_slew = 14;
   static constexpr double grip_slew = 9;      // N/s, largest rate at which the force rises when the teeth catch
   static constexpr double tooth_grip = 0.15;  // friction coefficient of the teeth: lateral force divided by the push
-  static constexpr double tolerance = 1.02;   // the proxy's speed may exceed the speed limit by this factor
+  static constexpr double tolerance = 1.02;   // factor by which the proxy's speed may exceed the speed limit
   static constexpr int rounds = 4;            // upper limit of the iterations that enforce the speed limit
   // s. A bur is in debt if its cuts needed more energy than its motor has delivered so far. The debt is given as the
   // time in which the motor delivers the missing energy. A bur with a larger debt than this is slowed down.
@@ -88,11 +92,11 @@ struct FallParameters {
   static constexpr double rough_time = 2e-3;  // s, time constant of the filter for the hand's present velocity
   static constexpr double speed_time = 0.1;   // s, time constant of the filter for the hand's mean velocity
   static constexpr double push_time = 0.05;   // s, time constant of the filter for the push that held the hand up
-  // N/s; if (present - mean velocity) × stiffness is larger than this, the motion may be a fall
+  // N/s, threshold of (present velocity - mean velocity) × stiffness; above it, the motion of the hand may be a fall
   static constexpr double gain = 5;
   // lower limit of the cosine between the mean push and the direction against the fall
   static constexpr double along = 0.3;
-  // N/s; a landing speed is always allowed if landing speed × stiffness is smaller than this
+  // N/s, threshold of landing speed × stiffness; below it, a landing speed is always allowed
   static constexpr double landing_slew = 12;
   // A landing speed is also allowed up to this factor times the hand's mean speed.
   static constexpr double growth = 1.2;
@@ -103,14 +107,16 @@ struct FallParameters {
 /// Walls at borders from soft to hard tissue. They stop only a head that comes from the softer tissue (Wang 2009,
 /// "boundary walls").
 struct WallParameters {
-  static constexpr double felt_depth = 0.1e-3;  // m; the wall acts on a head until it is this deep in the harder tissue
-  // voxels; within this distance of a border, a sample may show either of the two tissues
+  // m; a wall acts on a head until the head is this deep in the harder tissue
+  static constexpr double felt_depth = 0.1e-3;
+  // voxels; within this distance of a border between tissues, a sample may show either of the two tissues
   static constexpr double border = 0.5;
   // lower limit of the fraction of its power with which a bur cuts at a wall
   static constexpr double least_power = 0.1;
   // A border is a wall if the ratio of the softer to the harder tissue's specific energy is below this limit.
   static constexpr double from_ratio = 0.2;
-  // upper limit of rounds per iteration; each round restricts the cut at wall planes and projects again
+  // upper limit of the number of rounds per iteration; each round reduces the depth of the cut at wall planes and
+  // projects again
   static constexpr int rounds = 4;
 };
 
@@ -119,8 +125,10 @@ struct RecoveryParameters {
   // s, time constant with which the overlap decays while the tool is led out of tissue
   static constexpr double recovery_time = 6e-3;
   static constexpr double least_overlap = 0.01;  // voxels; with a smaller overlap the tool counts as outside the tissue
-  static constexpr double patch_wait = 0.01;     // s; the patch counts as late if the tool waits longer at its border
-  // m; a tool may move this far out of the patch before the force of the plane that replaces the tissue decreases
+  // s, threshold of the time that the tool is outside its patch; above it, the new patch counts as late
+  static constexpr double patch_wait = 0.01;
+  // m; a tool without patch touches a plane that replaces the tissue. If the tool is farther than this outside the
+  // patch, the force of the plane decreases.
   static constexpr double bridge_reach = 5e-3;
   // N; the plane that replaces a late patch yields if the force exceeds the force of the last contact by more than
   // this.
@@ -136,10 +144,11 @@ struct RecoveryParameters {
 /// Conditions for the retreat. If the hand has moved away but contacts hold the proxy, the proxy is led back along its
 /// path.
 struct RetreatParameters {
-  static constexpr double far = 2e-3;      // m; the hand may have moved away if it is farther than this from the proxy
+  // m, threshold of the distance between hand and proxy; above it, the hand may have moved away
+  static constexpr double far = 2e-3;
   static constexpr double still = 0.3e-3;  // m; the proxy counts as held while it moves less than this
-  // m; the hand has certainly moved away if it is farther than this from the proxy, because at 1 N/mm nobody presses so
-  // hard
+  // m, threshold of the distance between hand and proxy; above it, the hand has certainly moved away, because at 1 N/mm
+  // nobody presses so hard
   static constexpr double too_far = 5e-3;
   static constexpr double patience = 0.3;    // s, time for which the proxy must be held before it is led back
   static constexpr double report_after = 1;  // s, hold time after which a fault reports that no path back was found
@@ -147,7 +156,7 @@ struct RetreatParameters {
   // distance
   static constexpr double gain = 0.1e-3;
   static constexpr double slew = 14;  // N/s, largest rate of change of the force while the proxy is led back
-  // m; when the head is farther than this from tissue, the recorded path starts again
+  // m, threshold of the distance between head and tissue; above it, the recorded path starts again
   static constexpr double outside = 1e-3;
   // voxels, distance between two samples on the line from the proxy to the hand
   static constexpr double look_step = 1;
@@ -161,8 +170,8 @@ struct CoarseParameters {
 
 /// Limits for a filling instrument (filling.cpp).
 struct FillingParameters {
-  // s. Filling that cannot be placed yet waits. At most the volume that the instrument delivers in this time can wait;
-  // the rest is lost.
+  // s. Filling that cannot be added to the tissue yet waits. At most the volume that the instrument delivers in this
+  // time can wait; the remaining volume is lost.
   static constexpr double waits = 0.05;
   // lower limit of the field's slope near one surface; a smaller slope means that the point is midway between two
   // surfaces
@@ -174,19 +183,21 @@ struct FillingParameters {
   // s; in one tick, a dome may grow by the volume that waits, plus the volume that the instrument delivers in this time
   static constexpr double ahead = 0.01;
   static constexpr double least_step = 1e-3;
-  // a dome stops growing if the free fraction of its surface is not larger than this
+  // threshold of the free fraction of a dome's surface; at or below it, the dome stops growing
   static constexpr double buried = 0.01;
-  // Voxels. A place is open for filling if tissue, head and the limit of the search are at least this far away.
+  // Voxels, smallest distance from tissue, from the head and from the limit of the search at which a place is open for
+  // filling.
   static constexpr double open = 0.5;
   // upper limit of the search distance for an open place, as a ratio to the instrument's reach
   static constexpr double flows_on = 3;
   static constexpr double flow_step = 0.5;  // voxels, distance between two samples along a ray
-  // Largest number of consecutive samples inside tissue on a ray. The voxels at a filled wall contain tissue and
-  // filling, so a few such samples do not end the ray.
+  // Largest allowed number of consecutive samples inside tissue on a ray. The voxels at a filled wall contain tissue
+  // and filling, so a few such samples do not end the ray.
   static constexpr int thin = 3;
   // Upper limit of the cost of one tick's search for an open place, in units of about 1 ns.
   static constexpr int search_cost = 60000;
-  // Cost of a skipped ray, of a sample, and of the test whether filling fits at a sample, in units of about 1 ns.
+  // Costs in the search for an open place, in units of about 1 ns: of a skipped ray, of a sample, and of the test
+  // whether filling fits at a sample.
   static constexpr int skip_cost = 1, sample_cost = 5, room_cost = 60;
   static constexpr std::size_t directions = 2048;  // number of rays along which open places are searched
 };

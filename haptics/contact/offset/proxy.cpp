@@ -30,10 +30,10 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   return target + lag;
 }
 
-/// Returns the largest allowed distance between the proxy's new position and start + `shift`, where a rigid connection
-/// to the hand would move the proxy. The result is `pace`, or slightly more than the smallest distance that the
-/// positions along `step` have from that point, whichever is larger. So a head that is stuck in its hole can sink even
-/// while the hand moves fast sideways.
+/// Returns the largest allowed distance between the proxy's new position and the point start + `shift`, to which a
+/// rigid connection to the hand would move the proxy. Usually this is `pace`. If all positions along `step` are farther
+/// from that point, the result is slightly more than the smallest of their distances. So a head that is stuck in its
+/// hole can sink even while the hand moves fast sideways.
 double farthest(const dvec3& step, const dvec3& shift, double pace) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -61,7 +61,8 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& s = step_;
   s.slack = s.slack_at_walls = s.fall_limit = 0;
-  // Two separate assignments: a chained assignment would read the first value back from memory and wait for the store.
+  // These are two separate assignments, because a chained assignment would read the first value back from memory and
+  // wait for the store.
   s.fall_normal = dvec3(0);
   s.held_off = dvec3(0);
   s.active.count = 0;
@@ -99,7 +100,8 @@ void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   smooth(fall_.hand_mean, v, F::speed_time);
   const dvec3 gained = fall_.hand_speed - fall_.hand_mean;
   const double gain = glm::length(gained);
-  // The change of speed must also exceed the noise of one encoder count.
+  // A fall is recognised by the hand's gain of speed. The gain must exceed F::gain / stiffness, and also the noise of
+  // one encoder count of the position.
   if (gain < F::gain / settings_.stiffness + settings_.position_step / F::rough_time) return;
   const dvec3 n = -gained / gain;
   const double held_up = glm::dot(fall_.push_mean, n);
@@ -191,8 +193,8 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     const double length = glm::length(step);
     const double longest = contacts_.count() > 1 ? Q::contact_step : Q::free_step;
     if (length > longest) {
-      // If no single position shows all walls as contacts, the search may alternate between two positions for ever. So
-      // reversed long steps are counted.
+      // In a narrow cavity, no single position may show all walls as contacts. The search could then alternate between
+      // two positions for ever. So reversed long steps are counted.
       s.reversals += glm::dot(step, s.long_step) < 0;
       s.long_step = step;
       if (settings_.laws >= 5 && s.reversals > Q::reversals) break;
@@ -201,7 +203,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
       continue;
     }
     p.c = next;
-    if (s.at_pace) {  // the speed limit is reached; the next tick continues from here
+    if (s.at_pace) {  // the speed limit is reached, so the search ends; the next tick continues from this position
       p.touching = !comes_free;
       break;
     }
@@ -270,7 +272,7 @@ void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_f
   }
 }
 
-/// Searches the contacts of the head, the shank and the safe end at the centre c.
+/// Searches the contacts of the head, the shank and the safe end, with the head's centre at c.
 void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool center_inside) noexcept {
   const Pose X_VT{c, in.X_WT.R};
   finder().find(patch_, X_VT, Q::contact_range, contacts_);
@@ -338,8 +340,9 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
 }
 
 /// Accelerates the convergence by the secant method. Along a smooth curved surface, each step is a constant fraction of
-/// the previous step (negative in a concave surface). So the sum of all remaining steps is made at once. With two
-/// active planes the gain may only shorten the step. The component of the step towards the tissue is not changed.
+/// the previous step (negative in a concave surface). So the sum of all remaining steps is made at once: the step is
+/// multiplied by a gain. With two active planes, the gain is at most 1. The component of the step towards the tissue is
+/// not changed.
 dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   const Step& p = step_;
   const double before2 = glm::dot(s.last_step, s.last_step);
@@ -377,8 +380,8 @@ double OffsetModel::debt_fraction(const ContactInput& in) const noexcept {
   return std::clamp((P::standing_debt + in.budget / in.power) / (P::standing_debt - P::free_debt), 0.0, 1.0);
 }
 
-/// Returns true if the ball placed on the wall overlaps the planes that hold it by less than a tolerance. The tolerance
-/// is smaller for a plane of another wall.
+/// Checks the position of a ball that was computed from a single wall. Returns true if the ball overlaps the planes
+/// that hold it by less than a tolerance. The tolerance is smaller for a plane of another wall.
 bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcept {
   using S = WallPlacementParameters;
   for (int i = 0; i < step_.active.count; ++i) {
@@ -419,7 +422,8 @@ double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   return softer > 0 && softer < W::from_ratio * harder ? std::max(softer / harder, W::least_power) : 1;
 }
 
-/// Returns the smallest fraction wall_at() of all planes that hold the head, or 0 if no plane lies at a wall.
+/// Returns the smallest value of wall_at() of all planes that hold the head. wall_at() is the fraction 0..1 of the
+/// power with which the head cuts at a wall of harder tissue. Returns 0 if no plane lies at a wall.
 double OffsetModel::strongest_wall(const ActivePlanes& active) const noexcept {
   double least = 1;
   for (int i = 0; i < active.count; ++i) {
@@ -486,7 +490,7 @@ bool OffsetModel::lead_back() noexcept {
   contacts_.clear();
   overlap_ = wall_ = 0;
   fall_.push_mean = dvec3(0);
-  rejoining_ = RecoveryParameters::rejoin_time;  // the proxy then follows the hand at a limited speed
+  rejoining_ = RecoveryParameters::rejoin_time;  // s; during this time, the proxy follows the hand at a limited speed
   breaking_through_ = true;
   return true;
 }

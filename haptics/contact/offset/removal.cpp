@@ -44,8 +44,8 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
   return true;
 }
 
-/// Repeats the cut in the coarse patch. Several short cuts are joined into a longer one, because the coarse samples
-/// cannot resolve them.
+/// Repeats a cut in the coarse patch, from pose A to pose B of the head. Several short cuts are joined into a longer
+/// one, because the coarse samples cannot resolve them.
 void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues) noexcept {
   if (patch_.wide.empty()) return;
   const VoxelFrame frame{settings_.frame.origin, voxel() * patch_.wide.front().every};

@@ -32,9 +32,10 @@ class RetreatPath {
 
  private:
   static constexpr std::size_t kMost = 512;
-  static constexpr double kSpacing = 0.5;    // voxels, smallest distance between two consecutive points
-  static constexpr double kSamePlace = 0.7;  // voxels; two points nearer than this count as the same place
-  // voxels; a new point farther than this from the last point starts a new path
+  static constexpr double kSpacing = 0.5;  // voxels, smallest distance between two consecutive points
+  // voxels, threshold of the distance between two points; nearer points count as the same place
+  static constexpr double kSamePlace = 0.7;
+  // voxels, threshold of the distance between two successive points; a larger distance starts a new path
   static constexpr double kLeap = 8;
 
   std::vector<dvec3> points_;

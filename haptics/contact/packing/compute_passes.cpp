@@ -51,7 +51,7 @@ bool take(std::span<const Result> from, std::vector<Result>& to) noexcept {
   return true;
 }
 
-/// Computes pass 1 (the first contact) on the CPU.
+/// Computes pass 1 (the first contact) on the CPU, by a search in the tree of the tissue's spheres.
 FirstContact by_tree(const SphereTree& tree, std::span<const SweptBall> balls) noexcept {
   FirstContact first;
   for (std::size_t k = 0; k < balls.size(); ++k) {
@@ -160,8 +160,8 @@ PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, Co
   TriedCut tried(tissue.size());
   const auto same = [](const auto& a, const auto& b) { return std::memcmp(&a, &b, sizeof a) == 0; };
   for (int look = 0; look < looks; ++look) {
-    // Test motion for CPU and GPU: moves the tool's first sphere from outside into a sphere of the tissue, by a fifth
-    // of its own radius.
+    // Creates a motion with which CPU and GPU are compared. The tool's first sphere moves from outside into a sphere of
+    // the tissue, by a fifth of its own radius.
     const auto number =
         static_cast<int>(tissue.size() * static_cast<std::size_t>(2 * look + 1) / static_cast<std::size_t>(2 * looks));
     const dvec3 way(0, 0, -0.2 * tool.radius[0]);

@@ -57,7 +57,7 @@ void DepthField::smooth_labels() {
     around[static_cast<std::size_t>(n)] = (n / 9 - 1) * stride_x_ + (n / 3 % 3 - 1) * stride_y_ + n % 3 - 1;
   }
   for (const std::ptrdiff_t i : solid_) {
-    // Skips voxels whose neighbours all have the same label.
+    // Skips a voxel if all its neighbours have the same label as the voxel.
     const Tissue own = before[static_cast<std::size_t>(i)];
     bool mixed = false;
     for (const std::ptrdiff_t n : around) {
@@ -79,9 +79,9 @@ void DepthField::smooth_labels() {
   }
 }
 
-// Finds for every voxel the closest point on the surface or on a border between tissues. The points propagate from
-// voxel to voxel (Danielsson 1980, with closest points between the voxels). The distances in the field cannot be used,
-// because they are exact only in its band and not near cuts.
+// Finds for every voxel the closest point on the tissue's surface or on a border between tissues. The closest points
+// are passed from voxel to voxel (Danielsson 1980; here they may lie between the voxels). The distances in the field
+// cannot be used, because they are exact only in the field's band and not near cuts.
 void DepthField::find_closest_points(double band) {
   std::vector<glm::vec3> way(depth_.size());  // vector from each voxel to its closest point
   std::vector<float> far2(depth_.size(), kUnknown);
@@ -120,7 +120,8 @@ void DepthField::find_closest_points(double band) {
     if (at_surface && steep2 > 0.25f) take(i, -own / steep2 * slope);
   }
 
-  // The 13 of the 26 neighbours that a forward scan visits before the voxel itself. The other 13 are opposite to them.
+  // Index offsets of those 13 of the 26 neighbours that a forward scan visits before the voxel itself. The other 13
+  // neighbours are opposite to them.
   std::array<std::ptrdiff_t, 13> before;
   std::array<glm::vec3, 13> step;
   for (std::size_t n = 0; n < 13; ++n) {

@@ -22,10 +22,10 @@ class DepthField {
   /// Returns the tissue of the nearest of the eight samples around the point that contains tissue; kAir if none of them
   /// does.
   Tissue tissue_at(const dvec3& p_V) const;
-  /// Returns the depth in the tissue at p; -1 if there is no tissue at p.
+  /// Returns the depth (voxels) of the point p in the tissue at p; -1 if there is no tissue at p.
   double at(const dvec3& p_V) const { return in(tissue_at(p_V), p_V); }
-  /// Returns the depth in the given tissue, interpolated trilinearly. The depth is negative outside this tissue, and -1
-  /// for kAir and outside the field.
+  /// Returns the depth (voxels) of a point in the given tissue, by trilinear interpolation. The depth is negative
+  /// outside this tissue, and -1 for kAir and outside the field.
   double in(Tissue tissue, const dvec3& p_V) const;
 
  private:

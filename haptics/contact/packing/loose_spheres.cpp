@@ -12,11 +12,12 @@ namespace {
 /// because a sphere that was cut keeps only its far side: its links must then connect that side with the next deeper
 /// layer of spheres.
 constexpr double kLink = 1.5;
-// m; a gap may grow by this much without breaking the link; less than the diameter of any tool
+// m, upper limit of the growth of the gap between two linked spheres; at a larger gap the link breaks. It is less than
+// the diameter of any tool.
 constexpr double kWidened = 0.1e-3;
 constexpr int kPace = 16;  // number of spheres that each flood fill adds before the next flood fill continues
 
-/// Returns true if two spheres with the radii `ri` and `rj` at this distance are linked.
+/// Returns true if two spheres with the radii `ri` and `rj` are still linked at this distance of their centres.
 bool holds(double ri, double rj, double distance, double gap_at_start) {
   if (!(ri > 0 && rj > 0)) return false;
   const double gap = distance - ri - rj;
@@ -71,7 +72,7 @@ bool LooseSpheres::hold(const SphereTissue& tissue, int i, const Link& link) {
                static_cast<double>(link.gap));
 }
 
-/// Returns true if this link existed before the present cut.
+/// Returns true if the link of the sphere `i` existed before the present cut.
 bool LooseSpheres::linked_before(const SphereTissue& tissue, const Changed& i, const Link& link) const {
   const auto k = static_cast<std::size_t>(link.to);
   const bool both = cut_[k] == cuts_;
@@ -112,7 +113,7 @@ std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue
   return loose;
 }
 
-/// Runs a flood fill from each seed. All seeds belonged to one body before the cut.
+/// Runs a flood fill over the linked spheres from each seed. All seeds belonged to one body before the cut.
 void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds, std::vector<std::vector<int>>& loose) {
   ++search_;
   std::vector<Flood> floods(seeds.size());
@@ -169,7 +170,7 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
     std::erase_if(next, [&](int f) { return root(f) != f; });
     std::swap(active, next);
   }
-  // If every flood fill ended separately, the largest part is the main body and not a loose piece.
+  // If every flood fill ended without meeting another one, the largest part is the main body and not a loose piece.
   if (active.empty() && loose.size() > ended) {
     const auto most = std::max_element(loose.begin() + static_cast<std::ptrdiff_t>(ended), loose.end(),
                                        [](const auto& a, const auto& b) { return a.size() < b.size(); });

@@ -1,4 +1,5 @@
-// Finds the pieces that a cut detached: spheres that are no longer connected with their body.
+// Finds the loose pieces that a cut detached. A loose piece is a set of spheres that are no longer linked with their
+// body.
 #pragma once
 
 #include <span>

@@ -17,7 +17,7 @@ namespace {
 
 using namespace packing;
 
-/// One interval of the measurement, and the tissue that the tool removes in it.
+/// One time interval of the measurement, and the tissue that the tool removes in this interval.
 struct Moment {
   double t = 0, measured = 0;  // t: start of the interval, s; measured: mean measured force, N
   // index of each sphere that the tool overlaps, with the overlapping volume in m³

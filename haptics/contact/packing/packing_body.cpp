@@ -19,13 +19,16 @@ constexpr int kBlock = 8;  // voxels, edge length of the blocks in which the fie
 // voxels; a sphere records a note for the update of the field each time the tool's ball has moved this far (class
 // PackingBody)
 constexpr double kNoteEvery = 0.03;
-// voxels, margin around a sphere and its gaps, because interpolation also reads neighbouring voxels
+// voxels, margin around a sphere and its gaps within which the field is updated, because interpolation also reads
+// neighbouring voxels
 constexpr double kAround = 1.8;
-// extent of the gaps around a sphere, as a multiple of the radius of the largest hole in the packing
+// distance around a sphere within which the gaps belong to it, as a multiple of the radius of the largest hole in the
+// packing
 constexpr double kGapsAround = 2;
 // first version of the force laws in which the gaps around a sphere become smaller when the sphere is cut
 constexpr std::uint32_t kLawsOfReducedGaps = 7;
-// upper limit of the notes that wait for the next update of the field; with more notes, the field is updated at once
+// upper limit of the number of notes (balls of the tool that cut spheres) that wait for the next update of the field;
+// with more notes, the field is updated at once
 constexpr std::size_t kMost = 50000;
 
 const dvec3 kNowhere(std::numeric_limits<double>::infinity());
@@ -114,7 +117,8 @@ void PackingBody::take_over_paint() {
   end_stroke();
   read_materials();
   repainted_ = true;
-  if (volume_.strokes().done > strokes_in_field()) {  // brush strokes were added, so undo must include them
+  // brush strokes were added to the volume, so undo must include them
+  if (volume_.strokes().done > strokes_in_field()) {
     done_.push_back({{}, true});
     undone_.clear();
   }
@@ -134,7 +138,7 @@ void PackingBody::changed(int i, const CutSphere& before) {
   }
   if (remembers_) written_.push_back(i);
   const CutSphere& now = spheres_.sphere(i);
-  // A new cut of this sphere has begun, so a note for its previous cut is added first.
+  // The sphere is cut from another side than before. So a note for its previous cut is added first.
   if (before.overlap > 0 && now.base != before.base && ball_of(before) != last_noted_[k]) note(i, before);
   const double moved = glm::distance(ball_of(now), last_noted_[k]);
   if (!(moved < kNoteEvery * volume_.frame().voxel) || !(spheres_.tree().radius(i) > 0)) note(i, now);

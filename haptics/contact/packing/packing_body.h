@@ -12,10 +12,11 @@
 
 namespace typodont::haptics::packing {
 
-/// Carver thread. A cut changes only the spheres; the field is updated on request. Each cut sphere stores the position
-/// of the tool's ball at its deepest overlap. In the field, the part of this ball that lies in the sphere and its gaps
-/// becomes air. To this end, the sphere adds a note with the ball's position whenever the ball has moved by 0.03 voxel.
-/// So the field depends only on the cuts and not on the times of the requests, and its error is at most 0.03 voxel.
+/// The tissue as spheres, and the distance field that is computed from them. Carver thread. A cut changes only the
+/// spheres; the field is updated on request. Each cut sphere stores the position of the tool's ball at its deepest
+/// overlap. In the field, the part of this ball that lies in the sphere and its gaps becomes air. To this end, the
+/// sphere adds a note with the ball's position whenever the ball has moved by 0.03 voxel. So the field depends only on
+/// the cuts and not on the times of the requests, and its error is at most 0.03 voxel.
 class PackingBody final : public TissueBody {
  public:
   /// Throws Error if `packing` was not made from `tissue`.
@@ -44,12 +45,13 @@ class PackingBody final : public TissueBody {
  private:
   struct Kept {
     int sphere;
-    CutSphere state;   // the sphere before the stroke; after an undo: the sphere after the stroke
-    dvec3 last_noted;  // m, position of the tool's ball in the sphere's last note
+    CutSphere state;   // state of the sphere before the stroke; after an undo: its state after the stroke
+    dvec3 last_noted;  // m, position of the tool's ball in the last Note of this sphere
   };
   struct Stroke {
     std::vector<Kept> kept;
-    bool in_field = false;  // true if the stroke also changed the volume
+    // true if the stroke also changed the distance field and the labels (volume_), for example a brush stroke
+    bool in_field = false;
   };
   /// A ball of the tool that removed a part of a sphere. The note waits until the field is updated.
   struct Note {
@@ -88,9 +90,9 @@ class PackingBody final : public TissueBody {
   PerTissue taken_back_{};
   bool remembers_ = false;
   std::vector<int> written_;       // spheres changed since remember_writes(true)
-  std::vector<dvec3> last_noted_;  // m, for each sphere: position of the tool's ball in the sphere's last note
+  std::vector<dvec3> last_noted_;  // m, for each sphere: position of the tool's ball in the last Note of this sphere
   std::vector<Note> notes_;
-  std::uint64_t paints_ = 0;  // number of brush strokes in the volume that the spheres already include
+  std::uint64_t paints_ = 0;  // number of brush strokes in volume_ that the spheres already include
   bool repainted_ = false;    // true if the tissue was painted since the last snapshot
 };
 

@@ -13,10 +13,13 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr double kLook = 10e-3;     // m, upper limit of the distance that clearance() examines
-constexpr double kNearby = 0.2e-3;  // m; a point within this distance of a sphere gets the tissue of that sphere
-constexpr int kTrials = 8;          // upper limit of the cost evaluations that determine the length of one step
-// lower limit of the ratio of cost to budget; a step that uses at least this fraction of the budget is accepted
+constexpr double kLook = 10e-3;  // m, upper limit of the distance that clearance() examines
+// m, search distance: the tissue at a point is that of the nearest sphere if it is at most this far away
+constexpr double kNearby = 0.2e-3;
+// upper limit of the number of cost computations that determine the length of one step of a cut
+constexpr int kTrials = 8;
+// lower limit of the ratio of a step's energy to the energy budget; a step that uses at least this fraction of the
+// budget is accepted
 constexpr double kWellSpent = 0.85;
 constexpr double kPathUnit = 0.1e-3;    // m, unit of length of the stored path of the tool
 constexpr int kPositionsCompared = 16;  // number of tool positions at which the times of GPU and CPU are compared
@@ -160,8 +163,8 @@ void PackingModel::forget_contact() noexcept {
   retreat_.leading = retreat_.wedged = false;
 }
 
-/// Stores the tool's path. Detects that contacts hold the tool although it would have no contact at the hand's
-/// position.
+/// Stores the tool's path. Detects a blocked tool: contacts hold the tool, although it would have no contact at the
+/// hand's position.
 void PackingModel::watch_retreat(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   retreat_.wedged = false;
@@ -192,7 +195,7 @@ bool PackingModel::lead_back(const ContactInput& in) noexcept {
   Pose X = proxy().pose();
   const double scale =
       settings_.laws >= kLawsOfLargeForces ? std::max(1.0, settings_.force_limit / kDentalForces) : 1.0;
-  // m, largest motion per tick
+  // m, largest displacement of the tool per tick while it is led back
   const double pace = scale * R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));
   const bool near = glm::distance(in.X_WT.p, X.p) < R::far / 2;
   for (double left = pace; !near && left > 0 && retreat_.path.size() > retreat_.to;) {
@@ -317,14 +320,14 @@ double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to)
   return sum;
 }
 
-/// Returns the largest fraction of the motion, at most `most`, that the budget can pay for. The result may leave up to
-/// 15 % of the budget unused; the rest is used in the next tick. The first guess uses the cost per metre of the last
-/// step. The secant method then increases the fraction.
+/// Returns the largest fraction of the motion, at most `most`, for which the energy budget is sufficient. The result
+/// may leave up to 15 % of the budget unused; this energy is used in the next tick. The first guess uses the energy per
+/// metre of the last step. The secant method then increases the fraction.
 double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most,
                                 double budget) noexcept {
   double safe = 0, safe_cost = 0, dear = most, dear_cost = -1;
   double part = price_ > 0 ? 0.97 * budget / price_ : most;
-  double listed = -1;  // fraction of the motion for which find_near() was last called
+  double listed = -1;  // fraction of the motion for which the near spheres were last listed (find_near)
   Pose near_to = from;
   for (int k = 0; k < kTrials; ++k) {
     part = std::min(part, most);
@@ -346,8 +349,8 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
       if (part < 1.5 * safe) part = 1.5 * safe;
       continue;
     }
-    // The cost rises faster once the tool touches another sphere, and the secant method then converges slowly. So every
-    // second step is a bisection.
+    // The energy of a cut increases faster once the tool touches another sphere, and the secant method then converges
+    // slowly. So every second step of the search is a bisection.
     const double by_secant = (budget - safe_cost) / (dear_cost - safe_cost);
     part = safe + (k % 2 == 0 ? 0.97 * by_secant : 0.5) * (dear - safe);
   }
@@ -389,7 +392,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       changed = true;
       proxy().note_cut(tree, place, protrudes);
     };
-    // On a straight path the lists for the tried cut contain all spheres that the cut reaches.
+    // On a straight path, the near lists that were made for the tried cut contain all spheres that the cut reaches.
     const bool straight = turn == dvec3(0) || (tool.head == 1 && tool.center_T[0] == dvec3(0));
     if (tried_share_ == most && straight && settings_.laws >= kLawsOfRings && tried_.complete() &&
         near_end_[tool.head - 1] < near_.size()) {

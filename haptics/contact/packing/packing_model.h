@@ -1,5 +1,6 @@
 // The part of the contact model "packing" that runs on the servo thread. Each tick runs the three passes of paper S2
 // (docs/papers.md): first contact, material at the contact, and removal along the motion.
+// README.md of this folder has an overview and defines the terms.
 #pragma once
 
 #include <array>
@@ -17,14 +18,14 @@
 
 namespace typodont::haptics::packing {
 
-/// Contact model for the servo thread. constrain() runs passes 1 and 2 (first contact, material at the contact); cut()
-/// runs pass 3 (removal along the motion). If the packing has millions of spheres, the model compares CPU and GPU at
-/// the first snapshot. It uses the GPU if the GPU is faster and gives the same bits. Cutting speed of eq. 4, v_d = v_b
-/// / ρ: it follows from the energy that the servo has earned. To remove the volume dV of tissue with the specific
-/// energy u costs u dV. So a head with the contact area A that moves at v_d needs the power A u v_d. The motor delivers
-/// the power P at the teeth (specific cutting energy: Shaw, "Metal Cutting Principles"; the servo's `earn` computes P
-/// by Preston's law). So v_b = P / (A u_dentin) with ρ relative to dentin. A is not estimated: cut() finds the step
-/// whose removal costs exactly the earned energy.
+/// The contact model "packing" on the servo thread. constrain() runs passes 1 and 2 (first contact, material at the
+/// contact); cut() runs pass 3 (removal along the motion). If the packing has millions of spheres, the model compares
+/// CPU and GPU at the first snapshot. It uses the GPU if the GPU is faster and gives the same bits. The cutting speed
+/// of eq. 4 is v_d = v_b / ρ with the density ρ relative to dentin. Here v_b follows from the energy that the servo has
+/// earned. To remove the volume dV of tissue with the specific energy u costs the energy u dV. So a head with the
+/// contact area A that moves at v_d needs the power A u v_d. The motor delivers the power P at the teeth (specific
+/// cutting energy: Shaw, "Metal Cutting Principles"; the servo's `earn` computes P by Preston's law). So v_b = P / (A
+/// u_dentin). The area A is not estimated: cut() finds the step whose removal costs exactly the earned energy.
 class PackingModel final : public ContactModel {
  public:
   /// Throws Error for a filling instrument, because the tissue's spheres can only shrink. Throws Error for a tool with
@@ -89,7 +90,8 @@ class PackingModel final : public ContactModel {
   // fraction of the motion for which tried_ contains the computed cut; negative: tried_ contains no cut
   double tried_share_ = -1;
   std::vector<std::size_t> near_end_;  // for each list in near_: the index after its last entry
-  double price_ = 0;  // J, estimated cost of the whole motion, from the cost per metre of the last step; 0: unknown
+  // J, estimated energy for cutting along the whole motion, from the energy per metre of the last step; 0: unknown
+  double price_ = 0;
   double last_path_length_ = 0;  // m, length of the whole motion in the last cut
   RecentCuts<MadeCut> made_;
 };

@@ -22,19 +22,19 @@ struct Parameters {
   // Head of the first tool, made from a closed mesh; empty: the head's shape comes from the tool table.
   std::optional<ToolSpheres> tool_mesh;
   std::size_t tool_spheres = 60;  // number of spheres of a head that is not a ball
-  /// m/s, fixed value of v_b in eq. 4, at density 1 and independent of the force, as in paper S2. 0: v_b follows from
-  /// the motor's power (see class PackingModel).
+  /// m/s, fixed value of the base speed v_b in eq. 4, which is the cutting speed at density 1; it does not depend on
+  /// the force, as in paper S2. 0: v_b follows from the motor's power (see class PackingModel).
   double base_speed = 0;
   double free_speed = 0.02;  // m/s, upper limit of the cutting speed of eq. 4, for tissue of very low density
-  // Applies only to a fixed v_b. true: ρ of eq. 3, which grows with the contact area (reaming); false: the normalised
-  // ρ̂.
+  // Applies only if base_speed (v_b) is fixed. true: the cutting speed uses the density ρ of eq. 3, which grows with
+  // the contact area (for reaming); false: it uses the normalised density ρ̂.
   bool by_contact = false;
   double epsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the estimate of the tissue's surface
   // density of each tissue relative to dentin; a negative value is replaced by the ratio of the specific energies
   PerTissue density = given();
   std::filesystem::path material;              // file with the result of a material fit (eq. 14)
-  std::optional<std::uint64_t> material_hash;  // hash of the tissue to which the fit belongs
-  std::vector<float> fitted;                   // fitted hardness of every sphere; empty: no fit
+  std::optional<std::uint64_t> material_hash;  // hash of the tissue for which the material was fitted
+  std::vector<float> fitted;                   // fitted hardness of every sphere; empty: no material was fitted
   Removal removal = Removal::kMended;
 
   static constexpr PerTissue given() {
@@ -95,8 +95,7 @@ Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, c
   }
   return removed;
 }
-/// Removes the same tissue as the carve() with the parameter `near`, but searches the near spheres in the tissue's own
-/// tree.
+/// Removes the same tissue as the other carve() function, but finds the near spheres by a search in the tissue's tree.
 template <class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Keep&& keep) noexcept(noexcept(keep(Place{}, CutSphere{}))) {

@@ -24,13 +24,15 @@ using packing::DepthField;
 
 constexpr int kEdge = 4;  // number of nodes along the edge of a block
 constexpr int kNodes = kEdge * kEdge * kEdge;
-// upper limit of the stored free radii (largest sphere that fits around a grid node), as a multiple of the radius limit
+// The free radius of a grid node is the radius of the largest sphere that fits around it. This is the upper limit of
+// the stored free radii, as a multiple of the radius limit.
 constexpr float kFullDepths = 2;
 constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid, as a ratio to the radius limit
 // In grid spacings. If the largest sphere that still fits has at most this radius, a finer grid is made.
 constexpr double kFinest = 0.9;
 constexpr double kFiner = 1.5;  // ratio of the spacings of two successive grids
-// In grid spacings, smallest radius on this grid. A smaller sphere is skipped and may be found again on a finer grid.
+// In grid spacings, smallest radius of a sphere that is placed with this grid. A smaller sphere is skipped and may be
+// found again with a finer grid.
 constexpr double kLeastRadius = 0.3;
 // Lower limit of the ratio of a sphere's radius to the free radius (largest sphere that fits) stored at its grid node.
 // A smaller sphere is not placed yet.
@@ -56,7 +58,7 @@ struct Placed {
   double r;
 };
 
-/// Reduces the free radii of a block's nodes, because a sphere was placed. `to`: vector from the sphere's centre to the
+/// Reduces the free radii of a block's nodes after a sphere was placed. `to`: vector from the sphere's centre to the
 /// first node. Returns true if any free radius became smaller.
 TYPODONT_DISPATCH("avx2", "default")
 bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
@@ -71,9 +73,9 @@ bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   return lowered != 0;
 }
 
-/// Returns the key of a node, which is its priority: the node with the largest key gets the next sphere. Nodes whose
-/// free radius reaches the radius limit come first; among them, the node with the least space around it, so that
-/// spheres lie close together. Then follow the smaller free radii, the largest first.
+/// Returns the key (priority) of a node: the node with the largest key gets the next sphere. Nodes whose free radius is
+/// at least the radius limit come first. Among them, the node with the least space around it comes first, so that
+/// spheres lie close together. The other nodes follow in the order of their free radii, the largest first.
 float key_of(float free, float limit) {
   const float full = kFullDepths * limit, tight = (1 + kFullDepths) * limit - (free < full ? free : full);
   return free < limit ? free : tight;
@@ -122,15 +124,15 @@ class Packer {
         renew_key(b);
         continue;
       }
-      // another node may now have a larger free sphere
+      // The free sphere of this node became smaller, so another node may now have a larger free sphere.
       if (found.r < kAsExpected * std::min(static_cast<double>(free), limit_)) {
         free = static_cast<float>(found.r);
         renew_key(b);
         continue;
       }
       add(found);
-      // Usually the placed sphere reduces the free radius of its node. If the search moved the sphere too far away from
-      // the node for that, the node is marked as used.
+      // Usually the placed sphere reduces the free radius of its node. If the search moved the sphere so far away that
+      // the node keeps its free radius, the node is marked as used.
       if (key_of(free) >= key) free = 0, renew_key(b);
       placed = found, label = tissue;
       return true;
@@ -283,8 +285,8 @@ class Packer {
         }
       }
     }
-    // Reduces the free radii near the spheres placed so far. Further spheres are hardly larger than the last one, which
-    // limits the affected blocks.
+    // Reduces the free radii near the spheres placed so far. A further sphere is hardly larger than the last one, so
+    // only blocks near each sphere are affected.
     for (const Placed& s : placed_) {
       for_blocks_near(s.p, s.r + std::min(largest_free, kFullDepths * limit_),
                       [&](int b) { lower(blocks_[static_cast<std::size_t>(b)], s); });
@@ -318,7 +320,8 @@ class Packer {
     const int i = static_cast<int>(placed_.size());
     placed_.push_back(s);
     link(i);
-    // Free radii are limited, so a placed sphere changes only nodes within the distance s.r + most.
+    // The stored free radii are limited, so a placed sphere changes only nodes within the distance s.r + most of its
+    // centre.
     const double most = s.r < limit_ ? s.r + 2 * spacing_ : kFullDepths * limit_;
     for_blocks_near(s.p, s.r + most, [&](int b) {
       Block& block = blocks_[static_cast<std::size_t>(b)];
@@ -384,7 +387,7 @@ class Packer {
 
   const DepthField& field_;
   double limit_;
-  dvec3 shift_{0};  // offset of the grid, in grid spacings; random
+  dvec3 shift_{0};  // grid spacings, random offset of the grid
   double spacing_ = 0;
   dvec3 origin_{0};
   glm::ivec3 cells_{0};

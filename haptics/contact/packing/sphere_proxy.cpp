@@ -13,13 +13,14 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-// upper limit of motions with a collision test per tick; the remaining motion follows in the next tick
+// upper limit of the number of motions with a collision test in one tick; the remaining motion follows in the next tick
 constexpr int kSweeps = 24;
-// Upper limit of consecutive motions in which the proxy makes no progress. In a cavity with many contacts, this ends
-// the tick.
+// Upper limit of the number of consecutive motions in which the proxy makes no progress. Then the tick ends. This
+// happens in a cavity with many contacts.
 constexpr int kStuck = 8;
-constexpr int kSlides = 6;          // upper limit of contacts of the non-cutting parts that are searched in one cut
-constexpr int kRounds = 60;         // upper limit of the iterations of one projection
+// upper limit of the number of contacts of the non-cutting parts that are searched in one cut
+constexpr int kSlides = 6;
+constexpr int kRounds = 60;         // upper limit of the number of iterations in one projection onto the contact planes
 constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projection
 // m, tolerance: the proxy has reached its goal if the remaining displacement is smaller
 constexpr double kArrived = 1e-10;
@@ -33,12 +34,13 @@ constexpr double kLook = 2e-3;
 constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of a distance; all bounds are widened by it
 // Factor slightly above 1 on the length of a motion, so that contacts exactly at its end are found.
 constexpr double kPastTheEnd = 1.0000001;
-constexpr std::size_t kListed = 64;        // smallest capacity of one near list, in entries
-constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all near lists, in entries
-constexpr std::size_t kLanes = 8;          // number of entries of a list that are compared at once
-// m, upper bound of the rounding error of a gap in single precision; gaps below -10 mm are always within the limits
+constexpr std::size_t kListed = 64;        // smallest capacity of one near list, as a number of spheres
+constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all near lists, as a number of spheres
+constexpr std::size_t kLanes = 8;  // number of spheres in a near list that are compared by one vector instruction
+// m, upper bound of the rounding error of a gap in single precision. It does not cover gaps below -10 mm, but such
+// spheres overlap so deeply that every comparison finds them.
 constexpr float kFloatRounding = 1e-9f;
-// after a near list was too long, it is made again only after this number of searches
+// if a near list is too long for its memory, it is made again only after this number of searches
 constexpr int kNotAgain = 64;
 
 }  // namespace
@@ -167,8 +169,8 @@ void SphereProxy::each_listed(std::size_t i, Limit&& limit, Visit&& visit) const
   }
 }
 
-/// Returns the first sphere of the near list that tool sphere `i` touches before time `until`. `certain`: true if the
-/// tool sphere cannot touch a sphere outside the list earlier.
+/// Returns the first sphere of the near list of tool sphere `i` that this tool sphere touches before time `until`.
+/// `certain`: true if the tool sphere cannot touch a sphere outside the list earlier.
 SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i, const Motion& motion, double until,
                                           bool& certain) noexcept {
   NearList& list = lists_[i];
@@ -294,7 +296,8 @@ double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const Firs
   if (first.ball < 0) return 1;
   const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
   const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
-  // m, speed of approach at the contact, per unit of the motion's parameter
+  // m, speed at which the spheres approach each other at the contact; the motion's parameter runs from 0 to 1 and has
+  // no unit
   const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);
   return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }
@@ -334,8 +337,8 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   allowed_move = move, allowed_turn = turn;
   struct Step {
     Constraint* constraint;
-    dvec3 turned;   // rad, rotation that a push of 1 m causes
-    double yields;  // change of the gap that a push of 1 m causes
+    dvec3 turned;   // rad, rotation of the tool that a push of 1 m along this constraint causes
+    double yields;  // change of the gap (m) that a push of 1 m along this constraint causes
   };
   std::array<Step, kMostContacts> steps;
   std::size_t count = 0;
@@ -358,7 +361,8 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
       Constraint& c = *steps[k].constraint;
       const double gap = c.gap + glm::dot(c.n, allowed_move) + glm::dot(c.turn, allowed_turn);
       const double before = c.multiplier;
-      // Changes nothing. Without this branch, each constraint would wait for the sums of the one before it.
+      // A constraint without push and with a positive gap changes nothing. Without this branch, the computation of each
+      // constraint would wait for the sums of the one before it.
       if (before == 0 && gap >= 0) continue;
       c.multiplier = std::max(0.0, before - gap / steps[k].yields);
       const double by = c.multiplier - before;
@@ -370,7 +374,8 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   }
 }
 
-/// Returns the index of this contact in contacts_, or count_ if it is not there.
+/// Returns the index in contacts_ of the contact between a sphere of the tool and a sphere of the tissue, or count_ if
+/// they have no contact.
 std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept {
   std::size_t at = 0;
   while (at < count_ && !(contacts_[at].tool_sphere == tool_sphere && contacts_[at].sphere == sphere)) ++at;
@@ -379,7 +384,7 @@ std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept 
 
 void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept {
   std::size_t at = contact_of(tool_sphere, sphere);
-  if (at == kMostContacts) {  // the list is full: replaces the constraint with the smallest push
+  if (at == kMostContacts) {  // if the array of contacts is full, replaces the contact with the smallest push
     at = 0;
     for (std::size_t k = 1; k < count_; ++k) {
       if (constraints_[k].multiplier < constraints_[at].multiplier) at = k;
@@ -441,8 +446,8 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       }
     }
 
-    // Makes a part of the motion, with a collision test. The part is limited by the largest rotation and the rest of
-    // the tick's path.
+    // Moves the proxy along a part of the motion, with a collision test. The length of the part is limited by the
+    // largest allowed rotation and by the remaining path of this tick.
     const double angle = glm::length(turned), way = glm::length(by) + tool_.reach * angle;
     const double share = std::min({1.0, kLargestTurn / std::max(angle, 1e-300), path_left / std::max(way, 1e-300)});
     by *= share, turned *= share;

@@ -21,8 +21,8 @@ struct ProxyOptions {
   double damping = 0;              // N·s/m, damping ζ of eq. 7
   double static_friction = 0.2;    // friction coefficient μ_s of eq. 13
   double dynamic_friction = 0.15;  // friction coefficient μ_d of eq. 13, at most μ_s
-  // true: the projection starts with the multipliers of the last tick, so it needs fewer iterations; false: it starts
-  // with zero, as in the force laws before version 7.
+  // true: the projection onto the contacts starts with the pushes (multipliers) of the last tick, so it needs fewer
+  // iterations; false: it starts with zero, as in the force laws before version 7
   bool starts_from_last = true;
   // m, largest displacement of the tool's farthest point in one follow(); a longer motion continues in the next call
   double longest_path = std::numeric_limits<double>::infinity();
@@ -36,11 +36,11 @@ struct ProxyContact {
   double push = 0;  // m, distance by which the constraint holds the proxy back along n_W
 };
 
-/// Servo thread. follow() is noexcept and never allocates. Frame W, metres, newtons. The proxy moves only along paths
-/// that were tested for collisions, so it cannot pass through a sphere at any speed. If a contact stops the proxy, the
-/// plane of this contact becomes a constraint. The proxy then continues to the position nearest to the hand that
-/// satisfies all constraints. This is a projection in translation and rotation, solved by Gauss–Seidel iterations on
-/// the multipliers of the constraints.
+/// The proxy of a tool that consists of spheres. Servo thread. follow() is noexcept and never allocates. Frame W,
+/// metres, newtons. The proxy moves only along paths that were tested for collisions, so it cannot pass through a
+/// sphere at any speed. If a contact stops the proxy, the plane of this contact becomes a constraint. The proxy then
+/// continues to the position nearest to the hand that satisfies all constraints. This is a projection in translation
+/// and rotation, solved by Gauss–Seidel iterations on the multipliers of the constraints.
 class SphereProxy {
  public:
   SphereProxy(const ToolSpheres& tool, const ProxyOptions& options);
@@ -48,7 +48,7 @@ class SphereProxy {
   /// Sets the pose of the proxy without a collision test. If spheres overlap the tool, it can move out of them but not
   /// deeper.
   void place(const Pose& X_W) noexcept;
-  /// Moves the proxy without a collision test, after a cut has removed the tissue on this motion.
+  /// Moves the proxy to the pose `X_W` without a collision test, after a cut has removed the tissue on this motion.
   void move_to(const Pose& X_W) noexcept;
   /// Sets the friction coefficients μ_s and μ_d of eq. 13, which depend on the tissue in contact.
   void set_friction(double static_friction, double dynamic_friction) noexcept {
@@ -121,20 +121,26 @@ class SphereProxy {
   /// A motion of the tool from the proxy's pose to another pose.
   struct Motion {
     Pose to;
-    // shift: displacement of the frame's origin, m; turn: rotation as a chord of the unit circle
+    // shift: m, displacement of the origin of the tool's frame; turn: rotation as the length of a chord of the unit
+    // circle
     double shift = 0, turn = 0;
-    /// Returns an upper bound in m of the displacement of a tool sphere at the distance `arm` from the frame's origin.
+    /// Returns an upper bound (m) of the displacement of a tool sphere whose centre is at the distance `arm` (m) from
+    /// the origin of the tool's frame.
     double way(double arm) const { return shift + turn * arm; }
   };
   /// Near list (Verlet 1967): the tissue's spheres near one tool sphere, in the tree's order. The list is valid until
   /// the tool sphere has moved by the list's margin. So the tree must be searched only once in many ticks.
   struct NearList {
-    double margin = 0;  // m; all spheres outside the list were at least this far away when the list was made
+    // m; when the list was made, all spheres of the tissue that are not in the list were at least this far away
+    double margin = 0;
     // m, upper bound of the displacement of the tool sphere since the list was made, plus the largest protrusion of
     // the tissue's spheres in every cut since then
     double moved = 0;
-    double protrudes = 0;  // m, largest protrusion that end_notes() adds to `moved`
-    double free = 0;       // m, distance to the nearest sphere when the list was made; negative if it overlaps
+    // m, largest distance by which a cut sphere protrudes from its previous state; end_notes() adds it to `moved`
+    double protrudes = 0;
+    // m, distance from the tool sphere to the nearest sphere of the tissue when the list was made; negative if they
+    // overlap
+    double free = 0;
     // m, distance by which near_here() may enlarge the tool sphere without a new list; negative: the list is too short
     double wider = 0;
     std::size_t count = 0;
@@ -184,9 +190,10 @@ class SphereProxy {
   std::vector<double> sorted_gaps_;          // m, copy of found_gaps_, partly sorted
   std::vector<SweptBall> swept_;             // balls of one search on the GPU, with their motions
   std::vector<std::size_t> sphere_of_ball_;  // for each ball in swept_: index of its tool sphere
-  double protrudes_ = 0;                     // m, largest small protrusion since end_notes()
-  bool noted_ = false;                       // a sphere has protruded since end_notes()
-  double pushed_ = 0;                        // m, sum of the pushes of all contacts
+  // m, largest protrusion of a cut sphere since the last end_notes(), if it is at most kStickOut
+  double protrudes_ = 0;
+  bool noted_ = false;  // true: a cut sphere has protruded since the last end_notes()
+  double pushed_ = 0;   // m, sum of the pushes of all contacts (distances by which they hold the proxy back)
   dvec3 n_W_{0};
   bool sticks_ = false;
 };

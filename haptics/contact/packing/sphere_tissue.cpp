@@ -11,10 +11,11 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// Limit of a cosine. A cut continues the previous cut of the sphere if its direction differs by less than 60°.
+/// Lower limit of the cosine of the angle between the directions of two cuts of a sphere. If the angle is less than
+/// 60°, the second cut continues the first one.
 constexpr double kSameSide = 0.5;
-/// Smallest radius of a sphere, as a fraction of its base's radius. A smaller sphere is removed, because a contact with
-/// it could not be felt.
+/// Smallest radius of a cut sphere, as a fraction of its radius before the cut. A smaller sphere is removed, because
+/// its contact could not be felt.
 constexpr double kLeast = 1e-3;
 // number of cuts after which the tree's boxes above a leaf are made exact again
 constexpr std::size_t kExactEvery = 16;
@@ -81,7 +82,8 @@ bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, doubl
   };
   double overlap = overlap_of(s.base, s.base_radius);
   if (s.overlap > 0 && (glm::dot(away, s.away) < kSameSide || r != s.tool || !(overlap > s.overlap))) {
-    // A new cut starts: the present sphere becomes its base, from which the ball removes tissue.
+    // A new cut starts: the present state of the sphere becomes the base of this cut, from which the ball removes
+    // tissue.
     s = {s.center(), s.radius(), counted(s), {}, 0, 0};
     overlap = overlap_of(s.base, s.base_radius);
   }

@@ -27,7 +27,8 @@ struct Removed {
 
 class TriedCut;
 
-/// Used by one thread at a time. Built at set-up; cut() and set() are noexcept and never allocate.
+/// The tissue as spheres, with their search tree. Used by one thread at a time. Built at set-up; cut() and set() are
+/// noexcept and never allocate.
 class SphereTissue {
  public:
   SphereTissue() : SphereTissue(SpherePacking{}, Removal::kMended) {}

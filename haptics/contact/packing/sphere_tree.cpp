@@ -97,15 +97,15 @@ TYPODONT_KERNEL void far_squared(const SphereTree::Node& node, const glm::vec3& 
   }
 }
 
-/// Returns a bit mask of the children whose boxes are within the given distance of a point.
+/// Returns a bit mask of those children of a node whose boxes are within the distance `reach` of a point.
 TYPODONT_KERNEL unsigned children_within(const SphereTree::Node& node, const glm::vec3& from, float reach) {
   F8 far2;
   far_squared(node, from, far2);
   return bits_of(far2 <= F8{} + reach * reach);
 }
 
-/// A ball around the whole path of a moving sphere; children outside it need no further test. For a large sphere, this
-/// test excludes more children than the box test.
+/// A ball around the whole path of a moving sphere. Children of a node outside this ball need no further test. For a
+/// large sphere, this test excludes more children than the test of the boxes.
 struct Around {
   glm::vec3 middle;
   float reach;
@@ -114,8 +114,8 @@ struct Around {
   }
 };
 
-/// A moving sphere in the form that children_hit() needs. children_hit() returns a bit mask of the children that the
-/// sphere may touch before time `until`. `enter`: earliest possible time for each child.
+/// A moving sphere as data for children_hit(). This function returns a bit mask of the children of a node that the
+/// sphere may touch before time `until`. `enter`: earliest possible time of contact for each child.
 struct Ray {
   F8 origin[3], inverse[3];
   float reach;
@@ -258,7 +258,8 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
   Ray ray;
   const dvec3 from = p - origin_;
   for (int a = 0; a < 3; ++a) {
-    // A displacement along an axis smaller than this counts as zero, because it is far smaller than the slack.
+    // m, threshold; a smaller displacement along an axis counts as zero, because it is far smaller than the margin of
+    // the boxes
     const double slow = 1e-6 * slack_;
     ray.origin[a] = F8{} + static_cast<float>(from[a]);
     ray.inverse[a] = F8{} + (std::abs(m[a]) > slow ? static_cast<float>(1 / m[a]) : 1e25f);

@@ -11,13 +11,13 @@ namespace typodont::haptics::packing {
 
 struct SurfaceEstimate {
   dvec3 n_W{0};       // unit normal, pointing out of the tissue (eq. 2); zero if there is no tissue nearby
-  double volume = 0;  // m³, sum of all overlaps
+  double volume = 0;  // m³, sum of the overlaps between spheres of the tool and of the tissue
   // density ρ of eq. 3, computed with the volume in mm³; it grows with the contact volume, so a larger contact cuts
   // more slowly
   double density = 0;
   double normalised = 0;  // normalised density ρ̂ of eq. 3; depends on the material but not on the size of the contact
-  PerTissue share{};      // for each tissue: its fraction of `volume`; the sum is 1
-  PerTissue hardness{};   // for each tissue: mean of SphereTissue::hardness() of its spheres
+  PerTissue share{};      // for each tissue: fraction 0..1 of `volume` that belongs to it; the sum is 1
+  PerTissue hardness{};   // for each tissue: mean hardness of its spheres in contact (SphereTissue::hardness)
 };
 
 /// Sums the overlaps of eq. 2 and 3 over pairs of spheres. The order of the pairs affects the last bits of the result.

@@ -88,7 +88,7 @@ class Rings {
     std::vector<double> radii;
     while (true) {
       int best_i = -1, best_j = 0;
-      double most_gain = 0;  // largest additional volume per sphere
+      double most_gain = 0;  // largest volume per sphere that an additional ring would cover
       for (int j = 0; j < levels_; ++j) {
         for (int i = 0; i < kCells; ++i) {
           const std::size_t count = in_ring(i, j);
@@ -115,14 +115,15 @@ class Rings {
   std::size_t sum(int i, int j) const { return static_cast<std::size_t>(j * (kCells + 1) + i); }
   double rho(int i) const { return i * side_; }
   double z(int j) const { return bottom_ + j * side_; }
-  /// Returns the volume that belongs to a node, in units of 2π side³.
+  /// Returns the volume that belongs to a node of ring i (the node's distance from the axis in node distances), in
+  /// units of 2π side³.
   static double weight(int i) { return i > 0 ? i : 0.125; }
   void add_up(int level) {
     for (int i = 0; i < kCells; ++i) {
       open_[sum(i + 1, level)] = open_[sum(i, level)] + (covered_[node(i, level)] ? 0 : weight(i));
     }
   }
-  /// Returns the number of spheres in the ring through a node; 0 outside the head.
+  /// Returns the number of spheres in the ring through the node (i, j); 0 if the node is outside the head.
   std::size_t in_ring(int i, int j) const {
     const double r = room_[node(i, j)];
     if (!(r > 0)) return 0;
@@ -142,7 +143,7 @@ class Rings {
       f(j + dj, std::max(0, i - di), std::min(kCells, i + di + 1));
     }
   }
-  /// Returns the volume that this ring covers and that no earlier ring covers.
+  /// Returns the volume that the ring through the node (i, j) covers and that no earlier ring covers.
   double covers(int i, int j) const {
     double gain = 0;
     each_level(i, j, [&](int level, int from, int to) { gain += open_[sum(to, level)] - open_[sum(from, level)]; });
@@ -156,9 +157,9 @@ class Rings {
   }
 
   double side_;                        // m, distance between two nodes
-  int levels_;                         // number of node levels along the axis
+  int levels_;                         // number of levels of nodes along the axis
   double bottom_;                      // m, height of the first node level
-  std::vector<double> room_;           // m, for each node: its depth inside the head
+  std::vector<double> room_;           // m, for each node: its depth below the surface of the head
   std::vector<std::uint8_t> covered_;  // for each node: true if it is outside the head or inside a ring
   std::vector<double> open_;           // for each level: prefix sums of the uncovered volume, ordered by radius
   double enough_ = 0;

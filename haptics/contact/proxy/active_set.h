@@ -1,6 +1,6 @@
-// Finds the point nearest to a goal that satisfies a set of planes, in three dimensions: dual active-set method
-// (Goldfarb & Idnani 1983). The method starts at the goal and adds the most violated plane until no plane is violated.
-// At most three planes are active.
+// Finds the point nearest to a goal on the allowed side of all planes of a set, in three dimensions. The method is the
+// dual active-set method (Goldfarb & Idnani 1983): it starts at the goal and adds the most violated plane until no
+// plane is violated. At most three planes are active.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,8 @@
 
 namespace typodont::haptics {
 
-/// The active planes, which hold the point: at most three, each with its push (Lagrange multiplier) as a length.
+/// The active planes, on which the result lies: at most three. Each has a push (Lagrange multiplier), which is a
+/// length: the displacement along the plane's normal that the plane causes.
 struct ActivePlanes {
   int count = 0;
   int index[3] = {};
@@ -60,8 +61,10 @@ class ActiveSet {
   }
 
  private:
-  static constexpr int kMostRounds = 64;   // upper limit of planes that are added before the projection fails
-  static constexpr int kMostLeaving = 8;   // upper limit of active planes that the addition of one plane may remove
+  // upper limit of the number of planes that are added; then the projection fails
+  static constexpr int kMostRounds = 64;
+  // upper limit of the number of active planes that the addition of one plane may remove
+  static constexpr int kMostLeaving = 8;
   static constexpr double kNever = 1e300;  // a number larger than any step length
 
   /// Solves gram · r = b; the last column of `gram` contains b. Returns false if the normals are linearly dependent.
@@ -123,14 +126,14 @@ class ActiveSet {
     return false;
   }
 
-  /// Moves x onto the plane `next` and removes active planes whose push would be negative. Returns false if no point
-  /// satisfies all planes.
+  /// Adds the plane `next` to the active planes and moves x onto it. Removes active planes whose push would be
+  /// negative. Returns false if no point satisfies all planes.
   bool add(int next, dvec3& x) noexcept {
     const typename Planes::Plane& added = planes_.plane(next);
     double pushed = 0;
     for (int turn = 0; turn < kMostLeaving; ++turn) {
-      // rest: component of the new normal perpendicular to the active normals. r: coordinates of the other component
-      // with respect to the active normals.
+      // rest: component of the new plane's normal perpendicular to the active normals. r: coordinates of its remaining
+      // component with respect to the active normals.
       double r[3] = {};
       dvec3 rest = added.n;
       if (count_ > 0) {

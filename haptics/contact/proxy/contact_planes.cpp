@@ -42,11 +42,12 @@ double ContactFinder::head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) 
   return distance;
 }
 
-/// Finds the contact of a ball by one field query at its centre (offset surface: Kim & Park 2006, sec. 3.2). The result
-/// is exact where the field outside the tissue is smooth. Elsewhere the field may be smaller than the true distance,
-/// but never larger; the field at the foot point on the surface then differs from zero. Samples on the line through
-/// centre and foot point detect two cases. Near an edge, the tissue below the foot point is too thin; the edge is then
-/// computed from its two faces. Near a medial axis, another wall is near above the ball.
+/// Finds the contact of a ball by one field query at its centre c (offset surface: Kim & Park 2006, sec. 3.2). The foot
+/// point is the nearest point of the surface, computed from the value and gradient at c. The result is exact where the
+/// field outside the tissue is smooth. Elsewhere the field may be smaller than the true distance, but never larger, and
+/// the field at the foot point differs from zero. Samples of the field on the line through c and the foot point detect
+/// two cases. Near an edge, the tissue below the foot point is too thin; the edge is then computed from its two faces.
+/// Near a second wall, the field above c is too small.
 bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept {
   const FieldSample at = sample_cubic(patch, c);
   const double length = glm::length(at.gradient);
@@ -79,7 +80,8 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
   return true;
 }
 
-/// Finds the contacts of a ball in a crease between flat walls. The plane of each wall is exact, even near the crease.
+/// Finds the contacts of a ball in a crease, which is a concave edge between flat walls. The computed plane of each
+/// wall is exact, even near the crease.
 bool ContactFinder::find_in_crease(const SurfacePatch& patch, const dvec3& c, double near,
                                    ContactSet& set) const noexcept {
   const FieldSample at = sample_cubic(patch, c);
@@ -104,8 +106,8 @@ bool ContactFinder::seat(const SurfacePatch& patch, const dvec3& target, const d
   if (at.value < -S::hand_depth || at.value > radius_ || slope < 0.5 ||
       !is_true_around(patch, target, std::abs(at.value)))
     return false;
-  // First moves from the hand's position onto the wall. Then moves along the wall until the foot point lies on the
-  // wall's normal through the hand.
+  // First moves x from the hand's position onto the wall. Then moves x along the wall until it is the foot point of the
+  // hand: the wall's normal at x goes through the hand's position.
   dvec3 x = target, n;
   double height = 0, uneven = 0;
   for (int step = 0;; ++step) {
@@ -155,7 +157,7 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
 }
 
 void ContactFinder::project_out(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept {
-  // an exact contact needs no correction, because it lies where nothing was cut
+  // An exact contact needs no correction, because the tissue at this contact was not cut.
   if (set.sunk_ || set.exact_count_ > 0) return;
   set.projects_out_ = true;
   set.emptied_ = X_VE;
@@ -214,9 +216,9 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
   if (known && glm::length(known->c - X_VT.p) < stays) return false;
   const ContactPlane rough = set.plane(i);
   if (!patch.holds(rough.x, 0)) return false;
-  // Moves from a point near the surface onto the surface. Then slides along the surface towards the head while the gap
-  // decreases. On a surface of constant curvature, each slide is a constant fraction of the previous one. So the fine
-  // refinement extrapolates all remaining slides in one step (secant method).
+  // Moves the contact point onto the surface. Then moves it along the surface towards the head while the gap decreases.
+  // On a surface of constant curvature, each displacement is a constant fraction of the previous one. So the fine
+  // refinement extrapolates all remaining displacements in one step (secant method).
   ContactPlane best;
   best.gap = 1e300;
   dvec3 x = rough.x, last_slide(0);
@@ -261,8 +263,8 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
   return true;
 }
 
-/// Returns the point of the head that is farthest along a unit direction: an end of a piece of the meridian, or a point
-/// of an arc.
+/// Returns the point of the head that is farthest in a given direction (unit vector): an end of a piece of the
+/// meridian, or a point of an arc.
 dvec3 ContactFinder::farthest(const Pose& X_VT, const dvec3& along) const noexcept {
   const dvec3 d = glm::conjugate(X_VT.R) * along;
   const double out = std::hypot(d.x, d.y);

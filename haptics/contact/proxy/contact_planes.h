@@ -1,4 +1,26 @@
-// Searches the contacts between a head and the tissue.
+// Searches the contacts between a head and the tissue. This file is the main header of the folder
+// haptics/contact/proxy.
+//
+// Overview of the folder. The head is the cutting end of the tool. The proxy (god-object) is a pose of the tool that
+// stays outside the tissue, as near as possible to the pose of the hand. The picture shows the proxy. A spring between
+// the proxy and the hand gives the force. The files of this folder compute the motion of the proxy in three steps:
+// 1. Search. The class ContactFinder finds the points where the head touches the tissue or is near it. It reads the
+// tissue's distance field in a patch, which is a dense copy of the field around the tool. Each contact becomes a plane
+// (ContactPlane, contact_set.h). The plane has a normal n and a gap, which is the distance between head and tissue. A
+// displacement Δp of the head is allowed if n·Δp ≥ -gap.
+// 2. Projection. The function nearest_allowed() (nearest_allowed.h) computes the position nearest to the hand that all
+// planes allow. It uses an active-set method (active_set.h). The active planes are those that stop the head; there are
+// at most three.
+// 3. Refinement. The search uses single precision and linear interpolation. The active planes are therefore computed
+// again with cubic interpolation in double precision (ContactFinder::refine). The projection is then repeated with the
+// exact planes.
+//
+// Special cases. sharp_edge.h computes edges, corners and grooves of the tissue from the flat faces beside them,
+// because interpolation rounds them. smooth_contacts.h computes contacts of the parts of a tool that never cut, for
+// example the shank. parameters.h contains all constants with their reasons.
+//
+// Frames: W is the workbench, V is the grid of the patch (lengths in voxels), and T is the tool with its origin at the
+// head's centre and z along its axis. X_VT is the pose of T in V. docs/contact.md explains the method and its errors.
 #pragma once
 
 #include <memory>
@@ -11,7 +33,8 @@ namespace typodont::haptics {
 
 struct HeadSamples;
 
-/// Finds the contacts of one head. Built at set-up; all other functions may be called on the servo thread.
+/// Finds the contacts of one head. The object is created at set-up. All its other functions may be called on the servo
+/// thread.
 class ContactFinder {
  public:
   ContactFinder(const Tool& tool, double voxel);
@@ -19,42 +42,45 @@ class ContactFinder {
   ContactFinder(ContactFinder&&) noexcept;
   ContactFinder& operator=(ContactFinder&&) noexcept;
 
-  double reach() const { return reach_; }  // voxels, distance from the centre to the farthest point of the head
+  double reach() const { return reach_; }  // voxels, distance from the head's centre to its farthest point
 
-  /// Finds the contacts of the head at X_VT (translation in voxels) whose gap is below `near` (voxels, at most about
-  /// one). In general, each surface sample of the head near tissue gives one contact. For a ball on a smooth offset
-  /// surface, there is a single exact contact instead. The patch must contain the head.
+  /// Finds the contacts of the head whose gap is below `near` (voxels, at most about one). `X_VT`: pose of the head
+  /// (frame T) in the voxel grid (frame V), with the translation in voxels. In general, each surface sample of the head
+  /// near tissue gives one contact. For a ball on a smooth offset surface, there is a single exact contact instead. The
+  /// patch must contain the head.
   void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept;
 
-  /// Computes the final position of a ball that is pulled from `c` to `target` (voxels), if one smooth wall stops it.
-  /// The wall is sampled at the hand's position `target`: parallel surfaces have the same normals, so this works also
-  /// in narrow concave surfaces. Returns false if the position cannot be computed; `seated` is then unchanged. `alone`:
-  /// true if there is no other tissue nearby; `set` then contains this contact.
+  /// Computes the final position of a ball that is pulled from `c` to the hand's position `target` (voxels), if one
+  /// smooth wall stops it. The field is queried at the hand's position inside the wall. Parallel surfaces have the same
+  /// normals, so the result gives the ball's position on the wall, also in narrow concave surfaces. Returns false if
+  /// the position cannot be computed; `seated` is then unchanged. `alone`: true if there is no other tissue nearby;
+  /// `set` then contains this contact.
   bool seat(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
             bool& alone) const noexcept;
   static constexpr double kMostSeated = 1.5;  // voxels, largest distance of the final position from `c`
 
   /// Finds contacts for a head that overlaps tissue by more than `kSunk`, which no hand can cause. From the head's
-  /// centre and from each sample inside the tissue, searches the nearest point outside, as far as the field stores
-  /// distances. If there is no such point, `set` gets no contact.
+  /// centre and from each surface sample inside the tissue, searches the nearest point outside the tissue, as far as
+  /// the field stores distances. If there is no such point, `set` gets no contact.
   void find_way_out(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept;
-  static constexpr double kSunk = 1.5;  // voxels, overlap above which the head counts as sunk
+  // voxels, threshold of the overlap of head and tissue; above it, the head counts as sunk
+  static constexpr double kSunk = 1.5;
 
-  /// Updates the normals and gaps of the known contacts after a small motion of the head, without a new query of the
+  /// Updates the normals and gaps of the contacts in `set` after a small motion of the head, without a new query of the
   /// field.
   void relinearize(const Pose& X_VT, ContactSet& set) const noexcept;
 
-  /// Corrects contacts of a head that removed all tissue at pose `X_VE` and is now at `X_VT`. A surface point inside
-  /// the head at `X_VE` can only be an interpolation error, so it is moved to the head's surface at `X_VE`. Contacts
-  /// that are refined later are corrected in the same manner.
+  /// Corrects contacts of a head that removed all tissue inside it at pose `X_VE` and is now at pose `X_VT`. A surface
+  /// point inside the head at `X_VE` can only be an interpolation error, so it is moved to the head's surface at
+  /// `X_VE`. Contacts that are refined later are corrected in the same manner.
   void project_out(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept;
 
-  /// Makes one contact exact on a smooth surface. Cubic queries move the contact to the point where head and surface
-  /// are closest. Returns false if nothing changed, for example because the contact was already exact. `fine`: accurate
-  /// to 0.01 degree, for a head that does not cut.
+  /// Makes contact `i` exact on a smooth surface. Cubic queries of the field move the contact point to the position
+  /// where head and surface are closest. Returns false if nothing changed, for example because the contact was already
+  /// exact. `fine`: if true, the result is accurate to 0.01 degree; used for a head that does not cut.
   bool refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i, bool fine = false) const noexcept;
 
-  /// Updates normal and gap of one known contact for the head at X_VT, without a query of the field.
+  /// Updates normal and gap of one contact for the head at the pose X_VT, without a query of the field.
   void update_contact(const Pose& X_VT, ContactPlane& plane) const noexcept;
 
  private:
@@ -66,7 +92,8 @@ class ContactFinder {
 
   HeadField head_;  // distance field of the head, in voxels
   bool sphere_;
-  double radius_, reach_;                 // voxels, radius of a ball, and distance to the head's farthest point
+  // voxels; radius_: radius of a ball; reach_: distance from the head's centre to its farthest point
+  double radius_, reach_;
   std::unique_ptr<HeadSamples> samples_;  // surface samples of the head, in voxels
 };
 

@@ -24,7 +24,8 @@ void ContactSet::set_yields(int i, double yields) noexcept {
   if (Exact* known = exact(i)) known->plane.yields = yields;
 }
 
-/// Stores a refined contact. If the memory for exact contacts is full, it replaces the oldest one.
+/// Stores the exact plane of a refined contact. If the array of exact contacts is full, the plane replaces the oldest
+/// one.
 void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept {
   Exact* slot = exact(i);
   if (!slot) {

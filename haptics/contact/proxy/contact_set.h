@@ -10,16 +10,17 @@ namespace typodont::haptics {
 
 /// A contact at surface point x. The displacement Δp of the head must satisfy n·Δp ≥ -gap. Lengths in voxels.
 struct ContactPlane {
-  dvec3 x{0};        // point of the tissue's surface
+  dvec3 x{0};        // voxels, point of the tissue's surface that touches the head
   dvec3 n{0, 0, 1};  // unit vector, direction in which the contact pushes the head
-  double gap = 0;    // distance between head and tissue at x, negative if they overlap
+  double gap = 0;    // voxels, distance between head and tissue at x, negative if they overlap
   // fraction 0..1 of the step's slack (depth that the head may sink) that this contact allows; below 1 if its tissue is
   // harder than the tissue being cut
   double yields = 1;
   bool rim = false;  // true if a sharp rim of the head has contact; n is then the normal of the tissue
 };
 
-/// Contact planes as arrays of floats, for SIMD. Points are relative to the head's centre at the time of the search.
+/// The approximate planes of all contacts, as arrays of floats for SIMD. Points are in voxels, relative to the head's
+/// centre at the time of the search.
 struct RoughPlanes {
   // kMax: largest number of planes; kBatch: number of planes per SIMD operation
   static constexpr int kMax = 256, kBatch = 8;
@@ -28,8 +29,8 @@ struct RoughPlanes {
   alignas(32) float x[kRoom], y[kRoom], z[kRoom], nx[kRoom], ny[kRoom], nz[kRoom], gap[kRoom], yields[kRoom];
 };
 
-/// The contacts of one search. All of them are stored as approximate planes in float arrays. The few that hold the head
-/// are also stored as exact planes.
+/// The contacts of one search. All contacts are stored as approximate planes in float arrays. The few contacts that
+/// hold the head are also stored as exact planes.
 class ContactSet {
  public:
   static constexpr int kMax = RoughPlanes::kMax;
@@ -41,8 +42,9 @@ class ContactSet {
   /// Returns false if the set is full.
   bool add(const ContactPlane& plane) noexcept;
   void drop_added() noexcept { count_ -= std::exchange(added_, 0); }
-  /// engaged_area(): area of the head within one voxel of tissue, weighted by nearness, voxels². engaged_normal(): sum
-  /// of area × outward normal of the tissue, over the part of the head that touches now, voxels².
+  /// engaged_area(): voxels², area of the head's surface that is within one voxel of tissue; nearer parts have a larger
+  /// weight. engaged_normal(): voxels², sum of area × outward normal of the tissue, over the part of the head that
+  /// touches the tissue now.
   double engaged_area() const { return engaged_area_; }
   const dvec3& engaged_normal() const { return engaged_normal_; }
   /// Returns the largest overlap of a contact in voxels; 0 if nothing overlaps.
@@ -81,9 +83,10 @@ class ContactSet {
   bool sunk_ = false, flat_ = false;
   double engaged_area_ = 0, deepest_ = 0;
   dvec3 engaged_normal_{0};
-  dvec3 origin_{0};  // origin of the points in the approximate planes
+  // voxels, origin of the points in the approximate planes: the head's centre at the time of the search
+  dvec3 origin_{0};
   bool projects_out_ = false;
-  Pose emptied_;  // voxels, pose at which the head has removed all tissue; valid if projects_out_ is true
+  Pose emptied_;  // voxels, pose at which the head has removed all tissue inside it; valid if projects_out_ is true
   RoughPlanes rough_{};
   std::array<Exact, kExact> exact_;
 };

@@ -18,18 +18,18 @@ namespace {
 using P = HeadSampleParameters;
 constexpr int kBatch = RoughPlanes::kBatch;
 
-/// The head at one pose, in coordinates relative to a voxel near it.
+/// The head at one pose. Coordinates are in voxels, relative to a voxel near the head.
 struct FlatHead {
   const FlatPiece* pieces;
   int count;
   float cx, cy, cz;  // coordinates of the head's centre
-  float R[9];        // rotation matrix from T to V, column by column
+  float R[9];        // rotation matrix from the frame T of the head to the frame V of the voxels, column by column
   float radius;      // radius of a ball; 0 for any other head
-  float thickness;   // half the head's width
+  float thickness;   // voxels, half the head's width
 };
 
-/// Computes the signed distance of points from the head, and the gradient of this distance. Points are relative to the
-/// head's centre, in the axes of V.
+/// Computes the signed distance of eight points from the head, and the gradient of this distance. Points are relative
+/// to the head's centre, along the axes of the voxel frame V.
 TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const F8& y, const F8& z, F8& distance,
                                         F8& mx, F8& my, F8& mz) {
   if (head.radius > 0) {
@@ -97,11 +97,11 @@ TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const
   mz = R[2] * ux + R[5] * uy + R[8] * uz;
 }
 
-/// The distance field around the head, in coordinates relative to the same voxel as in FlatHead.
+/// The distance field around the head. Its coordinates are relative to the same voxel as those of FlatHead.
 struct FlatField {
   const float* samples;  // sample at the origin of these coordinates, which may lie outside the patch
   int sx, sy;
-  float lo[3], hi[3];  // bounds of the region that may be sampled
+  float lo[3], hi[3];  // voxels, bounds of the region in which the field may be sampled
 };
 
 TYPODONT_KERNEL void pairs_at(const float* samples, const I8& at, std::ptrdiff_t offset, F8& first, F8& second) {
@@ -113,7 +113,8 @@ TYPODONT_KERNEL void pairs_at(const float* samples, const I8& at, std::ptrdiff_t
   second = __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15);
 }
 
-/// Interpolates the field trilinearly at eight points, with the gradient. All coordinates must be positive.
+/// Interpolates the distance field trilinearly at eight points. Returns values and gradients. All coordinates must be
+/// positive.
 TYPODONT_KERNEL void sample_eight(const FlatField& field, const F8& x, const F8& y, const F8& z, F8& value, F8& gx,
                                   F8& gy, F8& gz) {
   const I8 ix = __builtin_convertvector(x, I8), iy = __builtin_convertvector(y, I8),
@@ -142,15 +143,18 @@ TYPODONT_KERNEL void sample_eight(const FlatField& field, const F8& x, const F8&
   gz = gz0 + u * (gz1 - gz0);
 }
 
-/// Working data of the batches of samples that are moved to the surface.
+/// Working data of the contact search: the batches of eight samples that are moved to the tissue's surface.
 struct SampleBatches {
   static constexpr int kBatches = ContactSet::kMax / kBatch;
-  int from[kBatches];                                            // index of the first sample of the batch
-  F8 qx[kBatches], qy[kBatches], qz[kBatches];                   // initial positions of the samples
-  F8 x[kBatches], y[kBatches], z[kBatches];                      // present positions of the samples
-  F8 value[kBatches], gx[kBatches], gy[kBatches], gz[kBatches];  // the field and its gradient at the current positions
-  F8 nx[kBatches], ny[kBatches], nz[kBatches];                   // unit direction of the gradient
-  // steep: true if the gradient is long enough; again: true if the point is to be moved further
+  int from[kBatches];                           // index of the first sample of the batch
+  F8 qx[kBatches], qy[kBatches], qz[kBatches];  // voxels, positions of the samples on the head
+  // voxels, present positions of the points that are moved from there to the tissue's surface
+  F8 x[kBatches], y[kBatches], z[kBatches];
+  // value (voxels) and gradient of the distance field at the present positions
+  F8 value[kBatches], gx[kBatches], gy[kBatches], gz[kBatches];
+  F8 nx[kBatches], ny[kBatches], nz[kBatches];  // unit vectors in the direction of the gradients
+  // steep: true if the gradient is long enough for a step along it; again: true if the point has not yet reached the
+  // tissue's surface, so it must be moved further
   I8 steep[kBatches], again[kBatches];
   F8 best[kBatches], best_x[kBatches], best_y[kBatches], best_z[kBatches];
   F8 best_mx[kBatches], best_my[kBatches], best_mz[kBatches];
@@ -179,7 +183,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
       pz = R[2] * tx + R[5] * ty + R[8] * tz;
     }
     const F8 qx = head.cx + px, qy = head.cy + py, qz = head.cz + pz;
-    // Skips batches far from tissue by a quick test of the nearest sample: the field changes by at most one per voxel.
+    // Skips batches that are far from tissue. A quick test reads the field at the voxel nearest to each sample; the
+    // field changes by at most one per voxel.
     const I8 jx = __builtin_convertvector(qx + 0.5f, I8), jy = __builtin_convertvector(qy + 0.5f, I8),
              jz = __builtin_convertvector(qz + 0.5f, I8);
     F8 coarse;
@@ -205,9 +210,10 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     std::memcpy(&nx, samples->nx + k, sizeof nx);
     std::memcpy(&ny, samples->ny + k, sizeof ny);
     std::memcpy(&nz, samples->nz + k, sizeof nz);
-    // Each area has a weight that decreases linearly from one to zero over a distance of one voxel, so that the sum
-    // changes smoothly. The sum of the normals uses the weight 2 a − b, where a decreases from one to zero over half a
-    // voxel, and b over one voxel. This subtracts the area that would touch only if the head sank deeper.
+    // Each sample represents an area. Its weight decreases linearly from one to zero over a distance of one voxel from
+    // the tissue, so that the sum of the areas changes smoothly. The sum of the normals uses the weight 2 a − b, where
+    // a decreases from one to zero over half a voxel, and b over one voxel. This subtracts the area that would touch
+    // only if the head sank deeper.
     F8 share = 1.0f - value, half = share - value;
     share = share < 0.0f ? F8{} : share;
     share = share > 1.0f ? F8{} + 1.0f : share;
@@ -229,8 +235,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     w.x[to] = qx - value * nx, w.y[to] = qy - value * ny, w.z[to] = qz - value * nz;
     w.nx[to] = nx, w.ny[to] = ny, w.nz[to] = nz;
     w.steep[to] = steep;
-    // A point after this step counts only if it was nearly on the surface before, because a long step across a ridge
-    // may end anywhere.
+    // A point is used after this step only if it was nearly on the surface before the step, because a long step across
+    // a ridge may end anywhere.
     w.again[to] = steep & (value < P::on_surface) & (value > -P::on_surface);
     close_batches += any_of(close);
   }
@@ -302,7 +308,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
   found->deepest = deepest;
 }
 
-/// Updates the normals and gaps of known surface points. `d`: displacement of the head since the search.
+/// Updates the normals and gaps of the contacts of the last search. `d`: displacement of the head since the search,
+/// voxels.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float see_anew(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
   const FlatHead head = *head_at;
@@ -361,7 +368,8 @@ void push_out(const FlatHead* head_at, RoughPlanes* planes, int count, const flo
   }
 }
 
-/// Returns the head at one pose in the form for SIMD. `c`: its centre, relative to a voxel near it.
+/// Converts the head at one pose to the form that the SIMD functions use. `c`: the head's centre in voxels, relative to
+/// a voxel near it.
 FlatHead flat_head(const HeadSamples& samples, const dquat& R, const glm::vec3& c) {
   FlatHead head{samples.pieces, samples.piece_count, c.x, c.y, c.z, {}, samples.ball_radius, samples.thickness};
   const glm::mat3 columns{glm::dmat3(R)};

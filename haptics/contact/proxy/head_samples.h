@@ -15,24 +15,25 @@ struct FlatPiece {
   float nx, nz;          // outward normal of the piece if it is a line
 };
 
-/// Result of one contact search.
+/// Result of one contact search. `count`: number of contacts. `deepest`: voxels, largest overlap. `area`: contact area,
+/// voxels². `area_x`, `area_y`, `area_z`: sum of area times outward normal of the tissue, voxels².
 struct Found {
   int count;
   float deepest;
   float area, area_x, area_y, area_z;
 };
 
-/// Surface samples of the head as arrays. Eight neighbouring samples form a batch, so that a batch mostly touches one
-/// tissue. Voxels. Built at set-up; the functions may be called on the servo thread.
+/// Samples of the head's surface as arrays, in voxels and frame T of the head. Eight neighbouring samples form a batch,
+/// so that a batch mostly touches one tissue. Built at set-up; the functions may be called on the servo thread.
 struct HeadSamples {
   HeadSamples(const Tool& tool, const HeadField& head, double voxel);
 
-  /// Searches contacts of the head at X_VT. Each sample near tissue is moved to the point where head and surface are
-  /// closest. It becomes a contact if the gap there is below `near`.
+  /// Searches contacts of the head at the pose X_VT. Each sample near tissue gives a point that is moved to the
+  /// position where head and tissue are closest. This point becomes a contact if the gap is below `near` (voxels).
   Found look_around(const SurfacePatch& patch, const Pose& X_VT, float near, RoughPlanes& planes) const noexcept;
 
-  /// Updates the normals and gaps of known contacts. R: present rotation of the head; `moved`: displacement of the head
-  /// since the search. Returns the largest overlap.
+  /// Updates the normals and gaps of the contacts of the last search. `R`: present rotation of the head; `moved`:
+  /// displacement of the head since the search, voxels. Returns the largest overlap in voxels.
   float update_planes(const dquat& R, const glm::vec3& moved, RoughPlanes& planes, int count) const noexcept;
 
   /// Moves surface points that are inside the head to the head's surface. `c`: the head's centre, relative to the
@@ -46,9 +47,9 @@ struct HeadSamples {
   alignas(32) float nx[ContactSet::kMax], ny[ContactSet::kMax], nz[ContactSet::kMax], area[ContactSet::kMax];
   FlatPiece pieces[HeadField::kMaxPieces];
   int piece_count;
-  float ball_radius;  // radius of a ball; 0 for any other head
-  float thickness;    // half the head's width
-  float reach;        // distance from the centre to the farthest point
+  float ball_radius;  // voxels, radius of a ball; 0 for any other head
+  float thickness;    // voxels, half the head's width
+  float reach;        // voxels, distance from the head's centre to its farthest point
 };
 
 }  // namespace typodont::haptics

@@ -12,8 +12,8 @@ namespace {
 
 constexpr int kBatch = RoughPlanes::kBatch;
 
-/// Returns the index of the plane whose normal is closest to `n`. If several normals are equally close, returns the
-/// first of them.
+/// Returns the index of the contact plane whose normal is most similar to `n`. If several normals are equally similar,
+/// returns the first of them.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int most_along(const RoughPlanes* planes, int count, const float* n) {
   F8 most = F8{} - 2.0f;
@@ -35,8 +35,8 @@ int most_along(const RoughPlanes* planes, int count, const float* n) {
   return index[best];
 }
 
-/// Returns the index of the plane with the smallest n·d + room if this value is below -slip, otherwise -1. If several
-/// values are equal, returns the first of them.
+/// Returns the index of the most violated plane. `d` is the displacement of the head; a plane is violated if n·d + room
+/// < -slip. Returns -1 if no plane is violated. If several planes are equally violated, returns the first of them.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int most_violated(const RoughPlanes* planes, int count, const float* d, float overlap, float slack, bool only_no_deeper,
                   float slip) {
@@ -63,12 +63,13 @@ int most_violated(const RoughPlanes* planes, int count, const float* d, float ov
   return index[worst];
 }
 
-/// Adapts the contacts of a head to the active-set solver: planes for the head's centre p, in voxels. `only_no_deeper`:
-/// planes that the head already overlaps only prevent a deeper overlap.
+/// Presents the contacts of a head to the active-set solver as planes that limit the position p of the head's centre,
+/// in voxels. `only_no_deeper`: true if planes that the head already overlaps only prevent a deeper overlap.
 class HeadPlanes {
  public:
   using Plane = ContactPlane;
-  // Lower limits below which a linear system counts as singular; the values fit the accuracy of float normals.
+  // Lower limits for the linear systems of the solver; below them, a system counts as singular. The values fit the
+  // accuracy of float normals.
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-8, .least_rest = 1e-8};
 
   HeadPlanes(const ContactSet& set, const dvec3& c, double overlap, double slack, bool only_no_deeper)

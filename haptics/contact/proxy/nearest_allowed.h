@@ -13,17 +13,17 @@ struct HeldBy {
   int count = 0;
   dvec3 n[3];
 };
-/// Copies the normals of the active planes to `held`. Writes directly to `held`, because a copy of the struct would
-/// wait for its own stores.
+/// Copies the normals of the active planes to `held`. The function writes directly to `held`, because a returned copy
+/// of the struct would cost additional time (store forwarding).
 void held_by(const ContactSet& set, const ActivePlanes& active, HeldBy& held) noexcept;
 /// Guesses the active planes of a new search: selects the planes whose normals are most similar to those in `before`.
 /// The result is the initial guess for nearest_allowed().
 ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept;
 
-/// Computes the point p nearest to `target` with n_i·(p - c) ≥ -(gap_i + overlap + slack yields_i) for all planes. If
-/// no such point exists (a head that is wedged in its own slot), the planes that the head overlaps only prevent a
-/// deeper overlap. `active`: on entry, a guess of the active planes in the same search, or none; on return, the active
-/// planes.
+/// Computes the position p of the head's centre that is nearest to `target` and satisfies n_i·(p - c) ≥ -(gap_i +
+/// overlap + slack yields_i) for all contact planes i. If no such position exists (a head that is wedged in its own
+/// slot), the planes that the head overlaps only prevent a deeper overlap. `active`: on entry, a guess of the active
+/// planes in the same search, or none; on return, the active planes.
 dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double slack, const dvec3& target,
                       ActivePlanes& active) noexcept;
 

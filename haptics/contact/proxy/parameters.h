@@ -11,14 +11,14 @@ struct OffsetQueryParameters {
   static constexpr double foot_tolerance = 0.05;
   // Tolerance of the gradient's length, which is 1 near a single smooth wall.
   static constexpr double gradient_tolerance = 2e-4;
-  static constexpr double depth_below = 3;  // voxels; the tissue must be at least this deep below the surface
-  // Voxels; up to this height above the ball's centre, no other wall may be nearer.
+  static constexpr double depth_below = 3;  // voxels; the tissue below the foot point must be at least this thick
+  // Voxels; up to this height above the ball's centre, no other wall may be nearer than the wall of the contact.
   static constexpr double height_above = 3.5;
 };
 
 /// Parameters for the direct computation of a ball's position on one smooth wall (ContactFinder::seat).
 struct WallSeatParameters {
-  // Voxels, largest depth of the hand below the surface on which the ball lies.
+  // Voxels, largest depth of the hand below the surface that stops the ball.
   static constexpr double hand_depth = 4;
   static constexpr double aligned = 1e-8;  // voxels², tolerance of the squared lateral error of the foot point
   static constexpr int iterations = 6;     // upper limit of the steps along the wall to the foot point
@@ -40,7 +40,8 @@ struct RefineParameters {
   // Voxels, value of stays_exact for a head with edges, for which the error of the gap is as large as the distance
   // moved.
   static constexpr double stays_exact_edged = 2e-3;
-  // Voxels, value of stays_exact for a head that does not cut.
+  // Voxels, value of stays_exact for a head that does not cut. It is smaller, because without cutting the hand feels
+  // errors of the force's direction.
   static constexpr double stays_exact_fine = 1e-3;
   // Voxels, convergence tolerance of the gap: the refinement ends when a step reduces the gap by less than this. The
   // next step would reduce it by about the square.
@@ -53,8 +54,8 @@ struct RefineParameters {
   static constexpr double most_gain = 10;  // upper limit of the factor by which the secant method lengthens a step
 };
 
-/// Parameters for a sharp rim of the head inside the tissue (touch_with_rim). The direction out of the tissue is the
-/// tissue's normal there, and not a normal of the rim's sides.
+/// Parameters for a sharp rim of the head that is inside the tissue (ContactFinder::touch_with_rim). The head must
+/// leave the tissue along the tissue's normal, and not along a normal of the rim's sides.
 struct RimParameters {
   // Limit of the cosine between the head's normal and the tissue's normal. Below it, the two normals count as
   // different.
@@ -70,9 +71,9 @@ struct RimParameters {
 
 /// Parameters of the samples on the head's surface (HeadSamples).
 struct HeadSampleParameters {
-  // voxels; a point with a smaller distance to the surface counts as on the surface
+  // voxels; a point that is nearer to the tissue's surface counts as on the surface
   static constexpr float on_surface = 0.25f;
-  // voxels; a sample with a smaller distance to the surface is moved onto the surface
+  // voxels; a sample of the head that is nearer to the tissue's surface is moved onto the surface
   static constexpr float examined = 1.5f;
   static constexpr double near_free_end = 0.5;  // fraction of the samples that lie near the head's free end
 };
@@ -89,8 +90,8 @@ struct SharpEdgeParameters {
   // Voxels, smallest distance from the foot point to a face. Nearer to the edge, the interpolation stencil would
   // include samples of the other face.
   static constexpr double least_aside = 5.2;
-  static constexpr int steps = 3;  // upper limit of the steps that move a point onto a face
-  // voxels, tolerance: a point counts as on the face if its distance is smaller
+  static constexpr int steps = 3;  // upper limit of the number of steps that move a point onto a face
+  // voxels, tolerance: a point that is nearer to the face counts as on the face
   static constexpr double on_face = 1e-3;
   // Tolerance of the gradient's length, which is 1 near a single face.
   static constexpr double gradient_tolerance = 1e-3;
@@ -113,7 +114,7 @@ struct SharpEdgeParameters {
   static constexpr double flat = 1e-10;
   // Voxels, tolerance of the offset between the planes at two points of a groove's wall; it covers rounding to floats.
   static constexpr double flat_distance = 2e-5;
-  static constexpr int misses = 6;  // upper limit of the directions in which no wall of a groove is found
+  static constexpr int misses = 6;  // upper limit of the number of directions in which no wall of a groove is found
   // Voxels. Interpolation fills the bottom of a groove. This factor times the length of the difference of the walls'
   // normals is the largest depth of the filled part.
   static constexpr double filled = 0.15;
@@ -123,16 +124,17 @@ struct SharpEdgeParameters {
 /// Lengths are in coarse voxels unless another unit is given.
 struct NonCuttingPartParameters {
   static constexpr double spacing = 0.25e-3;  // m, distance between two samples of the coarse patch
-  // Coarse voxels; linear interpolation can overestimate the distance by at most this.
+  // Coarse voxels, upper bound of the error by which linear interpolation overestimates the distance.
   static constexpr double overestimate = 0.5;
   // Coarse voxels, rounding tolerance: a distance this close to the band's limit counts as equal to the limit.
   static constexpr double at_band = 1e-3;
   // Coarse voxels, tolerance: if the computed nearest point is farther than this from the surface, the field there is
   // wrong (it results from an intersection of solids).
   static constexpr double edge_distance = 0.4;
-  // patch voxels; the shank is not searched again while its free distance is larger than this
+  // voxels of the head's patch, threshold; the contacts of the shank are not searched again while the free distance of
+  // the shank is larger
   static constexpr double enough_room = 3;
-  // patch voxels; contacts of the shank are searched if its free distance is smaller than this
+  // voxels of the head's patch, threshold; the contacts of the shank are searched if its free distance is smaller
   static constexpr double close_room = 0.8;
   // Limit of the cosine between two contact normals. Above it, contacts at the same place are merged.
   static constexpr double same_direction = 0.985;

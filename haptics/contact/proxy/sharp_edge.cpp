@@ -40,8 +40,8 @@ bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face
   return false;
 }
 
-/// Tests whether the wall of a groove continues in the same plane farther away from the groove, where the other wall
-/// has no influence. Returns true if it does.
+/// Returns true if the wall of a groove continues in the same plane farther away from the groove, where the groove's
+/// other wall has no influence on the field.
 bool face_continues(const SurfacePatch& patch, const Face& face, const dvec3& foot) noexcept {
   const dvec3 away = face.x - foot, along = away - glm::dot(away, face.n) * face.n;
   const dvec3 p = face.x + E::farther * glm::normalize(along);
@@ -168,8 +168,8 @@ bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foo
     faces.add(most[0]), faces.add(most[1]);
   }
   if (!faces.convex() || !faces.nearest(c, nearest)) return false;
-  // Checks the result against the field. At a true edge, the field is the distance to the edge. If the solid was made
-  // by an intersection, the field is the distance to the farthest face instead.
+  // Compares the result with the field. At a true edge, the field is the distance to the edge. If the tissue was made
+  // by an intersection of solids, the field is the distance to the farthest face instead.
   double farthest = -1e300;
   for (int i = 0; i < faces.count; ++i) farthest = std::max(farthest, faces.above(i, c));
   return std::min(std::abs(glm::length(c - nearest) - distance), std::abs(farthest - distance)) < E::agrees;

@@ -6,14 +6,16 @@
 
 namespace typodont::haptics {
 
-/// A field interpolated from samples rounds every edge within three voxels; farther away, the adjacent faces are
-/// correct. This function finds the planes of these faces and computes the point of the enclosed solid that is nearest
-/// to `c`. `foot`: estimate of that point; `distance`: value of the field at c; all in voxels. Returns false if the
-/// faces are not found, do not enclose a convex solid, or contradict the field.
+/// Computes the point of the tissue nearest to `c` near a sharp edge. A field that is interpolated from samples rounds
+/// every edge within three voxels; farther away, the faces beside the edge are correct. This function finds the planes
+/// of these faces. The planes enclose a solid, and the result is the point of this solid nearest to `c`. `foot`:
+/// estimate of that point; `distance`: value of the field at `c`; all lengths in voxels. Returns false if the faces are
+/// not found, do not enclose a convex solid, or contradict the field.
 bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foot, double distance,
                      dvec3& nearest) noexcept;
 
-/// The flat walls of a groove or inner corner. Each wall has a unit normal and the height of `c` above it.
+/// The flat walls of a groove or inner corner. Each wall has a unit normal. `height`: distance of the point c from each
+/// wall, in voxels.
 struct FlatWalls {
   static constexpr int kMost = 3;
   int count = 0;
@@ -21,9 +23,9 @@ struct FlatWalls {
   double height[kMost];
 };
 
-/// Finds the walls of a concave crease or corner, whose bottom is filled by interpolation. The planes of the walls are
-/// measured beyond the filled part. `at`: value and gradient of the field at c. Returns false if the walls are not
-/// found or if another surface is nearer.
+/// Finds the walls of a concave crease or corner. Interpolation fills the bottom of a crease, so the planes of the
+/// walls are measured beyond the filled part. `at`: value and gradient of the field at the point `c`. Returns false if
+/// the walls are not found or if another surface is nearer.
 bool walls_of_crease(const SurfacePatch& patch, const dvec3& c, const FieldSample& at, FlatWalls& walls) noexcept;
 
 }  // namespace typodont::haptics

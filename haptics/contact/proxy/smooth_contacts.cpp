@@ -21,7 +21,8 @@ CoarseGrid coarse_grid_for(std::span<const Tool> tools, double voxel, double tra
   }
   if (reach == 0) return {};
   const int every = std::max(2, static_cast<int>(std::lround(P::spacing / voxel)));
-  // The constant 6 covers the interpolation stencil and the distance by which samples are moved.
+  // Half the edge of the coarse patch, in samples. The constant 6 covers the interpolation stencil and the distance by
+  // which samples are moved.
   const double half = (reach / voxel + travel) / every + 6;
   return {every, 2 * static_cast<int>(std::ceil(half)) + 1};
 }
@@ -48,12 +49,12 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
   if (!shank_ || patch.wide.empty()) return 1e300;
   const Part& shank = *shank_;
   if (known_) {
-    // Upper bound of the rotation angle: 2 acos |q·q'| ≤ 2.3 √(2 - 2 |q·q'|).
+    // Upper bound of the angle by which the tool rotated since the last search: 2 acos |q·q'| ≤ 2.3 √(2 - 2 |q·q'|).
     const double turned = 2.3 * std::sqrt(std::max(0.0, 2 - 2 * std::abs(glm::dot(X_VT.R, at_.R))));
     const double left = free_ - glm::length(X_VT.p - at_.p) - turned * (shank.z + shank.half);
     if (left > std::max(P::close_room, std::min(P::enough_room, free_ / 2))) return left;
   }
-  // Sphere tracing along the shank's axis: each step is as long as the field shows free space.
+  // Sphere tracing along the shank's axis: each step is as long as the distance to the tissue that the field states.
   const SurfacePatch& wide = patch.wide.front();
   const dvec3 axis = X_VT.R * dvec3(0, 0, 1), from = X_VT.p + (shank.z - shank.half) * axis;
   const double slope = (shank.radius - shank.neck) / shank.taper;
@@ -71,8 +72,8 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
     // most the sagitta of a sphere between the samples.
     const double blurred = around > wide.band - P::at_band ? 3 / (8 * wide.band) : P::overestimate;
     const double clear = (around - blurred) * every_ - radius;
-    // At the distance s along the axis, the free distance is at least clear - s (1 + slope). So with a step of a third
-    // of the free distance, this bound stays tight.
+    // At the distance s farther along the axis, the free distance is at least clear - s (1 + slope). The step is about
+    // a third of the free distance, so that this bound is not much too small.
     const double step = std::max(0.3 * clear / (1 + slope), least_step);
     if (tolerated_overlap(radius, wide, p) < every_) least = std::min(least, clear - step * (1 + slope) / 2);
     if (least <= 0 || u >= top) break;
@@ -92,8 +93,8 @@ void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const
     part.finder.find_way_out(patch, X, set_);
   }
   if (shank) search_from_axis(part, patch, X, near);
-  // Takes the closest contact first. Further contacts are taken only if they have another direction or lie at another
-  // place.
+  // Takes the closest contact first. Further contacts are taken only if they have another direction or are at another
+  // place of the part.
   bool refused[ContactSet::kMax + 8];
   double let[ContactSet::kMax + 8];
   for (int i = 0; i < set_.count(); ++i) {
@@ -133,8 +134,9 @@ double NonCuttingContacts::tolerated_overlap(const Part& part, const SurfacePatc
   return tolerated_overlap(part.radius_at(u), patch, plane.x);
 }
 
-/// Adds a contact computed from points on the axis. Near an edge of the tissue, samples on the shank's surface are too
-/// coarse to locate the surface. On the axis the field is smooth, so it gives the nearest point accurately.
+/// Adds a contact that is computed from points on the axis of the part. Near an edge of the tissue, the samples on the
+/// shank's surface are too far apart to locate the surface. On the axis the field is smooth, so it gives the nearest
+/// point accurately.
 void NonCuttingContacts::search_from_axis(const Part& part, const SurfacePatch& patch, const Pose& X,
                                           double near) noexcept {
   const dvec3 axis = X.R * dvec3(0, 0, 1);

@@ -12,8 +12,8 @@
 
 namespace typodont::haptics {
 
-/// Size of the coarse patch: it takes one of every `every` voxels along each axis, and has `edge` samples along each
-/// axis. 0, 0: no coarse patch.
+/// Size of the coarse patch. The coarse patch contains one of every `every` samples along each axis, and has `edge`
+/// samples along each axis. If both values are 0, there is no coarse patch.
 struct CoarseGrid {
   int every = 0, edge = 0;
 };
@@ -26,13 +26,13 @@ class NonCuttingContacts {
   NonCuttingContacts(const Tool& tool, double voxel);
 
   bool any() const { return shank_.has_value() || safe_end_.has_value(); }
-  /// Returns the distance in voxels that the tool may move from X_VT before the shank can touch tissue. Valid only if
-  /// it is positive.
+  /// Returns the distance in voxels that the tool may move from the pose X_VT before the shank can touch tissue. Valid
+  /// only if it is positive.
   double room(const SurfacePatch& patch, const Pose& X_VT) noexcept;
-  /// Adds the contacts of the shank and the safe end whose gaps are below `near` to the head's contacts. These parts
-  /// may not sink into the tissue.
+  /// Finds the contacts of the shank and the safe end whose gaps are below `near` (voxels), and adds them to `set`,
+  /// which contains the head's contacts. Shank and safe end may not sink into the tissue.
   void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) noexcept;
-  /// Adds the contacts of the last find() again, updated for a small motion of the tool.
+  /// Adds the contacts of the last find() to `set` again, updated for a small motion of the tool to the pose X_VT.
   void relinearize(const Pose& X_VT, ContactSet& set) noexcept;
   /// Must be called when tissue may have been added, because the stored free distance is then not valid any more.
   void forget() noexcept { known_ = false; }
@@ -43,7 +43,7 @@ class NonCuttingContacts {
     ContactFinder finder;  // contact finder of this part; its lengths are in voxels of the patch that it searches
     double radius_at(double u) const {
       return std::min(radius, neck + (radius - neck) / taper * u);
-    }  // `u`: distance along the axis from the part's lower end
+    }  // returns the radius of the part at the distance `u` along the axis from its lower end
     double z, half, neck, radius, taper;
   };
   struct Known {

@@ -11,7 +11,8 @@ namespace {
 
 constexpr std::size_t kBatch = 8;
 
-/// Arrays with the positions of points relative to the head, and with the results.
+/// Arrays for eight points at a time: their positions relative to the head (input), and their distances from it with
+/// the gradients (results).
 struct Columns {
   double *x, *y, *z;
   double *distance, *n_x, *n_y, *n_z;

@@ -14,19 +14,21 @@ namespace typodont::haptics::vertex {
 
 /// Parameters for the motion of a head among contact points. Lengths are ratios to the head's radius.
 struct FollowParameters {
-  // Longest displacement in one iteration, as a ratio to the head's radius. It is short, because the bounds of the
-  // points are linearised.
+  // Longest displacement of the head in one iteration, as a ratio to the head's radius. It is short, because each
+  // contact point limits the displacement only by a linear approximation.
   static constexpr double step = 0.15;
   static constexpr int looks = 2;  // number of iterations for which one list of near points is used
   // Upper limit of the number of lists per tick; the head can then move by at most 4.8 radii per tick.
   static constexpr int rounds = 16;
-  // Convergence tolerance: after a displacement shorter than this ratio of `step`, no further iteration is made.
+  // Convergence tolerance: if the last displacement was shorter than this fraction of `step`, no further iteration is
+  // made.
   static constexpr double settled = 0.2;
-  // Overlap as a ratio to the head's radius. With a larger overlap, the head counts as inside tissue and is moved out.
+  // Threshold of the overlap of head and points, as a ratio to the head's radius. With a larger overlap, the head
+  // counts as inside tissue and is moved out.
   static constexpr double led_out = 0.05;
-  /// The points are listed again when the head has moved farther than this, as a ratio to its radius.
+  /// The near points are listed again when the head has moved farther than this, as a ratio to the head's radius.
   static constexpr double kept = 0.15;
-  /// Points within this distance of the head are listed, as a ratio to its radius.
+  /// Distance from the head within which points are listed, as a ratio to the head's radius.
   static constexpr double margin = kept + looks * step;
   /// Returns the longest displacement in one iteration, m. `left`: distance to the hand, m.
   static double longest_step(double radius, double left) noexcept {
@@ -39,7 +41,7 @@ struct FollowParameters {
 /// still valid.
 template <class List>
 dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, double radius, List&& list) noexcept {
-  constexpr int kMostHops = 64;  // upper limit of steps without contact per tick
+  constexpr int kMostHops = 64;  // upper limit of the number of steps without contact in one tick
   const double free = (FollowParameters::margin - FollowParameters::kept) * radius;
   for (int hop = 0; points.empty() && from != to && hop < kMostHops; ++hop) {
     const dvec3 rest = to - from;
@@ -57,7 +59,7 @@ class HeadFollower {
   struct Hold {
     std::uint32_t point;  // index of the point
     dvec3 n;              // unit direction in which the point pushes the head
-    double push;          // m, distance by which the point holds the head back
+    double push;          // m, distance by which the point holds the head back from the hand
   };
 
   /// `distances` is a buffer of the owner, which must exist as long as this object. follow() overwrites its contents.
@@ -105,8 +107,9 @@ class HeadFollower {
                 bool give) noexcept;
 
   HeadDistances& distances_;
-  std::vector<StepBound> bounds_;      // bounds of the last iteration
-  std::vector<std::uint32_t> points_;  // for each bound: index of its point
+  std::vector<StepBound> bounds_;  // bounds that the near points gave in the last iteration
+  // for each bound on the head's motion: index of the contact point that causes the bound
+  std::vector<std::uint32_t> points_;
   ActivePlanes active_;
   bool led_out_ = false;
 };

@@ -24,8 +24,8 @@ namespace {
 
 // m, upper bound of the rounding error of the bounding balls, which are stored as floats
 constexpr double kRounding = 1e-6;
-// Upper limit of the rounds in which vertices are moved back. If the mesh is still not valid, the whole step is
-// cancelled.
+// Upper limit of the number of rounds in which vertices are moved back to make the mesh valid. If the mesh is still not
+// valid then, the whole step is cancelled.
 constexpr int kMostRounds = 8;
 // Limit of the cosine between a face's normal and the direction from the head's centre. Above it, the face may be on
 // the far side of a thin wall.
@@ -50,8 +50,8 @@ double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
 
 constexpr std::size_t kBatch = 8;
 
-/// Finds the bounding balls that overlap the ball with centre p and radius r. Writes their indices to `at` and returns
-/// their number.
+/// Finds the bounding balls of faces that overlap the ball with centre p and radius r. Writes their indices to `at` and
+/// returns their number.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_overlapping(const float* x, const float* y, const float* z, const float* radius, std::size_t count,
                              const float* p, float r, std::uint32_t* at) {
@@ -68,7 +68,7 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
       at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
     }
   }
-  // Removes results of unused lanes in the last batch.
+  // Removes the results that belong to unused lanes of the last batch of vector operations.
   while (found > 0 && at[found - 1] >= count) --found;
   return found;
 }
@@ -123,7 +123,7 @@ void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double mar
 /// Sorts the faces near the head by their index. The order is then independent of the position of the mesh in the
 /// search grid. Uses a radix sort, because a comparison sort would take a third of the time of a cut.
 void MeshCutter::sort_near() noexcept {
-  constexpr int kDigit = 9;  // bits per pass
+  constexpr int kDigit = 9;  // number of bits of the index by which one pass of the radix sort sorts
   constexpr Index kMask = (1u << kDigit) - 1;
   sorted_.resize(near_.size());
   const Index last = near_.empty() ? 0 : *std::max_element(near_.begin(), near_.end());
@@ -148,7 +148,7 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       const double e2 = edge2(mesh, f, i);
       if (e2 > most) most = e2, longest = i;
     }
-    // Edges on an open border do not change, and neither do edges that end at the border.
+    // Edges on an open border of the mesh are not split, and neither are edges that end at the border.
     if (longest >= 0 && (mesh.vertex(mesh.face(f).v[longest]).on_border() ||
                          mesh.vertex(mesh.face(f).v[(longest + 1) % 3]).on_border())) {
       longest = -1;
@@ -173,15 +173,15 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       if (h != f && h != g) near_.push_back(h);
     });
   }
-  // A face may be in the list twice: once because it is near the head, and once as a neighbour of a split edge. Removes
-  // duplicates.
+  // A face may be in the list of near faces twice: once because it is near the head, and once as a neighbour of a split
+  // edge. Removes duplicates.
   ++look_;
   std::erase_if(near_, [&](Index f) { return !see_face(f); });
 }
 
-/// Computes the target of a vertex inside the head. In general, the vertex moves in the direction `n` out of the head,
-/// into the solid. If it would move outward through a face around the vertex, the outward component of the direction is
-/// removed.
+/// Computes the target position of a vertex inside the head. In general, the vertex moves in the direction `n` out of
+/// the head, into the solid. If it would move outward through a face around the vertex, the outward component of the
+/// direction is removed.
 bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, Index v, const dvec3& n, double depth,
                                 dvec3& to) const noexcept {
   constexpr int kMostFaces = 32;
@@ -270,7 +270,8 @@ void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head) 
   }
 }
 
-/// Moves the vertices of a face back to their old positions. Returns false if none of them had moved.
+/// Moves the vertices of face f back to the positions that they had before the step. Returns false if none of them had
+/// moved.
 bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   bool any = false;
   for (const Index v : mesh.face(f).v) {
@@ -449,7 +450,8 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
   const double longest2 = P::longest * P::longest * edge * edge;
   bool allowed = true;
-  double volume = 0;  // m³, six times the volume that is added to the solid
+  // m³, six times the volume between the old and the new surface, positive if volume is added to the solid
+  double volume = 0;
   mesh.around(gone, [&](Index h, int c) {
     const dvec3 &b = mesh.point(h, (c + 1) % 3), &d = mesh.point(h, (c + 2) % 3);
     volume += volume6(to, b, d, to) - volume6(from, b, d, to);
@@ -497,7 +499,8 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
   if (std::min(roundness(a, d, c), roundness(d, b, c)) <= std::min(roundness(a, b, c), roundness(b, a, d))) {
     return false;
   }
-  const double volume = volume6(a, d, c, b);  // m³, six times the volume that is added to the solid
+  // m³, six times the volume between the old and the new surface, positive if volume is added to the solid
+  const double volume = volume6(a, d, c, b);
   if (std::abs(volume) > 6 * P::most_volume * edge * edge * edge) return false;
   if (!mesh.flip(f, i)) return false;
   if (thin_) {

@@ -24,7 +24,7 @@ struct CutParameters {
   // Longest edge; a longer edge is split (Botsch & Kobbelt 2004).
   static constexpr double longest = 4.0 / 3;
   static constexpr double shortest = 0.35;  // shortest edge; a shorter edge is collapsed
-  // Length of one step of the head. It is so short that no face rotates far in one step.
+  // Longest step of the head. It is so short that no face rotates far in one step.
   static constexpr double step = 0.5;
   // Largest displacement of a vertex in one step. A vertex that would move farther belongs to another wall, and does
   // not move.
@@ -34,7 +34,8 @@ struct CutParameters {
   // Exception for faces that end parallel to the head: if the cosine between the face's normal and the reversed normal
   // of the head is above this limit, the face may rotate farther.
   static constexpr double faces_head = 0.3;
-  // limit of the cosine between the normals of two faces at one vertex; above it, they are not tested for intersection
+  // limit of the cosine between the normals of two faces that share a vertex; above it, the faces are not tested for
+  // intersection
   static constexpr double same_way = 0.6;
   // limit of the ratio of a triangle's height to its longest edge; a flatter triangle is a sliver
   static constexpr double flattest = 0.12;
@@ -172,7 +173,7 @@ class MeshCutter {
   std::uint32_t look_ = 0;
   // for each vertex or face: number of the last search that visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
-  std::vector<std::uint32_t> place_of_;  // for a visited vertex that moves: its index in moved_
+  std::vector<std::uint32_t> place_of_;  // for each vertex that moves in the present step: its index in moved_
   std::uint32_t edge_look_ = 0;
   // for each vertex: number of the last search in which one of its faces faced away from the head
   std::vector<std::uint32_t> edge_seen_;

@@ -14,7 +14,7 @@ using mesh::kNone;
 namespace {
 
 constexpr int kEdge = 8, kApron = kEdge + 2;
-// voxels; the value of a sample that is nearer than this to a face is computed from the face
+// voxels, threshold; if a sample is nearer to a face, its value is computed from the face
 constexpr double kNear = 2.5;
 
 /// The point of a face nearest to p, and the feature on which this point lies: a corner (0 to 2), an edge (3 to 5) or
@@ -71,7 +71,7 @@ bool was_cut(const EditableMesh& mesh, Index f) {
 }
 
 struct Block {
-  // the field before the update, with one additional sample on every side
+  // values of the field before the update, with one additional layer of samples on every side of the block
   std::array<float, kApron * kApron * kApron> before;
   std::array<float, kEdge * kEdge * kEdge> value;
   std::array<std::int8_t, kEdge * kEdge * kEdge> side;  // side of each sample: -1 inside, 1 outside, 0 unknown
@@ -81,7 +81,7 @@ std::size_t at(int x, int y, int z) {
 }
 using Blocks = std::map<glm::ivec3, Block, KeyLess>;
 
-/// Computes the samples of the block that are near a face.
+/// Computes the values of those samples of the block that are near a face of the mesh.
 void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3& key, Block& block) {
   struct Nearest {
     double distance2 = 1e300;
@@ -171,7 +171,7 @@ void spread_sides(Blocks& blocks) {
       if (other != 0) continue;
       other = side;
       float& value = found->second.value[at(to.v.x, to.v.y, to.v.z)];
-      // the sample was tissue before the cut, and is now outside
+      // The sample was inside the tissue before the cut, and is outside now.
       if (side > 0 && value < 0) value = static_cast<float>(kNear);
       queue.push_back(to);
     }

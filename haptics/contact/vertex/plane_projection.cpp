@@ -6,12 +6,13 @@ namespace typodont::haptics::vertex {
 
 namespace {
 
-/// Adapts bounds on a step of the head to the active-set solver, in metres. `only_no_deeper`: bounds that the head
-/// already overlaps only prevent a deeper overlap.
+/// Presents the bounds on a step of the head to the active-set solver, in metres. `only_no_deeper`: true if bounds that
+/// the head already violates only prevent a deeper overlap.
 class StepBounds {
  public:
   using Plane = StepBound;
-  // Lower limits below which a linear system counts as singular; the values suit neighbouring vertices of a fine mesh.
+  // Lower limits for the linear systems of the solver; below them, a system counts as singular. The values suit
+  // neighbouring vertices of a fine mesh.
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-9, .least_rest = 1e-8};
 
   StepBounds(std::span<const StepBound> bounds, bool only_no_deeper)

@@ -66,7 +66,8 @@ void VertexBody::carve(const Cut& cut, bool) {
   if (remembers_) written_.push_back(cut);
   if (!done.changed) return;
   for (std::size_t t = 0; t < done.removed.size(); ++t) removed_[t] += done.removed[t];
-  // The region that the head may have passed, plus the samples whose distance may have changed.
+  // Computes the box of the region that the head may have passed, enlarged by the samples whose distance may have
+  // changed.
   const VoxelFrame frame = volume_.frame();
   const double reach = heads_[cut.tool].reach() + edges_[cut.tool] + 4 * frame.voxel;
   const glm::ivec3 lo(glm::floor(frame.to_voxels(glm::min(cut.X_WA.p, cut.X_WB.p) - reach) / 8.0));
@@ -96,7 +97,8 @@ void VertexBody::count_painted() {
     undone_.clear();
     for (; known < kept; ++known) done_.emplace_back().painted = true;
   }
-  while (known > kept && done_.back().painted) done_.pop_back(), --known;  // removes brush strokes that changed nothing
+  // removes brush strokes from the list that changed no voxel
+  while (known > kept && done_.back().painted) done_.pop_back(), --known;
 }
 
 void VertexBody::begin_stroke() {
@@ -171,7 +173,7 @@ void VertexBody::cut_out(Snapshot& snapshot) {
   auto& fresh = static_cast<VertexSnapshot&>(snapshot);
   fresh.mesh = mesh_;
   if (fresh.sample_of.size() == mesh_.vertex_room()) return;
-  // The first snapshot from the model has no buffers for cutting yet.
+  // The first snapshot that comes from the servo's model has no buffers for cutting yet.
   fresh.cutter = MeshCutter(mesh_, labels_);
   fresh.sample_of.resize(mesh_.vertex_room());
 }

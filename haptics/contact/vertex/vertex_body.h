@@ -16,7 +16,7 @@
 
 namespace typodont::haptics::vertex {
 
-/// A copy of the whole mesh, with the buffers needed to cut it.
+/// A copy of the whole mesh for the servo, with the buffers that are needed to cut it.
 struct VertexSnapshot final : Snapshot {
   mesh::EditableMesh mesh;
   MeshCutter cutter;
@@ -31,7 +31,8 @@ struct KeyLess {
 /// Blocks of 8³ samples of the field. A block is identified by its index along each axis.
 using FieldBlocks = std::set<glm::ivec3, KeyLess>;
 
-/// Carver thread. Cuts change only the mesh; the field is updated on request.
+/// The tissue as a mesh, and the distance field that is computed from it. Carver thread. Cuts change only the mesh; the
+/// field is updated on request.
 class VertexBody final : public TissueBody {
  public:
   VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<const Tool> tools, const Parameters& parameters);
@@ -64,7 +65,7 @@ class VertexBody final : public TissueBody {
     mesh::MeshRecord record;
     PerTissue removed{};   // m³, removed volume of each tissue
     FieldBlocks blocks;    // blocks of the field that the stroke may have changed
-    bool painted = false;  // true: the stroke painted tissue; only the field stores this
+    bool painted = false;  // true: the stroke painted tissue; painting changes only the distance field
   };
   CutDone make(mesh::EditableMesh& mesh, MeshCutter& cutter, const Cut& cut) const;
   void exchange(Stroke& stroke, double sign);
@@ -84,8 +85,8 @@ class VertexBody final : public TissueBody {
   bool in_stroke_ = false;
   PerTissue removed_{}, taken_back_{};
   bool remembers_ = false;
-  std::vector<Cut> written_;  // cuts since remember_writes(true)
-  // blocks that cuts have changed but that are not updated in the field yet
+  std::vector<Cut> written_;  // cuts that were made since the call remember_writes(true)
+  // blocks of the distance field that cuts have changed but that are not updated yet
   FieldBlocks unseen_;
   std::optional<mesh::SurfacePieces> pieces_;  // surface for the renderer; created at the first request
 };

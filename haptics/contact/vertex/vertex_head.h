@@ -7,7 +7,8 @@
 
 namespace typodont::haptics::vertex {
 
-/// Any thread; never allocates after construction. Metres, frame T of the tool.
+/// The head of one tool, as a shape that keeps points outside. Any thread; never allocates after construction. Metres,
+/// frame T of the tool.
 class VertexHead {
  public:
   explicit VertexHead(const Tool& tool);
@@ -19,7 +20,8 @@ class VertexHead {
   /// Returns the distance from the origin to the farthest point of the head, m.
   double reach() const noexcept { return reach_; }
 
-  /// Returns half the size of the bounding box of a head with this axis (unit vector), in metres and frame W.
+  /// Returns half the size of the bounding box of the head, in metres and frame W. `axis_W`: direction of the head's
+  /// axis (unit vector).
   dvec3 half_box(const dvec3& axis_W) const noexcept {
     return ball_ ? dvec3(radius_)
                  : half_ * glm::abs(axis_W) + radius_ * glm::sqrt(glm::max(1.0 - axis_W * axis_W, 0.0));
@@ -34,7 +36,8 @@ class VertexHead {
     return std::abs(along) <= static_cast<float>(half_) + room && square - along * along <= wide * wide;
   }
 
-  /// Returns the signed distance to the head's surface, negative inside, and its unit gradient `n_T`.
+  /// Returns the signed distance (m) of the point p_TQ from the head's surface, negative inside. `n_T`: unit vector in
+  /// which the distance increases.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept {
     if (!ball_) return field_.distance(p_TQ, n_T);
     const double length = glm::length(p_TQ);
@@ -55,7 +58,8 @@ class VertexHead {
   Tool tool_;
   HeadField field_;
   bool ball_;
-  // m; radius_: largest radius; reach_: distance to the farthest point; half_: half the length
+  // m; radius_: largest radius of the head; reach_: distance from the origin to its farthest point; half_: half its
+  // length
   double radius_, reach_, half_;
 };
 

@@ -33,7 +33,7 @@ dvec3 normal2(const EditableMesh& mesh, Index f) noexcept {
 /// Returns the number of parts into which the edges of a face are divided. A part is not longer than the longest edge
 /// that a cut would leave unsplit.
 int parts_of(const EditableMesh& mesh, Index f, double edge) noexcept {
-  // The bounding ball shows quickly that a small face needs no division.
+  // A quick test: if the bounding ball of the face is small, the face needs no division.
   const double longest = CutParameters::longest * edge;
   if (static_cast<double>(mesh.ball_radius(f)) * 2 <= longest) return 1;
   double longest2 = 0;
@@ -255,7 +255,8 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
     const double d = is_ball ? distance : distance - probe * ahead;
     if (!(d < 0) || !(is_ball || ahead > 0)) continue;
     const auto tissue = static_cast<std::size_t>(sample.tissue);
-    const double depth = sample.area * d;  // m³, area × depth; negative
+    // m³, area × signed distance; negative, because the vertex is inside the head
+    const double depth = sample.area * d;
     const dvec3 push = stiffness * settings_.materials[tissue].stiffness * depth * n;
     sum.force += push;
     // The forces on a ball all pass through its centre, so they give no torque.
@@ -270,8 +271,9 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   return sum;
 }
 
-/// Limits the rate of change of the force for a bur that loses contact far from the hand, or that continues where the
-/// mesh could not yield. The force then changes only slightly faster than the motion of the hand changes it.
+/// Returns the force after a limit of its rate of change. The limit applies to a bur that loses contact far from the
+/// hand, or that continues where the mesh could not yield. The force then changes only slightly faster than the motion
+/// of the hand changes it.
 dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
@@ -283,8 +285,8 @@ dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   return eased_;
 }
 
-/// Sets the result: the force and torque of the springs (`force`, `torque`), plus a damper (paper S4, 4.1, 4.4, 4.5).
-/// The damper acts along the force and never pulls.
+/// Writes the result to `out`: the force and torque of the springs (`force`, `torque`), plus a damper (paper S4, 4.1,
+/// 4.4, 4.5). The damper acts along the force and never pulls.
 void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& torque, Contact& out) noexcept {
   out.gives_force = true;
   out.area = springs_.area;
@@ -315,8 +317,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
-  // With zero slack, a head with a rim could not re-enter the hole that it has cut. If a bur overlaps tissue because
-  // the mesh could not yield, this tissue only prevents a deeper overlap.
+  // The slack is the allowed overlap. With zero slack, a head with a rim could not re-enter the hole that it has cut.
+  // If a bur overlaps tissue because the mesh could not yield, this tissue only prevents a deeper overlap.
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
   const auto list = [&](const dvec3& p) { list_where_needed({p, in.X_WT.R}, in.cuts); };
   const auto complete = [&](const dvec3& p, double far) { complete_list({p, in.X_WT.R}, far); };
@@ -344,7 +346,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   give(in, stiffness * depth * (aside - way), share * stiffness * depth / along * springs_.torque, out);
 }
 
-/// Without contact: lets the force of the last contact fade, if a bur caused it.
+/// Called without contact: lets the force of the last contact decrease to zero, if a bur caused it.
 void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   filtered_ = dvec3(0);
   if (parameters_.as_printed || eased_ == dvec3(0)) return;
@@ -357,7 +359,8 @@ void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   out.stored = size * size / (2 * settings_.stiffness);
 }
 
-/// The algorithm as printed in paper S4: the head is at the hand, and each vertex inside the head pushes back.
+/// Computes the contact with the algorithm as printed in paper S4: the head is at the hand's pose, and each vertex
+/// inside the head pushes it back.
 void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noexcept {
   out.p_WG = in.X_WT.p;
   gather(head(), edge(), in.X_WT, 0);
@@ -367,7 +370,7 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
     const Sample& sample = samples_[i];
     const dvec3 off_T = R_TW * (points_[i] - in.X_WT.p);
     if (sample.v == mesh::kNone || !(head().distance(off_T) < 0)) continue;
-    // old position of the vertex minus its target position
+    // vector from the target position of the vertex to its old position
     const dvec3 way = in.X_WT.R * (off_T - head().as_printed(off_T));
     const auto tissue = static_cast<std::size_t>(sample.tissue);
     const dvec3 push = settings_.stiffness * settings_.materials[tissue].stiffness / 1000 * way;

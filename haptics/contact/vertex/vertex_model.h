@@ -1,5 +1,6 @@
-// The part of the contact model "vertex" (README.md) that runs on the servo thread. The vertices keep the head outside
-// the tissue. The force comes from springs on the vertices that a small virtual motion of the head would push.
+// The part of the contact model "vertex" that runs on the servo thread. README.md of this folder has an overview and
+// defines the terms. The vertices of the tissue's mesh keep the tool's head outside the tissue. The force comes from
+// springs on the vertices that a small virtual motion of the head would push.
 #pragma once
 
 #include <vector>
@@ -22,18 +23,20 @@ struct FeelParameters {
   // the hand)
   static constexpr double most_aside = 0.25;
   static constexpr double ease = 15;  // N/s, largest rate of change of a bur's force while the hand does not move
-  // Shortest displacement that is cut at once, as a ratio to the edge length. With shorter ones, every tick would cut.
+  // Shortest displacement of the head that is cut in one step, as a ratio to the edge length. Shorter displacements are
+  // collected; otherwise every tick would cut.
   static constexpr double sweep = 0.04;
-  // Shortest displacement that an edge without rotation cuts at once, as a ratio to the edge length. It is very short,
-  // because a dragged edge stores little energy.
+  // Shortest displacement that a cutting edge without rotation cuts in one step, as a ratio to the edge length of the
+  // mesh. It is very short, because a dragged edge stores little energy.
   static constexpr double scrape = 2e-5;
-  // longest displacement that is cut at once, as a ratio to the edge length
+  // longest displacement of the head that is cut in one step, as a ratio to the edge length
   static constexpr double stride = 0.5;
   // In one tick, the cutting edge of a hand instrument advances by less than the height differences between
   // neighbouring vertices. So it meets only a fraction of the area that the springs represent. This fraction is
   // measured as a running mean. met_weight: weight of a new measurement; least_met: lower limit of the fraction.
   static constexpr double met_weight = 0.1, least_met = 0.01;
-  // A head whose distance to the nearest point is smaller than this cannot move freely. Ratio to the head's radius.
+  // Threshold of the distance between head and nearest point, as a ratio to the head's radius. At a smaller distance,
+  // the head cannot move freely.
   static constexpr double touches = 0.01;
   static constexpr double look_ahead = 0.5e-3;  // m, search distance around a head without contact
   // While the head cuts, it moves little before the points are listed again. It may move by this ratio of its radius
@@ -71,14 +74,14 @@ class VertexModel final : public ContactModel {
     mesh::Index v;  // index of the vertex; kNone: the point is not a vertex
     Tissue tissue;
   };
-  /// Sums over the vertices that push the head.
+  /// The springs of the vertices that push the head, as sums over these vertices.
   struct Springs {
     dvec3 force{0}, torque{0};  // sums of force (N) and torque (N·m), each multiplied by the vertex's area (m²)
     double area = 0;            // m², area that the vertices represent
-    double across = 0;          // m², area projected along the pull (direction from the head to the hand)
-    double sum = 0;             // N·m², sum of the magnitudes of the forces
-    double weight = 0;          // m³, sum of area × depth
-    PerTissue tissue{};         // m³, sum of area × depth for each tissue
+    double across = 0;   // m², area of the vertices projected along the pull (direction from the head to the hand)
+    double sum = 0;      // N·m², sum of the magnitudes of the forces
+    double weight = 0;   // m³, sum of area × depth over the vertices in contact
+    PerTissue tissue{};  // m³, for each tissue: the sum of area × depth over its vertices in contact
     int count = 0;
   };
 

@@ -18,7 +18,8 @@ namespace {
 /// wall by a quarter of its width has the scene's stiffness, on average over all directions. `reach`: distance of the
 /// head's farthest point, in the unit of the samples.
 double spring_scale(const std::vector<HeadSample>& samples, double reach, int shared_load) {
-  // pressed depth, as a ratio to the smallest distance from the head's centre to a sample
+  // depth in the tissue to which the hand presses the head, as a ratio to the smallest distance from the head's centre
+  // to a sample
   constexpr double kPressed = 0.5;
   double width = reach;
   for (const HeadSample& s : samples) width = std::min(width, glm::length(s.p_TQ));
@@ -31,8 +32,8 @@ double spring_scale(const std::vector<HeadSample>& samples, double reach, int sh
     double below = 0;
     int count = 0;
     for (const HeadSample& s : samples) {
-      // Depth of the sample below the wall. It equals the depth along the sample's own normal, projected onto the
-      // wall's normal.
+      // Depth of the sample below the wall. The model measures the depth along the normal of the sample. The component
+      // of this depth along the normal of the wall is the depth below the wall.
       const double h = depth - (lowest - glm::dot(in, s.p_TQ));
       if (h > 0) below += h, ++count;
     }

@@ -42,8 +42,8 @@ class HaplyDevice : public HapticDevice {
       : claimed_(std::move(claimed)), socket_(std::move(link), host, "/"), info_(std::move(identity)) {
     info_.force_limit = 8;       // N, peak force that the manufacturer states (not verified)
     info_.continuous_force = 4;  // N, our low estimate, half of the peak force
-    info_.max_stiffness = 3500;  // N/m (not verified)
-    info_.vibration_band = 100;  // Hz, our low estimate
+    info_.max_stiffness = 3500;  // N/m, largest stiffness that the device can render (not verified)
+    info_.vibration_band = 100;  // Hz, largest frequency that the device can render; our low estimate
     const Nanos give_up = socket_.now() + kNanosPerSecond;
     while (state_.id[0] == 0) {
       std::string_view message;
@@ -104,7 +104,7 @@ class HaplyDevice : public HapticDevice {
   }
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     const Frame frame = frame_for(f_T_W);
-    // This call must come before the force is sent, because the watchdog process must know of every force.
+    // The watchdog is told before the force is sent, because the watchdog process must know of every force.
     watchdog_process_->note_write(f_T_W != dvec3(0), now());
     socket_.send({frame.text.data(), frame.size});
   }

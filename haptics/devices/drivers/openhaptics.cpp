@@ -174,7 +174,7 @@ class OpenHapticsDevice : public HapticDevice {
     }
     api_.make_current(device_);
     info_ = describe(api_, name);
-    info_.vibration_band = 100;      // Hz, our low estimate
+    info_.vibration_band = 100;      // Hz, largest frequency that the device can render; our low estimate
     info_.position_step = 0.055e-3;  // m, nominal value of the Touch; the Phantoms have a smaller step
     use_.is(found(name.empty() ? kDefaultName : name, info_));
     ::sem_init(&fresh_, 0, 0);

@@ -107,7 +107,7 @@ dvec3 vec(const double* p) {
   return {p[0], p[1], p[2]};
 }
 
-/// Unit vectors of a slice: to the right, downwards, and away from the viewer.
+/// Unit vectors of a slice's picture: to the right, downwards, and away from the viewer.
 struct Axes {
   dvec3 right{1, 0, 0}, down{0, 1, 0}, normal{0, 0, 1};
 };
@@ -214,7 +214,7 @@ const Stack& chosen(const std::vector<Stack>& stacks, const ScanRequest& request
 /// vector from one wanted slice to the next.
 struct SliceLevels {
   std::vector<double> at;
-  dvec3 step{0}, origin{0};  // mm
+  dvec3 step{0}, origin{0};  // mm, vector from one wanted slice to the next, and position of the first wanted slice
 };
 
 /// Computes the wanted slices. Distances between slices that differ by at most 2 % count as even. If they differ more,
@@ -316,7 +316,8 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   if (placed && std::abs(file.tilt) > 0.5) {
     const double lean =
         std::acos(std::clamp(glm::dot(glm::normalize(levels.step), axes.normal), -1.0, 1.0)) * 180 / kPi;
-    constexpr double kAgree = 1;  // degrees, tolerance for equal tilt angles
+    // degrees, tolerance with which the computed tilt of the gantry must agree with the one that the file states
+    constexpr double kAgree = 1;
     if (std::abs(lean - std::abs(file.tilt)) > kAgree) {
       scan.notes.push_back(
           fmt::format("the gantry's tilt is given as {:.1f} degrees, the positions of the slices say "

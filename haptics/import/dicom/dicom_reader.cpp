@@ -184,7 +184,7 @@ void headers(const std::string& name, std::uint32_t number) {
   }
 }
 
-/// True if the file ends before the end of its pixels. GDCM would fill the missing pixels without an error.
+/// Returns true if the file ends before the end of its pixels. GDCM would fill the missing pixels without an error.
 bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& image) {
   const gdcm::TransferSyntax& syntax = file.GetHeader().GetDataSetTransferSyntax();
   std::ifstream in(name, std::ios::binary);

@@ -1,5 +1,5 @@
-// A round bur of 1.2 mm is pressed 0.2 mm into a ball of enamel, first at rest, then turning. Prints the force every
-// 100 ms, and in lines of name, found, expected what geometry says, too.
+// Presses a round bur of 1.2 mm by 0.2 mm into a ball of enamel, first at rest, then rotating. Prints the force every
+// 100 ms, and lines with name, found value and the value expected from the geometry.
 #include <cstdio>
 
 #include "haptics/lockstep.h"

@@ -19,7 +19,7 @@ class EmulatedArm {
  public:
   EmulatedArm(SimTime& time, haptics::ArmProtocol protocol, haptics::Arm arm, std::uint32_t seed);
 
-  /// Angles of the bodies at which the hand holds the arm, by true time in seconds.
+  /// Angles of the arm's bodies at which the hand holds the arm, as a function of the true time in seconds.
   std::function<dvec3(double)> hand;
   /// Angles of the stylus joints D, E, F; empty: as in the home position.
   std::function<dvec3(double)> stylus;
@@ -31,7 +31,7 @@ class EmulatedArm {
   void wrap_at(int i, const dvec3& theta);
 
   dvec3 amperes() const { return amperes_; }
-  /// Present force of the motors on the hand.
+  /// Returns the force that the motors exert on the hand now.
   dvec3 force() const;
   dvec3 theta() const;
 

@@ -12,7 +12,7 @@ class HaplyService {
  public:
   /// Takes bytes from the client and returns bytes for the client.
   std::string feed(const std::string& bytes);
-  /// A text frame of the server, in `fragments` pieces.
+  /// Returns a text frame of the server, divided into `fragments` parts.
   static std::string frame(const std::string& text, int fragments = 1, std::uint8_t opcode = 1);
   std::string state_text() const;
 

@@ -14,7 +14,7 @@
 
 namespace typodont::test {
 
-/// ns, offsets of the program's clocks from the machine's.
+/// Offsets (ns) of the program's clocks from the machine's clocks.
 struct ClockOffsets {
   std::atomic<std::int64_t> wall{0}, monotonic{0};
 };
@@ -34,13 +34,13 @@ class LeapingClock {
   LeapingClock(const LeapingClock&) = delete;
   LeapingClock& operator=(const LeapingClock&) = delete;
 
-  /// Environment variables to put in front of the program in a shell command.
+  /// Returns the environment variables that are written in front of the program in a shell command.
   std::string environment(const std::string& library) const {
     return "TYPODONT_CLOCK_FILE=" + file_ + " LD_PRELOAD=" + library;
   }
-  /// Changes the time of day by s from the true one.
+  /// Sets the difference (s) between the program's time of day and the true time of day.
   void set_wall(double s) { offsets_->wall = from_seconds(s); }
-  /// Makes the monotonic clock jump by s, and the time of day, too.
+  /// Makes the monotonic clock and the time of day jump by `s` seconds.
   void leap(double s) { offsets_->monotonic += from_seconds(s), offsets_->wall += from_seconds(s); }
 
  private:

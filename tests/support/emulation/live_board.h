@@ -1,5 +1,5 @@
-// Emulates a serial WoodenHaptics board in real time behind a pseudo-terminal, for tests of the whole program: the
-// firmware of emulated_arm.h on a thread, with all its injectable errors.
+// Emulates a serial WoodenHaptics board in real time behind a pseudo-terminal, for tests of the whole program. A thread
+// runs the firmware of emulated_arm.h. All errors of that emulation can be injected.
 #pragma once
 
 #include <atomic>
@@ -16,7 +16,7 @@ namespace typodont::test {
 
 class LiveBoard {
  public:
-  /// `port`: a link to the terminal, so that the board keeps its address when it is reconnected.
+  /// `port`: path of a symbolic link to the terminal. So the board keeps its address when it is reconnected.
   LiveBoard(std::filesystem::path port, haptics::Arm arm);
   ~LiveBoard();
   LiveBoard(const LiveBoard&) = delete;
@@ -24,8 +24,8 @@ class LiveBoard {
 
   void plug_in();
   void unplug();
-  /// Moves the arm's tip: m in H, by seconds from now on (or since it was connected). It must start at rest at home().
-  /// Any thread.
+  /// Moves the arm's tip. `tip`: position in frame H (m) as a function of the seconds from now, or from the connection.
+  /// It must start at rest at home(). May be called from any thread.
   void hold(std::function<dvec3(double)> tip);
   dvec3 home() const;
   /// Calls `what` on the emulated board, between two of its milliseconds.
@@ -33,19 +33,20 @@ class LiveBoard {
 
   double current() const { return current_.load(); }     // A, the largest of the motors' currents
   std::uint64_t lines() const { return lines_.load(); }  // number of commands since it was connected
-  /// s of the board's own clock. It stops while this machine delays the board, and so does the hand that holds the arm.
-  /// Tests measure waiting times with it.
+  /// Time in s on the board's own clock. The clock and the hand that holds the arm stop while this machine delays the
+  /// board. Tests measure waiting times with it.
   double time() const { return now_.load(); }
-  /// Waits until `what` is true, at most `seconds` of the board's clock; false if it did not happen.
+  /// Waits until `what` returns true, but not longer than `seconds` on the board's clock. Returns false if the time is
+  /// over.
   bool wait_for(const std::function<bool()>& what, double seconds = 60) const;
   void pass(double seconds) const {
     wait_for([] { return false; }, seconds);
   }
-  /// True once the motors are off. The firmware switches them off by itself only if EmulatedArm::watchdog is set.
+  /// Returns true if the motors are off. The firmware switches them off by itself only if EmulatedArm::watchdog is set.
   bool lets_go() const {
     return wait_for([this] { return current() == 0; });
   }
-  /// The largest current since the last call, A.
+  /// Returns the largest current (A) since the last call.
   double take_worst() { return worst_.exchange(0); }
 
  private:

@@ -1,4 +1,4 @@
-// Simulated time for tests of devices: it advances only while someone waits, and notifies all registered objects.
+// Simulated time for tests of devices. It advances only while a thread waits, and notifies all registered objects.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ class SimTime {
   static constexpr Nanos kStep = 100'000;  // ns, time resolution
 
   Nanos now() const { return now_ + skew_; }
-  /// True time, which never jumps.
+  /// Returns the true time, which never jumps.
   Nanos true_now() const { return now_; }
   /// Makes the clock jump without any other effect.
   void step_clock(Nanos by) { skew_ += by; }

@@ -1,6 +1,6 @@
 // An OpenXR runtime for tests, without headset and compositor. It checks every rule of the specification that a program
-// can violate, and logs violations. The real loader opens it through XR_RUNTIME_JSON; its behaviour is a script
-// (TYPODONT_XR_SCRIPT, see README.md). One instance and one session at a time.
+// can violate, and logs violations. The real loader loads it through XR_RUNTIME_JSON. A script sets its behaviour
+// (TYPODONT_XR_SCRIPT, see README.md). Only one instance and one session can exist at a time.
 #pragma once
 
 #include <fmt/format.h>
@@ -66,15 +66,16 @@ struct Session {
   XrSessionState state = XR_SESSION_STATE_UNKNOWN;
   bool running = false;
   bool lost = false;
-  bool exiting = false;                            // EXITING follows STOPPING
-  std::int64_t idle_polls = -1;                    // polls until READY follows; −1: never
+  bool exiting = false;                            // true: the state EXITING follows STOPPING
+  std::int64_t idle_polls = -1;                    // number of polls until the state READY follows; −1: never
   std::uint64_t waited = 0, begun = 0, ended = 0;  // numbers of frames
   std::uint64_t first_of_run = 0;                  // value of `waited` when the session began to run
   XrTime display_time = 0;
   std::array<XrTime, 2> begun_time{};
-  std::set<std::size_t> fired;                  // indices of the script's events that have occurred
-  std::int64_t no_render = 0, unlocatable = 0;  // numbers of remaining frames with this effect
-  bool synced = false;                          // actions were synchronised since the session got the focus
+  std::set<std::size_t> fired;  // indices of the script's events that have occurred
+  // remaining numbers of frames without rendering, and without a located head
+  std::int64_t no_render = 0, unlocatable = 0;
+  bool synced = false;  // actions were synchronised since the session got the focus
   XrTime last_wait = 0;
   std::uint64_t skipped = 0;  // frames that were skipped because the program was busy
   double script_frame() const { return static_cast<double>(waited + skipped); }
@@ -117,16 +118,16 @@ template <class... A>
 void log(fmt::format_string<A...> format, A&&... a) {
   log_line(fmt::format(format, std::forward<A>(a)...));
 }
-/// Logs a violated rule; tests fail if there is such a line.
+/// Logs a violated rule. A test fails if the log has such a line.
 template <class... A>
 XrResult violation(XrResult result, fmt::format_string<A...> format, A&&... a) {
   log_line("violation: " + fmt::format(format, std::forward<A>(a)...));
   return result;
 }
 
-/// Called at the beginning of every call: checks the instance, and applies the script's stalls and failures.
+/// Every function of the API calls this first. It checks the instance, and applies the script's stalls and failures.
 XrResult enter(const char* call, bool needs_instance = true);
-/// The same for calls that need a session.
+/// As enter(), for functions that need a session.
 XrResult enter_session(const char* call, XrSession session, bool destroys = false);
 
 template <class T>
@@ -135,7 +136,8 @@ bool typed(const T* data, XrStructureType type, const char* call, const char* wh
   violation(XR_ERROR_VALIDATION_FAILURE, "{}: {} {}", call, what, data ? "has another type" : "is null");
   return false;
 }
-/// OpenXR's two-call idiom.
+/// Writes a list as OpenXR functions do (two-call idiom): the first call gets the length, the second call gets the
+/// elements.
 template <class T, class From>
 XrResult give(const std::vector<From>& from, std::uint32_t capacity, std::uint32_t* count, T* to, const char* call) {
   if (!count) return violation(XR_ERROR_VALIDATION_FAILURE, "{}: no place for the count", call);
@@ -150,7 +152,7 @@ XrResult give(const std::vector<From>& from, std::uint32_t capacity, std::uint32
 
 XrTime time_now();
 XrDuration period();
-/// Number of frames since the start at a time, with fraction.
+/// Returns the number of frames between the start and this time, with fraction.
 double frame_at(XrTime time);
 
 void set_state(XrSessionState state);
@@ -159,19 +161,19 @@ void fire_events();
 std::string path_text(XrPath path);
 XrPath path_number(const std::string& text);
 
-// Functions of session.cpp, swapchain.cpp and input.cpp by name; null if unknown there.
+// Returns a function of session.cpp, swapchain.cpp or input.cpp by its name; null if the name is unknown there.
 PFN_xrVoidFunction session_function(const std::string& name);
 PFN_xrVoidFunction swapchain_function(const std::string& name);
 PFN_xrVoidFunction input_function(const std::string& name);
 
 /// Writes the picture of a projection layer as PNG (and its depth as floats) if the script requests this frame.
 void capture(std::uint64_t frame, const XrCompositionLayerProjection& layer);
-/// Checks the picture of one view; `depth`: it belongs to the depth layer.
+/// Checks the picture of one view. `depth`: true if it belongs to the depth layer.
 bool check_sub_image(const XrSwapchainSubImage& image, bool depth, const char* what);
 bool is_unit(const XrQuaternionf& q);
 XrPosef multiply(const XrPosef& a, const XrPosef& b);
 XrPosef invert(const XrPosef& a);
-/// Pose of a space in the stage at a time; false if it is not located.
+/// Sets `pose` to the pose of a space in the stage at this time. Returns false if the space is not located.
 bool locate(const Space& space, XrTime time, XrPosef& pose);
 void destroy_swapchains();
 

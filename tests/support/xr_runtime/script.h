@@ -1,4 +1,5 @@
-// The behaviour of the test runtime: a JSON file named by TYPODONT_XR_SCRIPT. Every omitted value has a default.
+// The behaviour of the test runtime, which is read from the JSON file that TYPODONT_XR_SCRIPT names. Every omitted
+// value has a default.
 #pragma once
 
 #include <array>
@@ -32,9 +33,9 @@ struct ScriptView {
 };
 
 struct ScriptEvent {
-  double frame = -1;            // occurs before the program waits for this frame
-  std::int64_t vibrations = 0;  // and only after the program has sent this number of vibrations to a hand
-  std::string state;            // or when the session has reached this state
+  double frame = -1;            // the event occurs before the program waits for this frame
+  std::int64_t vibrations = 0;  // the event occurs only after the program has sent this number of vibrations to a hand
+  std::string state;            // the event occurs when the session has reached this state
   std::string event;
   double seconds = 0;
   std::string call;  // name of the call, for stall and fail
@@ -68,7 +69,7 @@ struct Script {
 
 /// Throws std::runtime_error with a description of the error.
 Script read_script(const std::string& file);
-/// All extensions that the runtime can offer.
+/// Returns all extensions that the runtime can offer.
 const std::vector<std::string>& all_extensions();
 
 }  // namespace typodont::test::xr

@@ -1,5 +1,6 @@
-// Runs the actor of engine/bindings/unreal as Unreal would, over unreal_declarations.h: drills a ball that is shown ten
-// times as large, checks the brick meshes, undoes the stroke. Prints what it found; ends with 1 at the first error.
+// Runs the actor of engine/bindings/unreal with unreal_declarations.h as Unreal would do. It drills a ball that is
+// shown ten times larger, checks the meshes of the bricks, and undoes the stroke. Prints its results; returns 1 at the
+// first error.
 #include <cstdlib>
 
 #include "TypodontTooth.h"
