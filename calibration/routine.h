@@ -17,8 +17,8 @@
 
 namespace typodont::calibration {
 
-/// One touch: the point that the arm reported, and the encoder readings if available. With the readings, the point can
-/// be computed again when the arm's geometry is better known.
+/// One touch: the position of the stylus tip that the arm reported (frame H, m), and the arm's encoder readings if
+/// available. From the readings, the tip's position can be computed again after the arm's geometry was calibrated.
 struct Touch {
   dvec3 p_H{0, 0, 0};
   std::optional<ArmReading> reading;
@@ -37,9 +37,11 @@ struct EyeCapture {
 struct PairCapture {
   dvec3 shown_D{0, 0, 0};
   Touch touch;
-  std::optional<Dots>
-      dots;  // dots shown on the panel, from which the point can be computed again when the eyes are better known
-  /// Returns the apparent position of the point for the given rig.
+  // The two dots, one for each eye, that showed the point on the panel. From the dots, the position at which the user
+  // saw the point can be computed again after the positions of the user's eyes were calibrated.
+  std::optional<Dots> dots;
+  /// Returns the position (frame D, m) at which the user saw the point, for the panel and the eyes of `rig`. Without
+  /// dots, it is shown_D.
   dvec3 shown(const RigGeometry& rig) const;
 };
 

@@ -42,7 +42,8 @@ class CutFront {
   };
   static constexpr int kStages = 8, kNarrowest = 8;
 
-  /// A group of samples in a list before the list is sorted.
+  /// A group of samples as the search finds it, in the unsorted list `Groups::found`. Groups::sort() then sorts the
+  /// groups by kind and stage, so that groups of the same kind can be processed together (see Run).
   struct Found {
     float x, y;
     std::int32_t z, at;

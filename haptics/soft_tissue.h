@@ -176,7 +176,8 @@ class SoftTissue {
       double z = 0, r = 0;  // m, centre of the ball on the axis, and its radius
     };
     std::vector<Ball> balls;
-    // m; low, high: ends of the tool along its axis; radius: its largest radius; reach: distance to its farthest point
+    // m, frame T; low, high: z of the tool's two ends on its axis; radius: its largest radius; reach: distance from the
+    // frame's origin to the tool's farthest point
     double low = 0, high = 0, radius = 0, reach = 0;
     double distance(const dvec3& p_T) const noexcept;
     dvec3 gradient(const dvec3& p_T) const noexcept;

@@ -13,9 +13,11 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr std::size_t kPoints = 8193;  // number of frequencies from 0 to half the rate: 2^13 + 1
-constexpr double kRate = 48000;        // Hz, device rate for which the low-pass of the brightness is evaluated
-constexpr double kMostBright = 30;     // upper limit of the gain of the high frequencies
+// number of frequencies, from 0 to half the sample rate of the model, at which a power spectrum is computed: 2^13 + 1
+constexpr std::size_t kPoints = 8193;
+// Hz, sample rate of a usual sound device; brightened() evaluates the synthesizer's low-pass filter for this rate
+constexpr double kRate = 48000;
+constexpr double kMostBright = 30;  // upper limit of the gain of the frequencies above kBrightFrom
 
 /// Power of a sound in full scale², in total and above kBrightFrom.
 struct Power {

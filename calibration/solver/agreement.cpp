@@ -281,9 +281,10 @@ class Consensus {
     return grow(fit_to(p_H_, p_D_, order));
   }
 
-  // Fits again and adds all pairs within the noise of the fit, until nothing changes. If the set is too small at first,
-  // the threshold grows together with the set: a ball of radius tσ in a normal distribution has an rms of at least
-  // tσ/√5.
+  // Fits again and adds all pairs whose residual is below a threshold, until nothing changes. The threshold is the rms
+  // of the set's residuals times √quantile. A set that is too small at first still grows: if it contains all residuals
+  // up to a length R, their rms is at least R/√5 (for normally distributed residuals, and R up to 3.8 standard
+  // deviations per axis). So if the quantile exceeds 5, the threshold exceeds R, and the next set is larger.
   Fit grow(Fit fit) const {
     std::vector<double> r2(n_);
     for (int round = 0; round < 60; ++round) {

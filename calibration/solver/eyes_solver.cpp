@@ -55,7 +55,10 @@ EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometr
   }
   result.rms = std::sqrt(sum / std::max(1.0, static_cast<double>(alignments.size() - result.rejected.size())));
   if (solved.open_axes.cols() > 0) {
-    // Finds the undetermined direction; it is the same for both eyes if all alignments have the same depth.
+    // The fit has six unknowns: the coordinates of the left eye (0 to 2) and of the right eye (3 to 5). The columns of
+    // `open_axes` are the directions in this space that the alignments (positions of the stylus tip in front of a dot)
+    // do not determine. The message names the eye with the largest component of the first column. If all alignments
+    // have the same depth, the position of the other eye is not determined either.
     Eigen::Index worst = 0;
     solved.open_axes.col(0).cwiseAbs().maxCoeff(&worst);
     result.not_determined = std::string("the distance of the ") + (worst < 3 ? "left" : "right") +

@@ -12,10 +12,10 @@ namespace typodont::calibration {
 
 namespace {
 
-constexpr std::size_t kLeast = 3;      // smallest number of pairs that determine a motion
+constexpr std::size_t kLeast = 3;      // smallest number of pairs of points that determine a rigid motion
 constexpr std::size_t kSearched = 64;  // limit of the number of pairs that are searched first, if there are more pairs
 
-// Two rigid motions, and the assignment of the pairs to them.
+// Two rigid motions from frame H to frame D, and the assignment of the pairs of points to them.
 struct Halves {
   Pose X[2];
   Indices pairs[2];
@@ -82,7 +82,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   const Splitter splitter(p_H, p_D);
   const Indices everyone(pairs.begin(), pairs.end());
 
-  // Fits one motion to all pairs, and computes the scatter of its residuals.
+  // Fits one rigid motion to all pairs of points, and computes the scatter matrix of its residuals.
   const Pose X = splitter.fit(everyone);
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const std::size_t i : pairs) {
@@ -100,7 +100,8 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   const std::size_t n = looked_at.size();
 
   Halves best;
-  // Starts with one motion; the other motion is fitted to the half with the largest residuals.
+  // Starts the search from the rigid motion `first`. The second rigid motion is fitted to those pairs of points whose
+  // residuals under `first` are the largest: half of the pairs in `looked_at`.
   std::vector<std::pair<double, std::size_t>> order(n);
   const auto start_from = [&](const Pose& first) {
     for (std::size_t k = 0; k < n; ++k) order[k] = {splitter.residual2(first, looked_at[k]), looked_at[k]};

@@ -61,10 +61,12 @@ inline constexpr std::uint32_t kServoLaws = 9;
 
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {
-  std::uint64_t index = 0;       // number of ticks since the servo started
-  Nanos t = 0;                   // ns, time since the session's start at which the hand was sampled
-  Pose X_WT;                     // pose of the tool at the hand; origin in the head's centre, z along the shank
-  Pose X_WG;                     // pose of the proxy, which stays outside the tissue and is drawn
+  std::uint64_t index = 0;  // number of ticks since the servo started
+  Nanos t = 0;              // ns, time since the session's start at which the hand was sampled
+  // pose of the tool as the user holds it (measured by the haptic device, may lie inside the tissue); the origin is
+  // the centre of the tool's head, z points along the shank
+  Pose X_WT;
+  Pose X_WG;                     // pose of the proxy, which is the tool as it is drawn; it stays outside the tissue
   dvec3 f_T_W{0, 0, 0};          // N, frame W, force on the hand
   dvec3 tau_T_W{0, 0, 0};        // N·m, torque on the hand about the head centre
   double pedal = 0;              // position of the pedal, 0 (released) to 1

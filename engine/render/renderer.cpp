@@ -434,8 +434,10 @@ struct Renderer::Impl {
   /// Draws the handpiece. Call it before the tissue is drawn: the handpiece hides much of the tissue, and hidden tissue
   /// is not shaded.
   void draw_handpiece(VkCommandBuffer commands, const ToolState& state, int view, FrameStats& stats) {
-    // Radius of the opening around the working point: the head's radius and a margin in which the cut is visible.
-    constexpr double kSeenBeside = 2.2e-3;  // m, width of the margin
+    // The handpiece would hide the working point. So the part of the handpiece inside a cone from the eye to the
+    // working point is not drawn. At the working point, the cone's radius is the radius of the tool's head plus
+    // kSeenBeside (m), the width of the ring of tissue that is visible around the head.
+    constexpr double kSeenBeside = 2.2e-3;
     if (!state.visible || !handpiece_body.mesh.index_count) return;
     push_view(commands, context.layout, view, 1 - state.opacity, state.open ? tool_body.head_radius + kSeenBeside : 0);
     tool.record_handpiece(context, commands, handpiece_body, state.X_WG * state.X_GH, stats);

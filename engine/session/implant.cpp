@@ -209,8 +209,8 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   const bool touches = tick.contact_area > 0 || force > kLeastContactForce;
   const double removed = volume_of(tick), cut = std::max(0.0, removed - removed_last_);
   removed_last_ = removed;
-  // A tool works if it cuts or moves deeper. Pulling out the tool of the last phase is not work, so the trainee may do
-  // it.
+  // A tool works if it cuts or moves deeper. To pull a tool out is not work. So a trainee who pulls out the tool of the
+  // previous phase gets no note about a wrong tool.
   if (dt > 0)
     insertion_speed_ += ((depth_ - last_depth_) / dt - insertion_speed_) * (1 - std::exp(-dt / kInsertionFilterTime));
   last_depth_ = depth_;

@@ -140,16 +140,19 @@ struct Search {
 };
 
 /// The centres of eight blocks, and the largest depth of each centre in the head during the motion. The depth is a
-/// concave function of the position, so a plane bounds the depths of all samples of a block.
+/// concave function of the position. So a linear function of the position (see n_x, n_y, n_z) is an upper bound of the
+/// depth of every sample of a block.
 struct Centres {
   unsigned set;  // input: pieces that can be nearest to any of the centres on the path
   // input, two limits of the depth: if no sample of a block is deeper than `outside`, or all samples are deeper than
   // `emptied`, the block is treated as a whole
   float outside, emptied;
-  F8 x, y, z;        // voxels, positions of the centres, relative to the base voxel of the first pose
-  F8 best, top;      // lower and upper bound of the largest depth of each centre
-  F8 n_x, n_y, n_z;  // normal of the plane that bounds the depths, pointing out of the head
-  F8 share;          // fraction of the path at which the centres are deepest
+  F8 x, y, z;    // voxels, positions of the centres, relative to the base voxel of the first pose
+  F8 best, top;  // lower and upper bound of the largest depth of each centre
+  // Vector n out of the head. A sample at the offset d (voxels) from a block's centre is, up to rounding and the
+  // head's rotation, at most `top` − n · d deep in the head.
+  F8 n_x, n_y, n_z;
+  F8 share;  // fraction of the path at which the centres are deepest
 };
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")

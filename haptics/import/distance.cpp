@@ -226,7 +226,8 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   }
   propagate(feature, d, reach, placement.scale, distance);
 
-  // So far each sample has the nearest crossing. Replaces it by the nearest point of the surface itself.
+  // So far each sample has its nearest crossing: the nearest point at which a grid line crosses the surface. Starting
+  // from this point, finds the nearest point of the whole surface, which usually lies between such crossings.
   field.closest = Sparse<glm::vec3>(set, glm::vec3(0), glm::vec3(0));
   for_each_sample(*set, [&](const glm::ivec3& i, std::size_t k) {
     const glm::dvec3 q = source(i);

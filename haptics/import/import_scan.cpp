@@ -180,8 +180,9 @@ static ScanGreys greys_of(const std::filesystem::path& file, const Scan& scan, c
                 "Hounsfield units plus a constant; --hounsfield OFFSET gives it, e.g. 0 or 1024");
   greys.jaw = find_jaw_greys(smooth, levels.surface(), *levels.hounsfield, levels.smoothed_noise);
   levels.noise = noise_of(scan.grey);
-  // The grey value at the surface is the mean of the grey values of the surroundings and of the adjacent tissue. The
-  // adjacent tissue can be anything from cancellous bone to metal.
+  // segment() finds the surface of the jaw where the grey value is the mean of the grey values of the surroundings and
+  // of the tissue below the surface. It limits the grey value of that tissue to the range from levels.soft to
+  // levels.dense. So this range goes from cancellous bone to the brightest material: metal, or enamel without metal.
   levels.soft = greys.jaw.cancellous;
   levels.dense = greys.jaw.metal.value_or(greys.jaw.enamel);
   if (greys.jaw.has_enamel) levels.tooth = greys.jaw.crown();

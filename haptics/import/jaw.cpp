@@ -358,8 +358,8 @@ double noise_of(const Grid<float>& scan) {
 JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, const CutWalls& walls,
                     double noise, double voxel, const std::function<void(double)>& progress) {
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
-  // Smooths the grey values to reduce noise, and gives thin layers (pulp, ligament, wall of a canal) the width that
-  // they had before the blur.
+  // Smooths the grey values to reduce noise. Also gives thin layers (pulp, ligament, wall of a canal) their true width
+  // again, which the scanner's blur has changed.
   constexpr double kSmooth = 0.8;  // voxels, standard deviation of the smoothing
   const Sparse<float> grey = smooth_in_place(with_valleys(scan, s, greys), kSmooth, s.blur);
   const double mm3 = 1e-9 / cubed(voxel);  // number of samples in a mm³

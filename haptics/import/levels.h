@@ -18,10 +18,11 @@ struct Levels {
   bool fixed_dense = false;  // true if the user gave the threshold between the two tissues
   // true if a thin layer on the tissue that is as bright as `outside` counts as surroundings
   bool fixed_surround = false;
-  // grey value above which a voxel belongs to a tooth; the body with teeth is imported, not a larger one (a spine). No
-  // value if teeth do not decide which body is imported
+  // grey value above which a voxel belongs to a tooth. If a scan contains several bodies, the body with teeth is
+  // imported, not a larger body without teeth (a spine). No value: the largest body is imported
   std::optional<double> tooth;
-  static constexpr double kLeastTeeth = 8e-9;  // m³, smallest volume above `tooth` that counts as teeth
+  // m³; a body counts as a body with teeth only if its voxels brighter than `tooth` have at least this volume together
+  static constexpr double kLeastTeeth = 8e-9;
   double height = 0.5;  // position of the surface threshold between the grey values `outside` (0) and `soft` (1)
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; no value if it is unknown
   double noise = 0;                  // standard deviation of the grey values in the surroundings

@@ -1,4 +1,5 @@
-// Uses a closed triangle mesh as a solid, with the exact distance to its triangles. Set-up time.
+// Uses a closed triangle mesh as a solid, with the exact distance to its triangles. The functions are called only at
+// set-up, and allocate memory.
 #pragma once
 
 #include <filesystem>

@@ -155,8 +155,8 @@ void Servo::State::take_force(ContactTick& now) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// The normal force may change by at most P::waiting_slew. Returns the part of this change (N in this tick) that the
-/// change of the depth leaves for other causes.
+/// The normal force may change by at most P::waiting_slew (N/s). Returns the part of this tick's limit (N) that is left
+/// for a new stiffness and for the damper, after the spring force at `depth` (m) has used its part.
 double Servo::State::spare_change(const ContactTick& now, double depth) const noexcept {
   const double k = settings.stiffness * coupling.relative_stiffness;
   const dvec3 change = k * depth * now.normal - coupling.normal_force * coupling.normal;
@@ -168,8 +168,8 @@ double Servo::State::spare_change(const ContactTick& now, double depth) const no
 double Servo::State::follow_stiffness(const ContactTick& now, double depth, double wanted) noexcept {
   double& stiffness = coupling.relative_stiffness;
   if (coupling.normal_force <= 0 || wanted == stiffness) return stiffness = wanted;
-  // At a large depth, a change of stiffness is a large change of force, and a rise of stiffness adds energy that the
-  // hand did not put in. So the change per tick is limited.
+  // At a large depth, a small change of the stiffness changes the force by much, and a rise of the stiffness adds
+  // energy that the hand did not put in. So the stiffness changes by at most `most` per tick.
   const double most = std::min(spare_change(now, depth), P::tissue_slew * now.dt) / (settings.stiffness * depth);
   const double step = (wanted - stiffness) * (1 - std::exp(-now.dt / P::stiffness_time));
   const double paid = 2 * std::max(sums.energy + limits.given, P::unpaid) / (settings.stiffness * depth * depth);

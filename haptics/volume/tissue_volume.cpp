@@ -270,7 +270,8 @@ void TissueVolume::bounds(glm::ivec3& lo, glm::ivec3& hi) const {
 namespace {
 
 /// Copies the samples of `part` into a dense block [lo, lo + size), z running fastest, and applies `converted` to each
-/// value. Samples outside leaves have their tile's value.
+/// value. A sample that lies in no leaf node of the VDB tree has the value of the tile (a tree node with one constant
+/// value) that contains it.
 template <class Grid, class Out, class Convert>
 void copy_leaves(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, const VoxelBox& part, Out* out,
                  const Convert& converted) {

@@ -27,7 +27,8 @@ Name name_of(const BenchRow& row) {
   return {row.name.substr(0, comma), row.name.substr(comma + 2, colon - comma - 2), row.name.substr(colon + 2)};
 }
 
-/// Names of serious measures. A value above the limit means kFell for these measures, and kFlawed for all others.
+/// Measures of a stress test that count as failures of a contact model. If the value of one of these measures exceeds
+/// its limit, the model has failed (Survival::kFell). If any other measure exceeds its limit, it is only kFlawed.
 constexpr std::array<std::string_view, 5> kFalls{"not finite", "beyond the limit", "came through", "holes", "escaped"};
 
 struct Campaign {

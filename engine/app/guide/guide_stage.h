@@ -12,8 +12,9 @@
 namespace typodont {
 
 struct GuideOptions {
-  std::filesystem::path rig;   // rig file; its screen and mirror determine how the prompts are drawn
-  std::string hand;            // address of the hand; empty: touches are read from standard input only
+  std::filesystem::path rig;  // rig file; its screen and mirror determine how the prompts are drawn
+  // address of the haptic device that the user holds (the hand); empty: touches are read from standard input only
+  std::string hand;
   std::string pedal = "auto";  // address of the pedal, as in haptics::HandOptions, or "none"
   bool fast = false;           // true: scripted hands run as fast as possible, and wait for each prompt
   calibration::StillTouch::Limits still;

@@ -36,13 +36,14 @@ struct NewExercise {
   std::optional<std::vector<RuleChoice>> rules;  // all rules of the score; empty: the base scene's rules
 };
 
-/// Error because of a rule of the exercise. The caller can report it in the user's language.
+/// Error: the exercise was not written, because one of the rules of its score is invalid. The members name the rule and
+/// the fault, so that the caller can report the error in the user's language.
 class RuleRefused : public Error {
  public:
   RuleRefused(const Error& why, std::string name, bool without_target)
       : Error(why), rule(std::move(name)), no_target(without_target) {}
-  std::string rule;  // name of the refused rule (see session::known_score_names())
-  // Reason of the refusal. true: neither the rule nor the ideal preparation states a target value. false: a number of
+  std::string rule;  // name of the invalid rule (see session::known_score_names())
+  // The fault of the rule. true: neither the rule nor the ideal preparation states a target value. false: a number of
   // the rule is out of range.
   bool no_target;
 };

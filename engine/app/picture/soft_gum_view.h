@@ -72,7 +72,7 @@ class SoftGumView {
 
   std::shared_ptr<const haptics::SoftSurface> surface_;
   std::vector<Brick> bricks_;
-  std::vector<Rest> rest_;                             // one entry for each brick
+  std::vector<Rest> rest_;                             // undeformed form of each brick, in the order of bricks_
   std::vector<std::vector<std::uint32_t>> bricks_of_;  // numbers of the bricks that each point influences
   std::vector<float> inward_;                          // m, depth to which each point is pressed inward
   std::vector<std::uint32_t> changed_;                 // numbers of the bricks that must be computed again

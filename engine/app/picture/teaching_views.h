@@ -22,11 +22,13 @@ std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volum
 /// tissue).
 std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume, std::uint32_t hidden);
 
-/// Sets `difference` of every vertex to its distance from the ideal surface: positive outside (tissue must still be
-/// removed), negative inside (too much was removed). `origin`: m, frame W, origin of the positions in `updates`.
+/// Sets `difference` of every vertex to its distance (m) from the surface of the ideal preparation `ideal`: positive
+/// outside (tissue must still be removed), negative inside (too much was removed). `origin`: m, frame W, origin of the
+/// positions in `updates`.
 void mark_difference(const haptics::TissueVolume& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
-/// Does the same as mark_difference() above with a distance field of the ideal. The field must contain distances up to
-/// the largest difference that is shown.
+/// Sets `difference` of every vertex to its distance (m) from the surface of the ideal preparation, positive outside.
+/// Reads the distance from the distance field `ideal` of the ideal preparation, which must contain distances up to the
+/// largest difference that is shown. `origin`: m, frame W, origin of the positions in `updates`.
 void mark_difference(const ToothField& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
 
 }  // namespace typodont

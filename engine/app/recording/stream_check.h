@@ -19,11 +19,12 @@ class StreamCheck {
  public:
   explicit StreamCheck(const session::SessionReader& session);
 
+  /// A difference between the replay and the recording.
   struct Difference {
-    std::uint64_t tick;  // index of the tick in which the difference appeared
+    std::uint64_t tick;  // index of the tick in which the replay first differs from the recording
     std::string what;    // description of the difference, for example "force at tick 12"
   };
-  /// Returns the first difference; empty if there is none so far.
+  /// Returns the first difference between the replay and the recording; empty if there is none so far.
   const std::optional<Difference>& difference() const { return difference_; }
   /// Returns true if this tick can be compared. After the first gap, it cannot, because the recording lacks input of
   /// the servo.

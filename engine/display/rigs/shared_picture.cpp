@@ -92,7 +92,8 @@ class XPicture final : public SharedPicture {
 
   void show(std::span<const Part> parts, const std::function<void()>& finish) override {
     if (!composed_)
-      // waits for the last frame, because no later frame has waited for it
+      // Waits until the GPU has finished the picture, because copy() reads it below. The renderer waits for a frame
+      // only when it draws a later frame, so nothing else waits for the newest frame.
       gpu::check(vkQueueWaitIdle(device_.queue), "vkQueueWaitIdle");
     XSync(display_, False);  // waits until the server has read the previous frame
     if (composed_)

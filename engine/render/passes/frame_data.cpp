@@ -39,7 +39,8 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
 
   data.lamp.x = static_cast<float>(0.5 * frame.lights.lamp_width / frame.lights.lamp_distance);
   if (bounds) {
-    // The middle of the lamp's spot is rounded, so that the spot does not move while a tooth is cut.
+    // The middle of the lamp's spot (the rectangle that the lamp lights) is rounded to multiples of kStep, so that the
+    // spot does not move while a tooth is cut.
     constexpr double kStep = 2e-3;  // m, rounding step
     const dvec3 middle = kStep * glm::round(0.5 * (bounds->lo + bounds->hi) / kStep);
     const dvec3 right = glm::normalize(glm::cross(up, key)), down = glm::cross(key, right);
@@ -53,11 +54,12 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
       }
       return most;
     };
-    // The spot lights the working body completely. So a larger body, for example a hip socket, gets a larger spot.
+    // The lamp's spot (the rectangle that the lamp lights) covers all of the working body, the body that is drilled.
+    // So a body that is larger than the usual spot, for example a hip socket, gets a larger spot.
     const glm::dvec2 border(0.5 * frame.lights.spot_border);
     const glm::dvec2 half =
         glm::max(0.5 * frame.lights.spot, kStep * glm::ceil(seen(bounds->lo, bounds->hi) / kStep) + border);
-    // The spot is needed only if a body reaches its border.
+    // The shaders need the data of the spot only if a body reaches the spot's soft border.
     if (glm::any(glm::greaterThan(seen(bounds->all_lo, bounds->all_hi), half - border))) {
       data.lamp = glm::vec4(glm::dvec4(data.lamp.x, frame.lights.spot_border, half));
       data.lamp_middle = glm::vec4(glm::dvec4(middle, 0));

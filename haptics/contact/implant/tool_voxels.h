@@ -33,8 +33,9 @@ struct ToolVoxels {
 };
 
 /// Converts a tool to voxels. `edge`: edge length of a voxel (m); `layers`: thickness of the outer layer in voxels. For
-/// a threaded tool only its core is converted, because the thread moves in the groove that it has cut. The abilities
-/// come from the block `implant` in the tool's file; without this block all abilities are 1.
+/// a threaded tool only its core is converted, because the thread moves in the groove that it has cut. The voxels'
+/// abilities to drill (ToolVoxel::ability) come from the block `implant` in the tool's file; without this block they
+/// are all 1.
 ToolVoxels make_tool_voxels(const Tool& tool, double edge, int layers);
 
 /// Force and torque of the tissue on the tool, divided by the feed speed. Frame T; the torque is about T's origin.

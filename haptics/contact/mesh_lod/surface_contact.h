@@ -18,26 +18,27 @@ struct Hold {
   bool wall = false;
 };
 
-/// Contact between one tool and a mesh. Servo thread; allocates memory only in the constructor. Metres, frame W.
-/// place() returns the centre of the contact shape.
+/// Contact between one tool and a mesh. Servo thread; allocates memory only in the constructor. Metres, frame W. The
+/// contact shape is the ball or other head with which the tool touches the mesh.
 class SurfaceContact {
  public:
   virtual ~SurfaceContact() = default;
 
+  /// Returns the position of the contact shape's centre.
   const dvec3& place() const noexcept { return c_; }
   bool touching() const noexcept { return count_ > 0; }
   int count() const noexcept { return count_; }
   const Hold& hold(int i) const noexcept { return holds_[static_cast<std::size_t>(i)]; }
-  /// Returns true if a wall yielded in the last follow() and the centre moved past it.
+  /// Returns true if a wall yielded in the last follow() and the contact shape's centre moved past it.
   bool gave_way() const noexcept { return gave_way_; }
   /// Returns true if the last follow() moved the tool out of tissue that overlapped it.
   bool leading_out() const noexcept { return leading_out_; }
 
   /// Returns the radius of a ball, or the largest radius of another head, m.
   virtual double radius() const noexcept = 0;
-  /// Returns the distance from the centre to the farthest point of the contact shape, m.
+  /// Returns the distance from the contact shape's centre to its farthest point, m.
   virtual double reach() const noexcept = 0;
-  /// Returns the distance from the centre within which faces are examined, m.
+  /// Returns the distance from the contact shape's centre within which faces of the mesh are examined, m.
   virtual double outlook() const noexcept = 0;
 
   /// Sets the orientation of the tool for all following calls.
@@ -46,9 +47,9 @@ class SurfaceContact {
   /// changed.
   virtual void mesh_changed() noexcept {}
 
-  /// Starts a contact with the centre at p. Returns false if the tool overlaps tissue there.
+  /// Starts a contact with the contact shape's centre at p. Returns false if the tool overlaps tissue there.
   virtual bool put(const TriangleGrid& grid, const dvec3& p) noexcept = 0;
-  /// Moves the centre to p, where the caller knows that the tool has no contact.
+  /// Moves the contact shape's centre to p, where the caller knows that the tool has no contact.
   virtual void put_free(const dvec3& p) noexcept = 0;
   /// Transfers the contact to another mesh. The new position is the point outside that mesh that is nearest to the old
   /// position (SCP mapping, paper S3, section 3.2).

@@ -309,7 +309,9 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
   if (at.edge < 0 || !(along > kLeastAlong)) return;
   const double way = (glm::dot(plane.n, c_ - at.p) - plane.room) / along;
   const dvec3 other = at.p + way / size * off - c_;
-  // If the extension would be longer than the step itself, the line belongs to another part of the face.
+  // `other` is the extended step: it ends on the line through the hand and the point of the face that is nearest to the
+  // hand (at.p). If the extension (other - step) is longer than `step`, at.p lies on another part of the face's border,
+  // not at the edge around which the ball moves. The step is then not extended.
   if (glm::length(other - step) > glm::length(step)) return;
   for (int i = 0; i < planes_.count(); ++i) {
     if (glm::dot(planes_[i].n, other) < -planes_[i].room - kStays) return;

@@ -46,8 +46,10 @@ class OffsetModel : public PatchModel {
     dvec3 start{0}, c{0};  // voxels; start: the head's centre at the start of the tick; c: the head's present centre
     dvec3 target{0};       // voxels, position of the head's centre at the hand's pose
     dvec3 shift{0};        // voxels, displacement of the hand since the last tick
-    double slack = 0;      // voxels, depth that the head may sink in this tick, limited by the energy budget
-    double slack_at_walls = 0;  // fraction of `slack` that remains at a wall between tissues
+    // voxels, depth by which the head may sink into the tissue in this tick while it cuts: the energy budget suffices
+    // for the removal of the tissue down to this depth
+    double slack = 0;
+    double slack_at_walls = 0;  // fraction of `slack` by which the head may sink at a wall between tissues
     double overlap_before = 0;
     // voxels, displacement of the proxy in one tick that changes the force at a rate of 1 N/s
     double pace_per_slew = 0;

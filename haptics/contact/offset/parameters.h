@@ -135,9 +135,9 @@ struct RecoveryParameters {
   static constexpr double bridge_yield = 0.5;
   // s, longest use of a plane that replaces a late patch, for version 1 of the force laws
   static constexpr double bridge_time_of_laws_1 = 0.5;
-  // s, time in which the proxy returns from the bridging plane to the surface
+  // s, time in which the proxy returns smoothly to the tissue's surface after a plane replaced a missing patch
   static constexpr double rejoin_time = 0.3;
-  // first version of the force laws in which a jump of the hand's pose ends this return
+  // first version of the force laws in which a jump of the hand's pose ends the smooth return of rejoin_time at once
   static constexpr std::uint32_t laws_of_jumps = 9;
 };
 

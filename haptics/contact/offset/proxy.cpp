@@ -11,11 +11,11 @@ namespace {
 using P = PaceParameters;
 using Q = SearchParameters;
 
-/// Models the grip of the teeth as a friction cone on the god-object. While a rotating head is pressed into tissue, it
-/// does not move sideways until its tangential lag (its distance from the target along the surface) exceeds the
-/// friction limit. So the roughness of the cut surface does not shake the hand. Returns the target with the tangential
-/// lag limited. `moved`: motion of the hand since the last tick. The tangential lag grows by at most `most` per tick,
-/// so that teeth that catch do not stop the head abruptly.
+/// Models the grip of the bur's teeth as a friction cone on the god-object. While a rotating head is pressed into
+/// tissue, it does not move sideways until its tangential lag (the distance along the surface by which the head lags
+/// behind `target`) exceeds the friction limit. So the roughness of the cut surface does not shake the hand. Returns
+/// the target with the tangential lag limited. `moved`: motion of the hand since the last tick. The tangential lag
+/// grows by at most `most` per tick, so that teeth that catch do not stop the head abruptly. Voxels.
 dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
   const dvec3 pull = from - target;
   const double pushed = glm::dot(pull, n);
@@ -23,7 +23,7 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   const dvec3 sideways = pull - pushed * n;
   const double length = glm::length(sideways);
   const dvec3 lag = sideways * (length > P::tooth_grip * pushed ? P::tooth_grip * pushed / length : 1.0);
-  // Change of the tangential lag since the last tick.
+  // Change since the last tick of the vector by which the head lags behind the target along the surface.
   const dvec3 change = lag - (sideways + moved - glm::dot(moved, n) * n);
   const double size = glm::length(change);
   if (size > most && glm::dot(change, lag) > 0) return target + lag - change * (1 - most / size);

@@ -9,8 +9,8 @@ namespace typodont::haptics::packing {
 namespace {
 
 /// Two spheres are linked if the gap between them is at most this factor times the smaller radius. The factor is large,
-/// because a sphere that was cut keeps only its far side: its links must then connect that side with the next deeper
-/// layer of spheres.
+/// because a cut shrinks a sphere towards the side that faces away from the tool. The sphere's links must then connect
+/// this smaller sphere with the next deeper layer of spheres.
 constexpr double kLink = 1.5;
 // m, upper limit of the growth of the gap between two linked spheres; at a larger gap the link breaks. It is less than
 // the diameter of any tool.

@@ -16,8 +16,8 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr int kBlock = 8;  // voxels, edge length of the blocks in which the field is updated
-// voxels; a sphere records a note for the update of the field each time the tool's ball has moved this far (class
-// PackingBody)
+// voxels; while the tool cuts a sphere, PackingBody::changed() adds a note (the number of the sphere, and the position
+// and radius of the tool's ball) each time the ball has moved this far; rasterize() updates the field from the notes
 constexpr double kNoteEvery = 0.03;
 // voxels, margin around a sphere and its gaps within which the field is updated, because interpolation also reads
 // neighbouring voxels

@@ -131,20 +131,22 @@ class SphereProxy {
   /// Near list (Verlet 1967): the tissue's spheres near one tool sphere, in the tree's order. The list is valid until
   /// the tool sphere has moved by the list's margin. So the tree must be searched only once in many ticks.
   struct NearList {
-    // m; when the list was made, all spheres of the tissue that are not in the list were at least this far away
+    // m; when this near list was made, the gap between the tool sphere and every sphere of the tissue outside the list
+    // was at least this wide
     double margin = 0;
-    // m, upper bound of the displacement of the tool sphere since the list was made, plus the largest protrusion of
-    // the tissue's spheres in every cut since then
+    // m, upper bound of the displacement of the tool sphere since this near list was made, plus, for each cut since
+    // then, the largest distance by which a cut sphere protrudes from its previous state
     double moved = 0;
     // m, largest distance by which a cut sphere protrudes from its previous state; end_notes() adds it to `moved`
     double protrudes = 0;
     // m, distance from the tool sphere to the nearest sphere of the tissue when the list was made; negative if they
     // overlap
     double free = 0;
-    // m, distance by which near_here() may enlarge the tool sphere without a new list; negative: the list is too short
+    // m, distance by which near_here() may enlarge the tool sphere without a new near list; negative: the list has no
+    // memory for so many spheres, so near_here() searches the tree
     double wider = 0;
-    std::size_t count = 0;
-    int refused = 0;  // number of searches until the list is made again; used after the list was too long
+    std::size_t count = 0;  // number of spheres in the list
+    int refused = 0;        // number of searches until the list is made again; used after the list was too long
   };
   struct Constraint {
     // n: change of the gap per metre of translation along each axis; turn: change of the gap per radian of rotation, m

@@ -306,8 +306,9 @@ std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree&
       }
     }
   }
-  // No voxel may be assigned to a sphere that is smaller than a voxel, so each sphere represents at least its own
-  // volume. Then all volumes are scaled such that their sum is the volume of the tissue.
+  // Each voxel was assigned to its nearest sphere. Possibly no voxel was assigned to a sphere that is smaller than a
+  // voxel. So each sphere represents at least its own volume. Then the volumes are scaled such that, for each tissue,
+  // their sum is the volume of the tissue.
   PerTissue sum{};
   for (std::size_t i = 0; i < cell.size(); ++i) {
     cell[i] = std::max(cell[i], ball_volume(packing.radius[i]));

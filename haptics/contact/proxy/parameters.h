@@ -100,8 +100,8 @@ struct SharpEdgeParameters {
   // voxels; a face is used only if the tissue below it is at least this deep
   static constexpr double depth_least = 3.7;
   static constexpr double depth_tolerance = 0.05;  // voxels, tolerance of the depth of the tissue below a face
-  // Limit of the cosine between two normals. Above it, a face that is near other faces counts as one of the faces found
-  // before.
+  // Limit of the cosine between two normals. If a face near other faces has a normal whose cosine with the normal of a
+  // face already found exceeds this limit, it is a duplicate of that face and is not stored.
   static constexpr double alike = 0.98;
   // Tolerance of 1 - cosine between two normals on one plane; it covers the interpolation error.
   static constexpr double same_face = 1e-5;

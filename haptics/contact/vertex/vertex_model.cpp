@@ -236,9 +236,10 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
 }
 
 /// Computes the springs of the vertices that a virtual motion of the head would push (paper S4, section 4.2). The head
-/// at X moves by the probe length along the unit vector `pull`. A ball is evaluated at its new position. For any other
-/// head, depth and direction are extrapolated linearly from the distance and normal at X. With exact values, a head
-/// that is thinner than the motion is long (the tip of a cone) would push vertices out on the wrong side.
+/// at X moves by the probe length along the unit vector `pull`. If the head is a ball, the depth of each vertex is
+/// computed for the ball's new position. For any other head, it is extrapolated linearly from the distance and the
+/// normal at X: if the head were moved, a part that is thinner than the probe length (the tip of a cone) could pass a
+/// vertex completely and would then push it out on the wrong side.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const double probe = P::probe * head().radius(), stiffness = settings_.stiffness / 1000;
   const bool is_ball = head().is_ball();
