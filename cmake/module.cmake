@@ -41,12 +41,12 @@ endfunction()
 
 # typodont_test(NAME KIND unit|property|golden|stress|bench|acceptance SOURCES a.cpp … [LIBS lib …]): adds a GoogleTest
 # program. Every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [TIMEOUT s]: used if the
-# preset's timeout is too short, independently of the length of a campaign. [LIVE]: the tests need real time or a
-# display; they also get the label `live`, run one at a time, and have a second try. [MEASURED pattern]: these tests
-# measure time and get the kind bench.
+# preset's timeout is too short, independently of the length of a campaign. [LIVE] or [WINDOW]: the tests need real time,
+# or a window on a display; they also get the label `live` and have a second try. One LIVE test and one WINDOW test run
+# at a time. [MEASURED pattern]: these tests measure time and get the kind bench.
 include(GoogleTest)
 function(typodont_test name)
-  cmake_parse_arguments(ARG "LIVE" "KIND;TIMEOUT;MEASURED" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "LIVE;WINDOW" "KIND;TIMEOUT;MEASURED" "SOURCES;LIBS" ${ARGN})
   set(timeout)
   if(ARG_TIMEOUT)
     set(timeout TIMEOUT ${ARG_TIMEOUT})
@@ -56,11 +56,13 @@ function(typodont_test name)
     set(alone RUN_SERIAL TRUE)
   elseif(ARG_LIVE)
     set(alone RESOURCE_LOCK live)
+  elseif(ARG_WINDOW)
+    set(alone RESOURCE_LOCK window)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE typodont_options typodont_test_support ${ARG_LIBS} GTest::gtest GTest::gmock
                                         GTest::gtest_main)
-  if(ARG_LIVE)  # gtest_discover_tests starts the program by its emulator, which may be set for this test already
+  if(ARG_LIVE OR ARG_WINDOW)  # gtest_discover_tests starts the program by its emulator, which may be set for this test already
     set_target_properties(${name} PROPERTIES CROSSCOMPILING_EMULATOR
                           "${PROJECT_SOURCE_DIR}/tests/support/second_try.sh;${CMAKE_CROSSCOMPILING_EMULATOR}")
   endif()
@@ -74,7 +76,7 @@ function(typodont_test name)
   gtest_discover_tests(${name} TEST_PREFIX ${ARG_KIND}. ${filter} DISCOVERY_TIMEOUT 60
                        WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
                        PROPERTIES LABELS ${ARG_KIND} ${timeout} ${alone})
-  if(ARG_LIVE)  # gtest_discover_tests takes one label only
+  if(ARG_LIVE OR ARG_WINDOW)  # gtest_discover_tests takes one label only
     set(more ${CMAKE_CURRENT_BINARY_DIR}/${name}_live.cmake)
     file(WRITE ${more} "set_tests_properties(\${${name}_TESTS} PROPERTIES LABELS \"${ARG_KIND};live\")\n")
     set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${more})

@@ -14,7 +14,7 @@ typodont_test(golden_render KIND golden SOURCES golden/render_golden_test.cpp go
               LIBS typodont_test_stage typodont_app)
 if(TYPODONT_WINDOW)
   typodont_test(acceptance_display KIND acceptance SOURCES acceptance/display_window_test.cpp LIBS typodont_test_stage
-                LIVE)
+                WINDOW)
 endif()
 typodont_test(bench_render KIND bench SOURCES bench/render_bench.cpp LIBS typodont_test_stage typodont_app)
 typodont_test(acceptance_render KIND acceptance SOURCES acceptance/render_command_test.cpp LIBS typodont_test_stage)
