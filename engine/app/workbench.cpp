@@ -273,6 +273,7 @@ void Workbench::Impl::set_up() {
                                          .cursor = pointer.has_value(),
                                          .monitor = options.monitor,
                                          .language = options.language,
+                                         .quality = options.quality,
                                          .device = options.device},
                     s, above, hands.left != nullptr);
     if (s.draw && window) picture->open(*rig, summary.explanations);
@@ -290,6 +291,7 @@ void Workbench::Impl::start_headset(const std::string& hand_address) {
       throw Error("--hand", "", hand_address, "openxr:right or openxr:left");
     o.tool_hand = hand_address == "openxr:right" ? 1 : 0;
   }
+  o.quality = options.quality;
   o.touches = !options.touches.empty();
   if (o.touches && o.tool_hand >= 0)
     throw Error("--touches", "", hand_address, "an arm as the hand, which touches the controller's tip");

@@ -40,6 +40,7 @@ struct WorkbenchOptions {
   double stream_rate = 100;  // Hz, number of published states per second
   // File for point pairs, measured with a controller and an arm, for `calibrate register`.
   std::filesystem::path touches;
+  std::string quality;         // name of the quality level of the picture; empty: the level follows the time of a frame
   double magnify = 0;          // ratio of magnification of the picture; 0: the rig's value
   double seconds = 1e18;       // s, time after which the session ends
   bool no_real_time = false;   // true: allows a device with motors without real-time scheduling

@@ -324,16 +324,22 @@ TEST_F(OperatorWindow, ViewsChangeTheOperatorsPictureOnlyNotTheTraineesScreen) {
   Desktop::xdotool("windowfocus " + own.substr(0, own.find('\n')));
   const glm::ivec2 lo{1300, 0}, hi{2580, 720}, mine{400, 100}, mine_hi{900, 560};
   ASSERT_TRUE(eventually([&] { return colours(lo, hi) > 200 && colours(mine, mine_hi) > 200; }));
-  std::this_thread::sleep_for(2s);
-  const render::Picture before = desktop.screen(kScreen);
-  press("v");  // a viewpoint of one's own
-  ASSERT_TRUE(eventually([&] { return differing(before, desktop.screen(kScreen), mine, mine_hi) > 2000; }));
-  for (int i = 0; i < 5; ++i) press("j");
-  press("c");
-  std::this_thread::sleep_for(3s);
-  const render::Picture after = desktop.screen(kScreen);
-  EXPECT_GT(differing_tiles(before, after, mine, mine_hi), 10);
-  EXPECT_EQ(differing_tiles(before, after, lo, hi), 0) << "the trainee's picture moved";
+  // On a busy machine the quality level of the trainee's picture can change at any time, which changes its pixels. So
+  // the views are changed up to four times; a view that moved the trainee's picture would move it each time.
+  int moved = 1;
+  for (int attempt = 0; attempt < 4 && moved > 0; ++attempt) {
+    std::this_thread::sleep_for(2s);
+    const render::Picture before = desktop.screen(kScreen);
+    press("v");  // the next viewpoint of the operator's picture
+    ASSERT_TRUE(eventually([&] { return differing(before, desktop.screen(kScreen), mine, mine_hi) > 2000; }));
+    for (int i = 0; i < 5; ++i) press("j");
+    press("c");
+    std::this_thread::sleep_for(3s);
+    const render::Picture after = desktop.screen(kScreen);
+    EXPECT_GT(differing_tiles(before, after, mine, mine_hi), 10);
+    moved = differing_tiles(before, after, lo, hi);
+  }
+  EXPECT_EQ(moved, 0) << "the trainee's picture moved";
   // There is no text at the lower edge. The window of a single user has the tool, the speed and the keys there. Here it
   // is one smooth background.
   const render::Picture edge = desktop.screen(kScreen);

@@ -75,6 +75,15 @@ TEST(QualityLadder, OneSlowFrameChangesNothing) {
   EXPECT_EQ(frames_until_change(ladder, 0.02, 50), -1);
 }
 
+TEST(QualityLadder, AFixedLevelStaysForSlowAndForQuickFrames) {
+  for (const render::Quality& level : render::kQualityLadder) {
+    QualityLadder ladder = QualityLadder::fixed_at(level.name);
+    EXPECT_EQ(frames_until_change(ladder, 0.5, 500), -1);
+    EXPECT_EQ(frames_until_change(ladder, 0.001, 500), -1);
+    EXPECT_EQ(ladder.step().name, level.name);
+  }
+}
+
 TEST(QualityLadder, RetriesAStepThatWasTooSlowAfterLongerAndLongerWaits) {
   QualityLadder ladder;
   ASSERT_GT(frames_until_change(ladder, 0.08, 40), 0);  // down

@@ -15,6 +15,7 @@
 #include "engine/base/log.h"
 #include "engine/base/units.h"
 #include "engine/contract/session_length.h"
+#include "engine/render/quality.h"
 #include "haptics/contact_method.h"
 #include "haptics/device_safety.h"
 
@@ -23,7 +24,7 @@ namespace typodont {
 namespace {
 
 struct Options {
-  std::string scene, resume, model, language;
+  std::string scene, resume, model, language, quality = "auto";
   WorkbenchOptions workbench;
   bool json = false;
 };
@@ -69,7 +70,9 @@ void run(const Options& options) {
   Scene scene = read_scene(options.scene);
   choose_model(scene, options.model);
   if (!options.resume.empty()) scene = with_resume(scene, options.resume);
-  const WorkbenchSummary s = run_workbench(scene, options.workbench);
+  WorkbenchOptions workbench = options.workbench;
+  if (options.quality != "auto") workbench.quality = options.quality;
+  const WorkbenchSummary s = run_workbench(scene, workbench);
   double removed = 0;
   for (const double v : s.removed) removed += v;
   if (options.json) {
@@ -128,6 +131,12 @@ void add_run_command(cli::Command& app) {
                       "rig file (JSON), or the name of one in assets/rigs: where screen, mirror, eyes and device are");
   command->add_option("--magnify", w.magnify, "magnify the scene by this factor instead of the one in the rig")
       ->check(cli::range(0.1, 100.0));
+  std::vector<std::string> levels{"auto"};
+  for (const render::Quality& level : render::kQualityLadder) levels.emplace_back(level.name);
+  command
+      ->add_option("--quality", options->quality, "level of the picture's quality; auto: follows the time of a frame")
+      ->check(cli::one_of(levels))
+      ->show_default();
   command->add_option("--hand", w.hand, "script:HAND.csv, expert:, mouse:, spacemouse:, woodenhaptics:[PATH], …");
   command->add_option("--left-hand", w.left_hand, "a second hand, with the mouth mirror: the same addresses");
   command->add_option("--pedal", w.pedal, "auto, none, or a pedal's path or serial (typodont devices)");

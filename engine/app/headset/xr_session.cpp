@@ -163,7 +163,8 @@ struct XrSession::Thread {
 
   void frame_loop(XrStage& stage) {
     display::Hmd& hmd = stage.hmd();
-    QualityLadder ladder(1.0 / 60, 1.0 / 250, stage.processor() ? 3 : 1);
+    QualityLadder ladder = options.quality.empty() ? QualityLadder(1.0 / 60, 1.0 / 250, stage.processor() ? 3 : 1)
+                                                   : QualityLadder::fixed_at(options.quality);
     stage.set_quality(ladder.step());
     stage.surround(surroundings);
     Detail detail(wiring.tolerance, voxel);

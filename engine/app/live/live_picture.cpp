@@ -41,6 +41,7 @@ LivePicture::LivePicture(const Scene& scene, const Options& options, LiveSession
       reach_(tissue_reach(scene, session.carver.volume())),
       views_(std::make_unique<LiveViews>(scene, session.carver.volume(), around_, session.wiring, session.operated)),
       revived_(-kReviveInterval) {
+  if (!options.quality.empty()) ladder_ = QualityLadder::fixed_at(options.quality);
   if (left_hand || scene.mouth_mirror.diameter > 0) fog_ = mirror_fog_of(scene);
   if (!session.gum) return;
   gum_.emplace(session.gum, around_);
@@ -56,9 +57,10 @@ void LivePicture::open(const display::DisplayRig& rig, std::vector<std::string>&
   session_.wiring.tolerance = detail_->tolerance();
   if (stage_->device().processor) session_.mesh_interval = kProcessorMeshInterval;
   explanations.push_back("drawn by " + stage_->device_name());
-  explanations.push_back(fmt::format(
-      "picture quality: starts at \"{}\"; lower while a frame takes over {:.0f} ms, higher when there is time",
-      ladder_.step().name, 1e3 * ladder_.slow()));
+  explanations.push_back(ladder_.fixed() ? fmt::format("picture quality: fixed at \"{}\"", ladder_.step().name)
+                                         : fmt::format("picture quality: starts at \"{}\"; lower while a frame takes "
+                                                       "over {:.0f} ms, higher when there is time",
+                                                       ladder_.step().name, 1e3 * ladder_.slow()));
   explanations.push_back(rig.head.tracker.empty() ? "head: fixed, the rig names no tracker"
                                                   : "head: " + rig.head.tracker);
   update_tissue_visibility();
@@ -85,7 +87,7 @@ void LivePicture::make(gpu::Device* device) {
   look.quality = ladder_.step();
   look.handpieces = scene_.handpieces;
   stage_.emplace(*rig_, shown_, look);
-  if (stage_->device().processor && ladder_.changes() == 0) {
+  if (stage_->device().processor && ladder_.changes() == 0 && !ladder_.fixed()) {
     ladder_ = QualityLadder::for_processor();
     stage_->set_quality(ladder_.step());
   }

@@ -32,6 +32,7 @@ class LivePicture {
     bool cursor = false;
     int monitor = -1;  // number of the monitor for full screen; -1: no full screen
     session::Language language = session::Language::kEnglish;  // language of the text over the picture
+    std::string quality;  // name of the quality level (render/quality.h); empty: the level follows the time of a frame
     /// the operator's GPU device; null: the picture creates its own device
     gpu::Device* device = nullptr;
   };

@@ -1,8 +1,9 @@
-// Chooses the quality of the picture. Lowers it while frames take too long, and raises it when there is enough time.
-// Drawing thread.
+// Chooses the quality of the picture. Lowers it while frames take too long, and raises it when there is enough time,
+// unless the user has chosen a fixed level. Drawing thread.
 #pragma once
 
 #include <algorithm>
+#include <string_view>
 
 #include "engine/render/quality.h"
 
@@ -18,13 +19,23 @@ class QualityLadder {
   /// Makes a ladder for software rendering. It starts at a quality that a CPU can draw. The next better quality takes
   /// up to twice as long, so the quality is raised only if a frame leaves enough time for it.
   static QualityLadder for_processor() { return QualityLadder(kSlow, 1.0 / 75, 3); }
+  /// Makes a ladder that stays at the level with this name. `level` must be a name in render::kQualityLadder.
+  static QualityLadder fixed_at(std::string_view level) {
+    const auto found = std::find_if(render::kQualityLadder.begin(), render::kQualityLadder.end(),
+                                    [&](const render::Quality& q) { return q.name == level; });
+    QualityLadder ladder(kSlow, 1.0 / 90, static_cast<std::size_t>(found - render::kQualityLadder.begin()));
+    ladder.fixed_ = true;
+    return ladder;
+  }
   const render::Quality& step() const { return render::kQualityLadder[step_]; }
   // returns the number of the present quality level; 0 is the best
   int place() const { return static_cast<int>(step_); }
   int changes() const { return changes_; }
+  bool fixed() const { return fixed_; }
   double slow() const { return slow_; }  // returns the time (s) of a frame above which the quality is lowered
   /// Evaluates the time of a frame. Returns true if the level changed. Call it only for frames that were drawn.
   bool frame_took(double seconds) {
+    if (fixed_) return false;
     // The first frames of a level are ignored, because they include the creation of its pipelines.
     if (fresh_ > 0) return --fresh_, false;
     // The time of a frame counts only up to a limit, so that a single delayed frame does not lower the quality.
@@ -59,6 +70,7 @@ class QualityLadder {
   double slow_, quick_;
   std::size_t step_;
   int frames_ = 0, fresh_ = kFresh, patience_ = kFirstPatience, changes_ = 0;
+  bool fixed_ = false;  // true: the level never changes
   bool tried_ = false;  // true: the last change of the level raised the quality
   double mean_;         // s, running mean of the time of a frame
 };
