@@ -600,6 +600,69 @@ TEST_F(OperatorWindow, ADroppedDicomFolderIsReviewedImportedAndDrilledWithoutThe
   for (const char* secret : {"HUSH", "HANNAH", kPatientId, kBirthDate}) EXPECT_EQ(all.find(secret), std::string::npos);
 }
 
+// The scan is an open surface, as a scanner writes it, so it has no inside and can only be carved as a mesh.
+TEST_F(OperatorWindow, ADroppedSurfaceScanIsCarvedAsItIs) {
+  TissueMesh scan;  // a hill of 2 mm on a square of 12 mm, with an open border
+  constexpr int kSide = 60;
+  for (int j = 0; j <= kSide; ++j) {
+    for (int i = 0; i <= kSide; ++i) {
+      const glm::dvec2 p = 12e-3 * (glm::dvec2(i, j) / double{kSide} - 0.5);
+      scan.vertices.emplace_back(p, 2e-3 * std::exp(-glm::dot(p, p) / 9e-6));
+      if (i == 0 || j == 0) continue;
+      const auto at = static_cast<std::uint32_t>(scan.vertices.size() - 1), below = at - kSide - 1;
+      scan.triangles.insert(scan.triangles.end(), {{below - 1, below, at}, {below - 1, at, at - 1}});
+    }
+  }
+  const std::filesystem::path file = write_stl("scanner.stl", scan);
+  Program program(folder);
+  open(program);
+  const Window window = std::stoul(Desktop::xdotool("search --name '^Typodont$'"));
+  const render::Picture start = desktop.screen(kScreen);
+  EXPECT_TRUE(drop_on(window, {file.string()}));
+  const glm::ivec2 lo{855, 530}, hi{1035, 660};  // the list of types, when it is open
+  EXPECT_TRUE(eventually([&] { return differing(start, desktop.screen(kScreen), lo, hi) > 200; })) << "no import page";
+  std::this_thread::sleep_for(500ms);
+  const render::Picture closed = desktop.screen(kScreen);
+  Desktop::xdotool("mousemove 945 514 click 1");
+  EXPECT_TRUE(eventually([&] { return differing(closed, desktop.screen(kScreen), lo, hi) > 1000; })) << "no list";
+  std::this_thread::sleep_for(300ms);
+  Desktop::xdotool("mousemove 920 644 click 1");  // "Scanned surface"
+  std::this_thread::sleep_for(500ms);
+  press("ctrl+b");
+  const std::string scene = program.wait_for("imported: ");
+  EXPECT_EQ(Json::parse(read_text(scene), "scene")["model"].string(), "vertex");
+  press("F10");
+  wait_for_choice();
+  // The top of the scan is moved to z = 20.2 mm, so the ball of the bur touches it with its centre at 20.8 mm.
+  write_hand(
+      {{0.0, 22.0, 0}, {0.5, 21.0, 0}, {1.5, 20.9, 0}, {2.0, 20.9, 1}, {4.0, 20.3, 1}, {4.5, 22.0, 0}, {6, 22, 0}});
+  press("ctrl+h");
+  std::this_thread::sleep_for(500ms);
+  type(fmt::format("script:{}", folder / "hand.csv"));
+  press("F5");
+  ASSERT_EQ(program.wait_for("session started: "), "scanner");
+  program.wait_for("session ended");
+  const std::string report = program.wait_for("report written: ");
+  // The recording names the mesh in the user's folder, which the replay must know.
+  setenv("TYPODONT_HOME", (folder / "home").c_str(), 1);
+  const std::string session = std::filesystem::path(report).replace_extension(".h5").string();
+  const Ran replay = folder.run("replay " + session + " --check");
+  EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+  const Ran scored = folder.run("report " + session + " --json --out " + (folder / "again.html"));
+  double removed = 0;  // mm³
+  const Json score = Json::parse(scored.out, "score");
+  for (const Json& item : score["items"].items()) {
+    if (item["name"].string() == "healthy_removed_mm3") removed = item["value"].number();
+  }
+  EXPECT_GT(removed, 0.01);
+  // A cut divides the triangles that it meets, so the carved surface has more of them.
+  press("F10");
+  press("F7");
+  press("ctrl+s");
+  const std::string carved = program.wait_for("surface written: ");
+  EXPECT_GT(std::filesystem::file_size(carved), std::filesystem::file_size(file));
+}
+
 TEST_F(OperatorWindow, AnIntraoralScanIsLaidOverAJawByThreePairsOfClicks) {
   const Pose X_CS{dvec3(0.02, -0.03, 0.05), glm::angleAxis(2.0, glm::normalize(dvec3(1, 2, -1)))};
   const std::filesystem::path mesh = write_stl("crowns.stl", scanned(X_CS, 1)),

@@ -128,7 +128,6 @@ fs::path bring_in_surface(const NewTooth& tooth, Progress& progress) {
       {"description", description},
       {"tissue", {{"mesh", {{"file", stem + ".stl"}, {"unit_mm", 1}, {"tissue", "enamel"}}}}},
       {"model", "vertex"},
-      // with the contact model mesh_lod, only round burs can cut
       {"tools", {"round_012", "round_014", "round_006", "explorer"}},
       {"spindle", "air_turbine"},
       {"parts", {"haptics", "render", "sound", "debris", "record", "score"}}};

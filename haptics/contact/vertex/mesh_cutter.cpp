@@ -93,7 +93,7 @@ MeshCutter::MeshCutter(const EditableMesh& mesh, SharedLabels labels)
 
 MeshCutter::Placed MeshCutter::place(const VertexHead& head, const Pose& X) const noexcept {
   const glm::dmat3 R(glm::mat3_cast(X.R));
-  return {&head, X, X.p, R, glm::transpose(R)};
+  return {&head, X, R, glm::transpose(R)};
 }
 
 void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double margin, const KnownFaces& known) noexcept {
@@ -101,13 +101,13 @@ void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double mar
   // the head. It is above 1, because a ball near the head may be farther from the head's centre than the head reaches.
   constexpr double kMotion = 1.5;
   near_.clear();
-  const glm::vec3 c(head.p), axis(head.R_WT[2]);
+  const glm::vec3 c(head.X_W.p), axis(head.R_WT[2]);
   const dvec3 half = head.head->half_box(head.R_WT[2]) + margin;
   const auto most = static_cast<float>(margin);
   const auto add = [&](Index f) {
     if (head.head->may_be_within(mesh.ball_center(f) - c, axis, most + mesh.ball_radius(f))) near_.push_back(f);
   };
-  const dvec3 lo = head.p - half, hi = head.p + half;
+  const dvec3 lo = head.X_W.p - half, hi = head.X_W.p + half;
   const double moved = displacement_bound(known.X_W, head.X_W, head.head->is_ball() ? 0 : head.head->reach());
   if (margin + kMotion * moved + kRounding <= known.within) {
     const glm::vec3 near_lo(lo), near_hi(hi);
@@ -249,7 +249,7 @@ void MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
     for (const Index v : mesh.face(f).v) {
       if (!see_vertex(v)) continue;
       place_of_[v] = kNone;
-      const dvec3 from = mesh.vertex(v).p - head.p;
+      const dvec3 from = mesh.vertex(v).p - head.X_W.p;
       if (!head.head->may_be_within(glm::vec3(from), axis, 0)) continue;
       if (distances_.full()) move_found();
       distances_.add(v, from);
@@ -265,7 +265,7 @@ void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head) 
     mesh.around(m.v, [&](Index f, int) {
       if (!see_face(f)) return;
       const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
-      affected_.push_back({f, volume6(a, b, c, head.p), normal2(a, b, c)});
+      affected_.push_back({f, volume6(a, b, c, head.X_W.p), normal2(a, b, c)});
     });
   }
 }
@@ -379,16 +379,16 @@ void MeshCutter::select_suspects(const EditableMesh& mesh, const Placed& head, d
     const bool changed = face_seen_[f] == look_;
     const double within = mesh.ball_radius(f) + (changed ? edge : kRounding);
     // A quick test with the bounding ball, before the corners are read.
-    if (!head.head->may_be_within(mesh.ball_center(f) - glm::vec3(head.p), axis,
+    if (!head.head->may_be_within(mesh.ball_center(f) - glm::vec3(head.X_W.p), axis,
                                   static_cast<float>(within + kRounding))) {
       continue;
     }
     const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
-    const dvec3 way = (a + b + c) / 3.0 - head.p, n = normal2(a, b, c);
+    const dvec3 way = (a + b + c) / 3.0 - head.X_W.p, n = normal2(a, b, c);
     const double cosine = glm::dot(n, way), most = kLooksAway * glm::length(n) * glm::length(way);
     if (cosine < most) continue;
     if (!head.head->may_be_within(glm::vec3(way), axis, static_cast<float>(within))) continue;
-    if (!head.head->is_ball() && head.distance(way + head.p) > within) continue;
+    if (!head.head->is_ball() && head.distance(way + head.X_W.p) > within) continue;
     thin_ = true;
     suspects_.push_back(f);
     for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
@@ -434,7 +434,7 @@ Tissue MeshCutter::tissue_under(const EditableMesh& mesh, Index f) const noexcep
 
 void MeshCutter::account(EditableMesh& mesh, const Placed& head, CutDone& done) noexcept {
   for (const Affected& a : affected_) {
-    const double now = volume6(mesh.point(a.f, 0), mesh.point(a.f, 1), mesh.point(a.f, 2), head.p);
+    const double now = volume6(mesh.point(a.f, 0), mesh.point(a.f, 1), mesh.point(a.f, 2), head.X_W.p);
     done.removed[static_cast<std::size_t>(mesh.face(a.f).tissue)] += (a.volume6 - now) / 6;
     mesh.set_tissue(a.f, tissue_under(mesh, a.f));
   }

@@ -108,9 +108,8 @@ class MeshCutter {
   struct Placed {
     const VertexHead* head = nullptr;
     Pose X_W;
-    dvec3 p{0};
     glm::dmat3 R_WT{1}, R_TW{1};
-    dvec3 to_tool(const dvec3& p_W) const noexcept { return head->is_ball() ? p_W - p : R_TW * (p_W - p); }
+    dvec3 to_tool(const dvec3& p_W) const noexcept { return head->is_ball() ? p_W - X_W.p : R_TW * (p_W - X_W.p); }
     double distance(const dvec3& p_W) const noexcept { return head->distance(to_tool(p_W)); }
     double distance(const dvec3& p_W, dvec3& n_W) const noexcept {
       const double d = head->distance(to_tool(p_W), n_W);
