@@ -87,7 +87,7 @@ void follow_hand(const Body& body, const ServoSettings& s, std::uint64_t seed, i
   ErraticHand hand(seed, home);
   const bool drills = seed % 3 != 0, sheet = &body == &kSheet;
   dvec3 head = home;
-  double work = 0;   // J, of the spindle
+  double work = 0;  // J, of the spindle
   // m per tick, velocity of the hand and its largest change before this tick
   dvec3 last = home, moved(0);
   double abruptly = 0;
@@ -182,8 +182,8 @@ TEST(HostileHandAtASheet, AToolThatSlipsOffTheEdgeDoesNotPassThroughTheSheet) {
   }
 }
 
-// A hand of the long campaign with the seeds from 100,001. In the 20th tick of a contact, the hand's velocity changes by
-// 42 mm/s, 3.3 times as much as in any tick before. The force is 1 mN, and the ledger contains 14 nJ.
+// A hand of the long campaign with the seeds from 100,001. In the 20th tick of a contact, the hand's velocity changes
+// by 42 mm/s, 3.3 times as much as in any tick before. The force is 1 mN, and the ledger contains 14 nJ.
 TEST(HostileHandAtTwoBalls, AHandThatSuddenlyTurnsRoundGetsAtMostTheEnergyOfAForceThatNobodyFeels) {
   Outcome outcome;
   ASSERT_NO_FATAL_FAILURE(follow_hand(kBodies[3], settings_of("cylinder_010"), 100386, kHostileRound, outcome));
