@@ -112,6 +112,50 @@ TEST(Reaming, At200NewtonsAnd1KilohertzTheLedgerNeverFallsBelowANanojoule) {
   }
 }
 
+/// A hand of 3 kg presses a reamer with 180 N into a socket.
+struct Reaming {
+  double removed = 0;             // m³
+  int cuts = 0;                   // ticks in which spheres changed
+  std::vector<dvec3> head, felt;  // m and N, position of the head and force in each tick
+};
+Reaming ream(std::uint32_t laws) {
+  ServoSettings s = settings(R"({"packing": {"spheres": 6000}})", 44.0_mm);
+  s.laws = laws;
+  s.stiffness = 60e3, s.damping = 20;
+  s.force_limit = 250, s.torque_limit = 10;
+  s.spindle.free_speed = 0.3_krpm;
+  for (Material& m : s.materials) m.specific_energy = 6e9;
+  HapticBench run(TissueVolume(read_solids(Json::parse(R"({"voxel_mm": 0.8, "band_mm": 4, "solids": [
+      {"tissue": "cancellous_bone", "solid": {"difference": [{"box": {"size_mm": [56, 56, 32]}},
+      {"sphere": {"center_mm": [0, 0, 16], "radius_mm": 22.1}}]}}]})",
+                                                       "t"))),
+                  s, s.materials);
+  Reaming result;
+  dvec3 x(0, 0, 15.95_mm), v(0);
+  for (int i = 0; i < 2000; ++i) {
+    const dvec3 pull(-20e3 * x.x, -20e3 * x.y, -180);
+    v += 1e-3 * (pull - 1000.0 * v + run.last.f_T_W) / 3.0;
+    x += 1e-3 * v;
+    run.tick({x, {1, 0, 0, 0}}, 1);
+    result.cuts += run.did_cut;
+    result.head.push_back(run.last.X_WG.p);
+    result.felt.push_back(run.last.f_T_W);
+  }
+  for (const double volume : run.last.removed) result.removed += volume;
+  return result;
+}
+
+TEST(Reaming, AReamerThatPostponesItsCutsRemovesTheSameVolumeWithTheSameForce) {
+  const Reaming every_tick = ream(9), postponed = ream(10);
+  EXPECT_LT(postponed.cuts, 0.5 * every_tick.cuts);
+  EXPECT_GT(every_tick.removed, 1.5_mm3);
+  EXPECT_NEAR(postponed.removed / every_tick.removed, 1, 2e-3);
+  for (std::size_t i = 0; i < every_tick.head.size(); ++i) {
+    ASSERT_LT(glm::distance(every_tick.head[i], postponed.head[i]), 0.25e-6) << i;
+    ASSERT_LT(glm::distance(every_tick.felt[i], postponed.felt[i]), 1e-3) << i;
+  }
+}
+
 TEST(RootCanal, AtEqualFeedEnamelResistsOneAndAHalfTimesAsMuchAsDentinAndPulpNotAtAll) {
   const auto force = [](const char* tissue) {
     ServoSettings stiff =

@@ -38,6 +38,13 @@ constexpr std::uint32_t kLawsOfLimitedSpeed = 8;
 // measured pose jumps.
 constexpr double kFastest = 5;
 
+// First version of the force laws in which a head with a large contact area postpones its cuts. A tick moves such a
+// head by some ten nanometres, but the cut computes thousands of spheres.
+constexpr std::uint32_t kLawsOfPostponedCuts = 10;
+constexpr double kLargeArea = 10e-6;      // m², contact area above which cuts are postponed
+constexpr double kLeastStep = 0.1e-6;     // m, step of the head for which the saved energy must suffice
+constexpr double kLongestDelay = 4.5e-3;  // s, upper limit of the time for which a cut is postponed
+
 /// Returns options without spring, damper and friction. The servo computes spring and damper; set_friction() sets the
 /// friction in every tick.
 ProxyOptions frictionless(std::uint32_t laws, double tick) {
@@ -123,6 +130,7 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
     removed[t] += fresh.loose[t] - snapshot_.loose[t];
     if (!first) removed[t] -= fresh.taken_back[t] - snapshot_.taken_back[t];
   }
+  postponed_for_ = 0;
   const bool came_back = first || fresh.edits != snapshot_.edits;
   std::swap(fresh, snapshot_);
   // Without undo or redo, the new snapshot has the same spheres as the servo, except for removed loose pieces. The near
@@ -158,6 +166,7 @@ void PackingModel::take_up(std::uint32_t tool) noexcept {
 
 void PackingModel::forget_contact() noexcept {
   placed_ = false;
+  postponed_for_ = 0;
   retreat_.path.begin(proxy().pose().p / kPathUnit);
   retreat_.held_for = 0;
   retreat_.leading = retreat_.wedged = false;
@@ -251,13 +260,25 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
   }
   out.own_friction = true;
   out.contact_direction = out.p_WG - in.X_WT.p;
+  estimate_tissue();
+  out.area = surface_.volume / parameters_.epsilon;
+}
+
+/// Pass 2: estimates the tissue at the contact. While a cut is postponed, no sphere changes, so the last estimate stays
+/// valid until the head has moved.
+void PackingModel::estimate_tissue() noexcept {
+  const Pose& X = proxy().pose();
+  if (postponed_for_ > 0 && surface_.volume > 0) {
+    const double turned = turns_matter() ? glm::length(SphereProxy::rotation_angle(X_estimated_.R, X.R)) : 0.0;
+    if (glm::distance(X_estimated_.p, X.p) + proxy().tool().reach * turned < kLeastStep) return;
+  }
+  X_estimated_ = X;
   const dvec3 p_WC = proxy().contact_point();
   if (!gpu_ || !gpu_->estimate_surface(snapshot_.spheres, proxy().tool(), proxy().pose(), p_WC, parameters_.epsilon,
                                        density_, surface_)) {
     surface_ = estimate_surface(snapshot_.spheres, proxy(), p_WC, parameters_.epsilon, density_, buffers_.changed);
   }
   if (!(surface_.volume > 0)) take_tissue_from_contacts();
-  out.area = surface_.volume / parameters_.epsilon;
 }
 
 /// Determines the tissue from the contacts if the head overlaps no tissue: only the shank has contact, or the contact
@@ -358,6 +379,15 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
   return safe;
 }
 
+/// Returns true if a cut waits until the energy suffices for a longer step. The energy is saved, so the volume that the
+/// motor's work removes stays the same. `step`: m, step for which the present energy suffices.
+bool PackingModel::postpones(double dt, double step) noexcept {
+  const bool waits = settings_.laws >= kLawsOfPostponedCuts && step < kLeastStep &&
+                     surface_.volume > kLargeArea * parameters_.epsilon && postponed_for_ + dt < kLongestDelay;
+  postponed_for_ = waits ? postponed_for_ + dt : 0;
+  return waits;
+}
+
 bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
   const bool by_power = !(parameters_.base_speed > 0);
   if (!(in.cuts && !in.must_earn && contact.touching) || (by_power && !(in.budget > 0))) return false;
@@ -373,6 +403,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   price_ *= way / std::max(last_path_length_, 1e-12);
   last_path_length_ = way;
   if (angle > 0) most = std::min(most, kLargestTurn / angle);
+  if (by_power && price_ > 0 && postpones(in.dt, in.budget / price_ * way)) return false;
   if (by_power) {
     most = std::min(most, parameters_.free_speed * in.dt / way);
     most = affordable(from, move, turn, most, in.budget);

@@ -60,6 +60,8 @@ class PackingModel final : public ContactModel {
   void find_near(const Pose& to) noexcept;
   double cost(const Pose& from, const Pose& to, const Pose& near_to) noexcept;
   void load_gpu(bool first) noexcept;
+  void estimate_tissue() noexcept;
+  bool postpones(double dt, double step) noexcept;
   double affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most, double budget) noexcept;
 
   const ServoSettings& settings_;
@@ -83,6 +85,8 @@ class PackingModel final : public ContactModel {
     bool wedged = false;       // true if the proxy is stuck: the hand is far away, and no path back was found
   } retreat_;
   SurfaceEstimate surface_;
+  Pose X_estimated_;          // pose of the proxy for which surface_ was computed
+  double postponed_for_ = 0;  // s, time since the last cut for which postpones() was true; 0: no cut is postponed
   CutBuffers buffers_;
   TriedCut tried_;
   // result of find_near(): one list for each sphere of the head, stored one after the other

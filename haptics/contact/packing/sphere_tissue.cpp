@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/base/dispatch.h"
-#include "haptics/contact/packing/lens_lanes.h"
+#include "haptics/contact/packing/sphere_lanes.h"
 
 namespace typodont::haptics::packing {
 
@@ -189,13 +189,8 @@ void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r)
   read_lanes(base_radius, s.base_radius), read_lanes(base_volume, s.base_volume);
   read_lanes(overlap, s.overlap), read_lanes(tool, s.tool);
   const D8 zero{};
-  D8 off_x = x - a.x, off_y = y - a.y, off_z = z - a.z;
-  const dvec3 ab = b - a;
-  if (const double length2 = glm::dot(ab, ab); length2 > 0) {  // as in nearest_on()
-    const D8 at = (off_x * ab.x + off_y * ab.y + off_z * ab.z) / length2, low = at < zero ? zero : at,
-             share = low > zero + 1.0 ? zero + 1.0 : low;
-    off_x = x - (a.x + share * ab.x), off_y = y - (a.y + share * ab.y), off_z = z - (a.z + share * ab.z);
-  }
+  D8 off_x, off_y, off_z;
+  offsets_from_segment(x, y, z, a, b, off_x, off_y, off_z);
   D8 distance = off_x * off_x + off_y * off_y + off_z * off_z;
   take_root(distance);
   const L8 apart = distance > zero;

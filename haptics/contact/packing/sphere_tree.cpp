@@ -8,7 +8,7 @@
 
 #include "engine/base/dispatch.h"
 #include "haptics/contact/looks.h"
-#include "haptics/lanes.h"
+#include "haptics/contact/packing/sphere_lanes.h"
 
 namespace typodont::haptics::packing {
 
@@ -33,13 +33,8 @@ void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const
 TYPODONT_KERNEL unsigned near_in(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b, double reach) {
   D8 x, y, z, r;
   read_lanes(x, leaf.x), read_lanes(y, leaf.y), read_lanes(z, leaf.z), read_lanes(r, leaf.r);
-  D8 off_x = x - a.x, off_y = y - a.y, off_z = z - a.z;
-  const dvec3 ab = b - a;
-  if (const double length2 = glm::dot(ab, ab); length2 > 0) {  // as in nearest_on()
-    const D8 zero{}, at = (off_x * ab.x + off_y * ab.y + off_z * ab.z) / length2, low = at < zero ? zero : at,
-                     share = low > zero + 1.0 ? zero + 1.0 : low;
-    off_x = x - (a.x + share * ab.x), off_y = y - (a.y + share * ab.y), off_z = z - (a.z + share * ab.z);
-  }
+  D8 off_x, off_y, off_z;
+  offsets_from_segment(x, y, z, a, b, off_x, off_y, off_z);
   const D8 near = r + reach;
   return bits_of((r > D8{}) & (off_x * off_x + off_y * off_y + off_z * off_z < near * near));
 }

@@ -4,7 +4,7 @@
 
 #include "engine/base/dispatch.h"
 #include "engine/base/units.h"
-#include "haptics/contact/packing/lens_lanes.h"
+#include "haptics/contact/packing/sphere_lanes.h"
 
 namespace typodont::haptics::packing {
 

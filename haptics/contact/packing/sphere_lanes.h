@@ -1,0 +1,36 @@
+// Geometry of two spheres (sphere_pair.h) for eight pairs at once, with the same bits. Private to the .cpp files of the
+// packing model.
+#pragma once
+
+#include "engine/base/pose.h"
+#include "engine/base/units.h"
+#include "haptics/lanes.h"
+
+namespace typodont::haptics::packing {
+
+TYPODONT_KERNEL void ball_volumes(const D8& r, D8& volume) {
+  volume = 4.0 / 3.0 * kPi * r * r * r;
+}
+
+/// Computes lens_volume() of each lane, with the same bits.
+TYPODONT_KERNEL void lens_volumes(const D8& r1, const D8& r2, const D8& d, D8& volume) {
+  const D8 sum = r1 + r2, off = r1 - r2, in = sum - d;
+  D8 whole;
+  ball_volumes(r1 < r2 ? r1 : r2, whole);
+  const D8 lens = kPi * in * in * (d * d + 2.0 * d * sum - 3.0 * off * off) / (12.0 * d);
+  volume = d < sum ? (d <= (off < D8{} ? -off : off) ? whole : lens) : D8{};
+}
+
+/// Computes for each lane the vector from nearest_on(a, b, (x, y, z)) to the point (x, y, z).
+TYPODONT_KERNEL void offsets_from_segment(const D8& x, const D8& y, const D8& z, const dvec3& a, const dvec3& b,
+                                          D8& off_x, D8& off_y, D8& off_z) {
+  off_x = x - a.x, off_y = y - a.y, off_z = z - a.z;
+  const dvec3 ab = b - a;
+  if (const double length2 = glm::dot(ab, ab); length2 > 0) {
+    const D8 zero{}, at = (off_x * ab.x + off_y * ab.y + off_z * ab.z) / length2, low = at < zero ? zero : at,
+                     share = low > zero + 1.0 ? zero + 1.0 : low;
+    off_x = x - (a.x + share * ab.x), off_y = y - (a.y + share * ab.y), off_z = z - (a.z + share * ab.z);
+  }
+}
+
+}  // namespace typodont::haptics::packing
