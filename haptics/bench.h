@@ -40,11 +40,13 @@ struct ModelAnatomy {
 struct ModelBenchOptions {
   // true: few ticks and coarse settings, for an overview; the figures are then not reliable
   bool quick = false;
-  std::vector<std::string> tissues;  // names of the anatomies to use; empty: all
+  std::vector<std::string> tissues;  // names of the tissues to use; empty: all
   // Motions to use: "slide", "tap", "drag", "drill", "break-through", "escape", "hostile"; empty: all.
   std::vector<std::string> motions;
   std::vector<ModelAnatomy> anatomies;
 };
+/// Names of the tissues of bench_models() that need no anatomy, in the order in which they are measured.
+std::vector<std::string> model_bench_tissues();
 /// Measures every contact model on the same tissues with the same hand motions, and compares its results with the exact
 /// solution. The name of a row is "tissue, motion, model: measure".
 std::vector<BenchRow> bench_models(const ModelBenchOptions& options);

@@ -133,6 +133,12 @@ FileKind kind_of_name(const std::filesystem::path& file, std::span<const FileKin
   return FileKind::kText;
 }
 
+FileKind kind_of_name(const std::filesystem::path& file) {
+  std::array<FileKind, kKinds.size()> all;
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<FileKind>(i);
+  return kind_of_name(file, all);
+}
+
 bool may_replace(FileKind kind, std::string_view head, std::uintmax_t size) {
   return size == 0 || holds(kind, head, size);
 }

@@ -38,6 +38,8 @@ std::span<const std::string_view> endings_of(FileKind kind) noexcept;
 /// Returns the kind among `kinds` that has the extension of this file name (upper and lower case are equal). Returns
 /// kText if none of them has it.
 FileKind kind_of_name(const std::filesystem::path& file, std::span<const FileKind> kinds);
+/// Returns the kind among all kinds that has the extension of this file name, or kText if none of them has it.
+FileKind kind_of_name(const std::filesystem::path& file);
 
 /// Returns true if a file of this kind may replace an existing file, which must be empty or of the same kind. `head`
 /// are the first bytes of the existing file (up to 4 KiB) and `size` is its size in bytes.

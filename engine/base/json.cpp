@@ -18,6 +18,7 @@
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
 #include "engine/base/partial_file.h"
+#include "engine/base/utf8.h"
 
 namespace typodont {
 
@@ -72,8 +73,7 @@ class Reader {
     const std::string_view before = text_.substr(0, at_);
     // this is also correct on the first line, where rfind() returns npos, because npos + 1 is 0
     const std::string_view line = before.substr(before.rfind('\n') + 1);
-    return 1 + static_cast<std::size_t>(std::count_if(
-                   line.begin(), line.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+    return 1 + count_characters(line);
   }
   [[noreturn]] void fail() const {
     throw Error(name_, fmt::format("line {}, column {}", line_, column()), "text that is not JSON", "valid JSON");

@@ -2,6 +2,8 @@
 // machine disturb single measurements.
 #pragma once
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -17,6 +19,17 @@ inline double quantile(std::vector<double> values, double fraction) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::min(wanted, values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
+}
+
+/// Returns the CPU time in s of all threads of `who`: RUSAGE_SELF for this process, RUSAGE_CHILDREN for its child
+/// processes that have ended.
+inline double cpu_seconds(int who) {
+  rusage used{};
+  getrusage(who, &used);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(used.ru_utime) + seconds(used.ru_stime);
 }
 
 /// A sample of the values of a run of any length, in bounded memory, from which quantiles are computed. It contains

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/log.h"
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "haptics/bench.h"
@@ -37,13 +38,16 @@ constexpr double kSpecificEnergy = 8e9;  // J/m³, specific energy of the tissue
 constexpr double kLeast = 0.02;
 // number of ticks after which the hand is on the surface and the force has risen completely
 constexpr int kSettled = 100;
+// number of ticks after which a bur has not come through a sheet; the other burs need 600 at most
+constexpr int kBreakThroughTicks = 1500;
 constexpr double kFallen = 8e-3;           // m; a bur deeper than this below the surface has fallen through the tissue
 constexpr double kDynamicFriction = 0.15;  // dynamic friction coefficient of every tissue in the bench
 constexpr double kHeld = 0.1;  // N; a hand on the other side of a sheet counts as held if its force is at least this
-constexpr double kHostileForce = 8;  // N, force limit for erratic hands
-constexpr double kLedger = 1e-9;     // J, largest debt of the energy ledger that passes
-constexpr std::uint64_t kSeed = 1;   // seed of all random hands
-constexpr double kGrid = 0.02e-3;    // m, spacing of the grid with which a swept volume is measured
+constexpr double kHostileForce = 8;                     // N, force limit for erratic hands
+constexpr double kLedger = 1e-9;                        // J, largest debt of the energy ledger that passes
+constexpr std::uint64_t kSeed = 1;                      // seed of all random hands
+constexpr double kEscapeSheets_mm[] = {0.2, 0.5, 1.0};  // mm, thickness of the sheets of the motion "escape"
+constexpr double kGrid = 0.02e-3;                       // m, spacing of the grid with which a swept volume is measured
 
 /// A contact model with one value of its setting, which makes it more accurate or faster.
 struct Setting {
@@ -165,30 +169,41 @@ class ModelBench {
       for (const std::string& model : contact_method_names()) {
         for (const Setting& setting : settings_of(model, tissue, options_.quick)) {
           tissue_ = &tissue, setting_ = &setting;
-          if (wanted(options_.motions, "slide")) follow("slide", slide);
-          if (wanted(options_.motions, "tap")) follow("tap", tap);
-          if (wanted(options_.motions, "drag")) drag(slide);
-          if (wanted(options_.motions, "drill") && tissue.solid) drill();
-          if (wanted(options_.motions, "break-through") && !tissue.solid) break_through();
+          if (wanted(options_.motions, "slide")) timed("slide", [&] { follow("slide", slide); });
+          if (wanted(options_.motions, "tap")) timed("tap", [&] { follow("tap", tap); });
+          if (wanted(options_.motions, "drag")) timed("drag", [&] { drag(slide); });
+          if (wanted(options_.motions, "drill") && tissue.solid) timed("drill", [&] { drill(); });
+          if (wanted(options_.motions, "break-through") && !tissue.solid)
+            timed("break-through", [&] { break_through(); });
         }
         const Setting usual = default_setting(model);
         setting_ = &usual;
         // With the option `quick`, the motion "hostile" is omitted, because a short run does not come to the tissue.
-        if (wanted(options_.motions, "hostile") && tissue.voxels_mm.empty() && !options_.quick) hostile();
+        if (wanted(options_.motions, "hostile") && tissue.voxels_mm.empty() && !options_.quick)
+          timed("hostile", [&] { hostile(); });
       }
     }
-    for (const double thickness_mm : {0.2, 0.5, 1.0}) {
+    for (const double thickness_mm : kEscapeSheets_mm) {
       const ModelTissue sheet = sheet_tissue(thickness_mm);
       if (!wanted(options_.motions, "escape") || !wanted(options_.tissues, sheet.name)) continue;
       for (const std::string& model : contact_method_names()) {
         const Setting usual = default_setting(model);
         tissue_ = &sheet, setting_ = &usual;
-        escape(thickness_mm);
+        timed("escape", [&] { escape(thickness_mm); });
       }
     }
   }
 
  private:
+  /// Runs `measure` and logs its CPU time, because a full comparison takes long.
+  template <class Measure>
+  void timed(const char* motion, Measure&& measure) const {
+    const double start = process_seconds();
+    measure();
+    log::info("{}, {}, {}, {}: {:.1f} s of processor", tissue_->name, motion, setting_->model, setting_->knob,
+              process_seconds() - start);
+  }
+
   void add(const char* motion, std::string_view measure, double value, const char* unit, double ns = BenchRow::kNone) {
     rows_.push_back({.name = fmt::format("{}, {}, {}: {}", tissue_->name, motion, setting_->model, measure),
                      .knob = setting_->knob,
@@ -355,8 +370,7 @@ class ModelBench {
     const double beyond = -(0.15e-3 + kProbeRadius);  // m; a bur lower than this has left the sheet
     double step = 0, left = 0, through = 0;
     dvec3 last(0);
-    const int ticks = options_.quick ? 1500 : 4000;
-    for (int i = 0; i < ticks && x.z > -kFallen; ++i) {
+    for (int i = 0; i < kBreakThroughTicks && x.z > -kFallen; ++i) {
       dvec3 pull = 2000.0 * (rest - x);
       pull.z = -1;
       v += settings.tick * (pull - 5.0 * v + scene.last.f_T_W) / 0.15;
@@ -449,6 +463,13 @@ class ModelBench {
 };
 
 }  // namespace
+
+std::vector<std::string> model_bench_tissues() {
+  std::vector<std::string> names;
+  for (const ModelTissue& tissue : analytic_tissues()) names.push_back(tissue.name);
+  for (const double thickness_mm : kEscapeSheets_mm) names.push_back(sheet_tissue(thickness_mm).name);
+  return names;
+}
 
 std::vector<BenchRow> bench_models(const ModelBenchOptions& options) {
   std::vector<BenchRow> rows;

@@ -65,21 +65,42 @@ struct HalfSpace {
   double least;  // m, smallest allowed value of n·x
 };
 
-/// Returns the point nearest to `goal` in the intersection of all half spaces. It uses Hildreth's method, which is
-/// coordinate ascent of the dual problem.
-dvec3 nearest_in(const std::vector<HalfSpace>& spaces, const dvec3& goal) {
+/// Moves `x` to the point nearest to the goal in the intersection of the half spaces `used`. It uses Hildreth's method,
+/// which is coordinate ascent of the dual problem. `push`: m, displacement along the normal of each half space, which
+/// the function continues to change; x is the goal plus all displacements.
+void project(const std::vector<HalfSpace>& used, std::vector<double>& push, dvec3& x) {
   constexpr int kSweeps = 2000;
-  std::vector<double> push(spaces.size(), 0.0);  // m, displacement along the normal of each half space
-  dvec3 x = goal;
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     double moved = 0;
-    for (std::size_t i = 0; i < spaces.size(); ++i) {
-      const double wanted = std::max(push[i] + spaces[i].least - glm::dot(spaces[i].n, x), 0.0);
-      x += (wanted - push[i]) * spaces[i].n;
+    for (std::size_t i = 0; i < used.size(); ++i) {
+      const double wanted = std::max(push[i] + used[i].least - glm::dot(used[i].n, x), 0.0);
+      x += (wanted - push[i]) * used[i].n;
       moved = std::max(moved, std::abs(wanted - push[i]));
       push[i] = wanted;
     }
     if (moved < 1e-2 * kTolerance) break;
+  }
+}
+
+/// Returns the point nearest to `goal` in the intersection of all half spaces. A dense mesh has thousands of faces near
+/// the ball, but only few of them hold it. So the half space that is violated most is added to a small set until the
+/// solution for this set violates no half space. This solution is then also the solution for all half spaces.
+dvec3 nearest_in(const std::vector<HalfSpace>& spaces, const dvec3& goal) {
+  constexpr int kMostUsed = 400;
+  std::vector<HalfSpace> used;
+  std::vector<double> push;
+  dvec3 x = goal;
+  for (int i = 0; i < kMostUsed; ++i) {
+    double most = 1e-2 * kTolerance;
+    const HalfSpace* violated = nullptr;
+    for (const HalfSpace& space : spaces) {
+      const double depth = space.least - glm::dot(space.n, x);
+      if (depth > most) most = depth, violated = &space;
+    }
+    if (!violated) break;
+    used.push_back(*violated);
+    push.push_back(0);
+    project(used, push, x);
   }
   return x;
 }
@@ -96,15 +117,10 @@ bool ReferenceContact::step(const dvec3& hand) {
   const dvec3 goal = glm::distance(hand, center_) > way ? center_ + glm::normalize(hand - center_) * way : hand;
   shape_.all_near(center_, radius_ + 2 * way + kTolerance, near_);
   std::vector<HalfSpace> spaces;
+  spaces.reserve(near_.size());
   for (const dvec3& q : near_) {
     const dvec3 n = glm::normalize(center_ - q);
-    const HalfSpace space{n, glm::dot(n, q) + radius_};
-    // Faces that share the nearest edge or corner give the same plane. Copies of a plane are omitted, because they
-    // would make the projection slower.
-    const bool known = std::any_of(spaces.begin(), spaces.end(), [&](const HalfSpace& other) {
-      return glm::dot(other.n, n) > 1 - 1e-14 && std::abs(other.least - space.least) < kTolerance;
-    });
-    if (!known) spaces.push_back(space);
+    spaces.push_back({n, glm::dot(n, q) + radius_});
   }
   const dvec3 next = nearest_in(spaces, goal);
   const bool done = goal == hand && glm::distance(next, center_) < kTolerance;

@@ -8,6 +8,7 @@
 #include "engine/app/bench/models_page.h"
 #include "engine/app/bench/page_text.h"
 #include "engine/app/bench/performance_page.h"
+#include "engine/app/bench/row_origin.h"
 #include "engine/app/bench/stress_page.h"
 #include "engine/base/json.h"
 #include "tests/support/program.h"
@@ -134,6 +135,40 @@ TEST(PerformancePage, NamesTheMethodsOfOtherProgramsThatAreFasterAndNoOtherRows)
   EXPECT_THAT(table, HasSubstr("| point proxy |  | 600 ns | 300 ns | 2 | the method in the first column |"));
   for (const char* other : {"frame", "penalty", "floor"}) EXPECT_THAT(table, testing::Not(HasSubstr(other)));
   EXPECT_THAT(slower_table({}), HasSubstr("No measured method"));
+}
+
+TEST(RowOrigin, ANameBelongsOnlyToTheNewestMeasurementAndEqualMachinesAreJoined) {
+  std::vector<RowOrigin> origins = origins_of("B (motions, surface); all other parts: A");
+  origins.insert(origins.begin(), {"B", {"contact"}});
+  origins.insert(origins.begin(), {"C", {"surface"}});
+  EXPECT_EQ(text_of(joined(origins)), "C (surface); B (contact, motions); all other parts: A");
+}
+
+TEST(RowOrigin, AMachineThatAlsoMeasuredAllOtherPartsIsNamedOnce) {
+  EXPECT_EQ(text_of(joined({{"A", {"contact"}}, {"B", {"sound"}}, {"A", {}}})), "B (sound); all other parts: A");
+  EXPECT_EQ(text_of(joined({{"A", {"contact"}}, {"A", {}}})), "A");
+}
+
+TEST(RowOrigin, ATextIsReadAsItWasWritten) {
+  for (const char* text : {"A", "A (ball, box edges)", "A (ball); B (torus)", "A (ball); all other parts: B, 4 cores"})
+    EXPECT_EQ(text_of(origins_of(text)), text);
+}
+
+TEST(BenchCommand, TissuesThatTwoRunsMeasuredAreMergedIntoOneTableInTheOrderOfAllTissues) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  const std::string at = folder.path().string();
+  for (const char* tissue : {"sheet of 0.5 mm", "sheet of 0.2 mm"}) {
+    const Ran ran = folder.run(fmt::format(R"(bench models --quick --tissues "{1}" --out "{0}/{1}.csv")", at, tissue));
+    ASSERT_EQ(ran.status, 0) << ran.err;
+  }
+  const Ran merged = folder.run(fmt::format(
+      R"(bench models --merge --keep "{0}/sheet of 0.5 mm.csv,{0}/sheet of 0.2 mm.csv" --out {0}/all.csv)", at));
+  ASSERT_EQ(merged.status, 0) << merged.err;
+  const std::string all = read_text(folder / "all.csv");
+  EXPECT_THAT(all.substr(0, all.find('\n')), HasSubstr("(sheet of 0.5 mm, sheet of 0.2 mm)"));
+  EXPECT_LT(all.find("\"sheet of 0.2 mm, escape, offset"), all.find("\"sheet of 0.5 mm, escape, offset"));
+  EXPECT_EQ(folder.run("bench models --tissues cube").status, 2);
+  EXPECT_EQ(folder.run("bench sound --tissues ball").status, 2);
 }
 
 TEST(ModelsPage, NamesAreReadAsTissueMotionModelAndMeasure) {

@@ -13,6 +13,9 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/utf8.h"
+
+namespace typodont {
 namespace {
 
 namespace fs = std::filesystem;
@@ -141,10 +144,7 @@ std::vector<std::string> prose(const fs::path& page) {
 
 TEST(Readme, NoLineOfProseIsLongerThan120Characters) {
   for (const fs::path& page : written_pages())
-    for (const std::string& line : prose(page)) {
-      const auto characters = std::count_if(line.begin(), line.end(), [](char c) { return (c & 0xC0) != 0x80; });
-      EXPECT_LE(characters, 120) << page << ": " << line;
-    }
+    for (const std::string& line : prose(page)) EXPECT_LE(count_characters(line), 120) << page << ": " << line;
 }
 
 TEST(Readme, APageOfMoreThan1500WordsBeginsWithATableOfContents) {
@@ -308,3 +308,4 @@ TEST(Assets, EveryFileIsListedWithItsLicence) {
 }
 
 }  // namespace
+}  // namespace typodont

@@ -1,7 +1,6 @@
 #include "engine/app/bench/energy_rows.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <chrono>
 #include <cmath>
@@ -14,6 +13,7 @@
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
+#include "engine/base/measure.h"
 #include "engine/base/temporary_folder.h"
 
 namespace typodont {
@@ -41,23 +41,13 @@ struct Used {
   double energy = 0;  // J, of the whole machine; NaN if the machine has no counters
 };
 
-/// Returns the CPU time in s of all child processes that have ended.
-double children_cpu() {
-  rusage used{};
-  getrusage(RUSAGE_CHILDREN, &used);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(used.ru_utime) + seconds(used.ru_stime);
-}
-
 template <class Work>
 Used measure_used(Work&& work) {
   const auto before = read_package_energy(kPowercap);
-  const double cpu = children_cpu();
+  const double cpu = cpu_seconds(RUSAGE_CHILDREN);
   const Nanos start = now();
   work();
-  Used used{children_cpu() - cpu, to_seconds(now() - start), std::nan("")};
+  Used used{cpu_seconds(RUSAGE_CHILDREN) - cpu, to_seconds(now() - start), std::nan("")};
   const auto after = read_package_energy(kPowercap);
   if (before && after) used.energy = energy_between(*before, *after);
   return used;

@@ -1,7 +1,6 @@
 // Measures the cost of an import: processor time and peak memory per voxel, for scans and meshes of clinical sizes.
 #include <fmt/format.h>
 #include <malloc.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -17,6 +16,7 @@
 
 #include "engine/app/bench/parts.h"
 #include "engine/app/planning/scan_review.h"
+#include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
 #include "haptics/import/scan_volume.h"
@@ -44,15 +44,6 @@ class Memory {
     return BenchRow::kNone;
   }
 };
-
-double processor_seconds() {
-  rusage used{};
-  getrusage(RUSAGE_SELF, &used);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(used.ru_utime) + seconds(used.ru_stime);
-}
 
 /// Writes a simulated CT of a head: a skull that is open below, with the arch of a lower jaw in front. Grey values are
 /// Hounsfield units plus 1024, with noise of 20 HU.
@@ -166,7 +157,7 @@ void write_ball(const fs::path& file, double radius) {
 void measure(std::vector<BenchRow>& rows, const std::string& name, const std::string& knob, double voxels,
              const std::function<haptics::Imported()>& import) {
   malloc_trim(0);  // returns freed memory to the system, so that memory of earlier cases is not counted
-  const double before = Memory::now(), start = processor_seconds();
+  const double before = Memory::now(), start = cpu_seconds(RUSAGE_SELF);
   Memory::start();
   double estimate = 0;
   {
@@ -177,7 +168,7 @@ void measure(std::vector<BenchRow>& rows, const std::string& name, const std::st
       voxels = size.x * size.y * size.z;
     }
   }
-  const double seconds = processor_seconds() - start, bytes = Memory::most() - before;
+  const double seconds = cpu_seconds(RUSAGE_SELF) - start, bytes = Memory::most() - before;
   BenchRow row;
   row.name = name;
   row.knob = knob;

@@ -22,9 +22,8 @@ using haptics::TissueVolume;
 
 /// Loads a mesh file as an anatomy. Contact models that need a distance field receive a volume made of the mesh; models
 /// that need a mesh receive the mesh itself.
-ModelAnatomy of_mesh(const char* name, const char* file, std::vector<double> voxels_mm) {
+ModelAnatomy of_mesh(const char* file, std::vector<double> voxels_mm) {
   ModelAnatomy anatomy;
-  anatomy.name = name;
   anatomy.mesh = haptics::read_tissue_mesh(assets_folder() / file, kMillimetre, Tissue::kDentin).mesh;
   anatomy.voxels_mm = std::move(voxels_mm);
   const auto mesh = std::make_shared<const TissueMesh>(anatomy.mesh);
@@ -44,31 +43,55 @@ ModelAnatomy of_mesh(const char* name, const char* file, std::vector<double> vox
   return anatomy;
 }
 
-}  // namespace
-
-std::vector<ModelAnatomy> model_anatomies() {
-  std::vector<ModelAnatomy> all;
+ModelAnatomy molar() {
   // The file of the molar contains voxels. So the triangles of its surface serve as the reference mesh.
   ModelAnatomy molar;
-  molar.name = "molar";
   molar.make = [](double) { return TissueVolume::load(assets_folder() / "teeth/molar.vdb"); };
   const TissueVolume volume = molar.make(0);
   molar.mesh = haptics::surface_mesh(volume);
   molar.voxels_mm = {volume.frame().voxel / kMillimetre};
   molar.start = *std::ranges::max_element(molar.mesh.vertices, {}, &dvec3::z);
-  all.push_back(std::move(molar));
+  return molar;
+}
 
-  ModelAnatomy arch = of_mesh("arch", "jaw/lower_arch.ply", {0.3, 0.2});
+ModelAnatomy arch() {
+  ModelAnatomy arch = of_mesh("jaw/lower_arch.ply", {0.3, 0.2});
   arch.start = *std::ranges::max_element(arch.mesh.vertices, {}, &dvec3::z);
-  all.push_back(std::move(arch));
+  return arch;
+}
 
-  // The hand starts at the floor of the socket. The socket's middle is the origin, and its opening faces z.
-  ModelAnatomy pelvis = of_mesh("pelvis", "hip/acetabulum.ply", {0.5, 0.3});
+ModelAnatomy pelvis() {
+  // The hand starts at the floor of the socket. The socket's middle is the origin, and its opening faces z. The bone
+  // also has a surface behind the floor, so the highest point near the axis is the point on the floor.
+  ModelAnatomy pelvis = of_mesh("hip/acetabulum.ply", {0.5, 0.3});
   pelvis.start = *std::ranges::min_element(pelvis.mesh.vertices, {}, [](const dvec3& p) {
-    return std::hypot(p.x, p.y) + (p.z > 0 ? 1.0 : 0.0) - 1e-3 * p.z;
+    return std::hypot(p.x, p.y) < 2 * kMillimetre && p.z <= 0 ? -p.z : 1.0;
   });
-  all.push_back(std::move(pelvis));
+  return pelvis;
+}
+
+struct Loaded {
+  const char* name;
+  ModelAnatomy (*load)();
+};
+constexpr Loaded kAnatomies[] = {{"molar", molar}, {"arch", arch}, {"pelvis", pelvis}};
+
+}  // namespace
+
+std::vector<ModelAnatomy> model_anatomies(const std::vector<std::string>& names) {
+  std::vector<ModelAnatomy> all;
+  for (const Loaded& anatomy : kAnatomies) {
+    if (!names.empty() && std::ranges::find(names, anatomy.name) == names.end()) continue;
+    all.push_back(anatomy.load());
+    all.back().name = anatomy.name;
+  }
   return all;
+}
+
+std::vector<std::string> compared_tissues() {
+  std::vector<std::string> names = haptics::model_bench_tissues();
+  for (const Loaded& anatomy : kAnatomies) names.emplace_back(anatomy.name);
+  return names;
 }
 
 }  // namespace typodont

@@ -1,6 +1,7 @@
 #include "engine/app/bench/models_page.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +13,7 @@
 
 #include "engine/app/bench/page_text.h"
 #include "engine/app/bench/plot.h"
+#include "engine/app/bench/row_origin.h"
 #include "engine/base/error.h"
 #include "engine/base/file_kind.h"
 #include "engine/base/json.h"
@@ -171,7 +173,7 @@ constexpr Tabled kTabled[] = {
      error_of},
     {{"How long does the bur take to drill through a sheet?",
       "The hand presses the bur with 1 N on a sheet of 0.3 mm. The table states the time in seconds until the bur has "
-      "left the sheet, or – if it never did.",
+      "left the sheet, or – if it did not leave the sheet in 1.5 s.",
       "", "break-through", "time", "", ""},
      error_of},
     {{"How large is the force behind the sheet?",
@@ -333,6 +335,16 @@ std::string table_of_choice(const std::vector<ModelFigure>& figures) {
   return out;
 }
 
+/// Returns the list items that state where the rows come from: one item for each run that measured some tissues.
+std::string measured_on(const std::string& machine) {
+  std::string items;
+  for (const RowOrigin& origin : origins_of(machine)) {
+    items += fmt::format("- **Measured on**: {}{}.\n", origin.made,
+                         origin.names.empty() ? "" : fmt::format(" ({})", fmt::join(origin.names, ", ")));
+  }
+  return items;
+}
+
 }  // namespace
 
 std::vector<ModelFigure> model_figures(const std::vector<BenchRow>& rows) {
@@ -371,11 +383,12 @@ void write_models_page(const std::filesystem::path& file, const std::vector<Benc
 
 This page compares all contact models with the exact solution. The tissue, the hand and the clock are the same for all
 models. The command `./run bench models` (`typodont bench models --out docs/models/rows.csv --page docs/models.md`)
-created this page. All numbers on this page come from [rows.csv]({0}/rows.csv), which also contains numbers that this
+creates this page. With `--tissues ball,torus`, a run measures only these tissues, so several runs can share the work;
+`typodont bench models --merge --keep FILE,FILE --page docs/models.md` joins their tables. All numbers on this page come
+from [rows.csv]({0}/rows.csv), which also contains numbers that this
 page does not show.
 
-- **Measured on**: {1}.
-- **Tissue**. The tissues are a ball of 8 mm, a torus of 8 and 3 mm, a box of 6 × 6 × 4 mm across whose edges the hand
+{1}- **Tissue**. The tissues are a ball of 8 mm, a torus of 8 and 3 mm, a box of 6 × 6 × 4 mm across whose edges the hand
   slides, a sheet of 0.3 mm, a groove of 60° that is 2 mm deep, and the shipped molar (CT), lower arch (an open mesh)
   and hip socket (a mesh). All tissues have a stiffness of 1 N/mm, a specific energy of 8 J/mm³ and a friction
   coefficient of 0.15.
@@ -390,14 +403,15 @@ page does not show.
   force limit and passivity controller. The output force is the force that the servo sends to the hand. All stated
   errors of the force are errors of the model force.
 - **Time**. All times of ticks are CPU times of the servo thread, the smallest of three passes for each tick. Memory and
-  set-up time include tissue, snapshots and contact model.
+  set-up time include tissue, snapshots and contact model. The set-up time of `packing` includes the computation of
+  the packing, which later runs read from the cache.
 - **Setting**. The setting of a contact model is the voxel size for models with a field, the number of spheres for
   `packing`, the number of vertices for `mesh_lod`, and for `vertex` the voxel size of the field from which the mesh is
   made. In the plots, each point is one setting. The tables show the finest setting. The meshes of arch and socket are
   used unchanged. The tests of escape and of hostile hands use one setting per model (0.1 mm, 10,000 spheres, 8,000
   vertices).
 )",
-      folder, machine);
+      folder, measured_on(machine));
   page += table_of_choice(figures);
   for (const Question& question : kPlotted) {
     const std::vector<Plot> panels = panels_of(figures, question);
@@ -413,7 +427,7 @@ page does not show.
     page += fmt::format("\n## {}\n\n{}\n\n", tabled.question.title, tabled.question.text);
     page += table_of(figures, tabled.question, tabled.cell);
   }
-  write_file_atomically(file, wrapped(page), FileKind::kText, Over::kItsInput);
+  write_page(file, page);
 }
 
 }  // namespace typodont

@@ -5,17 +5,14 @@
 
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
+#include "engine/base/json.h"
 #include "engine/base/partial_file.h"
+#include "engine/base/utf8.h"
 
 namespace typodont {
 namespace {
 
 constexpr std::size_t kWidth = 120;  // characters, longest line of a page
-
-/// Returns the number of characters of a text in UTF-8.
-std::size_t characters(std::string_view text) {
-  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
-}
 
 std::string wrapped_line(std::string_view line) {
   const std::string_view indent = line.starts_with("- ") ? "  " : "";
@@ -24,7 +21,7 @@ std::string wrapped_line(std::string_view line) {
   while (!line.empty()) {
     const std::size_t end = std::min(line.find(' '), line.size());
     const std::string_view word = line.substr(0, end);
-    const std::size_t length = characters(word);
+    const std::size_t length = count_characters(word);
     if (width > 0 && width + 1 + length > kWidth) {
       out += '\n', out += indent;
       width = indent.size();
@@ -48,11 +45,15 @@ std::string wrapped(std::string_view page) {
     const bool fence = line.starts_with("```");
     code ^= fence;
     const bool text = !code && !fence && !line.starts_with("|") && !line.starts_with("#") && !line.starts_with("![");
-    out += text && characters(line) > kWidth ? wrapped_line(line) : std::string(line);
+    out += text && count_characters(line) > kWidth ? wrapped_line(line) : std::string(line);
     if (end < page.size()) out += '\n';
     page.remove_prefix(std::min(end + 1, page.size()));
   }
   return out;
+}
+
+void write_page(const std::filesystem::path& file, std::string_view page) {
+  write_file_atomically(file, wrapped(page), FileKind::kText, Over::kItsInput);
 }
 
 void require_page(const std::filesystem::path& file) {

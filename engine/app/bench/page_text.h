@@ -11,6 +11,10 @@ namespace typodont {
 /// indented by two spaces. Tables, headings, pictures and code blocks stay as they are.
 std::string wrapped(std::string_view page);
 
+/// Writes a Markdown page with wrapped lines, completely or not at all. An existing page is replaced. Throws Error if
+/// the file cannot be written.
+void write_page(const std::filesystem::path& file, std::string_view page);
+
 /// Throws Error if `file` may not be written as a Markdown page: the name must end with .md, and an existing file must
 /// be empty or begin with a heading, as the pages of the benchmark do. The file then counts as an input that is written
 /// back.

@@ -1,5 +1,7 @@
 #include "engine/app/bench/parts.h"
 
+#include <cstdlib>
+
 #include "audio/bench.h"
 #include "calibration/bench.h"
 #include "engine/app/assets.h"
@@ -8,6 +10,7 @@
 #include "engine/app/bench/motions_table.h"
 #include "engine/app/bench/stress_page.h"
 #include "engine/app/scene.h"
+#include "engine/base/temporary_folder.h"
 #include "engine/base/units.h"
 #include "engine/debris/bench.h"
 #include "haptics/bench.h"
@@ -39,19 +42,20 @@ Rows vertex(const BenchRun& run) {
 }
 
 Rows models(const BenchRun& run) {
+  // The set-up time must include the computation of a packing. So an earlier run must not have stored it.
+  const TemporaryFolder cache;
+  setenv("TYPODONT_CACHE", cache.path().c_str(), 1);
   haptics::ModelBenchOptions options;
   options.quick = run.quick;
-  if (!run.quick) options.anatomies = model_anatomies();
+  options.tissues = run.tissues;
+  if (!run.quick) options.anatomies = model_anatomies(run.tissues);
   return haptics::bench_models(options);
 }
 
 Rows stress(const BenchRun& run) {
   haptics::StressBenchOptions options;
   options.quick = run.quick;
-  if (!run.quick) {
-    options.meshes = model_anatomies();
-    std::erase_if(options.meshes, [](const haptics::ModelAnatomy& a) { return a.name != "arch"; });
-  }
+  if (!run.quick) options.meshes = model_anatomies({"arch"});
   return haptics::bench_stress(options);
 }
 
@@ -114,8 +118,7 @@ constexpr BenchPart kParts[] = {
      mesh_lod},
     {"vertex", "Vertex deformation",
      "A round bur that slides over the arch and one that carves it, with meshes of rising size: the tick depends on "
-     "what "
-     "is near the head. Then burs widen a cavity 1.5 mm deep.",
+     "what is near the head. Then burs widen a cavity 1.5 mm deep.",
      vertex},
     {"implant", "Implant surgery",
      "Ticks of the model `implant` with tools of 0.06 mm voxels, moving freely on the bone and in a bed; bone voxels "
@@ -161,8 +164,7 @@ constexpr BenchPart kParts[] = {
     {"latency", "Latency",
      "The whole program: from a step of the hand to force, sound and picture; from the command to the first of them. "
      "Wall-clock times. Then the energy of a session at rest and of one that drills: core-seconds per minute of all "
-     "its "
-     "threads, and the power of the processor package where the machine measures it.",
+     "its threads, and the power of the processor package where the machine measures it.",
      bench_latency},
     {"import", "Import",
      "Scans and meshes of clinical size: CPU time per voxel, and peak memory compared with the estimate before the "

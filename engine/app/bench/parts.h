@@ -18,6 +18,7 @@ namespace typodont {
 struct BenchRun {
   bool quick = false;                   // true: the part makes fewer repeats, for a short run
   haptics::SharedContactMethod method;  // contact model, for parts that measure one; null: the default model
+  std::vector<std::string> tissues;     // names of the tissues of the part `models`; empty: all
 };
 
 struct BenchPart {

@@ -173,7 +173,7 @@ void write_performance_page(const std::filesystem::path& file, const std::vector
     }
     page += m.part->table ? m.part->table(m.rows) : table(m.rows);
   }
-  write_file_atomically(file, wrapped(page), FileKind::kText, Over::kItsInput);
+  write_page(file, page);
 }
 
 }  // namespace typodont

@@ -218,7 +218,7 @@ void write_stress_page(const std::filesystem::path& file, const std::vector<Benc
     }
     page += "\n";
   }
-  write_file_atomically(file, wrapped(page), FileKind::kText, Over::kItsInput);
+  write_page(file, page);
 }
 
 }  // namespace typodont

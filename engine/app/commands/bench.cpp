@@ -10,19 +10,24 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "engine/app/bench/model_anatomies.h"
+#include "engine/app/bench/models_page.h"
 #include "engine/app/bench/page_text.h"
 #include "engine/app/bench/parts.h"
 #include "engine/app/bench/performance_page.h"
+#include "engine/app/bench/row_origin.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
+#include "engine/base/split.h"
 #include "haptics/contact_method.h"
 
 namespace typodont {
@@ -57,8 +62,8 @@ std::string machine() {
 
 struct Options {
   std::vector<std::string> names;
-  std::string out, page, keep, model;
-  bool quick = false, json = false;
+  std::string out, page, keep, model, tissues;
+  bool quick = false, json = false, merge = false;
 };
 
 constexpr std::string_view kColumns = "part,case,knob,error,error_unit,time_ns,per,baseline,ratio,size,size_unit";
@@ -171,29 +176,108 @@ haptics::SharedContactMethod chosen_method(const Options& options) {
   return haptics::contact_method(options.model, "--model");
 }
 
+/// Returns the tissues of the option --tissues; empty if the option is missing. Throws Error if a name is unknown or if
+/// another part than `models` is measured.
+std::vector<std::string> chosen_tissues(const Options& options) {
+  if (options.tissues.empty()) return {};
+  if (options.names != std::vector<std::string>{"models"})
+    throw Error("--tissues", "", fmt::format("parts {}", fmt::join(options.names, ", ")), "only the part models");
+  const std::vector<std::string> known = compared_tissues();
+  std::vector<std::string> chosen;
+  for (const std::string_view name : split(options.tissues, ",")) {
+    chosen.emplace_back(name);
+    if (std::ranges::find(known, chosen.back()) == known.end())
+      throw Error("--tissues", "", chosen.back(), fmt::format("{}", fmt::join(known, ", ")));
+  }
+  return chosen;
+}
+
+/// Returns what names the row in the first line of a table: its tissue for a row of the part `models`, else its part.
+std::string name_of_row(std::string_view part, const BenchRow& row) {
+  if (part != "models") return std::string(part);
+  const std::vector<ModelFigure> figures = model_figures({row});
+  return figures.empty() ? std::string(part) : figures.front().tissue;
+}
+
+/// The rows of the files of the option --keep, and where they come from.
+struct KeptRows {
+  std::map<std::string, std::vector<BenchRow>> rows;  // rows of each part
+  std::vector<RowOrigin> origins;
+};
+
+/// Reads the files of the option --keep. If several files contain a part or a tissue, the first of them counts. Throws
+/// Error.
+KeptRows kept_rows(const Options& options) {
+  KeptRows kept;
+  if (options.keep.empty()) return kept;
+  const std::vector<std::string_view> files = split(options.keep, ",");
+  std::set<std::string> known;
+  for (const std::string_view name : files) {
+    const std::string file(name);
+    std::set<std::string> here;
+    std::vector<std::string> in_order;
+    for (auto& [part, rows] : stored_rows(file)) {
+      for (BenchRow& row : rows) {
+        const std::string named = name_of_row(part, row);
+        if (known.contains(named)) continue;
+        if (here.insert(named).second) in_order.push_back(named);
+        kept.rows[part].push_back(std::move(row));
+      }
+    }
+    known.merge(here);
+    LineReader in(file, InputKind::kTable);
+    std::string first;
+    if (!in.next(first) || !first.starts_with("# ")) continue;
+    for (RowOrigin& origin : origins_of(first.substr(2))) {
+      if (origin.names.empty() && files.size() > 1) origin.names = in_order;
+      kept.origins.push_back(std::move(origin));
+    }
+  }
+  return kept;
+}
+
+/// Returns the rows of a part that was measured only on `tissues`, together with the kept rows of the other tissues, in
+/// the order of all tissues.
+std::vector<BenchRow> with_kept(std::string_view part, std::vector<BenchRow> rows, const std::vector<BenchRow>& kept,
+                                const std::vector<std::string>& tissues) {
+  for (const BenchRow& row : kept) {
+    if (std::ranges::find(tissues, name_of_row(part, row)) == tissues.end()) rows.push_back(row);
+  }
+  const std::vector<std::string> order = compared_tissues();
+  std::ranges::stable_sort(
+      rows, {}, [&](const BenchRow& row) { return std::ranges::find(order, name_of_row(part, row)) - order.begin(); });
+  return rows;
+}
+
 void run(const Options& options) {
-  const BenchRun asked{options.quick, chosen_method(options)};
+  const BenchRun asked{options.quick, chosen_method(options), chosen_tissues(options)};
   if (!options.page.empty()) require_page(options.page);
-  std::map<std::string, std::vector<BenchRow>> kept;
-  if (!options.keep.empty()) kept = stored_rows(options.keep);
+  if (options.merge && options.keep.empty()) throw Error("--merge", "", "no option --keep", "tables to merge");
+  KeptRows kept = kept_rows(options);
   std::vector<MeasuredPart> measured;
   for (const BenchPart& part : bench_parts()) {
-    if (!options.names.empty() &&
-        std::find(options.names.begin(), options.names.end(), part.name) == options.names.end()) {
-      const auto rows = kept.find(std::string(part.name));
-      if (rows != kept.end()) measured.push_back({&part, rows->second});
+    std::vector<BenchRow>& stored = kept.rows[std::string(part.name)];
+    const bool named = options.names.empty() || std::ranges::find(options.names, part.name) != options.names.end();
+    if (options.merge || !named) {
+      if (named || (!options.merge && !stored.empty()))
+        measured.push_back({&part, with_kept(part.name, {}, stored, {})});
       continue;
     }
     log::info("measuring {}", part.name);
-    measured.push_back({&part, part.rows(asked)});
+    std::vector<BenchRow> rows = part.rows(asked);
+    if (!asked.tissues.empty()) rows = with_kept(part.name, std::move(rows), stored, asked.tissues);
+    measured.push_back({&part, std::move(rows)});
   }
-  std::string made = machine() + (options.quick ? "; quick run (--quick), not a measurement" : "");
-  if (!options.keep.empty()) {  // the kept rows were measured earlier, perhaps on another machine
-    LineReader in(options.keep, InputKind::kTable);
-    std::string first;
-    if (in.next(first) && first.starts_with("# "))
-      made = fmt::format("{} ({}); all other parts: {}", made, fmt::join(options.names, ", "), first.substr(2));
+  // The kept rows were measured earlier, perhaps on another machine.
+  std::vector<RowOrigin> origins = std::move(kept.origins);
+  if (!options.merge) {
+    const bool all = options.keep.empty() && asked.tissues.empty();
+    origins.insert(origins.begin(), {machine() + (options.quick ? ", quick run (--quick), not a measurement" : ""),
+                                     all                     ? std::vector<std::string>{}
+                                     : asked.tissues.empty() ? options.names
+                                                             : asked.tissues});
   }
+  const std::string made = text_of(joined(origins));
   if (!options.out.empty()) write_file_atomically(options.out, csv(measured, made), FileKind::kTable, Over::kItsInput);
   if (!options.page.empty()) write_performance_page(options.page, measured, made);
   if (options.json) {
@@ -214,9 +298,13 @@ void add_bench_command(cli::Command& app) {
   command->add_option("name", options->names, "parts to measure; all when none is named")->check(cli::one_of(names));
   command->add_option("--out", options->out, "write the rows as CSV, with machine, compiler, flags and date")
       ->check(cli::writes({FileKind::kTable}, Over::kItsInput));
-  command->add_option("--keep", options->keep, "keep the rows that this CSV has of the other parts")
-      ->check(cli::existing_file());
+  command->add_option("--keep", options->keep,
+                      "keep the rows that these CSVs, separated by commas, have of the other parts and tissues");
+  command->add_flag("--merge", options->merge, "measure nothing: take all rows from the CSVs of --keep");
   command->add_option("--page", options->page, "write them as a page (.md) with plots beside it");
+  command->add_option(
+      "--tissues", options->tissues,
+      "tissues that `models` measures, separated by commas: " + fmt::format("{}", fmt::join(compared_tissues(), ", ")));
   command->add_option(
       "--model", options->model,
       "contact model that `contact` measures instead of the default, " + haptics::known_contact_methods());

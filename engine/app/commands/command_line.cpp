@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -60,12 +59,6 @@ void take_finite_numbers_only(CLI::Option& option) {
       },
       "", ""));
 }
-
-/// All kinds of files that have an extension of their own.
-constexpr std::array kKindsWithEnding{FileKind::kSession, FileKind::kVolume, FileKind::kPicture, FileKind::kGreyPicture,
-                                      FileKind::kSound,   FileKind::kFilm,   FileKind::kPage,    FileKind::kDrawing,
-                                      FileKind::kJson,    FileKind::kTable,  FileKind::kPly,     FileKind::kStl,
-                                      FileKind::kObj,     FileKind::kLabels, FileKind::kDocument};
 
 /// Makes every numeric option of `app` and of its commands refuse "nan" and "inf". A range check accepts "nan", and
 /// "inf" could cause endless work.
@@ -123,7 +116,7 @@ Check writes_folder() {
           return fmt::format("found {}\"{}\", expected the name of a folder", what, shown(folder.filename().string()));
         };
         if (std::filesystem::exists(folder, none)) return found("the file ");
-        if (kind_of_name(folder, kKindsWithEnding) != FileKind::kText) return found("");
+        if (kind_of_name(folder) != FileKind::kText) return found("");
         return {};
       },
       "", ""));

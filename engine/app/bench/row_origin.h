@@ -1,0 +1,25 @@
+// Where the rows of a table of `typodont bench` come from: the text in the first line of its CSV file.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace typodont {
+
+/// One measurement that gave rows of a table.
+struct RowOrigin {
+  std::string made;                // program, processor, date, compiler and flags
+  std::vector<std::string> names;  // parts or tissues that were measured; empty: all that no other origin names
+};
+
+/// Reads the text of a table's first line: "MADE (NAME, NAME); MADE (NAME); all other parts: MADE".
+std::vector<RowOrigin> origins_of(std::string_view text);
+/// Returns the text for a table's first line.
+std::string text_of(const std::vector<RowOrigin>& origins);
+
+/// Removes repetitions: a name belongs only to the first origin that contains it, origins with the same text `made` are
+/// joined, and an origin without names is the last one. `origins`: the newest first.
+std::vector<RowOrigin> joined(const std::vector<RowOrigin>& origins);
+
+}  // namespace typodont
