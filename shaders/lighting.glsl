@@ -3,7 +3,7 @@
 
 const float kPi = 3.14159265;
 const float kUsualHeight = 2.5e-3, kUsualWeight = 0.5;
-const float kNarrowest = 0.15e-3, kWidest = 1.0e-3;
+const float kNarrowest = 0.15e-3, kWidest = 0.6e-3;
 // smallest cosine of the angle between normal and lamp for which a shadow lookup follows the tangent plane
 const float kLeastFacing = 0.3;
 // A surface shadows a point beside it only if it is higher than this factor times its distance. So concave edges that
@@ -16,6 +16,7 @@ const float kOcclusionRadius = 2.2e-3;  // m, radius around a point in which amb
 const float kNearShare = 0.5;
 // Irradiance of nearby tissue that the grid does not resolve, relative to tissue that faces the lamp; fitted likewise.
 const float kNearBounce = 0.6;
+const float kNearMirrored = 0.2;
 
 // Mean irradiance of nearby tissue, relative to tissue that faces the lamp; fitted to the pictures of tests/reference.
 const float kBounce = 0.75;
@@ -257,7 +258,7 @@ vec3 grazing(vec3 f0, float rough, float nv) {
 
 /// Returns the light that a surface reflects from the direction r.
 vec3 reflected(vec3 r, float rough, float open, Around around) {
-  return kLightGrid ? around.mirrored : room(r, rough) * room_seen(r, open);
+  return kLightGrid ? mix(kNearMirrored, 1.0, open) * around.mirrored : room(r, rough) * room_seen(r, open);
 }
 
 /// Returns the fraction of the tissue's light that passes the film over the tissue, relative to a view along the normal
