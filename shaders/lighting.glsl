@@ -2,8 +2,11 @@
 // a mirrored picture needs no special case.
 
 const float kPi = 3.14159265;
-const float kUsualHeight = 2.5e-3, kUsualWeight = 0.5;
+// m, limits of the half width of the penumbra of the lamp's shadow. A wider penumbra would need more shadow lookups,
+// because each lookup is seen as a step.
 const float kNarrowest = 0.15e-3, kWidest = 0.6e-3;
+// m, assumed height of the tissue that hides the lamp, and weight of this height beside the heights of the lookups
+const float kUsualHeight = 2.5e-3, kUsualWeight = 0.5;
 // smallest cosine of the angle between normal and lamp for which a shadow lookup follows the tangent plane
 const float kLeastFacing = 0.3;
 // A surface shadows a point beside it only if it is higher than this factor times its distance. So concave edges that
@@ -16,6 +19,7 @@ const float kOcclusionRadius = 2.2e-3;  // m, radius around a point in which amb
 const float kNearShare = 0.5;
 // Irradiance of nearby tissue that the grid does not resolve, relative to tissue that faces the lamp; fitted likewise.
 const float kNearBounce = 0.6;
+// Fraction of the grid's light that the wet film reflects where nearby tissue hides the whole room.
 const float kNearMirrored = 0.2;
 
 // Mean irradiance of nearby tissue, relative to tissue that faces the lamp; fitted to the pictures of tests/reference.
