@@ -160,7 +160,8 @@ vec2 tissue_visibility(vec3 p, vec3 n, float beyond) {
     float lit = 0.0;
     for (int i = 0; i < kShadowTaps; ++i) {
       vec2 o = penumbra * disc(i, kShadowTaps);
-      lit += texture(shadow_map, q + vec3(o / frame.light_size.x, (dot(tilt, o) - kContact * length(o)) / frame.light_size.y));
+      float down = (dot(tilt, o) - kContact * length(o)) / frame.light_size.y;
+      lit += texture(shadow_map, q + vec3(o / frame.light_size.x, down));
     }
     result.x = lit / float(max(kShadowTaps, 1));
     // The shadow fades out towards the map's border, so that the border is not visible.

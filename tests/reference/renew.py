@@ -80,7 +80,7 @@ def main():
     parser.add_argument("--program", default=ROOT / "build/release/typodont")
     parser.add_argument("--samples", type=int, default=96)
     parser.add_argument("-c", "--compare", action="store_true", help="write the pictures of docs/looks.md")
-    parser.add_argument("-b", "--before", help="folder with an older program and its assets, for --compare and --scenes")
+    parser.add_argument("-b", "--before", help="folder with an older program and its assets, for a comparison")
     parser.add_argument("--scenes", action="store_true", help="write a picture of each scene of assets/scenes")
     options = parser.parse_args()
     if options.scenes:
