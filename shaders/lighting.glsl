@@ -2,7 +2,11 @@
 // a mirrored picture needs no special case.
 
 const float kPi = 3.14159265;
-const float kPenumbra = 0.30e-3;  // m, half width of the penumbra of the lamp's shadow
+// m, limits of the half width of the penumbra of the lamp's shadow. A wider penumbra would need more shadow lookups,
+// because each lookup is seen as a step.
+const float kNarrowest = 0.15e-3, kWidest = 0.6e-3;
+// m, assumed height of the tissue that hides the lamp, and weight of this height beside the heights of the lookups
+const float kUsualHeight = 2.5e-3, kUsualWeight = 0.5;
 // smallest cosine of the angle between normal and lamp for which a shadow lookup follows the tangent plane
 const float kLeastFacing = 0.3;
 // A surface shadows a point beside it only if it is higher than this factor times its distance. So concave edges that
@@ -15,6 +19,8 @@ const float kOcclusionRadius = 2.2e-3;  // m, radius around a point in which amb
 const float kNearShare = 0.5;
 // Irradiance of nearby tissue that the grid does not resolve, relative to tissue that faces the lamp; fitted likewise.
 const float kNearBounce = 0.6;
+// Fraction of the grid's light that the wet film reflects where nearby tissue hides the whole room.
+const float kNearMirrored = 0.2;
 
 // Mean irradiance of nearby tissue, relative to tissue that faces the lamp; fitted to the pictures of tests/reference.
 const float kBounce = 0.75;
@@ -120,29 +126,16 @@ vec4 grid_light(vec3 p, vec3 n) {
 vec2 tissue_visibility(vec3 p, vec3 n, float beyond) {
   vec2 result = vec2(beyond, 1.0);
   if (frame.light_size.w > 0.0) {
-    float texel = frame.light_size.z / frame.light_size.x;
-    // The lookup is moved away from the surface, by a distance that depends on the slope towards the lamp. So the
-    // surface does not shadow itself.
-    float slope = clamp(1.0 - dot(n, frame.key.xyz), 0.0, 1.0);
-    vec3 off = p + n * (1.5 * frame.light_size.z + 2.5 * slope * kPenumbra * 0.35);
-    vec3 q = (frame.light_from_world * vec4(off, 1.0)).xyz;
-    vec3 n_light = normalize((frame.light_from_world * vec4(n, 0.0)).xyz *
-                             vec3(frame.light_size.x, frame.light_size.x, frame.light_size.y));
-    // Each lookup is compared with the depth of the tangent plane at its place. With the depth of the point itself, the
-    // side of a tilted surface that is nearer to the lamp would shadow the point.
-    vec2 rise = kPenumbra / frame.light_size.y * n_light.xy / max(-n_light.z, kLeastFacing);
-    float lit = 0.0;
-    for (int i = 0; i < kShadowTaps; ++i) {
-      vec2 o = disc(i, kShadowTaps);
-      float above = kContact * kPenumbra / frame.light_size.y * length(o);
-      lit += texture(shadow_map, q + vec3(kPenumbra / frame.light_size.x * o, dot(rise, o) - above));
-    }
-    result.x = lit / float(max(kShadowTaps, 1));
-
     // Ambient occlusion is computed in the lamp's space, where the shadow map is a height field. So it is equal for
     // both eyes and changes only with the tissue. It uses the directions to the samples relative to the normal.
+    vec3 n_light = normalize((frame.light_from_world * vec4(n, 0.0)).xyz *
+                             vec3(frame.light_size.x, frame.light_size.x, frame.light_size.y));
     vec3 base = (frame.light_from_world * vec4(p + n * frame.light_size.z, 1.0)).xyz;
+    // depth of the tangent plane per distance from the point, m / m
+    vec2 tilt = n_light.xy / max(-n_light.z, kLeastFacing);
     float shut = 0.0;
+    // The same samples give the mean height of the tissue that hides a part of the lamp.
+    vec2 hiding = vec2(kUsualHeight, 1.0) * kUsualWeight;
     for (int i = 0; i < kOcclusionTaps; ++i) {
       vec2 o = disc(i, kOcclusionTaps) * kOcclusionRadius;
       float z = textureLod(shadow_depth, base.xy + o / frame.light_size.x, 0.0).r;
@@ -150,8 +143,27 @@ vec2 tissue_visibility(vec3 p, vec3 n, float beyond) {
       float far2 = dot(v, v);
       shut += max(dot(n_light, v) * inversesqrt(far2 + 1e-12) - 0.08, 0.0) *
               (1.0 / (1.0 + far2 / (2.0 * kOcclusionRadius * kOcclusionRadius)));
+      float height = dot(tilt, o) - v.z;
+      hiding += step(kContact * length(o), height) * vec2(height, 1.0);
     }
     result.y = clamp(1.0 - 1.6 * shut / float(max(kOcclusionTaps, 1)), 0.0, 1.0);
+
+    // The penumbra is as wide as the lamp's disc appears at the height of the tissue that hides it.
+    float penumbra = clamp(frame.lamp.x * hiding.x / hiding.y, kNarrowest, kWidest);
+    // The lookup is moved away from the surface, by a distance that depends on the slope towards the lamp. So the
+    // surface does not shadow itself.
+    float slope = clamp(1.0 - dot(n, frame.key.xyz), 0.0, 1.0);
+    vec3 off = p + n * (1.5 * frame.light_size.z + 0.26e-3 * slope);
+    vec3 q = (frame.light_from_world * vec4(off, 1.0)).xyz;
+    // Each lookup is compared with the depth of the tangent plane at its place. With the depth of the point itself, the
+    // side of a tilted surface that is nearer to the lamp would shadow the point.
+    float lit = 0.0;
+    for (int i = 0; i < kShadowTaps; ++i) {
+      vec2 o = penumbra * disc(i, kShadowTaps);
+      float down = (dot(tilt, o) - kContact * length(o)) / frame.light_size.y;
+      lit += texture(shadow_map, q + vec3(o / frame.light_size.x, down));
+    }
+    result.x = lit / float(max(kShadowTaps, 1));
     // The shadow fades out towards the map's border, so that the border is not visible.
     vec2 from_middle = abs(q.xy - 0.5);
     result = mix(vec2(beyond, 1.0), result, smoothstep(0.5, 0.40, max(from_middle.x, from_middle.y)));
@@ -251,7 +263,7 @@ vec3 grazing(vec3 f0, float rough, float nv) {
 
 /// Returns the light that a surface reflects from the direction r.
 vec3 reflected(vec3 r, float rough, float open, Around around) {
-  return kLightGrid ? around.mirrored : room(r, rough) * room_seen(r, open);
+  return kLightGrid ? mix(kNearMirrored, 1.0, open) * around.mirrored : room(r, rough) * room_seen(r, open);
 }
 
 /// Returns the fraction of the tissue's light that passes the film over the tissue, relative to a view along the normal

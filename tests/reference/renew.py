@@ -4,7 +4,8 @@
 tests/reference/renew.py [--program build/release/typodont] [--samples 96] [NAME …]
 
 With --compare it draws no reference. It writes docs/pictures/looks_NAME.jpg instead: the picture of the program
---before, the picture of the program, and the reference.
+--before, the picture of the program, and the reference. With --scenes it writes docs/pictures/scene_NAME.jpg for each
+scene of assets/scenes: the picture of the program --before, and the picture of the program.
 """
 
 import argparse
@@ -42,19 +43,35 @@ def reference(program, wanted, samples):
         subprocess.run([*blender, folder, picture, str(samples)], check=True, env=system)
 
 
+def side_by_side(pictures, out, width=None, quality=4):
+    command = ["ffmpeg", "-y", "-v", "error"]
+    for picture in pictures:
+        command += ["-i", picture]
+    joined = f"hstack=inputs={len(pictures)}" if len(pictures) > 1 else "null"
+    if width:
+        joined += f",scale={width * len(pictures)}:-2:flags=area"
+    subprocess.run([*command, "-filter_complex", joined, "-q:v", str(quality), out], check=True)
+
+
+def before_and_now(program, before, wanted, folder):
+    pictures = []
+    if before:
+        draw(f"{before}/typodont", wanted, folder + "/before", assets=f"{before}/assets")
+        pictures.append(folder + "/before/left.png")
+    draw(program, wanted, folder + "/now")
+    return [*pictures, folder + "/now/left.png"]
+
+
 def compare(program, before, wanted):
     with tempfile.TemporaryDirectory() as folder:
-        pictures = []
-        if before:
-            draw(f"{before}/typodont", wanted, folder + "/before", assets=f"{before}/assets")
-            pictures.append(folder + "/before/left.png")
-        draw(program, wanted, folder + "/now")
-        pictures += [folder + "/now/left.png", HERE / (wanted["name"] + ".png")]
-        command = ["ffmpeg", "-y", "-v", "error"]
-        for picture in pictures:
-            command += ["-i", picture]
-        command += ["-filter_complex", f"hstack=inputs={len(pictures)}", "-q:v", "4"]
-        subprocess.run([*command, ROOT / f"docs/pictures/looks_{wanted['name']}.jpg"], check=True)
+        pictures = before_and_now(program, before, wanted, folder) + [HERE / (wanted["name"] + ".png")]
+        side_by_side(pictures, ROOT / f"docs/pictures/looks_{wanted['name']}.jpg")
+
+
+def show_scene(program, before, name):
+    with tempfile.TemporaryDirectory() as folder:
+        pictures = before_and_now(program, before, {"scene": name}, folder)
+        side_by_side(pictures, ROOT / f"docs/pictures/scene_{name}.jpg", width=400, quality=5)
 
 
 def main():
@@ -63,8 +80,14 @@ def main():
     parser.add_argument("--program", default=ROOT / "build/release/typodont")
     parser.add_argument("--samples", type=int, default=96)
     parser.add_argument("-c", "--compare", action="store_true", help="write the pictures of docs/looks.md")
-    parser.add_argument("-b", "--before", help="folder with an older program and its assets, for --compare")
+    parser.add_argument("-b", "--before", help="folder with an older program and its assets, for a comparison")
+    parser.add_argument("--scenes", action="store_true", help="write a picture of each scene of assets/scenes")
     options = parser.parse_args()
+    if options.scenes:
+        for scene in sorted((ROOT / "assets/scenes").glob("*.json")):
+            if not options.names or scene.stem in options.names:
+                show_scene(options.program, options.before, scene.stem)
+        return
     for wanted in json.loads((HERE / "scenes.json").read_text()):
         if options.names and wanted["name"] not in options.names:
             continue

@@ -23,6 +23,9 @@ constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e
 constexpr double kNear = 15e-3, kMouthReach = 38e-3;
 // voxels, tolerances of the fine and of the coarse mesh.
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
+// The coarse mesh of the cheek is as fine as its fine mesh. The light at a vertex behind the gum is dark, and a long
+// triangle would spread this darkness over the visible cheek.
+constexpr std::array<float, 2> kCheekTolerance{0.12f, 0.12f};
 // m, where coarse and fine mesh of gum or dam overlap, the coarse mesh lies this far below the fine mesh
 constexpr double kCoarseBelow = 0.5e-3;
 // m, threshold: the coarse mesh is used if a surface error of this size is allowed
@@ -438,7 +441,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
                         const auto& beneath) {
     const auto at = [&](const dvec3& p) { return (shape.jaw.*field)(shape.jaw.place(p)); };
     const bool fine = field == &Jaw::cheek;  // the cheek has a fine mesh, because it is the background of the work
-    add(box, kMouthVoxel, kGumTolerance, fine, at, gum_label, everywhere,
+    add(box, kMouthVoxel, fine ? kCheekTolerance : kGumTolerance, fine, at, gum_label, everywhere,
         [&](auto& mesh) { paint(mesh, box.lo, matter, under, beneath); });
   };
   const auto plain = [](const dvec3&) { return 0.0; };

@@ -182,9 +182,9 @@ ShadowMapBox shadow_map_box(const glm::dmat4& light_from_box, const glm::vec3& l
 }
 
 float shadow_lookup_reach(const shared::FrameData& data) {
-  // The sum of the lengths in lighting.glsl: kOcclusionRadius, kPenumbra, the offset from the surface, and the filter's
-  // width in texels.
-  return (2.2e-3f + 0.30e-3f + 0.27e-3f + 4 * data.light_size.z) / data.light_size.x;
+  // The sum of the lengths in lighting.glsl: kOcclusionRadius (the lookups of the shadow lie nearer), the offset from
+  // the surface, and the filter's width in texels.
+  return (2.2e-3f + 0.27e-3f + 4 * data.light_size.z) / data.light_size.x;
 }
 
 }  // namespace typodont::render
