@@ -156,6 +156,8 @@ void make_expert(const fs::path& session) {
 }
 
 fs::path import_tooth(const NewTooth& tooth, Progress& progress) {
+  if (tooth.as_scanned && !tooth.more.empty())
+    throw Error(tooth.more[0].string(), "", "a second mesh", "one mesh if the surface itself is carved");
   if (tooth.as_scanned) return bring_in_surface(tooth, progress);
   progress.stage("op.importing", 0, 0.9);
   haptics::ImportOptions options = tooth.options;
