@@ -154,8 +154,8 @@ const std::vector<std::string>& mesh_endings();
 /// (ImportReport::world_rotation reverses this). If the options contain parts, `file` is not read.
 Imported import_tissue(const std::filesystem::path& file, const ImportOptions& options);
 
-/// Imports several meshes with the same preset and joins them in one volume. Where meshes overlap, the tissue is that of
-/// the mesh in which the voxel lies deeper. ImportReport::overlap states the volume of the overlap. Throws Error.
+/// Imports several meshes with the same preset and joins them in one volume. Where meshes overlap, the tissue is that
+/// of the mesh in which the voxel lies deeper. ImportReport::overlap states the volume of the overlap. Throws Error.
 Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOptions& options);
 
 /// Reads a list of rotations by quarter turns such as "x90,y-90,z180", which are applied in this order. They are

@@ -281,8 +281,8 @@ void run(const Arguments& a) {
     std::error_code code;
     if (!std::filesystem::is_directory(input, code)) require_input(input, InputKind::kScan);
     if (several(a) && !is_mesh(input))
-      throw Error("INPUT", "", input, fmt::format("several files only if all are meshes ({})",
-                                                  fmt::join(haptics::mesh_endings(), " ")));
+      throw Error("INPUT", "", input,
+                  fmt::format("several files only if all are meshes ({})", fmt::join(haptics::mesh_endings(), " ")));
   }
   if (!a.bite.empty()) require_input(a.bite, InputKind::kScan);
   const bool exercise = lower_extension(a.out) == ".json";
@@ -306,7 +306,8 @@ void run(const Arguments& a) {
     ImportedExercise written{.name = std::filesystem::path(a.out).stem().string(),
                              .description = imported.report.format == "DICOM" ? "DICOM" : ""};
     for (const std::string& input : imported.report.format == "DICOM" ? std::vector<std::string>{} : a.inputs)
-      written.description += (written.description.empty() ? "" : ", ") + std::filesystem::path(input).filename().string();
+      written.description +=
+          (written.description.empty() ? "" : ", ") + std::filesystem::path(input).filename().string();
     if (mouth.up != dvec3(0)) {
       written.top = mouth.top;
       if (a.turn.empty()) written.crown = crown_along(mouth.up);
@@ -335,7 +336,8 @@ void add_import_command(cli::Command& app) {
                       fmt::format("scan ({}), folder of DICOM files, or closed mesh ({}); several meshes of one mouth "
                                   "become one tissue, the first is drilled",
                                   fmt::join(haptics::scan_endings(), " "), fmt::join(haptics::mesh_endings(), " ")));
-  command->add_option("--out", a->out, "volume to write (.vdb), or scene for practice (.json) with its volume beside it")
+  command
+      ->add_option("--out", a->out, "volume to write (.vdb), or scene for practice (.json) with its volume beside it")
       ->required()
       ->check(cli::writes({FileKind::kVolume, FileKind::kJson}));
   command

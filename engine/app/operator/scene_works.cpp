@@ -135,8 +135,7 @@ bool take_dropped(OperatorState& s) {
   ImportForm& form = s.import;
   const std::vector<fs::path> files = files_of(s.dropped);
   std::error_code code;
-  if (s.dropped.empty() || s.dropped.size() >= form.file.size() ||
-      (files.size() == 1 && !fs::exists(files[0], code))) {
+  if (s.dropped.empty() || s.dropped.size() >= form.file.size() || (files.size() == 1 && !fs::exists(files[0], code))) {
     s.fail(s.text("op.drop_one"));
     return false;
   }

@@ -38,8 +38,8 @@ void register_bite(const std::filesystem::path& file, double unit, std::vector<J
   constexpr double kPointSpacing = 0.25e-3;                    // m, distance between the points of the bite scan
   constexpr double kLeastPoints = 2000, kMostPoints = 40'000;  // numbers of points
   constexpr double kReach[] = {2.5e-3, 1e-3};  // m, largest residuals in the first and in the second round
-  // Smallest fraction of the points near a jaw that agree with it. It is lower than for a scan of one jaw, because teeth
-  // of one jaw that lie over those of the other jaw are near both.
+  // Smallest fraction of the points near a jaw that agree with it. It is lower than for a scan of one jaw, because
+  // teeth of one jaw that lie over those of the other jaw are near both.
   constexpr double kLeastAgreement = 0.6;
   const haptics::TissueMesh bite = haptics::read_tissue_mesh(file, unit, Tissue::kEnamel).mesh;
   const double area = haptics::area_of(bite);
@@ -61,12 +61,12 @@ void register_bite(const std::filesystem::path& file, double unit, std::vector<J
       const std::string place = fmt::format("{} on {}", file.filename().string(), jaw.name);
       constexpr std::size_t kEnough = 500;  // smallest number of points
       if (of_jaw[k].size() < kEnough) {
-        throw Error(place, "",
-                    fmt::format("{:.0f} mm² of teeth within {:g} mm of each other",
-                                static_cast<double>(of_jaw[k].size()) * area / count / kSquareMillimetre,
-                                reach / kMillimetre),
-                    "scans whose frames agree within 2 mm, as a scanner's software exports them, and a bite scan whose "
-                    "triangles face outward");
+        throw Error(
+            place, "",
+            fmt::format("{:.0f} mm² of teeth within {:g} mm of each other",
+                        static_cast<double>(of_jaw[k].size()) * area / count / kSquareMillimetre, reach / kMillimetre),
+            "scans whose frames agree within 2 mm, as a scanner's software exports them, and a bite scan whose "
+            "triangles face outward");
       }
       calibration::SurfaceOptions options;
       options.point_area = area / count;
@@ -144,12 +144,12 @@ ImportedMouth import_mouth(const MouthFiles& files, const haptics::ImportOptions
   for (std::size_t k = 0; k < mouth.scans.size(); ++k) {
     const MouthScan& scan = mouth.scans[k];
     if (!scan.fit) continue;
-    notes.push_back(fmt::format(
-        "{}: {:.0f} mm² of the bite scan lie {:.3f} mm (median) and {:.3f} mm (95 %) from its surface; {}",
-        files.scans[k].filename().string(), scan.fit->area / kSquareMillimetre, scan.fit->median / kMillimetre,
-        scan.fit->most_of / kMillimetre,
-        k == 0 ? "the other scans are placed relative to it"
-               : fmt::format("moved by {:.3f} mm", scan.moved / kMillimetre)));
+    notes.push_back(
+        fmt::format("{}: {:.0f} mm² of the bite scan lie {:.3f} mm (median) and {:.3f} mm (95 %) from its surface; {}",
+                    files.scans[k].filename().string(), scan.fit->area / kSquareMillimetre,
+                    scan.fit->median / kMillimetre, scan.fit->most_of / kMillimetre,
+                    k == 0 ? "the other scans are placed relative to it"
+                           : fmt::format("moved by {:.3f} mm", scan.moved / kMillimetre)));
   }
   if (const double overlap = mouth.imported.report.overlap / kCubicMillimetre; overlap > 0)
     notes.push_back(fmt::format("the meshes overlap by {:.2f} mm³, where they become one body", overlap));

@@ -28,7 +28,7 @@ struct BiteFit {
 
 struct MouthScan {
   Pose X_WK;
-  double moved = 0;          // m, distance by which the bite scan moved the middle of this scan
+  double moved = 0;            // m, distance by which the bite scan moved the middle of this scan
   std::optional<BiteFit> fit;  // empty if there is no bite scan
 };
 
@@ -45,8 +45,8 @@ struct ImportedMouth {
 /// `options.preset` must be kArch if there is a bite scan or an opening.
 ImportedMouth import_mouth(const MouthFiles& files, const haptics::ImportOptions& options);
 
-/// Returns the files of a mouth for meshes whose roles the user has not stated: a file whose name contains "bite" is the
-/// bite scan. Throws Error if there are several such files.
+/// Returns the files of a mouth for meshes whose roles the user has not stated: a file whose name contains "bite" is
+/// the bite scan. Throws Error if there are several such files.
 MouthFiles mouth_files(const std::vector<std::filesystem::path>& meshes);
 
 }  // namespace typodont
