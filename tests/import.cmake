@@ -9,7 +9,7 @@ typodont_test(stress_import KIND stress SOURCES stress/import_garbage_test.cpp L
 if(TARGET typodont_gdcm)
   target_compile_definitions(stress_import PRIVATE TYPODONT_DICOM)
 endif()
-typodont_test(acceptance_import KIND acceptance SOURCES acceptance/import_molar_test.cpp acceptance/import_fuse_test.cpp LIBS typodont_haptics typodont_import ZLIB::ZLIB)
+typodont_test(acceptance_import KIND acceptance SOURCES acceptance/import_molar_test.cpp acceptance/import_fuse_test.cpp acceptance/import_mouth_test.cpp LIBS typodont_haptics typodont_import ZLIB::ZLIB)
 target_compile_definitions(acceptance_import PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
 add_dependencies(acceptance_import typodont)
 typodont_test(unit_scan_review KIND unit SOURCES unit/import_corrections_test.cpp unit/scan_fusion_test.cpp unit/scan_review_test.cpp LIBS typodont_app typodont_import fmt::fmt)

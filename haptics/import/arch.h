@@ -22,7 +22,8 @@ struct ArchSurface {
 };
 
 /// Reads an intraoral scan, which may be open. Loose pieces are removed, holes are closed, and a base is added below
-/// the longest border. The function uses only the option mesh_unit.
+/// the longest border. The function uses only the options mesh_unit
+/// and mesh_pose.
 ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& options);
 
 }  // namespace typodont::haptics::importing

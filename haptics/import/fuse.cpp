@@ -332,11 +332,7 @@ IntraoralScan::IntraoralScan(const std::filesystem::path& file, double unit) {
   options.preset = ImportPreset::kArch;
   options.mesh_unit = unit;
   surface_ = std::make_unique<ArchSurface>(importing::read_arch(file, options));
-  for (std::size_t t = 0; t < surface_->scanned; ++t) {
-    const auto& c = surface_->mesh.corners[t];
-    const auto at = [&](std::size_t k) { return surface_->mesh.points[static_cast<std::size_t>(c[k])]; };
-    area_ += 0.5 * glm::length(glm::cross(at(1) - at(0), at(2) - at(0)));
-  }
+  area_ = area_of(mesh());
 }
 IntraoralScan::~IntraoralScan() = default;
 IntraoralScan::IntraoralScan(IntraoralScan&&) noexcept = default;
@@ -352,18 +348,33 @@ TissueMesh IntraoralScan::mesh() const {
   return mesh;
 }
 
+const dvec3& IntraoralScan::up() const {
+  return surface_->up;
+}
+
 const std::vector<std::string>& IntraoralScan::repairs() const {
   return surface_->repairs;
 }
 
 std::vector<ScanPoint> IntraoralScan::points(std::size_t count) const {
+  return spread_points(mesh(), count);
+}
+
+double area_of(const TissueMesh& mesh) {
+  double sum = 0;
+  for (const glm::uvec3& t : mesh.triangles) {
+    const dvec3 a = mesh.vertices[t.x];
+    sum += 0.5 * glm::length(glm::cross(mesh.vertices[t.y] - a, mesh.vertices[t.z] - a));
+  }
+  return sum;
+}
+
+std::vector<ScanPoint> spread_points(const TissueMesh& mesh, std::size_t count) {
   std::vector<ScanPoint> points;
-  const double step = area_ / static_cast<double>(count);
+  const double step = area_of(mesh) / static_cast<double>(count);
   double due = 0.5 * step, sum = 0;
-  for (std::size_t t = 0; t < surface_->scanned; ++t) {
-    const auto& c = surface_->mesh.corners[t];
-    const auto at = [&](std::size_t k) { return surface_->mesh.points[static_cast<std::size_t>(c[k])]; };
-    const dvec3 u = at(1) - at(0), v = at(2) - at(0), n = glm::cross(u, v);
+  for (const glm::uvec3& t : mesh.triangles) {
+    const dvec3 a = mesh.vertices[t.x], u = mesh.vertices[t.y] - a, v = mesh.vertices[t.z] - a, n = glm::cross(u, v);
     const double size = glm::length(n);
     sum += 0.5 * size;
     for (; due < sum; due += step) {
@@ -371,7 +382,7 @@ std::vector<ScanPoint> IntraoralScan::points(std::size_t count) const {
       const auto k = static_cast<double>(points.size());
       double whole = 0, y = std::modf(0.7548776662466927 * k, &whole), z = std::modf(0.5698402909980532 * k, &whole);
       if (y + z > 1) y = 1 - y, z = 1 - z;
-      points.push_back({at(0) + y * u + z * v, n / size});
+      points.push_back({a + y * u + z * v, n / size});
     }
   }
   return points;

@@ -25,6 +25,11 @@ struct ScanPoint {
   dvec3 n_S;  // unit normal of the surface in frame S, pointing outward
 };
 
+/// Returns the area (m²) of a mesh.
+double area_of(const TissueMesh& mesh);
+/// Returns points that are spread evenly over a mesh. Each point represents the area area_of(mesh) / count.
+std::vector<ScanPoint> spread_points(const TissueMesh& mesh, std::size_t count);
+
 /// The surface of an intraoral scan (STL, PLY, OBJ, glTF), which may be open. It is repaired and closed by a base, as
 /// in `import --preset arch`.
 class IntraoralScan {
@@ -40,6 +45,8 @@ class IntraoralScan {
   double area() const { return area_; }  // m², area of the scanned surface
   /// Returns the scanned surface without the base, in frame S of the scan.
   TissueMesh mesh() const;
+  /// Returns the unit vector (frame S) from the scan's border or base towards the teeth; zero if it is unknown.
+  const dvec3& up() const;
   const std::vector<std::string>& repairs() const;
   const importing::ArchSurface& surface() const { return *surface_; }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/pose.h"
 #include "haptics/dense_tissue.h"
 
 namespace typodont::haptics {
@@ -32,6 +33,12 @@ struct HardnessGreys {
 struct ImportPart {
   Tissue tissue;
   std::filesystem::path file;
+};
+
+/// A mesh file F with its pose in the frame W of the result.
+struct PlacedMesh {
+  std::filesystem::path file;
+  Pose X_WF;
 };
 
 /// A box in a scan, in m in the file's coordinates (as ImportReport::lo).
@@ -62,6 +69,7 @@ struct ImportOptions {
   // in the whole scan.
   std::optional<ImportRegion> region;
   double mesh_unit = 1e-3;       // length in m of one unit of a mesh file
+  Pose mesh_pose;                // pose of a mesh file's frame in the frame of the result
   std::optional<double> shell;   // m, thickness of the dense outer tissue of a mesh
   std::optional<double> crown;   // m, height of a crown below its cusps, for an arch without colours
   bool greys = true;             // if true, the scan's grey values are kept; write_preview() needs them
@@ -122,6 +130,7 @@ struct ImportReport {
   /// that space.
   glm::dmat3 world_rotation{1};
   std::optional<JawReport> jaw;
+  double overlap = 0;                // m³, volume that lies in more than one mesh of import_meshes()
   std::vector<std::string> repairs;  // descriptions of the repairs of the mesh, for the user
   std::vector<std::string> notes;    // notes about the import for the user
 };
@@ -144,6 +153,10 @@ const std::vector<std::string>& mesh_endings();
 /// coordinates of the file. An oblique scan is rotated so that its axes become the axes of the volume
 /// (ImportReport::world_rotation reverses this). If the options contain parts, `file` is not read.
 Imported import_tissue(const std::filesystem::path& file, const ImportOptions& options);
+
+/// Imports several meshes with the same preset and joins them in one volume. Where meshes overlap, the tissue is that
+/// of the mesh in which the voxel lies deeper. ImportReport::overlap states the volume of the overlap. Throws Error.
+Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOptions& options);
 
 /// Reads a list of rotations by quarter turns such as "x90,y-90,z180", which are applied in this order. They are
 /// right-handed rotations about the axes. Throws Error.

@@ -63,6 +63,10 @@ void check_unit(const ImportOptions& options) {
               "millimetres per unit of the mesh, above 0");
 }
 
+void move(Mesh& mesh, const Pose& X_WF) {
+  for (dvec3& p : mesh.points) p = X_WF * p;
+}
+
 /// Returns an empty volume that encloses the bounds.
 DenseTissue volume_around(const Bounds& bounds, const ImportOptions& options, ImportReport& report) {
   const double voxel = options.voxel.value_or(kDefaultVoxel);
@@ -434,7 +438,8 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   const bool tooth = options.preset == ImportPreset::kTooth;
   check_unit(options);
   MeshRepairs repairs;
-  const Mesh mesh = read_mesh(file, options.mesh_unit, repairs);
+  Mesh mesh = read_mesh(file, options.mesh_unit, repairs);
+  move(mesh, options.mesh_pose);
   Bounds bounds;
   bounds.add(mesh);
   check_length(file, bounds.extent(), options);
@@ -540,6 +545,7 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
   MeshRepairs repairs;
   Mesh& mesh = arch.mesh;
   mesh = read_surface(file, options.mesh_unit, repairs);
+  move(mesh, options.mesh_pose);
   drop_copies(mesh, repairs);
   orient(mesh, repairs);
   const std::size_t pieces = drop_pieces(mesh);

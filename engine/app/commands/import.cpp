@@ -1,4 +1,4 @@
-// The command `typodont import`: converts a scan or a mesh to a .vdb volume that can be drilled.
+// The command `typodont import`: converts a scan or meshes to a volume (.vdb) or a scene (.json) that can be drilled.
 #include "haptics/import/import.h"
 
 #include <fmt/format.h>
@@ -12,6 +12,8 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/planning/imported_exercise.h"
+#include "engine/app/planning/mouth.h"
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
 #include "engine/base/log.h"
@@ -25,11 +27,11 @@ namespace typodont {
 namespace {
 
 struct Arguments {
-  std::string input, out, preset = "tooth", spacing, thresholds, hardness, preview, turn, labels, region;
-  std::vector<std::string> parts;
+  std::string out, bite, preset = "tooth", spacing, thresholds, hardness, preview, turn, labels, region;
+  std::vector<std::string> inputs, parts;
   std::optional<int> series;
   std::optional<double> voxel_mm, shell_mm, hounsfield, nan_grey, memory_mb, crown_mm;
-  double band_mm = 1.5, unit_mm = 1;
+  double band_mm = 1.5, unit_mm = 1, open_mm = 0;
   bool json = false;
 };
 
@@ -112,6 +114,11 @@ std::string lower_extension(const std::filesystem::path& file) {
   return ending;
 }
 
+bool is_mesh(const std::string& file) {
+  const auto& meshes = haptics::mesh_endings();
+  return std::ranges::find(meshes, lower_extension(file)) != meshes.end();
+}
+
 nlohmann::ordered_json vec(const dvec3& v, double unit) {
   return {v.x / unit, v.y / unit, v.z / unit};
 }
@@ -120,7 +127,9 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
                                const std::vector<std::filesystem::path>& pictures) {
   nlohmann::ordered_json j;
   // For DICOM, the input's name is omitted, because DICOM folders often contain a patient's name.
-  if (a.parts.empty()) j["input"] = r.format == "DICOM" ? r.format : a.input;
+  if (a.inputs.size() == 1) j["input"] = r.format == "DICOM" ? r.format : a.inputs[0];
+  if (a.inputs.size() > 1) j["inputs"] = a.inputs;
+  if (!a.bite.empty()) j["bite"] = a.bite;
   for (const std::string& part : a.parts) j["parts"].push_back(part);
   j["out"] = a.out;
   j["format"] = r.format;
@@ -245,29 +254,77 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a,
   return s;
 }
 
+nlohmann::ordered_json as_json(const MouthScan& scan) {
+  const auto& [p, R] = scan.X_WK;
+  nlohmann::ordered_json j;
+  j["X_WK"] = {{"translation_mm", vec(p, kMillimetre)}, {"quaternion_wxyz", {R.w, R.x, R.y, R.z}}};
+  if (!scan.fit) return j;
+  j["moved_mm"] = scan.moved / kMillimetre;
+  j["bite"] = {{"residual_median_mm", scan.fit->median / kMillimetre},
+               {"residual_95_mm", scan.fit->most_of / kMillimetre},
+               {"predicted_error_mm", scan.fit->predicted_error / kMillimetre},
+               {"area_mm2", scan.fit->area / kSquareMillimetre}};
+  return j;
+}
+
+bool several(const Arguments& a) {
+  return a.inputs.size() > 1 || !a.bite.empty() || a.open_mm != 0;
+}
+
 void run(const Arguments& a) {
   haptics::ImportOptions options = options_of(a);
   // Checks the arguments first, so that an invalid argument is reported before the long work.
-  if (a.input.empty() == a.parts.empty())
-    throw Error("INPUT", "", a.input.empty() ? "nothing to import" : "both INPUT and --part",
+  if (a.inputs.empty() == a.parts.empty())
+    throw Error("INPUT", "", a.inputs.empty() ? "nothing to import" : "both INPUT and --part",
                 "a scan or a mesh, or one mesh per tissue (--part TISSUE=FILE)");
-  std::error_code code;
-  if (a.parts.empty() && !std::filesystem::is_directory(a.input, code)) require_input(a.input, InputKind::kScan);
-  require_output(a.out, FileKind::kVolume);
+  for (const std::string& input : a.inputs) {
+    std::error_code code;
+    if (!std::filesystem::is_directory(input, code)) require_input(input, InputKind::kScan);
+    if (several(a) && !is_mesh(input))
+      throw Error("INPUT", "", input,
+                  fmt::format("several files only if all are meshes ({})", fmt::join(haptics::mesh_endings(), " ")));
+  }
+  if (!a.bite.empty()) require_input(a.bite, InputKind::kScan);
+  const bool exercise = lower_extension(a.out) == ".json";
+  const std::filesystem::path volume =
+      exercise ? std::filesystem::path(a.out).replace_extension(".vdb") : std::filesystem::path(a.out);
+  require_output(a.out, exercise ? FileKind::kJson : FileKind::kVolume);
+  require_output(volume, FileKind::kVolume);
   Progress progress("import");
   options.progress = [&](double done) { progress.at(0.9 * done); };
-  const haptics::Imported imported = haptics::import_tissue(a.input, options);
-  haptics::TissueVolume(imported.tissue).save(a.out);
+  ImportedMouth mouth;
+  if (several(a)) {
+    const std::optional<std::filesystem::path> bite = a.bite.empty() ? std::nullopt : std::optional(a.bite);
+    mouth = import_mouth({{a.inputs.begin(), a.inputs.end()}, bite, a.open_mm * kMillimetre}, options);
+  } else {
+    mouth.imported = haptics::import_tissue(a.inputs.empty() ? "" : a.inputs[0], options);
+  }
+  haptics::Imported& imported = mouth.imported;
   if (!a.labels.empty()) haptics::write_labels(imported, a.labels);
+  if (exercise) {
+    // The user's own turn has priority. Without it, the first of several scans gets upright.
+    ImportedExercise written{.name = std::filesystem::path(a.out).stem().string(),
+                             .description = imported.report.format == "DICOM" ? "DICOM" : ""};
+    for (const std::string& input : imported.report.format == "DICOM" ? std::vector<std::string>{} : a.inputs)
+      written.description +=
+          (written.description.empty() ? "" : ", ") + std::filesystem::path(input).filename().string();
+    if (mouth.up != dvec3(0)) {
+      written.top = mouth.top;
+      if (a.turn.empty()) written.crown = crown_along(mouth.up);
+    }
+    write_imported_exercise(written, imported, a.out, Over::kNoInput, progress);
+  } else {
+    haptics::TissueVolume(imported.tissue).save(a.out);
+  }
   std::vector<std::filesystem::path> pictures;
   if (!a.preview.empty()) pictures = haptics::write_preview(imported, a.preview);
   progress.at(1);
   for (const std::string& note : imported.report.notes) log::info("note: {}", note);
-  const std::string text =
-      a.json
-          ? as_json(imported.report, a, pictures).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"
-          : as_text(imported.report, a, pictures);
-  fmt::print("{}", text);
+  if (!a.json) return fmt::print("{}", as_text(imported.report, a, pictures));
+  nlohmann::ordered_json report = as_json(imported.report, a, pictures);
+  for (const MouthScan& scan : mouth.scans) report["scans"].push_back(as_json(scan));
+  if (!mouth.scans.empty()) report["overlap_mm3"] = imported.report.overlap / kCubicMillimetre;
+  fmt::print("{}\n", report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
 }  // namespace
@@ -275,10 +332,14 @@ void run(const Arguments& a) {
 void add_import_command(cli::Command& app) {
   const auto a = std::make_shared<Arguments>();
   cli::Command* command = app.add_command("import", "Make a tissue volume (.vdb) from a scan or a closed mesh");
-  command->add_option("INPUT", a->input,
-                      fmt::format("scan ({}), folder of DICOM files, or closed mesh ({})",
+  command->add_option("INPUT", a->inputs,
+                      fmt::format("scan ({}), folder of DICOM files, or closed mesh ({}); several meshes of one mouth "
+                                  "become one tissue, the first is drilled",
                                   fmt::join(haptics::scan_endings(), " "), fmt::join(haptics::mesh_endings(), " ")));
-  command->add_option("--out", a->out, "volume to write (.vdb)")->required()->check(cli::writes({FileKind::kVolume}));
+  command
+      ->add_option("--out", a->out, "volume to write (.vdb), or scene for practice (.json) with its volume beside it")
+      ->required()
+      ->check(cli::writes({FileKind::kVolume, FileKind::kJson}));
   command
       ->add_option(
           "--preset", a->preset,
@@ -313,6 +374,10 @@ void add_import_command(cli::Command& app) {
   command->add_option("--shell-mm", a->shell_mm, "a mesh: thickness of enamel (default 1.3) or cortical bone (1.5)");
   command->add_option("--crown-mm", a->crown_mm,
                       "an arch without colours: how far below its cusps the gum begins (default 7)");
+  command->add_option("--bite", a->bite,
+                      "intraoral scan of the closed bite, which places the scans of the jaws relative to each other");
+  command->add_option("--open-mm", a->open_mm, "how far the opposing scans are moved away from the first one")
+      ->check(cli::range(0.0, 60.0));
   command->add_option("--memory-mb", a->memory_mb, "memory that the work may take; default: what is free")
       ->check(cli::more_than_zero());
   command
@@ -324,11 +389,11 @@ void add_import_command(cli::Command& app) {
   command->footer(
       "Example: typodont import tooth.nhdr --preset tooth --spacing-mm 0.134 --out molar.vdb --preview slices");
   command->callback([a, command] {
-    const std::string ending = lower_extension(a->input);
     const auto& meshes = haptics::mesh_endings();
-    const bool mesh = std::find(meshes.begin(), meshes.end(), ending) != meshes.end();
+    const bool mesh = !a->inputs.empty() && is_mesh(a->inputs[0]);
     command->refuse_without({"--unit-mm"}, mesh || !a->parts.empty(),
                             fmt::format("a mesh ({})", fmt::join(meshes, " ")));
+    command->refuse_without({"--bite", "--open-mm"}, a->preset == "arch", "--preset arch");
     command->refuse_without({"--crown-mm"}, a->preset == "arch", "--preset arch");
     command->refuse_without({"--thresholds", "--hardness-greys"}, a->preset != "jaw",
                             "another --preset than jaw, whose greys are found");

@@ -9,12 +9,14 @@
 #include "engine/app/operator/library.h"
 #include "engine/app/operator/session_scores.h"
 #include "engine/app/picture/tissue_view.h"
+#include "engine/app/planning/mouth.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/review/session_report.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
+#include "engine/base/log.h"
 #include "engine/base/partial_file.h"
 #include "engine/base/units.h"
 #include "engine/session/report.h"
@@ -29,45 +31,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// m, position to which the middle of a crown's top is moved, because the shipped rigs show this point
-constexpr dvec3 kCrownTop{6.8e-3, 6.0e-3, 20.2e-3};
-
-/// Returns the rotation that turns the crown to the direction +z.
-const char* upright_rotation(Crown crown) {
-  switch (crown) {
-    case Crown::kUp:
-      break;
-    case Crown::kDown:
-      return "x180";
-    case Crown::kRight:
-      return "y-90";
-    case Crown::kLeft:
-      return "y90";
-    case Crown::kBack:
-      return "x90";
-    case Crown::kFront:
-      return "x-90";
-  }
-  return "";
-}
-
 void stand_up(haptics::TissueMesh& mesh, Crown crown) {
   const std::string turn = upright_rotation(crown);
   if (turn.empty()) return;
   const glm::dmat3 by = haptics::quarter_turns(turn);
   for (dvec3& p : mesh.vertices) p = by * p;
-}
-
-/// Moves the tissue so that the middle of its top is at kCrownTop.
-void move_to_working_place(haptics::DenseTissue& tissue) {
-  glm::ivec3 lo(tissue.size), hi(-1), at;
-  for (at.x = 0; at.x < tissue.size.x; ++at.x)
-    for (at.y = 0; at.y < tissue.size.y; ++at.y)
-      for (at.z = 0; at.z < tissue.size.z; ++at.z)
-        if (tissue.distance[tissue.at(at.x, at.y, at.z)] < 0) lo = glm::min(lo, at), hi = glm::max(hi, at);
-  if (hi.x < 0) return;
-  const dvec3 top((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z);
-  tissue.frame.origin += kCrownTop - tissue.frame.to_world(top);
 }
 
 /// Moves a mesh so that the middle of its top is at kCrownTop. If the mesh has several teeth, there may be no tissue in
@@ -187,39 +155,33 @@ void make_expert(const fs::path& session) {
 }
 
 fs::path import_tooth(const NewTooth& tooth, Progress& progress) {
+  if (tooth.as_scanned && !tooth.more.empty())
+    throw Error(tooth.more[0].string(), "", "a second mesh", "one mesh if the surface itself is carved");
   if (tooth.as_scanned) return bring_in_surface(tooth, progress);
   progress.stage("op.importing", 0, 0.9);
   haptics::ImportOptions options = tooth.options;
   options.progress = [&](double fraction) { progress.at(fraction); };
-  return write_exercise_of(tooth, haptics::import_tissue(tooth.input, options), progress);
+  if (tooth.more.empty()) return write_exercise_of(tooth, haptics::import_tissue(tooth.input, options), progress);
+  std::vector<fs::path> meshes{tooth.input};
+  meshes.insert(meshes.end(), tooth.more.begin(), tooth.more.end());
+  MouthFiles files = mouth_files(meshes);
+  files.open = tooth.open;
+  ImportedMouth mouth = import_mouth(files, options);
+  for (const std::string& note : mouth.imported.report.notes) log::info("note: {}", note);
+  NewTooth placed = tooth;
+  placed.crown = crown_along(mouth.up);
+  return write_exercise_of(placed, std::move(mouth.imported), progress, mouth.top);
 }
 
-fs::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Progress& progress) {
-  if (const std::string turn = upright_rotation(tooth.crown); !turn.empty())
-    haptics::turn(imported, haptics::quarter_turns(turn));
-  haptics::DenseTissue& tissue = imported.tissue;
-  move_to_working_place(tissue);
+fs::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Progress& progress,
+                           const std::optional<dvec3>& top) {
   progress.stage("op.importing", 0.9, 1);
-  const fs::path folder = own_scenes();
-  const std::string stem = file_name_of(tooth.name);
-  // Old files are replaced only after all new files are complete.
-  PartialFile volume(folder / (stem + ".vdb"), FileKind::kVolume, Over::kItsInput),
-      file(folder / (stem + ".json"), FileKind::kJson, Over::kItsInput);
-  haptics::TissueVolume(tissue).save(volume.path());
-  const nlohmann::ordered_json scene = {
-      {"name", tooth.name},
-      // Only the word "DICOM" is stored, because the names of DICOM files often contain patients' names.
-      {"description", imported.report.format == "DICOM" ? "DICOM" : tooth.input.filename().string()},
-      {"tissue", {{"volume", volume.file().filename().string()}}},
-      {"tools", {"round_012", "cylinder_010", "round_014", "explorer", "excavator_spoon"}},
-      {"spindle", "air_turbine"},
-      {"parts", {"haptics", "render", "sound", "debris", "record", "score"}}};
-  write_file_atomically(file.path(), scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
-                        FileKind::kJson);
-  progress.at(1);
-  volume.keep();
-  file.keep();
-  return file.file();
+  const fs::path file = own_scenes() / (file_name_of(tooth.name) + ".json");
+  // Only the word "DICOM" is stored, because the names of DICOM files often contain patients' names.
+  std::string description = imported.report.format == "DICOM" ? "DICOM" : tooth.input.filename().string();
+  for (const fs::path& mesh : tooth.more) description += ", " + mesh.filename().string();
+  write_imported_exercise({tooth.name, description, tooth.crown, top}, imported, file, Over::kItsInput, progress);
+  return file;
 }
 
 void export_surface(const fs::path& session, const fs::path& mesh, Progress& progress) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/app/planning/imported_exercise.h"
 #include "engine/base/progress.h"
 #include "haptics/import/import.h"
 
@@ -34,12 +35,11 @@ std::vector<SessionEntry> find_sessions();
 /// Throws Error.
 void make_expert(const std::filesystem::path& session);
 
-/// Direction in which the crown of an imported tooth points in its file.
-// the crown points, in the order of the values, to +z −z +x −x +y −y of the file
-enum class Crown { kUp, kDown, kRight, kLeft, kBack, kFront };
-
 struct NewTooth {
   std::filesystem::path input;  // a scan or a closed mesh; if as_scanned is true, any mesh
+  /// other meshes of the same mouth (mouth_files() finds the bite scan); the crown then follows from the first mesh
+  std::vector<std::filesystem::path> more;
+  double open = 0;  // m, see MouthFiles::open
   std::string name;
   /// true: the mesh itself is carved, with the contact model vertex; open meshes are also allowed
   bool as_scanned = false;
@@ -52,7 +52,9 @@ struct NewTooth {
 std::filesystem::path import_tooth(const NewTooth& tooth, Progress& progress);
 
 /// Does the same as import_tooth() for tissue that was read before. The tissue must not yet be turned upright.
-std::filesystem::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Progress& progress);
+/// `top`: see ImportedExercise::top.
+std::filesystem::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Progress& progress,
+                                        const std::optional<dvec3>& top = {});
 
 /// Writes the final tissue of a session, or a saved tissue, as a surface. The extension of `mesh` is .stl, .ply or
 /// .obj. Throws Error or Cancelled.

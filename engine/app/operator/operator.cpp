@@ -91,7 +91,7 @@ class Operator {
     // Files that the user drops on the window are ignored during a session or a long task.
     const std::vector<std::string>& dropped = window_.input().dropped;
     if (!dropped.empty() && !desk_.running() && !s_.busy) {
-      s_.dropped = dropped.size() == 1 ? dropped[0] : "";
+      s_.dropped = joined_files(dropped);
       s_.ask(Ask::kDropped);
     }
     const bool drew = desk_.running() && step_session();

@@ -1,6 +1,7 @@
 #include "engine/app/operator/scene_works.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -52,6 +53,15 @@ bool is_mesh(const fs::path& file) {
   return std::ranges::find(haptics::mesh_endings(), ending) != haptics::mesh_endings().end();
 }
 
+/// Returns the files of a text that joined_files() has made. A text that is not a list of meshes is one file.
+std::vector<fs::path> files_of(const std::string& text) {
+  std::vector<fs::path> files;
+  std::istringstream in(text);
+  for (std::string file; std::getline(in, file, ';');) files.emplace_back(file);
+  if (!files.empty() && std::ranges::all_of(files, is_mesh)) return files;
+  return {text};
+}
+
 /// Starts background work that creates a scene. After the work, the list of scenes is updated, and the new scene is
 /// selected and announced.
 void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char* text, const char* words,
@@ -82,7 +92,11 @@ void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char*
 
 NewTooth tooth_of(const ImportForm& form) {
   NewTooth tooth;
-  tooth.input = form.file.data();
+  constexpr double kMouthOpen = 30e-3;  // m, opening of the mouth if several meshes are imported
+  const std::vector<fs::path> files = files_of(form.file.data());
+  tooth.input = files[0];
+  tooth.more.assign(files.begin() + 1, files.end());
+  if (!tooth.more.empty()) tooth.open = kMouthOpen;
   tooth.name = form.name.data();
   tooth.crown = static_cast<Crown>(form.crown);
   tooth.as_scanned = form.preset == kScannedSurface;
@@ -97,7 +111,7 @@ NewTooth tooth_of(const ImportForm& form) {
 
 void propose_name(OperatorState& s) {
   ImportForm& form = s.import;
-  const fs::path file = form.file.data();
+  const fs::path file = files_of(form.file.data())[0];
   // The name is not taken from the file, because names of DICOM files and folders often contain patients' names.
   std::string name = haptics::is_dicom(file) ? fmt::format("{} {}", s.text("op.scan"), date_and_time().substr(0, 10))
                                              : file.stem().string();
@@ -106,8 +120,12 @@ void propose_name(OperatorState& s) {
   name.copy(form.name.data(), name.size());
 }
 
+std::string joined_files(const std::vector<std::string>& files) {
+  return fmt::format("{}", fmt::join(files, ";"));
+}
+
 bool take_dropped_mesh(OperatorState& s) {
-  if (!is_mesh(s.dropped) || s.dropped.size() >= s.fuse.file.size()) return false;
+  if (files_of(s.dropped).size() > 1 || !is_mesh(s.dropped) || s.dropped.size() >= s.fuse.file.size()) return false;
   s.fuse.file = {};
   s.dropped.copy(s.fuse.file.data(), s.fuse.file.size() - 1);
   return true;
@@ -115,16 +133,18 @@ bool take_dropped_mesh(OperatorState& s) {
 
 bool take_dropped(OperatorState& s) {
   ImportForm& form = s.import;
-  const fs::path file = s.dropped;
-  if (s.dropped.empty() || s.dropped.size() >= form.file.size()) {
+  const std::vector<fs::path> files = files_of(s.dropped);
+  std::error_code code;
+  if (s.dropped.empty() || s.dropped.size() >= form.file.size() || (files.size() == 1 && !fs::exists(files[0], code))) {
     s.fail(s.text("op.drop_one"));
     return false;
   }
   form = {};
   s.dropped.copy(form.file.data(), form.file.size() - 1);
   propose_name(s);
+  if (files.size() > 1) form.preset = static_cast<int>(haptics::ImportPreset::kArch);
   s.say(s.text("op.dropped"));
-  return !is_mesh(file);
+  return !is_mesh(files[0]);
 }
 
 void import_reviewed(OperatorState& s, BackgroundTask& work, Choices& choices, const ScanReview& review) {

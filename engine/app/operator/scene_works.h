@@ -3,6 +3,8 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "engine/app/operator/choices.h"
 #include "engine/app/operator/long_work.h"
@@ -12,8 +14,10 @@
 
 namespace typodont {
 
-/// Enters a file or folder that the user dropped on the window into the import form, and proposes a name. Returns true
-/// if it is a scan, which can be shown before its import.
+/// Joins the names of dropped files to one text, with semicolons between them.
+std::string joined_files(const std::vector<std::string>& files);
+/// Enters a file, a folder or several meshes of one mouth that the user dropped on the window into the import form, and
+/// proposes a name. Returns true if it is a scan, which can be shown before its import.
 bool take_dropped(OperatorState& s);
 /// If the user dropped a mesh on the scan page, enters it into the form of the fusion page and returns true.
 bool take_dropped_mesh(OperatorState& s);

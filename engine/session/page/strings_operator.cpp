@@ -61,8 +61,9 @@ constexpr Entry kOperator[] = {
       "扫描数据 (DICOM、.nrrd、.nii、.mha) 或网格 (.stl、.ply、.obj、.glb) 将成为练习。"
       "“扫描表面”直接切削三角面。也可拖到此处。"}},
     {"op.drop_one",
-     {"Drop one file or one folder.", "Ziehen Sie eine Datei oder einen Ordner hierher.",
-      "请只拖入一个文件或文件夹。"}},
+     {"Drop one file, one folder, or the meshes of one mouth.",
+      "Ziehen Sie eine Datei, einen Ordner oder die Netze eines Mundes hierher.",
+      "请只拖入一个文件、一个文件夹，或同一口腔的多个网格。"}},
     {"op.dropped",
      {"Choose its type, then import it.", "Wählen Sie die Art, dann lesen Sie es ein.", "请选择其类型，然后导入。"}},
     {"op.scan", {"Scan", "Scan", "扫描"}},

@@ -1,0 +1,79 @@
+#include "engine/app/planning/imported_exercise.h"
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "engine/base/json.h"
+#include "haptics/tissue_volume.h"
+
+namespace typodont {
+
+namespace {
+
+/// Returns the middle of the tissue's top, m.
+dvec3 top_of(const haptics::DenseTissue& tissue) {
+  glm::ivec3 lo(tissue.size), hi(-1), at;
+  for (at.x = 0; at.x < tissue.size.x; ++at.x)
+    for (at.y = 0; at.y < tissue.size.y; ++at.y)
+      for (at.z = 0; at.z < tissue.size.z; ++at.z)
+        if (tissue.distance[tissue.at(at.x, at.y, at.z)] < 0) lo = glm::min(lo, at), hi = glm::max(hi, at);
+  return hi.x < 0 ? kCrownTop : tissue.frame.to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z));
+}
+
+}  // namespace
+
+const char* upright_rotation(Crown crown) {
+  switch (crown) {
+    case Crown::kUp:
+      break;
+    case Crown::kDown:
+      return "x180";
+    case Crown::kRight:
+      return "y-90";
+    case Crown::kLeft:
+      return "y90";
+    case Crown::kBack:
+      return "x90";
+    case Crown::kFront:
+      return "x-90";
+  }
+  return "";
+}
+
+Crown crown_along(const dvec3& up) {
+  const std::array<double, 6> along{up.z, -up.z, up.x, -up.x, up.y, -up.y};
+  return static_cast<Crown>(std::ranges::max_element(along) - along.begin());
+}
+
+void write_imported_exercise(const ImportedExercise& exercise, haptics::Imported& imported,
+                             const std::filesystem::path& file, Over over, Progress& progress) {
+  std::optional<dvec3> top = exercise.top;
+  if (const std::string turn = upright_rotation(exercise.crown); !turn.empty()) {
+    const glm::dmat3 by = haptics::quarter_turns(turn);
+    haptics::turn(imported, by);
+    if (top) *top = by * *top;
+  }
+  haptics::DenseTissue& tissue = imported.tissue;
+  const dvec3 move = kCrownTop - top.value_or(top_of(tissue));
+  tissue.frame.origin += move;
+  imported.report.lo += move, imported.report.hi += move;
+  // Old files are replaced only after all new files are complete.
+  PartialFile volume(std::filesystem::path(file).replace_extension(".vdb"), FileKind::kVolume, over),
+      scene_file(file, FileKind::kJson, over);
+  haptics::TissueVolume(tissue).save(volume.path());
+  const nlohmann::ordered_json scene = {
+      {"name", exercise.name},
+      {"description", exercise.description},
+      {"tissue", {{"volume", volume.file().filename().string()}}},
+      {"tools", {"round_012", "cylinder_010", "round_014", "explorer", "excavator_spoon"}},
+      {"spindle", "air_turbine"},
+      {"parts", {"haptics", "render", "sound", "debris", "record", "score"}}};
+  write_file_atomically(scene_file.path(), scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
+                        FileKind::kJson);
+  progress.at(1);
+  volume.keep();
+  scene_file.keep();
+}
+
+}  // namespace typodont

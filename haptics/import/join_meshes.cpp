@@ -1,0 +1,98 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/import/import_scan.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+constexpr double kBytesPerVoxel = sizeof(float) + sizeof(Tissue);
+
+/// Returns the position of a volume's first voxel on the grid that all volumes of meshes with the same voxel size
+/// share.
+glm::ivec3 first_voxel(const DenseTissue& tissue) {
+  return glm::ivec3(glm::round(tissue.frame.origin / tissue.frame.voxel));
+}
+
+/// Joins volumes on a common grid. Stores in the report the volume that lies in several of them.
+DenseTissue joined(const std::vector<DenseTissue>& volumes, const ImportOptions& options, ImportReport& report) {
+  glm::ivec3 lo = first_voxel(volumes[0]), hi = lo + volumes[0].size;
+  double kept = 0;  // bytes of the volumes
+  for (const DenseTissue& v : volumes) {
+    lo = glm::min(lo, first_voxel(v)), hi = glm::max(hi, first_voxel(v) + v.size);
+    kept += kBytesPerVoxel * static_cast<double>(v.distance.size());
+  }
+  DenseTissue out;
+  out.band = volumes[0].band;
+  out.frame = volumes[0].frame;
+  out.frame.origin = out.frame.voxel * dvec3(lo);
+  out.size = hi - lo;
+  const dvec3 size(out.size);
+  importing::check_result_size(size * out.frame.voxel, out.frame.voxel);
+  importing::require_memory(kept + kBytesPerVoxel * size.x * size.y * size.z, options, report);
+  out.distance.assign(importing::Grid<float>::count(out.size), static_cast<float>(out.band));
+  out.tissue.assign(out.distance.size(), Tissue::kAir);
+  std::size_t shared = 0;
+  for (const DenseTissue& v : volumes) {
+    out.exact_outside = out.exact_outside && v.exact_outside;
+    const glm::ivec3 shift = first_voxel(v) - lo;
+    for (int x = 0; x < v.size.x; ++x) {
+      for (int y = 0; y < v.size.y; ++y) {
+        for (int z = 0; z < v.size.z; ++z) {
+          const std::size_t from = v.at(x, y, z), to = out.at(x + shift.x, y + shift.y, z + shift.z);
+          shared += v.distance[from] < 0 && out.distance[to] < 0;
+          if (v.distance[from] >= out.distance[to]) continue;
+          out.distance[to] = v.distance[from];
+          out.tissue[to] = v.tissue[from];
+        }
+      }
+    }
+  }
+  const double h = out.frame.voxel;
+  report.overlap = static_cast<double>(shared) * h * h * h;
+  return out;
+}
+
+}  // namespace
+
+Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOptions& options) {
+  if (meshes.empty()) throw Error("INPUT", "", "no mesh", "one mesh or more");
+  Imported all;
+  ImportReport& report = all.report;
+  std::vector<DenseTissue> volumes;
+  double kept = 0;  // bytes of the volumes
+  for (std::size_t k = 0; k < meshes.size(); ++k) {
+    ImportOptions own = options;
+    if (options.memory) own.memory = *options.memory - kept;
+    own.mesh_pose = meshes[k].X_WF;
+    own.turn = glm::dmat3(1);
+    if (options.progress) {
+      own.progress = [&, k](double done) {
+        options.progress(0.9 * (static_cast<double>(k) + done) / static_cast<double>(meshes.size()));
+      };
+    }
+    Imported one = import_tissue(meshes[k].file, own);
+    const std::string name = meshes[k].file.filename().string();
+    for (const std::string& repair : one.report.repairs) report.repairs.push_back(name + ": " + repair);
+    for (const std::string& note : one.report.notes) report.notes.push_back(name + ": " + note);
+    if (report.format.find(one.report.format) == std::string::npos)
+      report.format += (report.format.empty() ? "" : ", ") + one.report.format;
+    report.bodies_found += one.report.bodies_found, report.bodies_kept += one.report.bodies_kept;
+    report.pulp_parts += one.report.pulp_parts;
+    report.memory = std::max(report.memory, kept + one.report.memory);
+    kept += kBytesPerVoxel * static_cast<double>(one.tissue.distance.size());
+    volumes.push_back(std::move(one.tissue));
+  }
+  all.tissue = joined(volumes, options, report);
+  // The fraction of false dentin is defined for a single tooth only, so the preset for bones is used here.
+  importing::measure(all, ImportPreset::kBone);
+  turn(all, options.turn);
+  if (options.progress) options.progress(1);
+  return all;
+}
+
+}  // namespace typodont::haptics

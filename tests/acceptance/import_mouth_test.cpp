@@ -1,0 +1,136 @@
+// Tests the import of several intraoral scans through the command line: the poses that the bite scan gives, the scene
+// that the command writes, and which files it refuses. The teeth are those of the synthetic jaw, and their mirror image
+// as the opposing jaw.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/support/fuse_phantom.h"
+#include "tests/support/program.h"
+
+namespace typodont {
+namespace {
+
+using test::JawPhantom;
+using test::Ran;
+using test::TissueMesh;
+using ::testing::HasSubstr;
+
+constexpr double kGap = 0.1e-3;  // m, distance between the highest points of the two jaws
+
+/// Returns the mirror image of the lower jaw above it.
+TissueMesh upper_jaw() {
+  TissueMesh mesh = test::true_surface();
+  for (dvec3& p : mesh.vertices) p.z = 2 * JawPhantom::kTop * kMillimetre + kGap - p.z;
+  for (glm::uvec3& t : mesh.triangles) std::swap(t.y, t.z);
+  return mesh;
+}
+
+TissueMesh moved(TissueMesh mesh, const Pose& X) {
+  for (dvec3& p : mesh.vertices) p = X * p;
+  return mesh;
+}
+
+/// Returns the side of both jaws that a scanner sees from the direction −y, with noise of 0.02 mm.
+TissueMesh bite_scan() {
+  TissueMesh both = test::true_surface();
+  const TissueMesh upper = upper_jaw();
+  const auto first = static_cast<unsigned>(both.vertices.size());
+  both.vertices.insert(both.vertices.end(), upper.vertices.begin(), upper.vertices.end());
+  for (const glm::uvec3& t : upper.triangles) both.triangles.push_back(t + first);
+  std::erase_if(both.triangles, [&](const glm::uvec3& t) {
+    const dvec3 a = both.vertices[t.x];
+    const dvec3 n = glm::cross(both.vertices[t.y] - a, both.vertices[t.z] - a);
+    return n.y > -0.3 * glm::length(n);
+  });
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise(0, 0.02e-3);
+  for (dvec3& p : both.vertices) p.y += noise(random);
+  return both;
+}
+
+class ImportMouth : public ::testing::Test {
+ protected:
+  Ran import(const std::string& files, const std::string& more = "") {
+    return folder_.run(
+        fmt::format("import {} --preset arch --voxel-mm 0.25 --band-mm 1 --out {} --json {}", files, out_, more));
+  }
+  void expect_refused(const Ran& ran, const std::string& message) {
+    EXPECT_EQ(ran.status, 2) << ran.err;
+    EXPECT_THAT(ran.err, HasSubstr(message));
+    EXPECT_FALSE(std::filesystem::exists(out_));
+  }
+  static std::string stl(const std::string& name, const TissueMesh& mesh) {
+    return test::write_stl(name, mesh).string();
+  }
+
+  test::ProgramFolder folder_{TYPODONT_PROGRAM};
+  const std::string out_ = folder_ / "mouth.json", volume_ = folder_ / "mouth.vdb";
+  const std::string lower_ = stl("lower.stl", test::true_surface());
+  // pose of the upper jaw's file, whose frame differs from that of the lower jaw
+  const Pose X_KW_{dvec3(0.5, -0.4, 0.6) * kMillimetre, glm::angleAxis(0.015, glm::normalize(dvec3(1, -1, 2)))};
+};
+
+TEST_F(ImportMouth, TheBiteScanPlacesTheUpperJawAndTheSceneContainsBoth) {
+  const std::string upper = stl("upper.stl", moved(upper_jaw(), X_KW_));
+  const Pose X_BW{dvec3(-0.3, 0.4, -0.2) * kMillimetre, glm::angleAxis(0.01, dvec3(0, 0, 1))};
+  const std::string bite = stl("bite.stl", moved(bite_scan(), X_BW));
+  const Ran ran = import(lower_ + " " + upper, "--bite " + bite);
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const auto report = nlohmann::json::parse(ran.out);
+  const auto& X = report.at("scans").at(1).at("X_WK");
+  const auto p = X.at("translation_mm").get<std::vector<double>>();
+  const auto q = X.at("quaternion_wxyz").get<std::vector<double>>();
+  const Pose X_WK{dvec3(p[0], p[1], p[2]) * kMillimetre, glm::dquat(q[0], q[1], q[2], q[3])};
+  double before = 0, after = 0;  // m, largest errors of the upper jaw's position
+  for (const dvec3& vertex : upper_jaw().vertices) {
+    before = std::max(before, glm::length(X_KW_ * vertex - vertex));
+    after = std::max(after, glm::length(X_WK * (X_KW_ * vertex) - vertex));
+  }
+  EXPECT_GT(before, 0.8 * kMillimetre);
+  EXPECT_LT(after, 0.15 * kMillimetre) << "two round teeth, seen from one side";
+  EXPECT_LT(report.at("scans").at(1).at("bite").at("residual_median_mm"), 0.03);
+  EXPECT_LT(report.at("overlap_mm3"), 0.5);
+
+  // The scene shows the highest point of the lower jaw where the rigs look, and the crowns of the upper jaw above it.
+  const auto scene = nlohmann::json::parse(test::read_text(out_));
+  EXPECT_EQ(scene.at("tissue").at("volume"), "mouth.vdb");
+  const haptics::TissueVolume volume = haptics::TissueVolume::load(volume_);
+  const auto tissue_at = [&](double above) {
+    float distance = 0;
+    Tissue tissue = Tissue::kAir;
+    const dvec3 place = dvec3(6.8, 6, 20.2 + above) * kMillimetre;
+    volume.copy(glm::ivec3(glm::round(volume.frame().to_voxels(place))), glm::ivec3(1), &distance, &tissue);
+    return distance < 0 ? tissue : Tissue::kAir;
+  };
+  EXPECT_EQ(tissue_at(-0.6), Tissue::kEnamel);
+  EXPECT_EQ(tissue_at(1.0), Tissue::kEnamel);
+}
+
+TEST_F(ImportMouth, WithoutABiteScanTheFilesAreInOneFrameAndTheOpposingJawIsMovedAway) {
+  const std::string upper = stl("upper.stl", upper_jaw());
+  const auto height = [&](const std::string& more) {
+    const Ran ran = import(lower_ + " " + upper, more);
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    const auto bounds = nlohmann::json::parse(ran.out).at("bounds_mm");
+    return bounds.at(1).at(2).get<double>() - bounds.at(0).at(2).get<double>();
+  };
+  const double closed = height("");
+  EXPECT_NEAR(height("--open-mm 8"), closed + 8, 0.05);
+}
+
+TEST_F(ImportMouth, WhatTheBiteScanDoesNotConfirmIsRefused) {
+  const std::string bite = stl("bite.stl", bite_scan());
+  const std::string far = stl("upper.stl", moved(upper_jaw(), Pose{dvec3(0, 0, 10e-3), {}}));
+  expect_refused(import(lower_ + " " + far, "--bite " + bite), "bite.stl on upper.stl");
+  TissueMesh inward = bite_scan();
+  for (glm::uvec3& t : inward.triangles) std::swap(t.y, t.z);
+  const std::string upper = stl("upper.stl", upper_jaw());
+  expect_refused(import(lower_ + " " + upper, "--bite " + stl("inward.stl", inward)), "inward.stl on lower.stl");
+  expect_refused(import(lower_ + " " + folder_.write("scan.nrrd", "NRRD0004\n")), "only if all are meshes");
+  expect_refused(folder_.run(fmt::format("import {} --bite {} --out {}", lower_, bite, out_)), "--preset arch");
+}
+
+}  // namespace
+}  // namespace typodont
