@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdint>
 #include <exception>
 #include <filesystem>
@@ -39,17 +40,26 @@ int run(int argc, char** argv) {
   // The output file is opened now, because the process then gives up the right to open files for writing.
   const int out = open(to.c_str(), O_WRONLY | O_CLOEXEC);
   if (out < 0) return 2;
-  limit_process({.memory = std::min(kMostMemory, kMemory + kMemoryPerByte * bytes),
-                 .longest_file = std::max(kLeastOutput, kOutputPerByte * bytes)});
+  const std::uint64_t longest = std::max(kLeastOutput, kOutputPerByte * bytes);
+  limit_process({.memory = std::min(kMostMemory, kMemory + kMemoryPerByte * bytes), .longest_file = longest});
+  // Beyond the limit of a file's size, a write then fails, and the exit status states the reason.
+  std::signal(SIGXFSZ, SIG_IGN);
   give_up_privileges();
+  const auto too_large = [&from] {
+    return std::string(
+        Error(from, "", "sizes beyond what a file of its length may take", "a tissue volume (.vdb)").what());
+  };
   std::string message;
   try {
     haptics::write_flat(out, to, haptics::read_vdb(from, names));
     return 0;
   } catch (const std::bad_alloc&) {
-    message = Error(from, "", "sizes beyond what a file of its length may take", "a tissue volume (.vdb)").what();
+    message = too_large();
   } catch (const haptics::WriteFailure&) {
-    return haptics::kReaderCannotWrite;
+    // The limit of this process is the file's fault. A smaller limit of the user, or a full disk, is not.
+    const off_t written = lseek(out, 0, SEEK_END);
+    if (written < 0 || static_cast<std::uint64_t>(written) < longest) return haptics::kReaderCannotWrite;
+    message = too_large();
   } catch (const Error& e) {
     message = e.what();
   } catch (const std::exception& e) {
