@@ -2,6 +2,8 @@
 // wrong length can allocate gigabytes, a wrong tree can corrupt the heap. Here both only cause an exit status: memory,
 // time and files are limited, and the process can start no other process, use no network and change no other file.
 #include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -41,7 +43,8 @@ int run(int argc, char** argv) {
   const int out = open(to.c_str(), O_WRONLY | O_CLOEXEC);
   if (out < 0) return 2;
   const std::uint64_t longest = std::max(kLeastOutput, kOutputPerByte * bytes);
-  limit_process({.memory = std::min(kMostMemory, kMemory + kMemoryPerByte * bytes), .longest_file = longest});
+  const std::uint64_t memory = std::min(kMostMemory, kMemory + kMemoryPerByte * bytes);
+  limit_process({.memory = memory, .longest_file = longest});
   // Beyond the limit of a file's size, a write then fails, and the exit status states the reason.
   std::signal(SIGXFSZ, SIG_IGN);
   give_up_privileges();
@@ -54,7 +57,12 @@ int run(int argc, char** argv) {
     haptics::write_flat(out, to, haptics::read_vdb(from, names));
     return 0;
   } catch (const std::bad_alloc&) {
-    message = too_large();
+    rlimit limit{};
+    getrlimit(RLIMIT_AS, &limit);
+    message = limit.rlim_cur >= memory ? too_large()
+                                       : Error(from, "", fmt::format("a memory limit of {} MB", limit.rlim_cur >> 20),
+                                               fmt::format("{} MB, which reading this file may take", memory >> 20))
+                                             .what();
   } catch (const haptics::WriteFailure&) {
     // The limit of this process is the file's fault. A smaller limit of the user, or a full disk, is not.
     const off_t written = lseek(out, 0, SEEK_END);

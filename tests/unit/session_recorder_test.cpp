@@ -307,6 +307,27 @@ TEST(SessionWriter, AFileThatIsBeingRecordedIsNotOverwritten) {
   EXPECT_THAT(message_of([&] { SessionWriter w(folder / "s.h5", some_header()); }), HasSubstr("being recorded"));
 }
 
+TEST(SessionWriter, ADeletedOrReplacedRecordingIsReportedAtTheNextWrite) {
+  for (const bool replaced : {false, true}) {
+    TemporaryFolder folder;
+    const auto file = folder / "s.h5";
+    SessionWriter writer(file, some_header());
+    writer.append(random_ticks(100, 3));
+    writer.flush();
+    EXPECT_EQ(writer.status().ticks, 100u);
+    std::filesystem::remove(file);
+    if (replaced) std::ofstream(file) << "of somebody else";
+    writer.append(random_ticks(100, 4));
+    writer.flush();
+    EXPECT_EQ(writer.status().state, WriterStatus::State::kFailed);
+    EXPECT_NE(writer.status().message.find("deleted or replaced"), std::string::npos) << writer.status().message;
+    EXPECT_EQ(writer.status().lost.ticks_disk, 100u);
+    EXPECT_FALSE(writer.finish({}));
+    EXPECT_EQ(std::filesystem::exists(file), replaced);
+    EXPECT_FALSE(std::filesystem::exists(file.string() + ".journal"));
+  }
+}
+
 TEST(SessionWriter, AFullDiskIsCountedAndTheSessionGoesOn) {
   TemporaryFolder folder;
   WriterOptions options;

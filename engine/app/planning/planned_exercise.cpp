@@ -121,7 +121,8 @@ void require_planned_exercise(const Scene& scene, const fs::path& file, Over ove
     throw Error(file.string(), "", "a name whose volume " + site.filename().string() + " is the jaw itself",
                 "another name, because the tissue of the site is written beside the exercise");
   require_output(site, FileKind::kVolume, over);
-  // The user names only the exercise. So an existing volume is replaced only if the existing exercise names this volume.
+  // The user names only the exercise. So an existing volume is replaced only if the existing exercise names this
+  // volume.
   if (fs::exists(site, missing) && !names_volume(file, site))
     throw Error(site.string(), "", "a volume that does not belong to " + file.filename().string(),
                 "another name for the exercise, because the tissue of the site is written beside it");
