@@ -436,7 +436,8 @@ void SessionWriter::Impl::write_all() noexcept {
   write_table(events, l.other_disk);
   for (Table& stream : streams) write_table(stream, l.other_disk);
   write_table(ticks, l.ticks_disk);
-  if (open()) {
+  // On a full disk a flush would fail and end the recording. The next flush with free space writes the same data.
+  if (open() && disk_has_room()) {
     bool good = write_lost();
     if (good && loop_unwritten) good = write_loop();
     errno = 0;
