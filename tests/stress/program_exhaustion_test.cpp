@@ -96,8 +96,12 @@ TEST_F(Exhaustion, WithAFullDiskNoPartialFileIsLeft) {
   for (const int blocks : {1, 4, 40}) {
     const std::string limit = fmt::format("-f {}; trap \"\" XFSZ", blocks);
     // The limit concerns only files: the program fails because of its output, and not because of its patches.
-    if (!survives(limit, kServo, "out.csv")) EXPECT_NE(last_message_.find("out.csv"), std::string::npos) << limit;
-    if (!survives(limit, kMesh, "out.ply")) EXPECT_NE(last_message_.find("out.ply"), std::string::npos) << limit;
+    if (!survives(limit, kServo, "out.csv")) {
+      EXPECT_NE(last_message_.find("out.csv"), std::string::npos) << limit;
+    }
+    if (!survives(limit, kMesh, "out.ply")) {
+      EXPECT_NE(last_message_.find("out.ply"), std::string::npos) << limit;
+    }
   }
 }
 
