@@ -89,22 +89,21 @@ class SlidingBuffer {
     if (count == 0) return;
     const std::size_t page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
     const std::size_t size = (count * sizeof(T) + page - 1) / page * page;
-    const int file = memfd_create("typodont patch", MFD_CLOEXEC);
-    if (file < 0) throw std::bad_alloc();
-    void* both = MAP_FAILED;
-    if (ftruncate(file, static_cast<off_t>(size)) == 0) {
-      both = mmap(nullptr, 2 * size, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-    }
-    bool mapped = both != MAP_FAILED;
-    for (std::size_t half = 0; mapped && half < 2; ++half) {
-      mapped = mmap(static_cast<char*>(both) + half * size, size, PROT_READ | PROT_WRITE,
-                    MAP_SHARED | MAP_FIXED | MAP_POPULATE, file, 0) != MAP_FAILED;
-    }
-    close(file);
-    if (!mapped) {
+    // Anonymous memory is used instead of a file in memory (memfd), because a limit on the size of files (RLIMIT_FSIZE)
+    // must not limit patches. mremap() with an old length of 0 maps shared memory a second time.
+    void* const once = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    void* const both = mmap(nullptr, 2 * size, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    const auto place = [&](std::size_t old_length, std::size_t offset) {
+      return mremap(once, old_length, size, MREMAP_MAYMOVE | MREMAP_FIXED, static_cast<char*>(both) + offset) !=
+             MAP_FAILED;
+    };
+    if (once == MAP_FAILED || both == MAP_FAILED || !place(0, size) || !place(size, 0)) {
+      if (once != MAP_FAILED) munmap(once, size);
       if (both != MAP_FAILED) munmap(both, 2 * size);
       throw std::bad_alloc();
     }
+    // Writes to every page now, so that the servo causes no page faults later.
+    for (std::size_t at = 0; at < 2 * size; at += page) static_cast<volatile char*>(both)[at] = 0;
     memory_ = static_cast<T*>(both);
     count_ = count;
     ring_ = size / sizeof(T);

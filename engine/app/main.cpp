@@ -9,6 +9,7 @@
 #include <cstring>
 #include <exception>
 #include <iostream>
+#include <new>
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
@@ -111,6 +112,9 @@ int main(int argc, char** argv) {
   } catch (const Error& e) {
     log::error("{}", e.what());
     return 2;
+  } catch (const std::bad_alloc&) {
+    log::error("The operating system granted this program no more memory.");
+    return 1;
   } catch (const std::exception& e) {
     log::error("{}", e.what());
     return 1;

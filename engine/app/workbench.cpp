@@ -225,6 +225,32 @@ void Workbench::Impl::set_up() {
     explain(scene.needs("sound") ? "sound: off, --audio none:" : "sound: off, the scene does not name it");
   }
 
+  if (!options.stream.empty()) {
+    stream.emplace(options.stream, StreamedSession{scene.name, tool_names(scene), hand.rate});
+    streaming.emplace(s, *stream, options.stream_rate);
+    explain(fmt::format("stream: on, {}", fmt::join(options.stream, ", ")));
+  }
+  if (s.operated) {
+    meter.emplace(hand.rate);
+    volumes_before = tissue.volumes();
+    s.watched = s.draw && hmd;
+    damage = damage_meter(scene);
+  }
+  if (scene.implant) implant.emplace(*scene.implant);
+  if ((s.draw && window) || s.operated) {
+    picture.emplace(scene,
+                    LivePicture::Options{.operated = options.operated,
+                                         .steered = options.steered,
+                                         .embedded = options.embedded,
+                                         .cursor = pointer.has_value(),
+                                         .monitor = options.monitor,
+                                         .language = options.language,
+                                         .quality = options.quality,
+                                         .device = options.device},
+                    s, above, hands.left != nullptr);
+    if (s.draw && window) picture->open(*rig, summary.explanations);
+  }
+  // The recording is created last, because it replaces an older recording. A session that cannot start leaves no file.
   if (s.record) {
     session::SessionHeader header = session_header(scene, rig_file, hand, tissue, hand.rate);
     if (hands.left) {
@@ -252,31 +278,6 @@ void Workbench::Impl::set_up() {
     s.notes.emplace(scene, heard);
     writer.emplace(options.record, header);
     if (sound) writer->event(0, session::EventKind::kNote, sound->about());
-  }
-  if (!options.stream.empty()) {
-    stream.emplace(options.stream, StreamedSession{scene.name, tool_names(scene), hand.rate});
-    streaming.emplace(s, *stream, options.stream_rate);
-    explain(fmt::format("stream: on, {}", fmt::join(options.stream, ", ")));
-  }
-  if (s.operated) {
-    meter.emplace(hand.rate);
-    volumes_before = tissue.volumes();
-    s.watched = s.draw && hmd;
-    damage = damage_meter(scene);
-  }
-  if (scene.implant) implant.emplace(*scene.implant);
-  if ((s.draw && window) || s.operated) {
-    picture.emplace(scene,
-                    LivePicture::Options{.operated = options.operated,
-                                         .steered = options.steered,
-                                         .embedded = options.embedded,
-                                         .cursor = pointer.has_value(),
-                                         .monitor = options.monitor,
-                                         .language = options.language,
-                                         .quality = options.quality,
-                                         .device = options.device},
-                    s, above, hands.left != nullptr);
-    if (s.draw && window) picture->open(*rig, summary.explanations);
   }
   if (options.explain) {
     for (const std::string& line : summary.explanations) log::info("{}", line);

@@ -12,6 +12,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstddef>
@@ -24,17 +25,21 @@
 namespace typodont {
 
 void limit_process(const ProcessLimits& limits) {
-  const rlimit none{0, 0}, seconds{limits.seconds, limits.seconds}, bytes{limits.memory, limits.memory},
-      longest{limits.longest_file, limits.longest_file};
-  setrlimit(RLIMIT_CORE, &none);
-  setrlimit(RLIMIT_CPU, &seconds);
+  // A smaller limit that the user has set remains.
+  const auto lower = [](auto resource, rlim_t most) {
+    rlimit limit{};
+    getrlimit(resource, &limit);
+    limit = {std::min(limit.rlim_cur, most), std::min(limit.rlim_max, most)};
+    setrlimit(resource, &limit);
+  };
+  lower(RLIMIT_CORE, 0);
+  lower(RLIMIT_CPU, limits.seconds);
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   // A sanitizer build sets no limit, because the sanitizer reserves more address space than any limit allows.
-  (void)bytes;
 #else
-  setrlimit(RLIMIT_AS, &bytes);
+  lower(RLIMIT_AS, limits.memory);
 #endif
-  setrlimit(RLIMIT_FSIZE, &longest);
+  lower(RLIMIT_FSIZE, limits.longest_file);
   alarm(static_cast<unsigned>(limits.seconds));  // ends the process after this time even if it sleeps
 }
 

@@ -15,7 +15,7 @@ struct ProcessLimits {
   std::uint64_t memory = 1024ull << 20;      // limit of the address space in bytes, including the space of libraries
   std::uint64_t longest_file = 64ull << 20;  // largest size of a written file, in bytes
 };
-/// Sets these limits for the calling process.
+/// Sets these limits for the calling process. Limits that are already smaller remain.
 void limit_process(const ProcessLimits& limits);
 
 /// Takes rights from the calling process: it can no longer start programs or use the network, and can open files only

@@ -115,8 +115,8 @@ struct SessionWriter::Impl {
            status.state == WriterStatus::State::kDiskFull;
   }
   bool close() noexcept;
-  /// Returns true if the session file was removed or replaced by another file.
-  bool is_gone() const noexcept;
+  /// Ends the recording if the session file was removed or replaced by another file.
+  void fail_if_gone() noexcept;
 
   template <class Message>
   void add(Table& table, const std::vector<Column<Message>>& columns, const Message& message) {
@@ -193,11 +193,12 @@ void SessionWriter::Impl::note_tool(const ServoTick& tick) noexcept {
       {tick.t, EventKind::kTool, tick.tool < tool_names.size() ? tool_names[tick.tool] : std::to_string(tick.tool)});
 }
 
-bool SessionWriter::Impl::is_gone() const noexcept {
+void SessionWriter::Impl::fail_if_gone() noexcept {
   struct stat written {
   }, named{};
-  if (lock_fd < 0 || ::fstat(lock_fd, &written) != 0) return false;
-  return ::stat(written_to.c_str(), &named) != 0 || named.st_ino != written.st_ino || named.st_dev != written.st_dev;
+  if (!open() || partial || lock_fd < 0 || ::fstat(lock_fd, &written) != 0) return;
+  if (::stat(written_to.c_str(), &named) != 0 || named.st_ino != written.st_ino || named.st_dev != written.st_dev)
+    fail("it was deleted or replaced while it was recorded");
 }
 
 bool SessionWriter::Impl::create_header(const SessionHeader& header) {
@@ -420,6 +421,7 @@ bool SessionWriter::Impl::write_table(Table& table, std::uint64_t& lost_rows) no
 void SessionWriter::Impl::write_all() noexcept {
   const H5Quiet quiet;
   const Nanos begin = now();
+  fail_if_gone();
   if (disk_lost_unreported > 0 && open() && disk_has_room()) {
     SessionEvent gap;
     gap.t = last_t;
@@ -434,7 +436,8 @@ void SessionWriter::Impl::write_all() noexcept {
   write_table(events, l.other_disk);
   for (Table& stream : streams) write_table(stream, l.other_disk);
   write_table(ticks, l.ticks_disk);
-  if (open()) {
+  // On a full disk a flush would fail and end the recording. The next flush with free space writes the same data.
+  if (open() && disk_has_room()) {
     bool good = write_lost();
     if (good && loop_unwritten) good = write_loop();
     errno = 0;
@@ -635,7 +638,7 @@ bool SessionWriter::finish(const SessionResult& result) noexcept {
       s.fail(s.reason());
     }
   }
-  if (s.open() && !s.partial && s.is_gone()) s.fail("it was deleted or replaced while it was recorded");
+  s.fail_if_gone();
   bool whole = s.open() && s.close();
   if (whole && s.partial) {
     try {

@@ -23,6 +23,10 @@ namespace {
 constexpr const char* kBeforeFilling = "tissue_before_filling";
 constexpr const char* kHardness = "hardness";
 constexpr double kFarthestOrigin = 100;  // m, largest legal absolute value of each coordinate of the volume's origin
+// Limits of the box around the tissue, in voxels, because memory and time of a session grow with this box. A box of
+// kSmallBox voxels is always legal. A larger box may have kBoxPerVoxel voxels per stored distance, and at most
+// kLargestBox. The box of a tooth or jaw has 5 to 50 voxels per stored distance.
+constexpr double kSmallBox = 1e8, kBoxPerVoxel = 2000, kLargestBox = 1e9;
 
 /// Converts all distances, clamped to the band, between voxels and mm.
 void rescale(openvdb::FloatGrid& grid, float factor) {
@@ -90,6 +94,21 @@ void check_values(const StoredVolume& volume, const std::string& name) {
   }
 }
 
+/// Checks that no voxel lies far away from the others. Throws Error with `name`.
+void check_extent(const StoredVolume& volume, const std::string& name) {
+  openvdb::CoordBBox box = volume.distance->evalActiveVoxelBoundingBox();
+  box.expand(volume.tissue->evalActiveVoxelBoundingBox());
+  if (volume.before) box.expand(volume.before->evalActiveVoxelBoundingBox());
+  if (box.empty()) return;
+  double voxels = 1;
+  for (int axis = 0; axis < 3; ++axis) voxels *= static_cast<double>(box.max()[axis]) - box.min()[axis] + 1;
+  const auto stored = static_cast<double>(volume.distance->tree().activeLeafVoxelCount());
+  const double most = std::clamp(kBoxPerVoxel * stored, kSmallBox, kLargestBox);
+  if (voxels <= most) return;
+  throw Error(name, "", fmt::format("tissue that is spread over {:.3g} voxels", voxels),
+              fmt::format("at most {:.3g} voxels for {:.3g} stored distances", most, stored));
+}
+
 }  // namespace
 
 StoredVolume read_volume(const std::filesystem::path& file) {
@@ -110,6 +129,7 @@ StoredVolume read_volume(const std::filesystem::path& file) {
   volume.band = static_cast<double>(band) * kMillimetre;
   volume.exact_outside = flat.exact_outside;
   check_values(volume, name);
+  check_extent(volume, name);
   rescale(*volume.distance, static_cast<float>(1 / flat.voxel));
   return volume;
 }

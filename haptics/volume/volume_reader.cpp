@@ -2,10 +2,13 @@
 // wrong length can allocate gigabytes, a wrong tree can corrupt the heap. Here both only cause an exit status: memory,
 // time and files are limited, and the process can start no other process, use no network and change no other file.
 #include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdint>
 #include <exception>
 #include <filesystem>
@@ -39,17 +42,32 @@ int run(int argc, char** argv) {
   // The output file is opened now, because the process then gives up the right to open files for writing.
   const int out = open(to.c_str(), O_WRONLY | O_CLOEXEC);
   if (out < 0) return 2;
-  limit_process({.memory = std::min(kMostMemory, kMemory + kMemoryPerByte * bytes),
-                 .longest_file = std::max(kLeastOutput, kOutputPerByte * bytes)});
+  const std::uint64_t longest = std::max(kLeastOutput, kOutputPerByte * bytes);
+  const std::uint64_t memory = std::min(kMostMemory, kMemory + kMemoryPerByte * bytes);
+  limit_process({.memory = memory, .longest_file = longest});
+  // Beyond the limit of a file's size, a write then fails, and the exit status states the reason.
+  std::signal(SIGXFSZ, SIG_IGN);
   give_up_privileges();
+  const auto too_large = [&from] {
+    return std::string(
+        Error(from, "", "sizes beyond what a file of its length may take", "a tissue volume (.vdb)").what());
+  };
   std::string message;
   try {
     haptics::write_flat(out, to, haptics::read_vdb(from, names));
     return 0;
   } catch (const std::bad_alloc&) {
-    message = Error(from, "", "sizes beyond what a file of its length may take", "a tissue volume (.vdb)").what();
+    rlimit limit{};
+    getrlimit(RLIMIT_AS, &limit);
+    message = limit.rlim_cur >= memory ? too_large()
+                                       : Error(from, "", fmt::format("a memory limit of {} MB", limit.rlim_cur >> 20),
+                                               fmt::format("{} MB, which reading this file may take", memory >> 20))
+                                             .what();
   } catch (const haptics::WriteFailure&) {
-    return haptics::kReaderCannotWrite;
+    // The limit of this process is the file's fault. A smaller limit of the user, or a full disk, is not.
+    const off_t written = lseek(out, 0, SEEK_END);
+    if (written < 0 || static_cast<std::uint64_t>(written) < longest) return haptics::kReaderCannotWrite;
+    message = too_large();
   } catch (const Error& e) {
     message = e.what();
   } catch (const std::exception& e) {

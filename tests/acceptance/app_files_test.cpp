@@ -222,6 +222,20 @@ TEST_F(FilesOfCommands, ASessionThatCannotSaveItsTissueSaysSoAtTheStart) {
   }
 }
 
+TEST_F(FilesOfCommands, ASessionThatCannotStartLeavesNoRecordingAndKeepsAnOlderOne) {
+  make_session();
+  const std::string before = read_text(folder / "s.h5");
+  for (const char* record : {"new.h5", "s.h5"}) {
+    const Ran ran = run(std::string("run {}/scene.json --hand script:{}/hand.csv --audio none: "
+                                    "--stream osc:no.such.host.invalid:9 --record {}/") +
+                        record);
+    EXPECT_EQ(ran.status, 2) << ran.err;
+  }
+  EXPECT_FALSE(fs::exists(folder / "new.h5"));
+  EXPECT_EQ(read_text(folder / "s.h5"), before);
+  EXPECT_FALSE(half_written());
+}
+
 TEST_F(FilesOfCommands, DeletingTheRecordingDuringARunFailsTheRun) {
   folder.write("long.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n600,0,0,5,1,0,0,0,0\n");
   std::uintmax_t bytes = 0;

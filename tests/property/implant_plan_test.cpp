@@ -106,6 +106,15 @@ TEST(ImplantPlanner, APlanInAScanBecomesAnExerciseAtTheSite) {
   const fs::path jaw = volume_file(scanned().scene());
   EXPECT_NE(error_of({"jaw", &scanned(), procedure, plan}, fs::path(jaw).replace_extension(".json")).find("the jaw"),
             std::string::npos);
+  // The exercise may be planned again, but another volume of this name remains.
+  EXPECT_EQ(error_of({"site", &scanned(), procedure, plan}, file), "accepted");
+  const fs::path foreign = file.parent_path() / "foreign.vdb";
+  fs::copy_file(jaw, foreign);
+  EXPECT_NE(error_of({"foreign", &scanned(), procedure, plan}, fs::path(foreign).replace_extension(".json"))
+                .find("does not belong to foreign.json"),
+            std::string::npos);
+  EXPECT_EQ(fs::file_size(foreign), fs::file_size(jaw));
+  EXPECT_FALSE(fs::exists(fs::path(foreign).replace_extension(".json")));
   const Scene scene = read_scene(file);
   ASSERT_TRUE(scene.implant);
   EXPECT_EQ(scene.implant->phases.size(), 14u);

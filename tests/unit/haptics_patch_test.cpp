@@ -1,6 +1,8 @@
 // Tests patches on their way from the carver to the servo: they are kept up to date while the servo continues to cut.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -15,6 +17,7 @@
 #include "haptics/contact/cubic.h"
 #include "haptics/cutting/carve.h"
 #include "haptics/patch_exchange.h"
+#include "haptics/sliding_buffer.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/no_alloc.h"
 
@@ -142,6 +145,17 @@ TEST(SurfacePatch, AMovedPatchHasTheBitsOfANewlyExtractedOne) {
     at = dvec3(glm::clamp(at.x, -2.5_mm, 2.5_mm), glm::clamp(at.y, -2.5_mm, 2.5_mm), 2.2_mm);
   }
   EXPECT_GT(undone, 5);
+}
+
+TEST(SlidingBuffer, NeedsNoFileSoALimitOfTheFileSizeDoesNotMatter) {
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit none{0, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &none), 0);
+  haptics::SlidingBuffer<int> buffer;
+  EXPECT_NO_THROW(buffer.assign(100'000, 5));
+  setrlimit(RLIMIT_FSIZE, &before);
+  EXPECT_EQ(std::count(buffer.begin(), buffer.end(), 5), 100'000);
 }
 
 TEST(SlidingBuffer, KeepsElementsAtTheirPlaceRelativeToTheNewOrigin) {

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <openvdb/io/File.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <random>
 
 #include "engine/base/error.h"
@@ -86,6 +88,54 @@ TEST_F(VdbGuard, WithoutRoomForACopyAnIntactVolumeIsNotReportedAsDamaged) {
   EXPECT_EQ(message(), "");  // when the disk has space again
   ::unsetenv("TYPODONT_CACHE");
   std::filesystem::remove_all(cache);
+}
+
+TEST_F(VdbGuard, UnderASmallLimitOfTheFileSizeAnIntactVolumeIsNotReportedAsDamaged) {
+  const std::string cache = file_.string() + ".cache";
+  ::setenv("TYPODONT_CACHE", cache.c_str(), 1);
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit small{4096, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  const std::string said = message();
+  setrlimit(RLIMIT_FSIZE, &before);
+  EXPECT_THAT(said, testing::AllOf(HasSubstr("no room for a copy"), testing::Not(HasSubstr("damaged"))));
+  ::unsetenv("TYPODONT_CACHE");
+  std::filesystem::remove_all(cache);
+}
+
+/// Time and memory of a session grow with the box around the tissue. One far voxel took 45 s and 7 GB.
+TEST_F(VdbGuard, AVolumeWithAFarVoxelIsRefused) {
+  openvdb::initialize();
+  openvdb::io::File in(file_.string());
+  in.setCopyMaxBytes(0);
+  in.open(false);
+  const auto distance = openvdb::gridPtrCast<openvdb::FloatGrid>(in.readGrid("distance"));
+  const auto tissue = openvdb::gridPtrCast<openvdb::Int32Grid>(in.readGrid("tissue"));
+  in.close();
+  const auto message_with = [&](const std::function<void(openvdb::FloatGrid&, openvdb::Int32Grid&)>& change) {
+    const openvdb::GridCPtrVec grids{distance->deepCopy(), tissue->deepCopy()};
+    change(*std::const_pointer_cast<openvdb::FloatGrid>(openvdb::gridConstPtrCast<openvdb::FloatGrid>(grids[0])),
+           *std::const_pointer_cast<openvdb::Int32Grid>(openvdb::gridConstPtrCast<openvdb::Int32Grid>(grids[1])));
+    openvdb::io::File(file_.string()).write(grids);
+    return message();
+  };
+  for (const openvdb::Coord far : {openvdb::Coord(10'000'000, 0, 0), openvdb::Coord(900, -900, 900)}) {
+    EXPECT_THAT(message_with([&](auto& field, auto&) { field.tree().setValue(far, 0.1f); }), HasSubstr("spread over"));
+    EXPECT_THAT(message_with([&](auto&, auto& labels) { labels.tree().setValue(far, 1); }), HasSubstr("spread over"));
+  }
+  // a tile of 4096³ voxels
+  EXPECT_THAT(
+      message_with([](auto& field, auto&) { field.tree().addTile(3, openvdb::Coord(0, 0, 4096), -1.5f, true); }),
+      HasSubstr("spread over"));
+  EXPECT_THAT(message_with([](auto&, auto& labels) { labels.tree().addTile(3, openvdb::Coord(0, 0, 4096), 1, true); }),
+              HasSubstr("spread over"));
+  // A second piece at the distance of another tooth is legal.
+  EXPECT_EQ(message_with([](auto& field, auto& labels) {
+              field.tree().setValue(openvdb::Coord(200, 0, 0), 0.1f);
+              labels.tree().setValue(openvdb::Coord(200, 0, 0), 1);
+            }),
+            "");
 }
 
 TEST_F(VdbGuard, AForeignFileWithoutASealIsRead) {

@@ -1,7 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <chrono>
+#include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <thread>
@@ -307,6 +310,27 @@ TEST(SessionWriter, AFileThatIsBeingRecordedIsNotOverwritten) {
   EXPECT_THAT(message_of([&] { SessionWriter w(folder / "s.h5", some_header()); }), HasSubstr("being recorded"));
 }
 
+TEST(SessionWriter, ADeletedOrReplacedRecordingIsReportedAtTheNextWrite) {
+  for (const bool replaced : {false, true}) {
+    TemporaryFolder folder;
+    const auto file = folder / "s.h5";
+    SessionWriter writer(file, some_header());
+    writer.append(random_ticks(100, 3));
+    writer.flush();
+    EXPECT_EQ(writer.status().ticks, 100u);
+    std::filesystem::remove(file);
+    if (replaced) std::ofstream(file) << "of somebody else";
+    writer.append(random_ticks(100, 4));
+    writer.flush();
+    EXPECT_EQ(writer.status().state, WriterStatus::State::kFailed);
+    EXPECT_NE(writer.status().message.find("deleted or replaced"), std::string::npos) << writer.status().message;
+    EXPECT_EQ(writer.status().lost.ticks_disk, 100u);
+    EXPECT_FALSE(writer.finish({}));
+    EXPECT_EQ(std::filesystem::exists(file), replaced);
+    EXPECT_FALSE(std::filesystem::exists(file.string() + ".journal"));
+  }
+}
+
 TEST(SessionWriter, AFullDiskIsCountedAndTheSessionGoesOn) {
   TemporaryFolder folder;
   WriterOptions options;
@@ -387,6 +411,42 @@ TEST(SessionWriter, WhenTheDiskHasRoomAgainItGoesOnAndTheGapIsAnEvent) {
   ASSERT_EQ(reader.events().size(), 1u);
   EXPECT_EQ(reader.events()[0].kind, EventKind::kFault);
   EXPECT_EQ(reader.events()[0].text, "{\"fault\": \"disk_full\", \"rows_lost\": 450}");
+}
+
+/// A disk may be full to the last byte, so that every write fails. A limit of the file size stands for such a disk.
+TEST(SessionWriter, OnADiskWithoutASingleFreeByteItWaitsForRoom) {
+  TemporaryFolder folder;
+  std::uint64_t free = 1u << 30;
+  WriterOptions options;
+  options.free_bytes = [&] { return free; };
+  const auto ticks = random_ticks(1000, 31);
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+  {
+    SessionWriter writer(folder / "s.h5", some_header(), options);
+    writer.append(std::span(ticks).first(300));
+    writer.flush();
+    free = 0;
+    const rlimit full{0, before.rlim_max};
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &full), 0);
+    for (const std::size_t from : {300, 500}) {
+      writer.append(std::span(ticks).subspan(from, 200));
+      writer.flush();
+    }
+    setrlimit(RLIMIT_FSIZE, &before);
+    EXPECT_EQ(writer.status().state, WriterStatus::State::kDiskFull) << writer.status().message;
+    free = 1u << 30;
+    writer.append(std::span(ticks).subspan(700));
+    writer.flush();
+    EXPECT_EQ(writer.status().state, WriterStatus::State::kRecording) << writer.status().message;
+    EXPECT_FALSE(writer.finish({}));
+  }
+  std::signal(SIGXFSZ, old_handler);
+  const SessionReader reader(folder / "s.h5");
+  EXPECT_FALSE(reader.truncated());
+  EXPECT_EQ(reader.tick_count(), 600u);
+  EXPECT_EQ(reader.lost().ticks_disk, 400u);
 }
 
 TEST(SessionWriter, PicturesLostToAFullDiskAreCountedAndTheRecordingIsIncomplete) {
