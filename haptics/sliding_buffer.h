@@ -14,6 +14,10 @@
 
 namespace typodont::haptics {
 
+/// Returns the address of `size` bytes that the next `size` bytes repeat. `size`: a multiple of the size of a page. All
+/// pages are in memory, so that the servo causes no page faults later. Throws std::bad_alloc.
+void* map_twice(std::size_t size);
+
 /// An array whose start can be moved. It owns its memory; a copy of the object copies the elements. Set-up functions
 /// allocate memory, and throw std::bad_alloc.
 template <class T>
@@ -89,22 +93,7 @@ class SlidingBuffer {
     if (count == 0) return;
     const std::size_t page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
     const std::size_t size = (count * sizeof(T) + page - 1) / page * page;
-    // Anonymous memory is used instead of a file in memory (memfd), because a limit on the size of files (RLIMIT_FSIZE)
-    // must not limit patches. mremap() with an old length of 0 maps shared memory a second time.
-    void* const once = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    void* const both = mmap(nullptr, 2 * size, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-    const auto place = [&](std::size_t old_length, std::size_t offset) {
-      return mremap(once, old_length, size, MREMAP_MAYMOVE | MREMAP_FIXED, static_cast<char*>(both) + offset) !=
-             MAP_FAILED;
-    };
-    if (once == MAP_FAILED || both == MAP_FAILED || !place(0, size) || !place(size, 0)) {
-      if (once != MAP_FAILED) munmap(once, size);
-      if (both != MAP_FAILED) munmap(both, 2 * size);
-      throw std::bad_alloc();
-    }
-    // Writes to every page now, so that the servo causes no page faults later.
-    for (std::size_t at = 0; at < 2 * size; at += page) static_cast<volatile char*>(both)[at] = 0;
-    memory_ = static_cast<T*>(both);
+    memory_ = static_cast<T*>(map_twice(size));
     count_ = count;
     ring_ = size / sizeof(T);
   }

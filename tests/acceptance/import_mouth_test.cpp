@@ -89,7 +89,7 @@ TEST_F(ImportMouth, TheBiteScanPlacesTheUpperJawAndTheSceneContainsBoth) {
     after = std::max(after, glm::length(X_WK * (X_KW_ * vertex) - vertex));
   }
   EXPECT_GT(before, 0.8 * kMillimetre);
-  EXPECT_LT(after, 0.15 * kMillimetre) << "two round teeth, seen from one side";
+  EXPECT_LT(after, 0.1 * kMillimetre) << "measured: 0.079 mm";
   EXPECT_LT(report.at("scans").at(1).at("bite").at("residual_median_mm"), 0.03);
   EXPECT_LT(report.at("overlap_mm3"), 0.5);
 

@@ -1,0 +1,44 @@
+#include "haptics/sliding_buffer.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+/// Maps shared memory without a file at `both` and at `both` + `size`. mremap() with an old length of 0 maps shared
+/// memory a second time. Valgrind does not know this use of mremap(). Returns false if it fails.
+bool map_without_file(char* both, std::size_t size) {
+  void* const once = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (once == MAP_FAILED) return false;
+  constexpr int kHow = MREMAP_MAYMOVE | MREMAP_FIXED;
+  if (mremap(once, 0, size, kHow, both + size) != MAP_FAILED && mremap(once, size, size, kHow, both) != MAP_FAILED)
+    return true;
+  munmap(once, size);
+  return false;
+}
+
+/// Does the same with a file in memory. A limit on the size of files (RLIMIT_FSIZE) also limits this file.
+bool map_file(char* both, std::size_t size) {
+  const int file = memfd_create("typodont patch", MFD_CLOEXEC);
+  if (file < 0) return false;
+  bool mapped = ftruncate(file, static_cast<off_t>(size)) == 0;
+  for (std::size_t half = 0; mapped && half < 2; ++half)
+    mapped = mmap(both + half * size, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_FIXED, file, 0) != MAP_FAILED;
+  close(file);
+  return mapped;
+}
+
+}  // namespace
+
+void* map_twice(std::size_t size) {
+  void* const both = mmap(nullptr, 2 * size, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (both == MAP_FAILED) throw std::bad_alloc();
+  if (auto* const start = static_cast<char*>(both); !map_without_file(start, size) && !map_file(start, size)) {
+    munmap(both, 2 * size);
+    throw std::bad_alloc();
+  }
+  const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  for (std::size_t at = 0; at < 2 * size; at += page) static_cast<volatile char*>(both)[at] = 0;
+  return both;
+}
+
+}  // namespace typodont::haptics
