@@ -173,11 +173,11 @@ class ModelBench {
           if (wanted(options_.motions, "tap")) timed("tap", [&] { follow("tap", tap); });
           if (wanted(options_.motions, "drag")) timed("drag", [&] { drag(slide); });
           if (wanted(options_.motions, "drill") && tissue.solid) timed("drill", [&] { drill(); });
-          if (wanted(options_.motions, "break-through") && !tissue.solid)
-            timed("break-through", [&] { break_through(); });
         }
         const Setting usual = default_setting(model);
         setting_ = &usual;
+        if (wanted(options_.motions, "break-through") && !tissue.solid)
+          timed("break-through", [&] { break_through(); });
         // With the option `quick`, the motion "hostile" is omitted, because a short run does not come to the tissue.
         if (wanted(options_.motions, "hostile") && tissue.voxels_mm.empty() && !options_.quick)
           timed("hostile", [&] { hostile(); });

@@ -549,7 +549,7 @@ TEST_F(OperatorWindow, ADroppedDicomFolderIsReviewedImportedAndDrilledWithoutThe
   open(program);
   const Window window = std::stoul(Desktop::xdotool("search --name '^Typodont$'"));
   EXPECT_TRUE(drop_on(window, {scan.string(), (folder / "hand.csv")}));
-  program.wait_for("Drop one file or one folder.");
+  program.wait_for("Drop one file, one folder, or the meshes of one mouth.");
   EXPECT_TRUE(drop_on(window, {scan.string()}));
   EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name ': Scan$'").empty(); }));
   program.wait_for("labels computed: coarse");

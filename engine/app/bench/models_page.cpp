@@ -328,10 +328,15 @@ std::string table_of_choice(const std::vector<ModelFigure>& figures) {
     };
     out += fmt::format("| {} | {} | {} |\n", task.task, cell(0), cell(1));
   }
-  const std::string best = model_of_most_tasks(figures);
-  const std::string_view used = haptics::default_contact_method()->name();
-  out += fmt::format("\n`{}` is first in most tasks. The program's default is `{}`{}\n", best, used,
-                     best == used ? "." : ", which these values do not support.");
+  out += "\nNumber of tasks in which a model is the best:";
+  const std::map<std::string, int> won = tasks_won(figures);
+  for (const auto& [model, count] : won)
+    out += fmt::format("{} `{}` {}", model == won.begin()->first ? "" : ",", model, count);
+  const std::string used(haptics::default_contact_method()->name());
+  const int own = won.contains(used) ? won.at(used) : 0;
+  const bool supported = std::ranges::all_of(won, [&](const auto& entry) { return entry.second <= own; });
+  out += fmt::format(". The program's default is `{}`; {}.\n", used,
+                     supported ? "no model is the best in more tasks" : "another model is the best in more tasks");
   return out;
 }
 
@@ -362,13 +367,12 @@ std::vector<ModelFigure> model_figures(const std::vector<BenchRow>& rows) {
   return figures;
 }
 
-std::string model_of_most_tasks(const std::vector<ModelFigure>& figures) {
-  std::map<std::string, int> firsts;
+std::map<std::string, int> tasks_won(const std::vector<ModelFigure>& figures) {
+  std::map<std::string, int> won;
   for (const Task& task : tasks()) {
-    if (const std::vector<Ranked> order = ranked(figures, task); !order.empty()) ++firsts[order.front().model];
+    if (const std::vector<Ranked> order = ranked(figures, task); !order.empty()) ++won[order.front().model];
   }
-  if (firsts.empty()) return {};
-  return std::ranges::max_element(firsts, {}, [](const auto& entry) { return entry.second; })->first;
+  return won;
 }
 
 void write_models_page(const std::filesystem::path& file, const std::vector<BenchRow>& rows,
@@ -408,8 +412,8 @@ page does not show.
 - **Setting**. The setting of a contact model is the voxel size for models with a field, the number of spheres for
   `packing`, the number of vertices for `mesh_lod`, and for `vertex` the voxel size of the field from which the mesh is
   made. In the plots, each point is one setting. The tables show the finest setting. The meshes of arch and socket are
-  used unchanged. The tests of escape and of hostile hands use one setting per model (0.1 mm, 10,000 spheres, 8,000
-  vertices).
+  used unchanged. The tests of escape, of a break through a wall and of hostile hands use one setting per model (0.1 mm,
+  10,000 spheres, 8,000 vertices).
 )",
       folder, measured_on(machine));
   page += table_of_choice(figures);

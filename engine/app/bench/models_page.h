@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -18,8 +19,8 @@ struct ModelFigure {
 /// omitted.
 std::vector<ModelFigure> model_figures(const std::vector<BenchRow>& rows);
 
-/// Returns the model that is best in most tasks of the page's table of recommendations; empty if there are no figures.
-std::string model_of_most_tasks(const std::vector<ModelFigure>& figures);
+/// Returns, for each model that is the best in a task of the page's table of choice, the number of these tasks.
+std::map<std::string, int> tasks_won(const std::vector<ModelFigure>& figures);
 
 /// Writes FILE.md and one SVG per question, in a folder of the same name beside it. `machine`: processor, compiler,
 /// flags and date in one line. Throws Error if a file cannot be written.
