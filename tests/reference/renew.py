@@ -20,7 +20,8 @@ ROOT = HERE.parent.parent
 
 
 def draw(program, wanted, folder, *more, assets=ROOT / "assets"):
-    command = [program, "render", f"{assets}/scenes/{wanted['scene']}.json", "--rig", "closeup", "--eye", "left"]
+    command = [program, "render", f"{assets}/scenes/{wanted['scene']}.json", "--eye", "left"]
+    command += ["--rig", wanted.get("rig", "closeup")]
     command += ["--size", "640x512", "--out", folder, *more]
     if wanted.get("finished"):
         command.append("--finished")
@@ -70,7 +71,8 @@ def compare(program, before, wanted):
 
 def show_scene(program, before, name):
     with tempfile.TemporaryDirectory() as folder:
-        pictures = before_and_now(program, before, {"scene": name}, folder)
+        rig = "hip" if name == "acetabular-reaming" else "closeup"  # the rig that shows the whole bone
+        pictures = before_and_now(program, before, {"scene": name, "rig": rig}, folder)
         side_by_side(pictures, ROOT / f"docs/pictures/scene_{name}.jpg", width=400, quality=5)
 
 
