@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -192,6 +193,12 @@ const std::vector<std::string>& mesh_endings() {
   return all;
 }
 
+bool is_mesh_file(const std::filesystem::path& file) {
+  std::string name = file.filename().string();
+  std::ranges::transform(name, name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::ranges::any_of(mesh_endings(), [&](const std::string& ending) { return name.ends_with(ending); });
+}
+
 Imported import_tissue(const std::filesystem::path& file, const ImportOptions& options) {
   const auto check = [](const char* name, double value, double least, double most) {
     if (value >= least && value <= most) return;
@@ -201,18 +208,18 @@ Imported import_tissue(const std::filesystem::path& file, const ImportOptions& o
   if (options.voxel) check("--voxel-mm", *options.voxel, 5e-6, 2e-3);
   check("--band-mm", options.band, 0.1e-3, 20e-3);
   for (const ImportPart& part : options.parts) {
-    if (!importing::is_mesh_file(part.file))
+    if (!is_mesh_file(part.file))
       throw Error(part.file.string(), "--part", "no mesh",
                   fmt::format("a closed mesh ({})", fmt::join(mesh_endings(), " ")));
   }
   const bool arch = options.preset == ImportPreset::kArch;
-  if (arch && (!options.parts.empty() || !importing::is_mesh_file(file))) {
+  if (arch && (!options.parts.empty() || !is_mesh_file(file))) {
     throw Error("--preset", "", "arch",
                 fmt::format("tooth or bone, or a mesh of an arch ({})", fmt::join(mesh_endings(), " ")));
   }
-  if (options.preset == ImportPreset::kJaw && (!options.parts.empty() || importing::is_mesh_file(file)))
+  if (options.preset == ImportPreset::kJaw && (!options.parts.empty() || is_mesh_file(file)))
     throw Error("--preset", "", "jaw", "a scan (tooth or bone for a mesh, which has no greys)");
-  if (options.region && (!options.parts.empty() || importing::is_mesh_file(file)))
+  if (options.region && (!options.parts.empty() || is_mesh_file(file)))
     throw Error("--region-mm", "", options.parts.empty() ? file.string() : "--part", "a scan");
   if (options.spacing) {
     for (int a = 0; a < 3; ++a) check("--spacing-mm", (*options.spacing)[a], 1e-6, 10e-3);
@@ -220,13 +227,13 @@ Imported import_tissue(const std::filesystem::path& file, const ImportOptions& o
   if (const auto& h = options.hardness) {
     if (!(h->own > h->zero) || !(h->dense.value_or(h->own) > h->zero))
       throw Error("--hardness-greys", "", fmt::format("{:g},{:g}", h->zero, h->own), "rising greys");
-    if (!options.parts.empty() || importing::is_mesh_file(file))
+    if (!options.parts.empty() || is_mesh_file(file))
       throw Error("--hardness-greys", "", file.string(), "a scan: a mesh has no greys");
   }
-  Imported imported = !options.parts.empty()          ? importing::import_parts(options)
-                      : arch                          ? importing::import_arch(file, options)
-                      : importing::is_mesh_file(file) ? importing::import_mesh(file, options)
-                                                      : importing::import_scan(file, options);
+  Imported imported = !options.parts.empty() ? importing::import_parts(options)
+                      : arch                 ? importing::import_arch(file, options)
+                      : is_mesh_file(file)   ? importing::import_mesh(file, options)
+                                             : importing::import_scan(file, options);
   return importing::completed(std::move(imported), options);
 }
 

@@ -148,6 +148,8 @@ bool is_dicom(const std::filesystem::path& file);
 /// Returns the extensions of the supported files in lower case: ".nrrd", …
 const std::vector<std::string>& scan_endings();
 const std::vector<std::string>& mesh_endings();
+/// Returns true if the name of the file has the extension of a mesh; upper and lower case are equal.
+bool is_mesh_file(const std::filesystem::path& file);
 
 /// Imports a scan (DICOM, NRRD, NIfTI, MetaImage) or a mesh (STL, PLY, OBJ, glTF). Positions are in m, in the
 /// coordinates of the file. An oblique scan is rotated so that its axes become the axes of the volume

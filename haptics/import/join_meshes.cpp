@@ -18,14 +18,12 @@ glm::ivec3 first_voxel(const DenseTissue& tissue) {
   return glm::ivec3(glm::round(tissue.frame.origin / tissue.frame.voxel));
 }
 
-/// Joins volumes on a common grid. Stores in the report the volume that lies in several of them.
-DenseTissue joined(const std::vector<DenseTissue>& volumes, const ImportOptions& options, ImportReport& report) {
+/// Joins volumes, which have `kept` bytes, on a common grid. Stores in the report the volume (m³) of the places that
+/// lie in several of them.
+DenseTissue joined(const std::vector<DenseTissue>& volumes, double kept, const ImportOptions& options,
+                   ImportReport& report) {
   glm::ivec3 lo = first_voxel(volumes[0]), hi = lo + volumes[0].size;
-  double kept = 0;  // bytes of the volumes
-  for (const DenseTissue& v : volumes) {
-    lo = glm::min(lo, first_voxel(v)), hi = glm::max(hi, first_voxel(v) + v.size);
-    kept += kBytesPerVoxel * static_cast<double>(v.distance.size());
-  }
+  for (const DenseTissue& v : volumes) lo = glm::min(lo, first_voxel(v)), hi = glm::max(hi, first_voxel(v) + v.size);
   DenseTissue out;
   out.band = volumes[0].band;
   out.frame = volumes[0].frame;
@@ -87,7 +85,7 @@ Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOption
     kept += kBytesPerVoxel * static_cast<double>(one.tissue.distance.size());
     volumes.push_back(std::move(one.tissue));
   }
-  all.tissue = joined(volumes, options, report);
+  all.tissue = joined(volumes, kept, options, report);
   // The fraction of false dentin is defined for a single tooth only, so the preset for bones is used here.
   importing::measure(all, ImportPreset::kBone);
   turn(all, options.turn);

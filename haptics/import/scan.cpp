@@ -134,12 +134,6 @@ static std::string lower_name(const std::filesystem::path& file) {
   return name;
 }
 
-bool is_mesh_file(const std::filesystem::path& file) {
-  const std::string name = lower_name(file);
-  return std::any_of(mesh_endings().begin(), mesh_endings().end(),
-                     [&](const std::string& ending) { return name.ends_with(ending); });
-}
-
 extern const ScanFormat nrrd_format, nifti_format, metaimage_format, dicom_format;
 
 const std::vector<ScanFormat>& scan_formats() {

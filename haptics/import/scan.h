@@ -78,8 +78,6 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
 /// corrected angle in rad.
 double undo_shear(const std::filesystem::path& file, RawScan& raw);
 
-bool is_mesh_file(const std::filesystem::path& file);
-
 // Constants and functions that several readers use.
 inline constexpr double kMostVoxels = 1.0e9;
 

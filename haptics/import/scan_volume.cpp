@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kPresets = 4;  // number of values of ImportPreset
 
 importing::Scan read(const std::filesystem::path& file, const ImportOptions& options) {
-  if (importing::is_mesh_file(file))
+  if (is_mesh_file(file))
     throw Error(file.string(), "", "a mesh", fmt::format("a scan ({}), or DICOM", fmt::join(scan_endings(), " ")));
   return importing::read_scan({file, options.series}, options.spacing, options.nan_grey, {1e-6, 3e-3, "a bone", ""});
 }

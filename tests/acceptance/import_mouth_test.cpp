@@ -120,6 +120,14 @@ TEST_F(ImportMouth, WithoutABiteScanTheFilesAreInOneFrameAndTheOpposingJawIsMove
   EXPECT_NEAR(height("--open-mm 8"), closed + 8, 0.05);
 }
 
+TEST_F(ImportMouth, AVolumeThatBelongsToNoExerciseOfThisNameIsNotReplaced) {
+  const std::string jaw = stl("jaw.stl", test::true_surface());
+  ASSERT_EQ(folder_.run(fmt::format("import {} --preset arch --voxel-mm 0.4 --out {}", jaw, volume_)).status, 0);
+  const std::string before = test::read_text(volume_);
+  expect_refused(import(jaw), "does not belong to mouth.json");
+  EXPECT_EQ(test::read_text(volume_), before);
+}
+
 TEST_F(ImportMouth, WhatTheBiteScanDoesNotConfirmIsRefused) {
   const std::string bite = stl("bite.stl", bite_scan());
   const std::string far = stl("upper.stl", moved(upper_jaw(), Pose{dvec3(0, 0, 10e-3), {}}));

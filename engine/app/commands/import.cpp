@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -14,6 +13,7 @@
 #include "engine/app/commands/commands.h"
 #include "engine/app/planning/imported_exercise.h"
 #include "engine/app/planning/mouth.h"
+#include "engine/app/planning/volume_beside.h"
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
 #include "engine/base/log.h"
@@ -106,17 +106,6 @@ haptics::ImportOptions options_of(const Arguments& a) {
     if (greys.size() == 3) o.hardness->dense = greys[2];
   }
   return o;
-}
-
-std::string lower_extension(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return ending;
-}
-
-bool is_mesh(const std::string& file) {
-  const auto& meshes = haptics::mesh_endings();
-  return std::ranges::find(meshes, lower_extension(file)) != meshes.end();
 }
 
 nlohmann::ordered_json vec(const dvec3& v, double unit) {
@@ -280,16 +269,14 @@ void run(const Arguments& a) {
   for (const std::string& input : a.inputs) {
     std::error_code code;
     if (!std::filesystem::is_directory(input, code)) require_input(input, InputKind::kScan);
-    if (several(a) && !is_mesh(input))
+    if (several(a) && !haptics::is_mesh_file(input))
       throw Error("INPUT", "", input,
                   fmt::format("several files only if all are meshes ({})", fmt::join(haptics::mesh_endings(), " ")));
   }
   if (!a.bite.empty()) require_input(a.bite, InputKind::kScan);
-  const bool exercise = lower_extension(a.out) == ".json";
-  const std::filesystem::path volume =
-      exercise ? std::filesystem::path(a.out).replace_extension(".vdb") : std::filesystem::path(a.out);
+  const bool exercise = kind_of_name(a.out) == FileKind::kJson;
   require_output(a.out, exercise ? FileKind::kJson : FileKind::kVolume);
-  require_output(volume, FileKind::kVolume);
+  if (exercise) require_volume_beside(a.out, Over::kNoInput);
   Progress progress("import");
   options.progress = [&](double done) { progress.at(0.9 * done); };
   ImportedMouth mouth;
@@ -302,7 +289,7 @@ void run(const Arguments& a) {
   haptics::Imported& imported = mouth.imported;
   if (!a.labels.empty()) haptics::write_labels(imported, a.labels);
   if (exercise) {
-    // The user's own turn has priority. Without it, the first of several scans gets upright.
+    // The user's own turn has priority. Without it, the first of several scans is turned upright.
     ImportedExercise written{.name = std::filesystem::path(a.out).stem().string(),
                              .description = imported.report.format == "DICOM" ? "DICOM" : ""};
     for (const std::string& input : imported.report.format == "DICOM" ? std::vector<std::string>{} : a.inputs)
@@ -390,7 +377,7 @@ void add_import_command(cli::Command& app) {
       "Example: typodont import tooth.nhdr --preset tooth --spacing-mm 0.134 --out molar.vdb --preview slices");
   command->callback([a, command] {
     const auto& meshes = haptics::mesh_endings();
-    const bool mesh = !a->inputs.empty() && is_mesh(a->inputs[0]);
+    const bool mesh = !a->inputs.empty() && haptics::is_mesh_file(a->inputs[0]);
     command->refuse_without({"--unit-mm"}, mesh || !a->parts.empty(),
                             fmt::format("a mesh ({})", fmt::join(meshes, " ")));
     command->refuse_without({"--bite", "--open-mm"}, a->preset == "arch", "--preset arch");

@@ -47,18 +47,12 @@ NewExercise exercise_of(const OperatorState& s, const Authored& authored) {
   return made;
 }
 
-bool is_mesh(const fs::path& file) {
-  std::string ending = file.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::ranges::find(haptics::mesh_endings(), ending) != haptics::mesh_endings().end();
-}
-
 /// Returns the files of a text that joined_files() has made. A text that is not a list of meshes is one file.
 std::vector<fs::path> files_of(const std::string& text) {
   std::vector<fs::path> files;
   std::istringstream in(text);
   for (std::string file; std::getline(in, file, ';');) files.emplace_back(file);
-  if (!files.empty() && std::ranges::all_of(files, is_mesh)) return files;
+  if (!files.empty() && std::ranges::all_of(files, haptics::is_mesh_file)) return files;
   return {text};
 }
 
@@ -125,7 +119,8 @@ std::string joined_files(const std::vector<std::string>& files) {
 }
 
 bool take_dropped_mesh(OperatorState& s) {
-  if (files_of(s.dropped).size() > 1 || !is_mesh(s.dropped) || s.dropped.size() >= s.fuse.file.size()) return false;
+  if (files_of(s.dropped).size() > 1 || !haptics::is_mesh_file(s.dropped) || s.dropped.size() >= s.fuse.file.size())
+    return false;
   s.fuse.file = {};
   s.dropped.copy(s.fuse.file.data(), s.fuse.file.size() - 1);
   return true;
@@ -144,7 +139,7 @@ bool take_dropped(OperatorState& s) {
   propose_name(s);
   if (files.size() > 1) form.preset = static_cast<int>(haptics::ImportPreset::kArch);
   s.say(s.text("op.dropped"));
-  return !is_mesh(files[0]);
+  return !haptics::is_mesh_file(files[0]);
 }
 
 void import_reviewed(OperatorState& s, BackgroundTask& work, Choices& choices, const ScanReview& review) {
@@ -169,7 +164,7 @@ void import_tooth(OperatorState& s, BackgroundTask& work, Choices& choices) {
           try {
             return import_tooth(tooth, progress);
           } catch (const Error& e) {
-            if (tooth.as_scanned || !is_mesh(tooth.input)) throw;
+            if (tooth.as_scanned || !haptics::is_mesh_file(tooth.input)) throw;
             // the surface is not closed, as often in a scan, so the message contains a hint
             throw Error(fmt::format("{}. {}", e.what(), hint));
           }

@@ -4,6 +4,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "engine/app/planning/volume_beside.h"
 #include "engine/base/json.h"
 #include "haptics/tissue_volume.h"
 
@@ -59,8 +60,7 @@ void write_imported_exercise(const ImportedExercise& exercise, haptics::Imported
   tissue.frame.origin += move;
   imported.report.lo += move, imported.report.hi += move;
   // Old files are replaced only after all new files are complete.
-  PartialFile volume(std::filesystem::path(file).replace_extension(".vdb"), FileKind::kVolume, over),
-      scene_file(file, FileKind::kJson, over);
+  PartialFile volume(volume_beside(file), FileKind::kVolume, over), scene_file(file, FileKind::kJson, over);
   haptics::TissueVolume(tissue).save(volume.path());
   const nlohmann::ordered_json scene = {
       {"name", exercise.name},

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
 #include "engine/app/implant/implant_scene.h"
+#include "engine/app/planning/volume_beside.h"
 #include "engine/app/scene_text.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
@@ -93,22 +93,6 @@ Text rules_for(Text rules, const PlannedExercise& exercise, bool canal) {
   return made;
 }
 
-fs::path volume_beside(const fs::path& file) {
-  return fs::path(file).replace_extension(".vdb");
-}
-
-/// Returns true if `file` is an exercise whose tissue is the volume `site`, which lies in the same folder. The file is
-/// not an input of the command, because the command may replace it.
-bool names_volume(const fs::path& file, const fs::path& site) {
-  std::error_code code;
-  if (!fs::is_regular_file(file, code)) return false;
-  std::ifstream in(file, std::ios::binary);
-  const Text text = Text::parse(in, nullptr, /*allow_exceptions=*/false);
-  const auto tissue = text.find("tissue");
-  return tissue != text.end() && tissue->is_object() && tissue->contains("volume") &&
-         (*tissue)["volume"] == site.filename().string();
-}
-
 }  // namespace
 
 void require_planned_exercise(const Scene& scene, const fs::path& file, Over over) {
@@ -120,12 +104,7 @@ void require_planned_exercise(const Scene& scene, const fs::path& file, Over ove
   if (fs::equivalent(source, site, missing))
     throw Error(file.string(), "", "a name whose volume " + site.filename().string() + " is the jaw itself",
                 "another name, because the tissue of the site is written beside the exercise");
-  require_output(site, FileKind::kVolume, over);
-  // The user names only the exercise. So an existing volume is replaced only if the existing exercise names this
-  // volume.
-  if (fs::exists(site, missing) && !names_volume(file, site))
-    throw Error(site.string(), "", "a volume that does not belong to " + file.filename().string(),
-                "another name for the exercise, because the tissue of the site is written beside it");
+  require_volume_beside(file, over);
 }
 
 void write_planned_exercise(const PlannedExercise& exercise, const fs::path& file, Over over, Progress& progress) {

@@ -1,0 +1,41 @@
+#include "engine/app/planning/volume_beside.h"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "engine/base/error.h"
+
+namespace typodont {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Returns true if `file` is an exercise whose tissue is the volume `site`, which lies in the same folder. The file is
+/// not an input of the command, because the command may replace it.
+bool names_volume(const fs::path& file, const fs::path& site) {
+  std::error_code code;
+  if (!fs::is_regular_file(file, code)) return false;
+  std::ifstream in(file, std::ios::binary);
+  const auto text = nlohmann::ordered_json::parse(in, nullptr, /*allow_exceptions=*/false);
+  const auto tissue = text.find("tissue");
+  return tissue != text.end() && tissue->is_object() && tissue->contains("volume") &&
+         (*tissue)["volume"] == site.filename().string();
+}
+
+}  // namespace
+
+fs::path volume_beside(const fs::path& file) {
+  return fs::path(file).replace_extension(".vdb");
+}
+
+void require_volume_beside(const fs::path& file, Over over) {
+  const fs::path site = volume_beside(file);
+  require_output(site, FileKind::kVolume, over);
+  std::error_code code;
+  if (fs::exists(site, code) && !names_volume(file, site))
+    throw Error(site.string(), "", "a volume that does not belong to " + file.filename().string(),
+                "another name for the exercise, because its tissue is written beside it");
+}
+
+}  // namespace typodont
