@@ -106,12 +106,6 @@ double allocated_bytes() {
   return static_cast<double>(info.uordblks + info.hblkhd);
 }
 
-double process_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
 double angle_between(const dvec3& a, const dvec3& b) {
   return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) / kDegree;
 }
@@ -199,10 +193,10 @@ class ModelBench {
   /// Runs `measure` and logs its CPU time, because a full comparison takes long.
   template <class Measure>
   void timed(const char* motion, Measure&& measure) const {
-    const double start = process_seconds();
+    const double start = cpu_seconds(RUSAGE_SELF);
     measure();
     log::info("{}, {}, {}, {}: {:.1f} s of processor", tissue_->name, motion, setting_->model, setting_->knob,
-              process_seconds() - start);
+              cpu_seconds(RUSAGE_SELF) - start);
   }
 
   void add(const char* motion, std::string_view measure, double value, const char* unit, double ns = BenchRow::kNone) {
@@ -229,9 +223,9 @@ class ModelBench {
     settings.damping = 0;
     const double bytes = allocated_bytes();
     TissueVolume volume = tissue_->make(setting_->voxel_mm);
-    const double seconds = process_seconds();
+    const double seconds = cpu_seconds(RUSAGE_SELF);
     Scene scene(std::move(volume), settings);
-    const double setup = process_seconds() - seconds, held = allocated_bytes() - bytes;
+    const double setup = cpu_seconds(RUSAGE_SELF) - seconds, held = allocated_bytes() - bytes;
     ForceRecord asked, felt;
     double penetration = 0;
     std::vector<double> times(course.hand.size(), 1e18);
