@@ -57,7 +57,8 @@ TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
     raised |= rises;
     emptied |= more(zero, old) & no_less(now, zero);
   });
-  if (any(raised)) return {true, any(emptied), 0};  // a raised sample rises again in any motion
+  // The head touches a raised sample, so any motion may raise the sample again. There is no slack.
+  if (any(raised)) return {true, any(emptied), 0};
   Floats least_slack = never;
   for_each([&](const float* at, const Floats& depth, const Mask&) __attribute__((always_inline)) {
     // After the head has been at its deepest position at a sample, the sample cannot change any more.

@@ -54,7 +54,7 @@ class Option {
   Option* show_default();
   /// The option takes `count` values.
   Option* expected(int count);
-  /// The option takes a value or none; without a value it is `usual`. `word`: placeholder for the value in the help.
+  /// The option takes a value or none; without a value it is `usual`. `word`: name of the value in the help.
   Option* optional_word(const std::string& usual, const std::string& word);
 
  private:

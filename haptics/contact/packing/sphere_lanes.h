@@ -12,7 +12,7 @@ TYPODONT_KERNEL void ball_volumes(const D8& r, D8& volume) {
   volume = 4.0 / 3.0 * kPi * r * r * r;
 }
 
-/// Computes lens_volume() of each lane, with the same bits.
+/// Computes the volume of the lens of two spheres in each lane. The result has the same bits as lens_volume().
 TYPODONT_KERNEL void lens_volumes(const D8& r1, const D8& r2, const D8& d, D8& volume) {
   const D8 sum = r1 + r2, off = r1 - r2, in = sum - d;
   D8 whole;
