@@ -32,7 +32,8 @@ struct ContactInput {
   // The following members limit the removal in this tick.
   bool cuts = false;     // the tool cuts in this tick: its spindle rotates, or its edge scrapes
   bool scrapes = false;  // the tool cuts with an edge that the hand draws over the surface without rotation
-  // The scraping edge has removed more volume than its work has paid for. So it must not remove more in this tick.
+  // true if the scraping edge has removed more volume than its work has paid for; it must then not remove more in this
+  // tick
   bool must_earn = false;
   double specific_energy = 0;  // J/m³, specific cutting energy of the tissue under the head
   double budget = 0;           // J, energy that may be spent on removing tissue in this tick

@@ -150,7 +150,8 @@ int CutFront::renewed_early(double way) const noexcept {
   if (outdated() > 0 || !(way > 0)) return -1;
   std::array<double, kMostParts> ticks_left;
   for (std::size_t i = 0; i < parts_.size(); ++i) ticks_left[i] = (parts_[i].until - way_) / way;
-  // One part of the lists can be renewed per tick. So within the next n ticks, at most n parts may expire.
+  // One part of the lists can be renewed in each tick. So no part expires too late if, for every n, at most n parts
+  // expire within the next n ticks.
   const auto end = ticks_left.begin() + static_cast<std::ptrdiff_t>(parts_.size());
   const auto soonest = std::min_element(ticks_left.begin(), end);
   const std::ptrdiff_t part = soonest - ticks_left.begin();

@@ -22,10 +22,11 @@ struct FeedSample {
 };
 
 struct FitOptions {
-  /// Step size η of eq. 14, in density per newton. 0: η is chosen for each moment (interval of the curve) such that one
-  /// step removes the fraction `relaxation` of the error.
+  /// Step size η of eq. 14 in paper S2, in density per newton. 0: η is chosen for each moment (interval of the curve)
+  /// such that one step removes the fraction `relaxation` of the error.
   double eta = 0;
-  // fraction η g Σw² of the error that one step removes; eq. 14 converges for values between 0 and 2
+  // fraction η g Σw² (paper S2, eq. 14) of the error that one step removes; the iteration converges for values between
+  // 0 and 2
   double relaxation = 0.3;
   int rounds = 60;    // number of iterations over the whole curve
   int moments = 300;  // number of intervals (moments) into which the curve is divided; each has its mean force
@@ -44,14 +45,14 @@ struct MaterialFit {
   double stability = 0;  // largest value of stability_of() over all moments
 };
 
-/// Applies eq. 14 to one moment: changes the densities of the spheres that the tool overlaps, so that the simulated
-/// force approaches the measured force. `overlap`: index and overlapping volume (m³) of each sphere. The simulated
-/// force is `gain` times the mean density, weighted by overlap. `rho`: densities of all spheres. Returns the simulated
-/// force before the change, N.
+/// Applies eq. 14 of paper S2 to one moment (interval of the curve): changes the densities of the spheres that the tool
+/// overlaps, so that the simulated force approaches the measured force. `overlap`: index and overlapping volume (m³) of
+/// each sphere. The simulated force is `gain` times the mean density, weighted by overlap. `rho`: densities of all
+/// spheres. Returns the simulated force before the change, N.
 double adjust_densities(std::span<const std::pair<int, double>> overlap, double gain, double eta, double measured,
                         std::span<double> rho) noexcept;
-/// Returns η g Σw² of eq. 14 for one moment, the fraction of the error that one step removes. The iteration is stable
-/// below 2.
+/// Returns η g Σw² (paper S2, eq. 14) for one moment (interval of the curve). This is the fraction of the error that
+/// one step removes. The iteration is stable below 2.
 double stability_of(std::span<const std::pair<int, double>> overlap, double gain, double eta) noexcept;
 
 /// Fits the densities. The tool moves through the tissue on the recorded path; the simulated force of each moment is

@@ -31,9 +31,9 @@ class PatchExchange {
   Snapshot* take(const Snapshot& held, std::uint64_t cuts, Nanos t) noexcept;
 
  private:
-  /// Identifies the state of the tissue apart from cuts (undo, redo, loose pieces). If it differs from the servo's
-  /// patch, the carver must not add cuts to the offered patch: the servo must repeat them itself, because it then
-  /// counts their volume differently.
+  /// Numbers that identify the edits of the tissue other than cuts: undo, redo and removed loose pieces. If these
+  /// numbers differ from those of the servo's patch, the carver must not add cuts to the offered patch. The servo must
+  /// then repeat the cuts itself, because after an edit it must correct the volume that they have removed.
   struct Tissue {
     std::uint32_t edits = 0, pieces = 0;
     bool operator==(const Tissue&) const = default;

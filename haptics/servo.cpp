@@ -131,7 +131,7 @@ inline void Servo::State::account(TickData& now, bool turns) noexcept {
   now.turned = turns ? rotation_vector(motion.last_hand.R, now.X_WT.R) : dvec3(0);
   now.jumped = glm::dot(now.moved, now.moved) > P::hand_speed_limit * P::hand_speed_limit * now.dt * now.dt;
   motion.leap = std::max(0.0, (now.jumped ? P::leap_time : motion.leap) - now.dt);
-  if (motion.idle) return;  // the hand felt no force in the last tick, so no energy was exchanged
+  if (motion.idle) return;  // the hand felt no force in the last tick, so the device and the hand exchanged no energy
   // Work on the hand: last force × displacement + last torque × rotation. It is exact, because the force was constant
   // during the tick.
   now.given_to_hand = glm::dot(l.last_force, now.moved) + glm::dot(l.last_torque, now.turned);

@@ -20,13 +20,15 @@ namespace packing {
 
 /// Defines which volume counts as removed when a sphere is partly cut.
 enum class Removal {
-  kMended,  // volume of the uncut sphere that the tool covers (the lens of eq. 2)
-  // volume lost by the shrunk sphere (eq. 6 as printed); for a small overlap δ it is about 2r/δ times too large
+  // volume of the part of the uncut sphere that the tool covers (the lens in eq. 2 of paper S2, docs/papers.md)
+  kMended,
+  // volume that the sphere loses when it shrinks (eq. 6 of paper S2 as printed); for a small overlap δ it is about 2r/δ
+  // times too large
   kAsPrinted,
 };
 
 /// State of a sphere that was cut. `base` is the sphere before the present cut: as packed, or after an earlier cut from
-/// another side. Eq. 6 computes the present sphere from the base. Shaders read this struct as ten doubles.
+/// another side. Eq. 6 of paper S2 computes the present sphere from the base. Shaders read this struct as ten doubles.
 struct CutSphere {
   dvec3 base{0};           // m, centre of the base, frame W
   double base_radius = 0;  // m, radius of the base

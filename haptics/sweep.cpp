@@ -12,8 +12,9 @@ namespace typodont::haptics {
 
 namespace {
 
-// Voxels, longest path that is cut in one step; kShortOfLaws4: in the force laws up to version 4. In one step, only the
-// head at its end pose is cut; for each sample, a search finds out whether it was deeper during the motion.
+// Voxels, longest path that is cut in one step; kShortOfLaws4 is the value for versions 1 to 4 of the force laws. In
+// such a step, the head is cut only at its end pose. Then a search finds the samples that were deeper in the head
+// during the motion.
 constexpr double kShort = 3, kShortOfLaws4 = 1;
 // Voxels, tolerance of a step of a drill perpendicular to its axis. Below it, the drill counts as moving along its
 // axis. Over a whole bed, the error is then far below kTop.
@@ -38,8 +39,8 @@ bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double rea
   return along >= 0 && glm::length(way - along * axis) + turned <= kAlongAxis;
 }
 
-// Voxels, largest allowed deviation of a sample's curved path from a straight line; kBendOfLaws4: in the force laws up
-// to version 4. With the larger value, a fast rotation is divided into half as many segments.
+// Voxels, largest allowed deviation of a sample's curved path from a straight line; kBendOfLaws4 is the value for
+// versions 1 to 4 of the force laws. With the larger value, a fast rotation is divided into half as many segments.
 constexpr double kBend = 0.01, kBendOfLaws4 = 0.0025;
 
 }  // namespace

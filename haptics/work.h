@@ -5,7 +5,7 @@
 
 namespace typodont::haptics {
 
-/// Returns the number of field queries: calls of the sampling functions in surface_patch.h.
+/// Returns the number of calls of the sampling functions in surface_patch.h (field queries) on this thread.
 std::uint64_t queries_of_this_thread() noexcept;
 /// Adds `count` to the number of field queries. For code that evaluates many samples at once without the functions in
 /// surface_patch.h.
@@ -17,7 +17,8 @@ struct SearchCounts {
   std::uint64_t vertices = 0;   // contact model "vertex"
 };
 SearchCounts looks_of_this_thread() noexcept;
-/// Returns the number of voxels that carve() and fill() of TissueVolume have visited in leaves that changed.
+/// Returns the number of voxels that carve() and fill() of TissueVolume have visited on this thread, in leaves that
+/// changed.
 std::uint64_t voxels_cut_by_this_thread() noexcept;
 
 }  // namespace typodont::haptics

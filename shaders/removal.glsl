@@ -1,5 +1,5 @@
-// Pass 3 of sphere packings (S2, eq. 6): computes the part of a sphere that remains after a ball's cut. Same
-// computation as SphereTissue::after_cut() and SphereTissue::counted().
+// Pass 3 of sphere packings (paper S2 in docs/papers.md, eq. 6): computes the part of a sphere that remains after a
+// ball's cut. Same computation as SphereTissue::after_cut() and SphereTissue::counted().
 
 // Returns the volume (m³) that a sphere represents, including its part of the gaps between the spheres.
 double counted(Sphere s) {

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Pass 1 of sphere packings (S2, eq. 1). It finds the first contact of a moving tool. Each group of shader invocations
-// writes its earliest contact.
+// Pass 1 of sphere packings (paper S2 in docs/papers.md, eq. 1). It finds the first contact of a moving tool. Each
+// group of shader invocations writes its earliest contact.
 #include "shaders/spheres.glsl"
 layout(local_size_x = 64) in;
 

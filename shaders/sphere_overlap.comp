@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Pass 2 of sphere packings (S2, eq. 2). It finds all overlapping pairs of a tool sphere and a tissue sphere, and the
-// volume of their overlap (a lens).
+// Pass 2 of sphere packings (paper S2 in docs/papers.md, eq. 2). It finds all overlapping pairs of a tool sphere and a
+// tissue sphere, and the volume of their overlap (a lens).
 #include "shaders/spheres.glsl"
 layout(local_size_x = 64) in;
 

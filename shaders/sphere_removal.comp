@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Pass 3 of sphere packings (S2, eq. 6). The tool's balls, one after the other, shrink and move the spheres on their
-// paths.
+// Pass 3 of sphere packings (paper S2 in docs/papers.md, eq. 6). The tool's balls, one after the other, shrink and move
+// the spheres on their paths.
 #include "shaders/spheres.glsl"
 #include "shaders/removal.glsl"
 layout(local_size_x = 64) in;

@@ -75,7 +75,7 @@ dvec3 nearest_on(dvec3 a, dvec3 b, dvec3 p) {
   return at;
 }
 
-// Returns the volume of the overlap of two spheres (eq. 2, corrected).
+// Returns the volume of the overlap of two spheres (paper S2, eq. 2, with a correction).
 double lens_volume(double r1, double r2, double d) {
   precise double reach = r1 + r2, off = r1 - r2;
   if (!(d < reach)) return 0.0LF;

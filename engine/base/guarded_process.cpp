@@ -25,7 +25,7 @@
 namespace typodont {
 
 void limit_process(const ProcessLimits& limits) {
-  // A smaller limit that the user has set remains.
+  // If the user has already set a smaller limit, this limit stays in force.
   const auto lower = [](auto resource, rlim_t most) {
     rlimit limit{};
     getrlimit(resource, &limit);
@@ -48,9 +48,9 @@ void give_up_privileges() {
 #ifdef __x86_64__
   constexpr auto number = static_cast<std::uint32_t>(offsetof(seccomp_data, nr));
   constexpr auto architecture = static_cast<std::uint32_t>(offsetof(seccomp_data, arch));
-  // offset of a system call's first argument; clone() has its flags there
+  // offset of a system call's first argument, which contains the flags of clone()
   constexpr auto first = static_cast<std::uint32_t>(offsetof(seccomp_data, args[0]));
-  // offset of a system call's third argument; openat() has its flags there
+  // offset of a system call's third argument, which contains the flags of openat()
   constexpr auto third = static_cast<std::uint32_t>(offsetof(seccomp_data, args[2]));
   constexpr std::uint32_t kRefused = SECCOMP_RET_ERRNO | 1;  // a forbidden system call fails with the error EPERM (1)
   std::vector<sock_filter> filter = {

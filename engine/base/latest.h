@@ -88,7 +88,8 @@ class Latest {
   const T& front() const noexcept { return slots_[front_]; }
 
  private:
-  // Bits of middle_: the index of its slot, and whether the slot contains a new value or was returned by the reader.
+  // The value middle_ packs three items into one byte: the index of its slot (kIndex), whether the slot contains a new
+  // value (kFresh), and whether the reader has returned the slot (kReturned).
   static constexpr std::uint8_t kIndex = 3, kFresh = 4, kReturned = 8;
 
   std::array<T, 3> slots_{};

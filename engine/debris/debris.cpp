@@ -58,7 +58,7 @@ struct Debris::State {
   double decayed = 0, sucked = 0, dropped = 0, deposited = 0;
   double gravity = 0;               // m/s², magnitude of the acceleration of gravity
   double density_by_viscosity = 0;  // s/m², density of the air divided by its viscosity
-  bool drawn = false;               // true if suction was on in the last step
+  bool drawn = false;               // true if the suction was on in the last step
   glm::dvec3 nozzle_W{0};           // m, position of the nozzle in the last step
   double flow = 0;                  // m³/s, flow of the nozzle in the last step
 
@@ -166,7 +166,8 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
   };
   double undisturbed_steps = kMostSteps;  // lower bound of the number of steps until one of these events
   if (field.distance && contact.inside) {
-    // The bound uses that the slope of the interpolated field is at most √3, and its error at most half a spacing.
+    // The interpolated field has a slope of at most √3 and an error of at most half the spacing of its samples. The
+    // bound follows from both values.
     const double off = contact.distance - radius;
     undisturbed_steps = std::max(off - 0.5 * field.spacing, off / std::sqrt(3.0)) / ((own + drift) * dt);
   } else if (field.distance) {
@@ -179,7 +180,7 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
         std::min(undisturbed_steps, soon(std::min(0.5 * nozzle, nozzle - 0.5 * suction->radius), p - suction->p_W));
   auto steps = static_cast<std::uint32_t>(std::clamp(undisturbed_steps, 1.0, double{kMostSteps}));
   if (reynolds > kStokesReynolds) {
-    // relative change of the drag rate divided by that of the speed; factor − 1 is 0.15 Re^0.687
+    // relative change of the drag rate, divided by the relative change of the speed; factor − 1 is 0.15 Re^0.687
     const double sensitivity = 0.687 * (factor - 1) / factor;
     // Change of the relative velocity in one step. If drag is so strong that one step would overshoot, the particle
     // moves at its terminal velocity instead.

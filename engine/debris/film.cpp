@@ -30,7 +30,7 @@ struct Film::State {
     glm::vec3 p, n;    // p: point on the surface in m; n: unit normal
     float area = 0;    // m², area of the surface that the cell represents
     float height = 0;  // m, height of the point p along `up`
-    float tilt = 0;    // cosine of the angle between normal and `up`
+    float tilt = 0;    // cosine of the angle between the normal and the upward direction `up`
     bool drains = false;
     std::uint8_t count = 0;
     std::array<std::int32_t, kMostNeighbours> next{};  // indices of the neighbouring cells (slots)

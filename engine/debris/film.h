@@ -89,7 +89,8 @@ class Film {
   void step(double dt, const Suction* suction = nullptr);
 
   std::size_t loaded() const;           // returns the number of cells with water or solids
-  std::uint64_t cells_stepped() const;  // returns the number of computed cells, summed over all substeps
+  // returns the number of computed cells: a cell that is computed in three substeps counts three times
+  std::uint64_t cells_stepped() const;
   std::size_t cells() const;            // returns the number of cells of the film
   // returns the cell of a sample; its area is 0 if the sample has no cell
   FilmCell cell(const glm::ivec3& sample) const;

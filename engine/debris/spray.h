@@ -73,7 +73,8 @@ class Spray {
             const Suction* suction = nullptr);
 
   std::size_t alive() const;
-  std::uint64_t droplets_stepped() const;  // returns the number of moved droplets, summed over all steps
+  // returns the number of moved droplets: a droplet that is moved in three steps counts three times
+  std::uint64_t droplets_stepped() const;
   SprayLedger ledger() const;
   /// Writes the droplets in the air into `points` and returns their number.
   std::size_t write_points(std::span<DebrisPoint> points) const;

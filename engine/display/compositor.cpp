@@ -129,7 +129,7 @@ struct Compositor::Impl {
   /// Returns the number of regions in a layout.
   static std::size_t places(Layout how) { return two_places(how) ? 2 : 1; }
 
-  /// Draws the text that changed. Returns the parts of the target that change, for each eye's region.
+  /// Draws the text that changed. Returns for each eye's region the parts of the target that this changes.
   Rects write(const Huds& huds, Layout how, const Target& target) {
     Rects changed;
     for (std::size_t e = 0; e < places(how); ++e) {

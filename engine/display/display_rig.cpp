@@ -64,8 +64,7 @@ Screen parse_screen(const Json& json) {
 Mirror parse_mirror(const Json& json) {
   json.allow_only({"normal", "offset_mm", "glass_thickness_mm", "glass_index"});
   Mirror mirror;
-  // The offset is divided by the normal's length, too, because {p: n·p = c} and {p: n/|n|·p = c/|n|} are the same
-  // plane.
+  // Divides the normal and the offset by the normal's length: {p: n·p = c} and {p: n/|n|·p = c/|n|} are the same plane.
   const double length = glm::length(json["normal"].vec3());
   mirror.normal = unit_vector(json["normal"]);
   mirror.offset = json["offset_mm"].number() * kMillimetre / length;

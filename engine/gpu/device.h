@@ -26,7 +26,8 @@ class DeviceLost : public RunFailure {
 /// Throws DeviceLost or RunFailure, with the call's name, unless the result is VK_SUCCESS.
 void check(VkResult result, const char* call);
 
-/// Allocates ranges of numbers by first fit. Free ranges that touch each other are merged. Independent of Vulkan.
+/// Manages a range of numbers, for example the offsets in a memory block: allocates the first free range that is large
+/// enough (first fit), and merges free ranges that touch each other. Independent of Vulkan.
 class RangeAllocator {
  public:
   static constexpr std::uint64_t kNone = ~0ull;

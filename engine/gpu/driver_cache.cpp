@@ -73,7 +73,7 @@ void check_driver_cache() {
   if (g_folder.empty() || std::exchange(g_checked, true)) return;
   std::error_code code;
   const std::string list = bytes_of(g_folder / kList);
-  // If rfind() returns npos, npos + 1 is 0, the start of the list.
+  // If the list has only one line, rfind() returns npos; npos + 1 is 0, which is the start of that line.
   const std::size_t last = list.size() > 1 ? list.rfind('\n', list.size() - 2) + 1 : 0;
   if (list.substr(last) != fmt::format("{:016x}\n", hash_of(list.substr(0, last)))) {  // wrong or missing checksum
     if (!list.empty()) log::info("{} is damaged and is created again", g_folder.string());

@@ -94,7 +94,8 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
     while (hi + 1 < n && rings[hi].s - rings[i].s < 1e-9) ++hi;
     return glm::normalize(dvec2(rings[hi].x - rings[lo].x, rings[hi].z - rings[lo].z));
   };
-  // Returns the unit normal of the outline between ring i and the next ring. x: away from the path; y: along the path.
+  // Returns the unit normal of the outline between ring i and the next ring. Component x points away from the path,
+  // component y along the path.
   const auto slope = [&](std::size_t i) {
     const Ring &a = rings[i], &b = rings[i + 1];
     const double along = off_axis == 0 ? b.z - a.z : b.s - a.s, out = b.radius - a.radius;

@@ -22,8 +22,8 @@ constexpr std::int32_t kBack = -2;     // entry of `met` for a ray that meets th
 constexpr double kInside = 0.25;
 constexpr float kMargin = 20e-6f;  // m, distance of a ray's start from the surface
 constexpr int kLampRays = 4;
-// in grid spacings: limit of the distance between the lookup point for a curved surface and the lookup point for its
-// flat triangle
+// unit: spacings of the grid. Light is looked up at a point in front of the flat triangle. This limits the distance of
+// that point from the lookup point that the curved surface would have.
 constexpr float kCurved = 0.15f;
 // distance from a surface, in grid spacings, of the point at which the surface's light is looked up
 constexpr double kBegin = 0.5;

@@ -84,7 +84,8 @@ Plane filtered(const Plane& in, const Weights& along_x, const Weights& along_y) 
   return out;
 }
 
-/// Contrast sensitivity of one channel: a sum of two Gaussians, amplitude a and width b, deg² (the paper's Table 1).
+/// Contrast sensitivity of one channel: a sum of two Gaussians, amplitude a and width b, deg² (Andersson et al. 2020,
+/// Table 1).
 struct Sensitivity {
   double a1, b1, a2, b2;
 };
@@ -145,7 +146,7 @@ std::array<Plane, 2> features(const Plane& achromatic, double pixels_per_degree)
   Weights smooth = weights(radius, bell);
   const double whole = sum(smooth);
   for (double& w : smooth) w /= whole;
-  // The sum of the positive weights is 1, and so is the sum of the absolute values of the negative weights.
+  // The positive weights are scaled so that their sum is 1, and the negative weights so that their sum is -1.
   const auto balanced = [](Weights w) {
     double up = 0, down = 0;
     for (const double v : w) (v > 0 ? up : down) += std::abs(v);

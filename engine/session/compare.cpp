@@ -17,7 +17,8 @@ template <class Message>
 std::string_view first_difference(const std::vector<Column<Message>>& columns, const Message& replayed,
                                   const Message& recorded) {
   using Cell = std::array<std::byte, 8>;
-  Message as_read;  // the replayed message, rounded as if it had been written to a file and read back
+  // the replayed message after a round trip: its values are rounded as if they had been written to a file and read back
+  Message as_read;
   for (const Column<Message>& column : columns) {
     if (!column.in_file || !column.set) continue;
     Cell written{}, read{}, expected{};

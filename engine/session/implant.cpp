@@ -14,7 +14,7 @@ namespace {
 constexpr std::array<std::string_view, 7> kDeeds = {"smooth", "mark", "drill", "check", "tap", "place", "close"};
 constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
     "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
-// ratio of the spindle's speed to the speed that the phase asks for; a larger ratio is noted
+// ratio of the spindle's speed to the speed that the phase prescribes; at a larger ratio the trainee gets a note
 constexpr double kOverSpeed = 1.1;
 // Time in s: if the tool of a later phase touches the bone for this time, that phase becomes the present phase.
 constexpr double kSkipPhaseTime = 1.5;

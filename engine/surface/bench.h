@@ -18,7 +18,7 @@ struct BenchOptions {
 };
 
 /// Meshes a sphere with a radius R of 50 voxels. `error` is N·ε/R for N triangles with the largest error ε. The time is
-/// the time per brick; the baseline is an eighth of floor_32.
+/// the time per brick of 16³ cells. So the baseline is an eighth of floor_32, which is the time for 32³ samples.
 std::vector<BenchRow> bench_sphere(const BenchOptions& options);
 
 /// Returns the largest |distance| over a fine grid of points on every triangle.

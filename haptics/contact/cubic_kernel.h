@@ -24,7 +24,8 @@ TYPODONT_KERNEL void weigh(const double (&c)[powers][8], double t, double* weigh
 template <std::size_t powers>
 TYPODONT_KERNEL void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;
-  Lanes after = Lanes{} + kGrid;  // rounded sum of the weights after the last sample: zero, because there are none
+  // sum of the weights after the last sample: it is 0, because no sample follows; adding kGrid rounds the later sums
+  Lanes after = Lanes{} + kGrid;
   for (int at = 8 - kLanes; at >= 0; at -= kLanes) {
     const Lanes from = at_fraction(sums, at, t, t2);
     *reinterpret_cast<Lanes*>(weights + at) = from - one_on(from, after);

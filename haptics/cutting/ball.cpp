@@ -31,8 +31,8 @@ struct Block {
   int size_x, size_y, size_z;
 };
 
-/// A part of a sweep's work that is processed together: groups of eight samples along z, and the data that their rows
-/// share.
+/// The samples of a sweep that are processed together: groups of eight samples along z, and the data that all groups of
+/// a row share.
 struct Work {
   // kLongest: upper limit of the number of samples in a row
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;
@@ -134,7 +134,7 @@ template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
-  // A ball that contains all samples that can change. Its centre is B if the ball at B covers everything, otherwise the
+  // This ball contains all samples that can change. Its centre is B if the ball at B covers everything, otherwise the
   // middle between A and B.
   const float share = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
   const float mx = share * c.abx, my = share * c.aby, mz = share * c.abz, reach2 = reach * reach;

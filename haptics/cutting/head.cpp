@@ -24,8 +24,9 @@ struct HeadBlock {
   std::ptrdiff_t at, stride_x, stride_y;  // index of the block's first sample, which may lie outside the array
   int from[3], to[3];                     // range of the samples in the block that are processed, for x, y and z
   glm::ivec3 first;                       // first sample of the block, relative to the base voxel of the pose
-  // Coefficients of a plane that bounds the depth of every sample from above. Such a plane exists because the distance
-  // from a convex head is a convex function.
+  // A linear function of the position, which is an upper bound of the depth of every sample in the block: its value at
+  // the centre and its three slopes. Such a function exists because the distance from a convex head is a convex
+  // function.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
   // the meridian piece that is nearest to all samples, if the nearest points lie between its ends; otherwise

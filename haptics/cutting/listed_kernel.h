@@ -190,9 +190,10 @@ struct BelowAny {
   }
 };
 
-/// Values for each of kChunk groups; a group is a row of samples along z. x, y, z: position of the group's samples in
-/// the head's frame, without the term that depends on the sample's z coordinate in the volume. way_x, way_y, way_z:
-/// path of the group's first sample relative to the head, while the head moves back to its previous pose. Voxels.
+/// Values for each of kChunk groups; a group is a row of samples along z. x, y, z: the part of the position in the
+/// head's frame that is equal for all samples of the group (the remaining part depends on the sample's z coordinate in
+/// the volume). way_x, way_y, way_z: path of the group's first sample relative to the head, while the head moves back
+/// to its previous pose. Voxels.
 struct HeadRows {
   alignas(64) float x[kChunk], y[kChunk], z[kChunk];
   alignas(64) float way_x[kChunk], way_y[kChunk], way_z[kChunk];

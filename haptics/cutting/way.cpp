@@ -162,8 +162,8 @@ void look_at(const Straight* way_at, Centres* centres) {
   search.begin(way, centres->set, centres->x, centres->y, centres->z, eight::all(centres->outside), 0.5f,
                centres->emptied);
   for (int step = 0; step < kSteps && any_of(search.open); ++step) search.step(way, step, centres->emptied);
-  // Two tangents bound the depth along the path. They are combined such that the resulting bound is constant along the
-  // path.
+  // The tangents at a and at b both bound the depth from above. A weighted mean of the two tangents is also a bound.
+  // The weights are chosen so that this mean is constant along the path.
   const F8 up = search.at_a.slope, down = search.at_b.slope;
   const I8 at_a = up <= 0.0f, at_b = ~at_a & (down >= 0.0f);
   const F8 part = at_a ? eight::all(1) : at_b ? F8{} : down / (down - up);
@@ -443,7 +443,7 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
     way.shift[i] = static_cast<float>(moved[i]);
     for (int j = 0; j < 3; ++j) way.turn[3 * i + j] = static_cast<float>(turn[i][j]), turned += turn[i][j] * turn[i][j];
   }
-  // `turn` is a rotation matrix minus the identity matrix. The sum of its squared elements is twice the squared chord
+  // `turn` is a rotation matrix minus the identity matrix. Half of the sum of its squared elements is the squared chord
   // of the rotation angle.
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   way.turned = static_cast<float>(std::sqrt(turned / 2));

@@ -62,9 +62,10 @@ TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* piece
   return found;
 }
 
-/// Returns the mask of the samples whose depth may have been larger than both their present depth (by a relevant
-/// amount) and `least`, on the path back to the previous pose. Over the whole path back, the depth grows by at most
-/// `growth` / `scale`, because it grows fastest at the start.
+/// Returns the mask of the samples that may have been deeper in the head earlier in the motion than at its end (by a
+/// relevant amount), and deeper than `least`. The function follows the path of each sample from the end of the motion
+/// back to the start. Along this path the depth is concave, so it grows fastest at first. On the whole path it grows by
+/// at most `growth` / `scale`.
 TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
   return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale,
                     all(0.0f));

@@ -189,7 +189,8 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   if (!gives_force_) return;
   const SafetyLimits& limits = options_.limits;
 
-  // Checks whether the servo was late. The watchdog may have detected this, but it may also have been delayed.
+  // Checks whether the servo was late. The check is necessary here too, because the watchdog may have been delayed and
+  // so may have missed it.
   const Nanos t = options_.clock();
   wrote_ = t;
   const Nanos since = t - last_write_.load();

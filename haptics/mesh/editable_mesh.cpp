@@ -209,7 +209,7 @@ void EditableMesh::place(Index f) noexcept {
   place = now;
 }
 
-// Functions that change vertices and faces, and record these changes
+// The following functions change vertices and faces, and record these changes.
 
 Vertex& EditableMesh::write_vertex(Index v) noexcept {
   if (record_ && vertex_stroke_[v] != stroke_) {

@@ -18,16 +18,18 @@ dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
 }
 
 /// Returns the part of a force change that is held back, N. `change`: N, size of the change, above the limit
-/// drilling_slew. By laws 8 the limit is at least the change that the hand's own displacement causes in the coupling's
-/// spring, also where this displacement turns the force without increasing it. A force that lags behind the hand
-/// resists too little on the way in and too much on the way back, and both reduce the ledger's energy.
+/// drilling_slew. From version 8 of the force laws on, the limit is at least the change that the hand's own
+/// displacement causes in the coupling's spring, also where this displacement turns the force without increasing it. A
+/// force that lags behind the hand resists too little on the way in and too much on the way back, and both reduce the
+/// ledger's energy.
 double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
   const double over = change - P::drilling_slew * now.dt;
   if (!lands(now)) return std::min(over, P::lag_limit);
   const double k = settings.stiffness * coupling.relative_stiffness;
   const double beyond = std::max(0.0, change - P::spring_tolerance * k * glm::length(now.moved));
   if (glm::dot(now.moved, limits.last_force != dvec3(0) ? limits.last_force : now.force) > 0) {
-    return std::min(over, beyond);  // the hand retreats, so only the part that exceeds both limits is held back
+    // the hand retreats, so only the part of the change that exceeds both limits is held back
+    return std::min(over, beyond);
   }
   // The contact model "implant" limits the changes of its force itself, so they are not limited here. The exception is
   // a drill that perforates the bone: its force falls as in older versions of the force laws.
@@ -102,11 +104,11 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   return std::max(most, glm::length(l.last_force) - P::drilling_slew * now.dt) / strength;
 }
 
-/// By laws 8, the fraction of the force that may stay, 0..1, so that the ledger can pay for the hand's whole retreat
-/// and not only for the next tick. The ledger's energy E allows at most the force of a spring that stores E, √(2 k E).
-/// While the hand retreats by up to Δ per tick, passive_fraction() allows at most E / a, with a = Δ × margin. Both
-/// limits meet without a step, in value and in slope, as √(2 k E - k² a²) for E > k a² and E / a below. `at_stake`: J,
-/// for the whole force.
+/// Returns the fraction of the force that may stay, 0..1 (from version 8 of the force laws on). It is so small that the
+/// ledger can pay for the hand's whole retreat and not only for the next tick. The ledger's energy E allows at most the
+/// force of a spring that stores E, √(2 k E). While the hand retreats by up to Δ per tick, passive_fraction() allows at
+/// most E / a, with a = Δ × margin. Both limits meet without a step, in value and in slope, as √(2 k E - k² a²) for E >
+/// k a² and E / a below. `at_stake`: J, for the whole force.
 double Servo::State::landing_fraction(const ContactTick& now, double at_stake) const noexcept {
   const Limits& l = limits;
   const double strength = glm::length(now.force);

@@ -53,8 +53,8 @@ SolidBits grown(const SolidBits& b) {
   return out;
 }
 
-/// Adds to word x of a part (the samples of one layer x) all samples of `solid` that are connected to the part within
-/// this layer, or across a face from the adjacent layers.
+/// A word contains the samples of one layer x. Adds to word x of a part all samples of `solid` that are connected to
+/// the part within this layer, or across a face from the adjacent layers.
 void grow_word(SolidBits& part, const SolidBits& solid, std::size_t x) {
   std::uint64_t w = part[x] | (((x > 0 ? part[x - 1] : 0) | (x < 7 ? part[x + 1] : 0)) & solid[x]);
   for (std::uint64_t last = 0; w != last;) {

@@ -381,7 +381,7 @@ void TissueVolume::copy_part_of_every(int n, const Copied& box, const VoxelBox& 
 }
 
 VoxelBox TissueVolume::every_around(int n, const VoxelBox& written) {
-  // Extends the box to whole bricks: when a brick is cut for the first time, its deep samples change, too.
+  // Extends the box to whole bricks, because the first cut in a brick also changes the deep samples of the whole brick.
   constexpr int cells = FieldBrick::kCells;
   const BrickBox bricks = bricks_around(written.lo, written.hi);
   const auto down = [n](const glm::ivec3& p) {

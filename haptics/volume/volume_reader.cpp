@@ -64,7 +64,8 @@ int run(int argc, char** argv) {
                                                fmt::format("{} MB, which reading this file may take", memory >> 20))
                                              .what();
   } catch (const haptics::WriteFailure&) {
-    // The limit of this process is the file's fault. A smaller limit of the user, or a full disk, is not.
+    // If the output exceeds the limit of this process, the file is wrong. If a smaller limit of the user or a full disk
+    // stops the output, the file is not wrong.
     const off_t written = lseek(out, 0, SEEK_END);
     if (written < 0 || static_cast<std::uint64_t>(written) < longest) return haptics::kReaderCannotWrite;
     message = too_large();

@@ -164,8 +164,8 @@ typodont_result edit(typodont_core* handle, bool redo, int32_t* done) noexcept {
       const SessionFiles files;
       core.recording->add(edit);
     }
-    // The new patch must be offered before any later cut, because the servo stores in the patch the number of the first
-    // cut that it must repeat.
+    // The new patch is offered to the servo before the servo can make a later cut. The reason: a patch that the servo
+    // fetches contains all earlier cuts, and the servo repeats only the later cuts in it.
     if (did && core.shared->channels && is_finite(core.tick.X_WG.p))
       core.shared->channels->patch.offer(carver, carver.snapshot_center(core.tick));
     if (done) *done = did;

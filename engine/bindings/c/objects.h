@@ -62,7 +62,8 @@ struct CoreObject {
   };
   std::shared_ptr<Shared> shared;
   std::uint64_t ticks = 0;  // number of ticks that step() has computed
-  // The recording is stored next to the data that every tick reads, because the cache then loads both together.
+  // Every tick uses the recording and the members below it. They are neighbours in memory, so the cache loads them
+  // together.
   std::optional<OfflineRecording> recording;
   ServoTick tick;  // the latest tick
   Cut cut;

@@ -118,8 +118,8 @@ bool covered(const glm::vec4& plane, const Brick& b) {
 
 bool faces_away(const Brick& b, const glm::vec3& eye) {
   if (b.cone_cutoff >= 1) return false;
-  // The test of meshoptimizer: all triangles face away from the eye if their cone of normals does. The cone's tip is
-  // taken at the middle of the brick's box.
+  // Same test as in meshoptimizer: if the cone of a brick's normals faces away from the eye, all its triangles face
+  // away. The tip of the cone is placed at the middle of the brick's box.
   const glm::vec3 middle = 0.5f * (b.lo + b.hi), way = middle - eye;
   const float radius = 0.5f * glm::length(b.hi - b.lo);
   return glm::dot(way, b.cone_axis) >= b.cone_cutoff * glm::length(way) + radius;

@@ -182,8 +182,8 @@ ShadowMapBox shadow_map_box(const glm::dmat4& light_from_box, const glm::vec3& l
 }
 
 float shadow_lookup_reach(const shared::FrameData& data) {
-  // The sum of the lengths in lighting.glsl: kOcclusionRadius (the lookups of the shadow lie nearer), the offset from
-  // the surface, and the filter's width in texels.
+  // This sum consists of the lengths in lighting.glsl: kOcclusionRadius, the lookup's distance from the surface, and
+  // the width of the filter. The lookups of the shadow lie within kOcclusionRadius.
   return (2.2e-3f + 0.27e-3f + 4 * data.light_size.z) / data.light_size.x;
 }
 

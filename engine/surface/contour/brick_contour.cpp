@@ -246,7 +246,8 @@ glm::vec3 unit_or_up(const glm::vec3& n) {
   return length > 1e-6f ? n / length : glm::vec3(0, 0, 1);
 }
 
-// For each edge, the corner number (x·17 + y)·17 + z of its base, relative to the corner number of its cell.
+// Each cell has a corner number (x·17 + y)·17 + z. For each of the cell's edges, this table contains the number of the
+// edge's base minus the number of the cell.
 constexpr std::array<int, 12> kEdgeBase = [] {
   std::array<int, 12> out{};
   for (int e = 0; e < 12; ++e) {

@@ -28,7 +28,8 @@ struct Gradient {
   float excess() const { return std::abs(a * a - 1 + b * b + c * c); }
 };
 
-// The four combinations of one-sided differences across the edge at a sample, for a given slope along the edge.
+// Gradients from one-sided differences at a sample. The slope along the edge is given. Across the edge, each of the two
+// axes has a difference to either side, so there are four combinations.
 struct OneSided {
   float a, b[2], c[2];
 
@@ -106,8 +107,8 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
       }
     }
     if (!solved && (here.unit() || there.unit())) {
-      // If a crease of the surface runs beside the edge of the grid, the samples on one side of one of the edge's ends
-      // lie on a plane.
+      // If a crease of the surface runs beside this edge of the grid, the four combinations at each end include one
+      // whose samples lie on a single plane. The gradient of this plane is used.
       const Gradient p = here.best(), q = there.best();
       g = p.excess() < q.excess() ? p : q;
       solved = true;

@@ -25,10 +25,11 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-// voxels, distance ahead of a tool voxel of a second point; the signed distances from bone at both points are compared
+// Voxels. To find an obstacle, the signed distance from bone at a tool voxel is compared with the signed distance at a
+// second point, which lies this far ahead of the tool voxel.
 constexpr double kAhead = 1.5;
-// voxels; if the signed distance from bone is smaller at the point kAhead ahead of the tool voxel by at least this
-// amount, there is an obstacle ahead
+// Voxels. If the signed distance from bone at the second point (kAhead) is smaller than at the tool voxel by at least
+// this amount, there is an obstacle ahead.
 constexpr double kFalls = 0.5;
 // voxels, largest distance between a tool voxel and an obstacle at which the obstacle blocks the advance
 constexpr double kTouches = 0.25;
@@ -140,8 +141,8 @@ struct alignas(64) Block {
   Flag label[kBlock];                    // tissue label at the point `beyond`
   std::int32_t byte[kBlock];             // hardness of the sample, stored as a byte (hardness.h)
   Real energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
-  // contributions of each voxel: area in contact (m²), area × hardness, and for eq. (2) its cutting term and its thrust
-  // along the axis
+  // contributions of each voxel: area in contact (m²), area × hardness, and the two terms of the cutting law (Zhao
+  // 2020, eq. 2): its cutting term and its thrust along the axis
   Real area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];
 };
 
@@ -235,9 +236,9 @@ TYPODONT_KERNEL std::uint64_t look_beyond(const Task<Real>& task, Block<Real>& b
   return static_cast<std::uint64_t>(labels);
 }
 
-/// Contributions of the voxels to eq. (2) for a feed along -z. add_cutting() computes the same for any direction;
-/// components perpendicular to the axis are omitted here, because they cancel. A voxel without contact contributes 0.
-/// Returns true if any voxel stops the tool.
+/// Computes the contributions of the voxels to the cutting law (Zhao 2020, eq. 2) for a feed along -z. add_cutting()
+/// computes the same for any direction. Here, components perpendicular to the axis are omitted, because they cancel. A
+/// voxel without contact contributes 0. Returns true if any voxel stops the tool.
 template <class Real>
 TYPODONT_KERNEL bool evaluate(const Task<Real>& task, std::size_t first, std::uint64_t labels, Block<Real>& b) {
   using Flag = typename Block<Real>::Flag;
@@ -399,8 +400,8 @@ Task<Real> task_of(const EndVoxels& voxels, const SurfacePatch& patch, const End
 namespace {
 
 /// Merges each square of 2 × 2 equal voxels in a plane perpendicular to the axis into one voxel with their total area
-/// and mean values. All other voxels stay unchanged. Voxels near the axis are never merged, because eq. (2) weights
-/// them by 1/r.
+/// and mean values. All other voxels stay unchanged. Voxels near the axis are never merged, because the cutting law
+/// (Zhao 2020, eq. 2) weights them by 1/r.
 std::vector<ToolVoxel> merged(std::span<const ToolVoxel> voxels, double edge) {
   constexpr float kEqual = 1e-3f;
   constexpr double kNearAxis = 8;  // voxels, distance from the axis within which voxels are not merged

@@ -32,7 +32,7 @@ struct EndVoxels {
   std::vector<float> ability, inverse_ability;  // ability to drill, 0..1, and its reciprocal (0 for ability 0)
   std::vector<float> r;                         // m, distance from the axis
   std::size_t count = 0;                        // number of voxels without the padding
-  // factor from the area of these voxels to the area of the whole end: 1 / ToolVoxels::ahead_share
+  // the area of the whole end divided by the area of these voxels: 1 / ToolVoxels::ahead_share
   double share = 1;
 };
 

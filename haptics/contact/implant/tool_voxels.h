@@ -52,7 +52,8 @@ inline void add_cutting(const ToolVoxel& voxel, double u, const dvec3& along, do
   const dvec3 n(voxel.n), p(voxel.p);
   const double facing = glm::dot(n, along);
   if (!(facing > 0)) return;
-  // The factor 1/(2 pi N) of eq. (2) is equal to 1/speed.
+  // In eq. (2) of Zhao 2020, N is the number of revolutions per second. So the equation's factor 1/(2 pi N) is equal to
+  // 1/speed.
   const double size =
       u * facing * static_cast<double>(voxel.area) * static_cast<double>(voxel.inverse_r) / std::abs(speed);
   // The tissue's force opposes the motion of the teeth.

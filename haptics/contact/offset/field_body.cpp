@@ -66,10 +66,10 @@ TissueVolume::Copied whole(SurfacePatch& patch) {
 
 }  // namespace
 
-/// Moves a patch so that its first voxel is `lo`, and updates its samples from the volume. If `known` is true, written_
-/// contains all changes of the volume since the last copy of the patch. In this case only three parts are copied: these
-/// changes, the samples that the servo wrote itself, and the slabs that are new in the patch. Otherwise all samples are
-/// copied. copy_part(box) copies a box of samples; copy_written() copies the changes in written_.
+/// Moves a patch so that its first voxel is `lo`, and updates its samples from the volume. If `known` is false, all
+/// samples are copied. If it is true, written_ contains all changes of the volume since the last copy of the patch.
+/// Then only three parts are copied: these changes, the samples that the servo wrote itself, and the slabs by which the
+/// patch has moved. copy_part(box) copies a box of samples; copy_written() copies the changes in written_.
 template <class CopyPart, class CopyWritten>
 void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, CopyPart copy_part,
                       CopyWritten copy_written) {

@@ -50,8 +50,8 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
       patch_.holds(filling_.center, filling_.radius + P::most_step + static_cast<double>(Sweep::kMargin));
   if ((filling_.idle || !has_room) && !search_open_place(ball(), reach)) return false;
 
-  // Computes the growth of the dome's radius such that the free part of its surface adds the waiting volume. The free
-  // fraction of the last tick is used, so the volume may be too small.
+  // Computes how much the dome's radius must grow so that the free part of its surface adds the waiting volume. The
+  // size of the free part is known only for the last tick, so the added volume may be too small.
   const double before = filling_.radius, owed = filling_.owed / voxel;
   const double most =
       std::clamp(grown(before, owed + instrument.fill_rate * P::ahead / voxel) - before, P::step, P::most_step);

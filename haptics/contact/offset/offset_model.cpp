@@ -83,7 +83,8 @@ void OffsetModel::take_up(std::uint32_t which) noexcept {
   held_ = {};
 }
 
-/// Determines the tissue that the head touches. Samples lie below each contact and are weighted by its force.
+/// Determines the tissue that the head touches. The function samples the tissue below each contact, and weights the
+/// sample by the force of the contact.
 void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
   constexpr double kFeltBelow = 0.5;  // voxels; the tissue is sampled at this depth below the surface
   const Step& p = step_;

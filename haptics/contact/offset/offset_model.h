@@ -54,9 +54,9 @@ class OffsetModel : public PatchModel {
     // voxels, displacement of the proxy in one tick that changes the force at a rate of 1 N/s
     double pace_per_slew = 0;
     bool paced = false;  // true if the proxy's speed relative to the hand is limited in this tick
-    // unit vector against the direction in which the hand falls; zero if the hand does not fall
+    // unit vector against the direction in which the hand falls (see FallParameters); zero if the hand does not fall
     dvec3 fall_normal{0};
-    // voxels, largest distance that the head may move in the direction of the fall in this tick
+    // voxels, largest distance that the head may move in this tick in the direction in which the hand falls
     double fall_limit = 0;
     // Voxels, vector from the hand to the position that the contacts and the energy debt allow, without the speed
     // limit; zero without contact.
@@ -151,7 +151,7 @@ class OffsetModel : public PatchModel {
   // N, force of the last contact, whose plane replaces the tissue while a patch is late; 0: no such plane
   double bridge_push_ = 0;
   dvec3 bridge_from_{0};  // voxels, the head's centre where the patch ended
-  // s, remaining time in which the proxy returns smoothly from the bridging plane to the surface
+  // s, remaining time in which the proxy returns smoothly to the surface, after a plane had replaced a missing patch
   double rejoining_ = 0;
   struct Retreat {
     RetreatPath path;

@@ -23,7 +23,8 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   const dvec3 sideways = pull - pushed * n;
   const double length = glm::length(sideways);
   const dvec3 lag = sideways * (length > P::tooth_grip * pushed ? P::tooth_grip * pushed / length : 1.0);
-  // Change since the last tick of the vector by which the head lags behind the target along the surface.
+  // `lag` is the vector along the surface from the head to the target. The friction limits its change since the last
+  // tick.
   const dvec3 change = lag - (sideways + moved - glm::dot(moved, n) * n);
   const double size = glm::length(change);
   if (size > most && glm::dot(change, lag) > 0) return target + lag - change * (1 - most / size);
@@ -552,7 +553,8 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
       if (bridge_push_ == 0) bridge_push_ = in.normal_force, bridge_from_ = p.start;
       const double way = glm::length(p.start - bridge_from_) * voxel();
       const double most = std::clamp(2 - way / R::bridge_reach, 0.0, 1.0) * (bridge_push_ + R::bridge_yield) *
-                          // voxels, largest distance between the head and the hand that the plane may cause
+                          // voxels, largest distance between head and hand; the plane that replaces the missing patch
+                          // cannot hold the head farther from the hand than this
                           p.pace_per_slew / in.dt;
       under = std::min(under, most);
     }

@@ -68,8 +68,9 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
     }
     const double radius = shank.radius_at(u);
     const double around = sample_linear(wide, p);
-    // Upper bound of the interpolation error. If all samples of the cell are at the limit of the band, the error is at
-    // most the sagitta of a sphere between the samples.
+    // Upper bound of the interpolation error. If all samples of the cell have the largest stored distance (the band),
+    // the tissue is at least this far away. The error is then at most the sagitta that a sphere of this radius has
+    // between two samples.
     const double blurred = around > wide.band - P::at_band ? 3 / (8 * wide.band) : P::overestimate;
     const double clear = (around - blurred) * every_ - radius;
     // At the distance s farther along the axis, the free distance is at least clear - s (1 + slope). The step is about

@@ -32,8 +32,8 @@ double spring_scale(const std::vector<HeadSample>& samples, double reach, int sh
     double below = 0;
     int count = 0;
     for (const HeadSample& s : samples) {
-      // Depth of the sample below the wall. The model measures the depth along the normal of the sample. The component
-      // of this depth along the normal of the wall is the depth below the wall.
+      // The depth of the sample below the wall. The model measures the depth along the sample's own normal, so the
+      // depth below the wall is the component of this depth along the wall's normal.
       const double h = depth - (lowest - glm::dot(in, s.p_TQ));
       if (h > 0) below += h, ++count;
     }

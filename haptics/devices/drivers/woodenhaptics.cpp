@@ -99,7 +99,7 @@ class ArmDevice : public HapticDevice {
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     gravity_share_ = std::min(1.0, gravity_share_.load() + 1 / (kGravityRamp * info_.rate));
     const Currents currents = motor_currents(arm_, theta_, f_T_W, gravity_share_.load() * gravity_torque(arm_, theta_));
-    // The watchdog is told before the currents are sent, because the watchdog process must know of every force.
+    // The watchdog process must know of every force. So it is informed before the currents are sent.
     watchdog_process_.note_write(currents.amperes != dvec3(0), now());
     link_->write(encode(protocol_, currents.amperes).span());
   }
