@@ -55,8 +55,8 @@ void Carver::apply(const Cut& cut) {
   if (cut.fill_radius > 0) {
     body_->fill(cut);
   } else {
-    // After an edit, the tissue at the head may have been restored, so the next sweep begins with the whole head
-    // again.
+    // An undo or redo may have restored tissue at the head. So the next cut removes the tissue in the whole head at its
+    // start, and not only the tissue ahead of the head.
     const bool edited = edits_ > 0 && cuts_ == edited_at_;
     body_->carve(cut, cuts_ > 0 && !edited && cut.tool == end_tool_ && same(cut.X_WA, end_));
     end_ = cut.X_WB;

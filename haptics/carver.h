@@ -87,7 +87,8 @@ class Carver {
   bool in_stroke_ = false;
   std::vector<LoosePiece> pieces_;  // loose pieces that take_pieces() has not returned yet
   PerTissue loose_volume_{};        // m³, volume of all loose pieces since construction
-  // piece_count_: number of loose pieces so far; pieces_in_snapshot_: their number when the last snapshot was taken.
+  // piece_count_: number of loose pieces that cuts have separated so far; pieces_in_snapshot_: their number when the
+  // last snapshot was taken.
   std::uint32_t piece_count_ = 0, pieces_in_snapshot_ = 0;
   std::uint32_t edits_ = 0, edits_in_snapshot_ = 0;
   std::uint64_t edited_at_ = 0;  // value of cuts_ at the last edit

@@ -11,10 +11,10 @@ namespace typodont::haptics {
 
 namespace {
 
-// number of blocks by which the front is wider, on each side, than the blocks that a cut needs, so that the front is
-// rarely moved
+// number of additional blocks of samples on each side of the active front; with them, the front rarely has to be moved
 constexpr int kRoom = 2;
-constexpr std::size_t kGroups = 1 << 15;  // upper limit of the number of groups; the front of any dental bur has fewer
+// upper limit of the number of groups of samples; the active front of any dental bur has fewer
+constexpr std::size_t kGroups = 1 << 15;
 
 glm::ivec3 blocks(const glm::ivec3& voxel, int rows, int deep) {
   const auto down = [](int v, int step) { return (v - (v % step + step) % step) / step; };
@@ -36,8 +36,8 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes
   const int layers = across - 2 * kRoom;
   parts_.resize(static_cast<std::size_t>(
       std::clamp(static_cast<int>(std::bit_floor(static_cast<unsigned>(layers))), 4, kMostParts)));
-  // Each part of the lists has memory for twice the average number of groups, because the parts in the middle of the
-  // head contain more groups.
+  // Each part of the lists has memory for twice the average number of groups of samples, because the parts in the
+  // middle of the head contain more groups.
   const std::size_t room = 2 * std::min(2 * kRows * kRows * count, kGroups) / parts_.size() + Groups::kRoom;
   for (Groups& part : parts_) {
     part.x.assign(room, 0);
@@ -94,8 +94,8 @@ void CutFront::move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept 
   const glm::ivec3 first = from - (size_ - (to - from + 1)) / 2, shift = first - first_;
   std::fill(moved_.begin(), moved_.end(), -kNever);
   if (known_) {
-    // The front is moved by `shift` blocks. a and b limit the range of the blocks that remain in the front, as indices
-    // before the move.
+    // The active front is moved by `shift` blocks of samples. a and b limit the range of the blocks that remain in the
+    // active front, as indices before the move.
     const glm::ivec3 a = glm::max(shift, 0), b = glm::min(size_ + shift, size_);
     for (int x = a.x; x < b.x; ++x) {
       for (int y = a.y; y < b.y; ++y) {

@@ -27,8 +27,9 @@ class CutFront {
   /// samples in a group; the result of a cut does not depend on it.
   CutFront(std::span<const Tool> tools, double voxel, int lanes = widest_group());
 
-  /// Returns the number n of parts of the lists. Part i contains every n-th layer of blocks along x, starting at layer
-  /// i. A larger head has more parts, so that the renewal of one part does not make a tick much longer.
+  /// Returns the number n of parts of the lists. Part i contains every n-th layer of blocks of samples along x,
+  /// starting at layer i. A larger head has more parts, so that the renewal of one part does not make a tick much
+  /// longer.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
   /// Consecutive groups of samples in a list that have the same kind. The kind states which pieces of the head's
@@ -55,11 +56,11 @@ class CutFront {
   /// The sorted groups of a list, with one array per property. A vector load may read a few elements beyond the last
   /// group.
   struct Listed {
-    float* x;  // voxels, x coordinate relative to the first voxel of the front
+    float* x;  // voxels, x coordinate relative to the first voxel of the active front
     float* y;
     std::int32_t* z;
-    std::int32_t* at;      // array index of the group's first sample, relative to the first voxel of the front
-    std::uint8_t* length;  // number of samples in the group that may change
+    std::int32_t* at;      // array index of the group's first sample, relative to the first voxel of the active front
+    std::uint8_t* length;  // number of samples in the group of samples that may change
     std::uint8_t* label;   // tissue of the samples that may change
   };
 
@@ -82,7 +83,7 @@ class CutFront {
   static constexpr int kRows = 4, kDeep = 8;
   static constexpr double kRound = 512;  // voxels; the path length then restarts at 0, to keep float precision
   static constexpr float kNever = 1e9f;
-  static constexpr int kKinds = 20;  // upper limit of the number of kinds of groups (see Run)
+  static constexpr int kKinds = 20;  // upper limit of the number of kinds of groups of samples (see Run)
   // Length of the head's path, in voxels, for which a list is valid. kListedOfBall: for balls; kListedOfHead: for other
   // heads. With a larger value, lists are renewed less often but are longer.
   static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;
@@ -105,8 +106,8 @@ class CutFront {
     Listed listed() { return {x.data(), y.data(), z.data(), at.data(), length.data(), label.data()}; }
     static constexpr int kRoom = 40;  // number of unused elements at the end, because a vector load may read them
 
-    // The groups before sorting. They are sorted by kind (the pieces of the meridian that can be nearest; for a ball,
-    // the position of the group relative to the ball) and by the stage at which they may change.
+    // The groups of samples before sorting. They are sorted by kind (the pieces of the meridian that can be nearest;
+    // for a ball, the position of the group of samples relative to the ball) and by the stage at which they may change.
     std::vector<Found> found;
     std::array<Run, kKinds * 2 * kStages> runs;
     int run_count = 0;
@@ -121,20 +122,20 @@ class CutFront {
     if (along_axis_ && !along_axis) drop_listed();
     along_axis_ = along_axis;
   }
-  /// Returns true if the front is large enough for all blocks around the voxels lo to hi.
+  /// Returns true if the active front is large enough for all blocks of samples around the voxels lo to hi.
   bool holds(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept;
   /// Sets the pose of the head to `X_V` (voxels), and adds `way` to the path length. `way`: displacement of the head's
   /// farthest point, voxels.
   void advance_to(const Pose& X_V, double way) noexcept;
-  /// Moves the front such that it contains all blocks around the voxels lo to hi.
+  /// Moves the active front such that it contains all blocks of samples around the voxels lo to hi.
   void move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept;
   float* due(const glm::ivec3& block) noexcept {
     const glm::ivec3 at = block - first_;
     return due_.data() + (at.x * size_.y + at.y) * size_.z + at.z;
   }
 
-  /// Returns the part of the lists that contains a layer of blocks; layers are counted from the first layer of the
-  /// front.
+  /// Returns the part of the lists that contains a layer of blocks of samples; layers are counted from the first layer
+  /// of the active front.
   int part_of(int layer) const noexcept { return (first_.x + layer) & (parts() - 1); }
   /// Sets the patch to which the lists refer. The existing lists stay valid if `holds` is true, that is, if the new
   /// patch contains all their samples. `n`: edge length of the patch in samples.
@@ -151,16 +152,18 @@ class CutFront {
   /// Returns table `k` of terms that depend only on the z coordinate of a sample.
   float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kDeep + kBeyond); }
 
-  // Number of additional entries in the tables of z-dependent terms beyond the front, because a group may begin at the
-  // last sample of the front.
+  // Number of additional entries in the tables of z-dependent terms beyond the active front, because a group of samples
+  // may begin at the last sample of the front.
   static constexpr int kBeyond = 32;
   int lanes_;
-  glm::ivec3 size_{0};   // size of the front in blocks
-  glm::ivec3 first_{0};  // position of the first block of the front in the grid of blocks
-  // due_: for each block, the path length at which it must be examined again; moved_: buffer for moving the front
+  glm::ivec3 size_{0};   // size of the active front in blocks of samples
+  glm::ivec3 first_{0};  // position of the first block of the active front in the grid of blocks
+  // due_: for each block of samples, the path length at which it must be examined again; moved_: buffer for moving the
+  // active front
   std::vector<float> due_, moved_;
   static constexpr int kMostParts = 16;
-  // the parts of the lists; their number is a power of two; positions are relative to the first voxel of the front
+  // the parts of the lists; their number is a power of two; positions are relative to the first voxel of the active
+  // front
   std::vector<Groups> parts_;
   // First voxel of the patch to which the lists refer; `listed_n_` is the edge length of this patch in voxels.
   glm::ivec3 listed_lo_{0};

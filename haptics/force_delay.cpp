@@ -15,7 +15,7 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
   past_[newest_] = {tick.t, {tick.f_T_W, tick.tau_T_W}};
   count_ = std::min(count_ + 1, past_.size());
 
-  // Computes the energy that the last force has transferred to the hand since the last tick.
+  // Computes the energy that the last force has given to the hand since the last tick.
   const dvec3 moved = begun_ ? tick.X_WT.p - X_WT_.p : dvec3(0);
   const dvec3 turned = begun_ ? rotation_vector(X_WT_.R, tick.X_WT.R) : dvec3(0);
   const double dt = begun_ ? std::max(to_seconds(tick.t - t_), 0.0) : tick_;
@@ -32,8 +32,8 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
       break;
     }
   }
-  // Neither the delayed force nor the present force acts any more. So a negative energy account is reset, and the next
-  // contact starts at zero.
+  // Neither the delayed force nor the present force acts any more. So a negative balance of energy is set to zero, and
+  // the next contact starts at zero.
   if (wrench.f_T_W == dvec3(0) && tick.f_T_W == dvec3(0)) energy_ = std::max(energy_, 0.0);
   const double share =
       passive_fraction(law_, wrench.f_T_W, moved, wrench.tau_T_W, turned, dt > 0 ? dt : tick_, tick_, energy_, state_);

@@ -21,7 +21,7 @@ bool is_unit(const dquat& R) {
   return std::abs(glm::dot(R, R) - 1) < 1e-3;
 }
 /// Normalises R, unless R is already a unit quaternion within rounding error. A replay passes the orientations that a
-/// tick returned (ServoTick::X_WT). They must keep their bits, so that the replay computes the same force.
+/// tick returned (ServoTick::X_WT). Such an orientation must keep its bits, so that the replay computes the same force.
 dquat made_unit(const dquat& R) {
   constexpr double kRounding = 1e-14;  // tolerance of |R|² - 1; larger than the rounding error of a normalisation
   return std::abs(glm::dot(R, R) - 1) < kRounding ? R : glm::normalize(R);
@@ -83,7 +83,7 @@ void Servo::State::rest(TickData& now, bool valid) noexcept {
   const HandSample& hand = now.hand;
   ServoTick& out = now.out;
   out.X_WT = valid ? Pose{hand.X_WT.p, made_unit(hand.X_WT.R)}
-                   : motion.X_WG;  // where the hand's pose is invalid, the last pose of the proxy replaces it
+                   : motion.X_WG;  // if the hand's pose is invalid, the last pose of the proxy replaces it
   out.X_WG = motion.placed ? motion.X_WG : out.X_WT;
   out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
   if (settings.spindle.run_up_time > 0) {
@@ -106,8 +106,8 @@ void Servo::State::rest(TickData& now, bool valid) noexcept {
 void Servo::State::begin_anew(const Pose& X_WT, Nanos t) noexcept {
   Motion& m = motion;
   m.began = t;
-  // After an interruption, the proxy stays where it was, outside the tissue. If the hand has moved far away meanwhile,
-  // the proxy starts at the hand.
+  // After invalid input or a pause, the proxy stays where it was, outside the tissue. If the hand has moved far away
+  // meanwhile, the proxy starts at the hand.
   if (!m.placed || glm::length(X_WT.p - m.X_WG.p) > P::lost_distance) m.X_WG = X_WT;
   m.placed = true;
   m.last_hand = X_WT;

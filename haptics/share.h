@@ -13,7 +13,7 @@ inline constexpr double kFractionUnit = 1.0 / (1 << 23);
 /// voxels away from the voxel's centre. Floats between 1 and 2 have equal spacing (one unit), so the difference of two
 /// bit patterns is a number of units.
 inline std::int32_t inside_units(float distance) {
-  // The code has no branch, so that the compiler can vectorise the sum over a leaf.
+  // The code has no branch, so that the compiler can vectorise the sum over the 512 samples of a leaf.
   const float above = distance < -0.5f ? -0.5f : distance;
   const float at = (above > 0.5f ? 0.5f : above) + 1.5f;
   return std::bit_cast<std::int32_t>(2.0f) - std::bit_cast<std::int32_t>(at);

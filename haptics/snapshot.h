@@ -13,7 +13,7 @@ namespace typodont::haptics {
 /// patch of a field, a list of spheres …). The carver writes a snapshot; after ContactModel::adopt() it belongs to the
 /// servo. Buffers get their size once, at set-up.
 struct Snapshot {
-  std::uint32_t number = 0;     // number of the snapshot, from 1; 0: no snapshot has been taken yet
+  std::uint32_t number = 0;     // number of the snapshot, counted from 1; 0: no snapshot has been taken yet
   std::uint64_t cuts = 0;       // index of the last cut that the snapshot contains
   std::uint32_t edits = 0;      // number of undo and redo steps made before the snapshot was taken
   std::uint64_t edited_at = 0;  // index of the last cut before the newest undo or redo step

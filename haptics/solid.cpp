@@ -379,8 +379,8 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
     const dvec3 middle = dense.frame.to_world(dvec3(from) + 0.5 * (kBlock - 1));
     near.clear();
     const Part* deep = nullptr;
-    // crossed: a border between labels passes through the block. covered: one solid contains the whole block, deeper
-    // than the band.
+    // crossed: a border between two labels passes through the block of voxels. covered: one solid contains the whole
+    // block, and the block lies deeper in it than the band.
     bool crossed = false, covered = false;
     for (const Part& part : parts) {
       const double own = part.solid->distance(middle);

@@ -31,7 +31,7 @@ bool has_rim(const MeridianPiece& end, const MeridianPiece& flank) {
 /// Returns true if the drill `tool` moves from A to B (voxels) along its own axis, towards its free end.
 bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double reach) {
   if (!tool.implant || tool.implant->kind != ImplantToolKind::kDrill) return false;
-  // The upper end of a short head is near the samples, so it could affect them too.
+  // If a head is short, its upper end is near the samples that the lower end cuts, so it could affect them too.
   if (tool.shape != HeadShape::kCylinder || tool.length < tool.diameter) return false;
   const dvec3 axis = A.R * dvec3(0, 0, -1), way = B.p - A.p;
   const double along = glm::dot(way, axis);
@@ -75,8 +75,8 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     along_axis_ = continues && laws >= kLawsOfAxis && straights_ == 0 && has_rim(pieces_[0], pieces_[1]) &&
                   moves_along_axis(tool, X_VA_, X_VB_, reach);
     if (along_axis_) {
-      // In a motion along the axis, a sample does not change if its nearest point of the head at A is already on the
-      // flank.
+      // In a motion along the axis, a sample does not change if its nearest point of the head at A (the start of the
+      // sweep) is already on the flank.
       const MeridianPiece& end = pieces_[0];  // flat end of the drill, from the axis to the rim
       const auto moved = static_cast<float>(glm::length(b - a));
       back_.still_above = end.bz + moved, back_.still_beyond = end.bx + end.bz + moved;
@@ -137,7 +137,7 @@ double Sweep::path_from(const Sweep& before) const noexcept {
 }
 
 bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
-  // voxels, edge length of the blocks around the sweep in which the listed groups of samples lie
+  // voxels, edge length of the blocks of samples around the sweep in which the listed groups of samples lie
   constexpr int kBlock = 8;
   const glm::ivec3 lo = lo_ - patch_lo, hi = patch_lo + n - 1 - hi_;
   return std::min({lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}) > kBlock + 1;

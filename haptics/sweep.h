@@ -20,9 +20,9 @@ class CutFront;
 /// moves on along its axis cuts only with its end.
 class Sweep {
  public:
-  /// `continues`: true if the previous sweep ended at A and removed the head's volume there; only tissue ahead of the
-  /// head can then change. `laws`: version of the servo's force laws (contact.h); different versions give slightly
-  /// different results.
+  /// `continues`: true if the previous sweep ended at A (the start of the sweep) and removed the head's volume there;
+  /// only tissue ahead of the head can then change. `laws`: version of the servo's force laws (contact.h); different
+  /// versions give slightly different results.
   Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues = false,
         std::uint32_t laws = kServoLaws);
 
@@ -76,15 +76,15 @@ class Sweep {
                   RemovedVolume* removed) const noexcept;
   bool carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   RemovedVolume* removed) const noexcept;
-  /// Does the same as carve(), for a long path. `known` (may be null): blocks that need not be examined yet are
-  /// skipped, because none of their samples can change.
+  /// Does the same as carve(), for a long path. `known` (may be null): blocks of samples that need not be examined yet
+  /// are skipped, because none of their samples can change.
   bool carve_way(const HeadTarget& target, RemovedVolume* removed, const DueBlocks* known) const noexcept;
-  /// Removes tissue from the blocks in one part of the active front (CutFront) of a head that is not a ball. `listed`:
-  /// number of groups found.
+  /// Removes tissue from the blocks of samples in one part of the active front (CutFront) of a head that is not a ball.
+  /// `listed`: number of groups of samples found.
   bool carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, int& listed) const noexcept;
-  /// Removes tissue from those blocks of some parts of the front that must be examined, without lists. `parts`: set of
-  /// parts, one bit for each part.
+  /// Removes tissue from those blocks of some parts of the active front that must be examined, without lists. `parts`:
+  /// set of parts, one bit for each part.
   bool carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops, const HeadTarget& target) const noexcept;
   /// Returns true if this patch contains all samples that were listed around the head in another patch.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;
@@ -95,8 +95,8 @@ class Sweep {
   }
   /// Returns an upper bound (voxels) of the rounding error of a sample's depth in a head that is not a ball.
   float rounding_of_depth() const noexcept { return 1e-3f + 2e-6f * static_cast<float>(reach_); }
-  /// Returns true if the step is so short that the ball at B is accurate enough instead of the capsule. They differ by
-  /// ab²/8r.
+  /// Returns true if the step is so short that the ball at B (the end of the sweep) is accurate enough instead of the
+  /// capsule. They differ by ab²/8r.
   bool is_ball() const noexcept { return continues_ && glm::dot(ab_, ab_) < 8e-5f * radius_; }
 
   bool sphere_, continues_;
@@ -106,7 +106,8 @@ class Sweep {
   MeridianPiece pieces_[HeadField::kMaxPieces];  // meridian of a head that is not a ball, voxels
   // straight path from pose B back to pose A; way_back() sets its member `pieces`
   Straight back_;
-  glm::ivec3 base_;        // voxels, origin of the coordinates of A and B; it is near them, so that floats are precise
+  // voxels, origin of the coordinates of A (the start of the sweep) and B; it is near them, so that floats are precise
+  glm::ivec3 base_;
   glm::vec3 a_, ab_;       // voxels; a_: position A relative to base_; ab_: vector from A to B (the capsule's axis)
   float inverse_length2_;  // 1/|ab|²; 0 if A and B are equal
   float radius_;           // voxels, largest radius of the head

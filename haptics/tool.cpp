@@ -206,7 +206,7 @@ std::optional<NonCuttingPart> shank_of(const Tool& tool) {
   shape.neck_diameter = tool.neck_diameter;
   shape.length = tool.shank_length;
   shape.neck_length = std::min(tool.neck_length, tool.shank_length);
-  // The shank begins where the ball is as wide as the shank's neck.
+  // The shank begins at the height at which the ball is as wide as the shank's neck.
   const double neck = tool.neck_diameter / 2;
   const double from = tool.shape == HeadShape::kSphere
                           ? std::sqrt(std::max(tool.radius() * tool.radius() - neck * neck, 0.0))
@@ -461,7 +461,7 @@ Tool read_tool(const Json& json) {
     if (tool.neck_diameter > tool.diameter * (1 + 1e-9)) {
       shank->fail(fmt::format("a neck of {:g} mm", tool.neck_diameter / kMillimetre), "neck_mm no wider than the head");
     }
-    // A step from neck to shank would be concave. A very short cone replaces it.
+    // A step in width from neck to shank would make the outline concave. So a very short cone replaces it.
     if (tool.neck_diameter < tool.shank_diameter) tool.neck_length = std::max(tool.neck_length, 0.01 * kMillimetre);
   }
   if (const auto end = json.find("safe_end")) {

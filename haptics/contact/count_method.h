@@ -1,4 +1,5 @@
-// Counters for method_counts(). Set-up code calls count_method() when it creates a model or a body.
+// Counts the models and bodies that the process has created, for method_counts(). Set-up code calls count_method() when
+// it creates a model or a body.
 #pragma once
 
 #include <cstdint>

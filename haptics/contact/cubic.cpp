@@ -19,8 +19,8 @@ typedef double D2 __attribute__((vector_size(16), aligned(8), may_alias));
 
 constexpr int kLead = 2;  // number of samples at the start of a row that have weight zero
 
-/// For each of the eight samples of a row: its interpolation weight and the weight's derivative. Both are polynomials
-/// in the fractional position of the point.
+/// For each of the eight samples in a row of the interpolation stencil: its interpolation weight and the weight's
+/// derivative. Both are polynomials in the fractional position of the point.
 struct Polynomials {
   alignas(64) double value[4][8] = {}, slope[3][8] = {};
 };
@@ -100,7 +100,7 @@ void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, doub
 }  // namespace by_two
 
 #ifdef TYPODONT_WIDE_CUBIC
-/// Four rows with four partial sums each: adds the partial sums of every row, for all rows at once.
+/// Each of four rows has four partial sums. This adds the partial sums of each row, for all four rows at once.
 #define TYPODONT_ADD_ACROSS                                                                                         \
   TYPODONT_KERNEL void add_across(const double(&sums)[4][4], double* out) {                                         \
     const D4* const s = reinterpret_cast<const D4*>(sums);                                                          \
@@ -149,7 +149,7 @@ namespace {
 using Lanes = D8;
 constexpr int kLanes = 8;
 
-// Uses the masked intrinsic, because GCC 12 gives a false warning for the unmasked one.
+// Uses the AVX-512 intrinsic with a mask, because GCC 12 gives a false warning for the same intrinsic without mask.
 TYPODONT_KERNEL Lanes widened(const float* p) {
   return (Lanes)_mm512_maskz_cvtps_pd(0xff, _mm256_loadu_ps(p));
 }

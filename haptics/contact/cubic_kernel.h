@@ -42,7 +42,8 @@ TYPODONT_KERNEL void sum_up(const float* f, std::size_t stride_x, std::size_t st
   weigh(kWeights.slope, fractions[0], x_slope);
   weigh(kWeights.value, fractions[2], z);
   weigh(kWeights.slope, fractions[2], z_slope);
-  // Forces the compiler to keep the weights in memory. Each weight is then loaded into all lanes by one instruction.
+  // Forces the compiler to keep the weights in memory, because one instruction then loads a weight into all lanes of a
+  // vector.
   asm("" : "+m"(x), "+m"(x_slope), "+m"(y), "+m"(y_slope));
   // sample k of a row is added to partial sum k mod 4, whatever the vector width is, so that all widths give the same
   // bits

@@ -191,7 +191,7 @@ inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dve
                                        : twitch + (tick > 2.2 * law.human_tick ? state.advance : along);
     at_stake = strength * std::max({law.margin * state.retreat, back, 1e-3 * twitch});
   }
-  if (twist > 0) {  // also for a tool whose force is already zero, because the torque decays more slowly
+  if (twist > 0) {  // also for a tool whose force is already zero, because the torque decays more slowly than the force
     // rad, rotation about the torque's axis; positive: in the direction of the torque
     const double out = glm::dot(tau, turned) / twist;
     state.rotation_retreat = std::max(state.rotation_retreat, out);

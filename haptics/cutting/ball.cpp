@@ -42,14 +42,14 @@ struct Work {
   I8 base[kRowBatches];  // index of the row's first sample
   // z[i] contains the z coordinates of the samples i to i + 7 of a row, relative to A (the beginning of the sweep)
   F8 z[kLongest];
-  // the listed groups, each packed as: z index of its first sample << 16 | index of its row
+  // the listed groups of samples, each packed as: z index of its first sample << 16 | index of its row
   std::uint32_t groups[kGroups];
   int batches = 0, count = 0;
 };
 
 /// Raises the samples of some groups. A group is eight samples along z. Each sample becomes max(old, min(radius -
 /// distance, kInner)) if this is above -kMargin, where `distance` is the distance from the centre of the ball.
-/// `narrow`: true if the rows of the block are shorter than a group.
+/// `narrow`: true if the rows of the block of samples are shorter than a group.
 template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
@@ -59,7 +59,7 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
   const auto* const all_u = reinterpret_cast<const float*>(work.u);
   const auto* const all_v = reinterpret_cast<const float*>(work.v);
   const auto* const base = reinterpret_cast<const std::int32_t*>(work.base);
-  I8 moved_taken[Work::kGroups];  // for each group in which the surface moved: the removed volume
+  I8 moved_taken[Work::kGroups];  // for each group of samples in which the surface moved: the removed volume
   std::int32_t moved_at[Work::kGroups];
   int moved = 0;
   I8 any_raised = {};
@@ -100,7 +100,8 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
       for (int i = 0; i < size_z; ++i) at[i] = now[i];
     }
     any_raised |= raised;
-    // Stores every group without a branch. A branch on the condition that a group changed would often be mispredicted.
+    // Stores every group of samples without a branch. A branch on the condition that a group changed would often be
+    // mispredicted.
     moved_taken[moved] = eight::share_taken(old, now);
     moved_at[moved] = first;
     moved += any_of(moved_taken[moved] > 0);
@@ -134,8 +135,8 @@ template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
-  // This ball contains all samples that can change. Its centre is B if the ball at B covers everything, otherwise the
-  // middle between A and B.
+  // This ball contains all samples that can change. Its centre is B if the ball at B (the end of the sweep) covers
+  // everything, otherwise the middle between A and B.
   const float share = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
   const float mx = share * c.abx, my = share * c.aby, mz = share * c.abz, reach2 = reach * reach;
   // If this sweep continues another sweep, all tissue in a ball around A with the radius `inner` has already been
@@ -154,8 +155,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const I8 counts = {0, 1, 2, 3, 4, 5, 6, 7};
   bool changed = false;
   Work work;
-  // The z coordinates are computed once for each sample at which a group can start, so that their rounding does not
-  // depend on the start of a row.
+  // The z coordinates are computed once for each sample at which a group of samples can start, so that their rounding
+  // does not depend on the start of a row.
   for (int start = 0; start <= last_start; ++start) {
     work.z[start] = static_cast<float>(block.lo_z + start) + steps - c.az;
   }
@@ -193,14 +194,15 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
       hole = hole > 0.0f ? hole : F8{};
       take_root(hole);
       F8 hole_from = first + 1.0f - hole, hole_to = first + 1.0f + hole;
-      const I8 leave = hole_to - hole_from > 8.0f;  // the hole is omitted only if it contains a whole group
+      const I8 leave = hole_to - hole_from > 8.0f;  // the hole is omitted only if it contains a whole group of samples
       hole_from = hole_from > 0.0f ? hole_from : F8{};
       hole_to = hole_to > low ? hole_to : low;
       hole_from = leave & (hole_from < high) ? hole_from : high;
       hole_to = leave ? hole_to : high;
       const I8 a_from = __builtin_convertvector(low, I8), a_to = __builtin_convertvector(hole_from, I8);
       const I8 b_from = __builtin_convertvector(hole_to, I8), b_to = __builtin_convertvector(high, I8);
-      // Most rows have one interval of at most sixteen samples. Two groups then cover this interval, without a branch.
+      // Most rows have one interval of at most sixteen samples. Two groups of samples then cover this interval, without
+      // a branch.
       const I8 stretch_a = a_to > a_from, stretch_b = b_to > b_from;
       const I8 from = stretch_a ? a_from : b_from, to = stretch_a ? a_to : b_to;
       const I8 second = from + 8, at0 = from < last_start ? from : I8{} + last_start;
@@ -225,7 +227,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
           }
         }
       }
-      // Processes and removes the collected groups if eight more rows of maximum length might not fit.
+      // Processes and removes the collected groups of samples if eight more rows of maximum length might not fit.
       if (work.batches == Work::kRowBatches || work.count > Work::kGroups - 8 * (Work::kLongest / 8 + 1) - 8) {
         changed |= carve_groups<capsule, narrow>(block, c, work, removed);
       }
@@ -256,18 +258,18 @@ struct BallBlocks {
   int stride_x, stride_y;
   glm::ivec3 lo, hi;            // box of the voxels that the sweep may change, enlarged by one voxel on each side
   glm::ivec3 held_lo, held_hi;  // first and last voxel of the patch
-  float* due;                   // pointer to the path length at which the front's first block must be examined again
+  float* due;  // pointer to the path length at which the front's first block of samples must be examined again
   int due_x, due_y;
   float way;    // path length of the head at the end of this sweep
-  float ahead;  // additional path length for which the listed groups stay valid; 0: no groups are listed
+  float ahead;  // additional path length for which the listed groups of samples stay valid; 0: no groups are listed
   float slip;   // voxels, upper bound of the rounding error of a depth
-  int lanes;    // number of samples in a group
-  // The lists of the front consist of parts. Successive layers of blocks along x belong to successive parts,
-  // cyclically. `parts`: number of parts; `part`: index of this part; `first_layer`: index of the part that contains
-  // the first layer.
+  int lanes;    // number of samples in a group of samples
+  // The lists of the active front consist of parts. Successive layers of blocks of samples along x belong to successive
+  // parts, cyclically. `parts`: number of parts; `part`: index of this part; `first_layer`: index of the part that
+  // contains the first layer.
   int parts, part, first_layer;
-  CutFront::Found* found;  // the list that receives the groups
-  // number of groups found, which may exceed the capacity of the list; `room`: capacity of the list
+  CutFront::Found* found;  // the list that receives the groups of samples
+  // number of groups of samples found, which may exceed the capacity of the list; `room`: capacity of the list
   int listed, room;
 };
 
@@ -317,8 +319,8 @@ TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8&
   }
 }
 
-/// Returns the position of a group relative to a ball that continues its present motion: ahead, beside or behind. The
-/// result is used only to sort groups, so that similar groups are processed together.
+/// Returns the position of a group of samples relative to a ball that continues its present motion: ahead, beside or
+/// behind. The result is used only to sort groups of samples, so that similar groups are processed together.
 inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   const float first = (static_cast<float>(group.x) - c.ax) * c.abx + (static_cast<float>(group.y) - c.ay) * c.aby +
                       (static_cast<float>(group.z) - c.az) * c.abz;
@@ -326,9 +328,9 @@ inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   return first > 0 && last > 0 ? 0 : first > 0 || last > 0 ? 1 : 2;
 }
 
-/// Cuts all blocks that are due, that is, blocks that must be examined at the head's present path length. Computes the
-/// path length at which each of them is due again. Also lists the groups of samples that may change until the head has
-/// moved by `ahead`.
+/// Cuts all blocks of samples that are due, that is, blocks that must be examined at the head's present path length.
+/// Computes the path length at which each of them is due again. Also lists the groups of samples that may change until
+/// the head has moved by `ahead`.
 template <bool capsule>
 TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
   BallFront& f = b.f;
@@ -382,8 +384,8 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
           const bool whole = x0 >= b.held_lo.x && y0 >= b.held_lo.y && z0 >= b.held_lo.z &&
                              x0 + kRows - 1 <= b.held_hi.x && y0 + kRows - 1 <= b.held_hi.y &&
                              z0 + kDeep - 1 <= b.held_hi.z;
-          // A quick test of a block that is far from the surface, with the sample at its middle. From voxel to voxel,
-          // the field and the depth change by at most one.
+          // A quick test of a block of samples that is far from the surface, with the sample at its middle. From voxel
+          // to voxel, the field and the depth change by at most one.
           if (whole) {
             const float middle = f.distance[(x0 + 1) * b.stride_x + (y0 + 1) * b.stride_y + z0 + 3];
             const float least = middle - kHalf - b.slip, slack = least - (length - Sweep::kMargin - away);
@@ -497,8 +499,8 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kDeep);
   const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-  // The tables with terms that depend only on z must extend beyond the sweep, for two reasons: groups extend beyond the
-  // sweep, and the lists were made when the head was up to one voxel away.
+  // The tables with terms that depend only on z must extend beyond the sweep, for two reasons: groups of samples extend
+  // beyond the sweep, and the lists were made when the head was up to one voxel away.
   const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
   const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kDeep) + 16;
   BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},
@@ -530,9 +532,9 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                .room = front.parts_[0].room()};
   const bool capsule = !is_ball();
   fill_heights(&b.f, capsule, heights_from, heights_to);
-  // A list of groups is valid until the head has moved by a fixed path length. A fast head would reach it at once, so
-  // no list is made. If several parts are listed at once, their lists get different lifetimes, so that they expire at
-  // different times.
+  // A list of groups of samples is valid until the head has moved by a fixed path length. A fast head would reach it at
+  // once, so no list is made. If several parts are listed at once, their lists get different lifetimes, so that they
+  // expire at different times.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfBall / std::max(front.outdated(), 1);
   const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
   int anew = 0;

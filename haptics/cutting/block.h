@@ -1,12 +1,13 @@
-// Dimensions of the blocks in which a sweep examines samples. Private to haptics/cutting.
+// Dimensions of the blocks of samples in which a sweep examines samples. Private to haptics/cutting.
 #pragma once
 
 #include <glm/glm.hpp>
 
 namespace typodont::haptics {
 
-inline constexpr int kRows = 4, kDeep = 8;  // a block has kRows × kRows rows of kDeep samples
-inline constexpr glm::vec3 kMiddle{(kRows - 1) / 2.0f, (kRows - 1) / 2.0f, (kDeep - 1) / 2.0f};  // centre of a block
+inline constexpr int kRows = 4, kDeep = 8;  // a block of samples has kRows × kRows rows of kDeep samples
+// centre of a block of samples
+inline constexpr glm::vec3 kMiddle{(kRows - 1) / 2.0f, (kRows - 1) / 2.0f, (kDeep - 1) / 2.0f};
 inline constexpr float kHalf = 4.1f;  // distance from the centre to a corner, |(1.5, 1.5, 3.5)|, rounded up
 
 }  // namespace typodont::haptics

@@ -46,8 +46,8 @@ struct Taken {
     }
     if (++groups == 255) close();  // keeps the sums below 2^31, because a voxel has 2^23 units
   }
-  /// Adds the removed volume of the samples `from` .. `to` of a group; their labels may differ. `labels`: label of the
-  /// group's first sample.
+  /// Adds the removed volume of the samples `from` .. `to` of a group of samples; their labels may differ. `labels`:
+  /// label of the group's first sample.
   TYPODONT_KERNEL void add(Ints taken, const Tissue* labels, const float* samples, int from, int to) {
     if (from == 0 && to == kLanes) {
       std::uint64_t parts[kLanes / 8], differ = 0;

@@ -1,7 +1,7 @@
 // This file is included once in each namespace of lane_ops.h, that is, once for each vector width. It computes the
 // depth of samples in a head from their positions in the head's half plane. The depth of a sample depends only on its
-// voxel and the pose. Pieces that cannot be the nearest piece may be omitted. If only one piece remains, and the
-// nearest point is between its ends, fewer operations give the same result.
+// voxel and the pose. Pieces that cannot be the nearest piece of the head's meridian may be omitted. If only one piece
+// remains, and the nearest point is between its ends, fewer operations give the same result.
 
 TYPODONT_KERNEL Floats depth_below_line(const MeridianPiece& piece, Floats rho, Floats z) {
   return (all(piece.ax) - rho) * all(piece.nax) + (all(piece.az) - z) * all(piece.naz);
@@ -29,8 +29,8 @@ struct NearestPiece {
   }
   TYPODONT_KERNEL void meet_arc(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats none = all(0.0f);
-    // The arc's end at b is also an end of the neighbouring piece. So only the end at a, which may be the tip, is
-    // examined.
+    // The arc's end at b is also an end of the neighbouring piece of the head's meridian. So only the end at a, which
+    // may be the tip, is examined.
     const Floats ex = rho - all(piece.ax), ez = z - all(piece.az), vx = rho - all(piece.cx), vz = z - all(piece.cz);
     const Mask beyond = more(none, all(piece.dx) * ez - all(piece.dz) * ex);
     const Floats off = all(piece.radius) - root(vx * vx + vz * vz);
@@ -49,7 +49,8 @@ TYPODONT_KERNEL NearestPiece no_piece_yet() {
   return {all(1e30f), nowhere()};
 }
 
-/// Returns the depth below the nearest of several pieces. `set`: one bit for each piece.
+/// Returns the depth below the nearest of several pieces of the head's meridian. `set`: one bit for each piece of the
+/// head's meridian.
 TYPODONT_KERNEL Floats depth_below_pieces(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   NearestPiece nearest = no_piece_yet();
   for (; set != 0; set &= set - 1) {

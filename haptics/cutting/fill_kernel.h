@@ -17,22 +17,23 @@ struct FillBall {
   HeadPose head;
   // meridian pieces of the shape that no filling may enter: the head, and its path out of the tissue
   MeridianPiece pieces[HeadField::kMaxPieces];
-  unsigned all_pieces;  // a set that contains all pieces: one bit for each piece
+  // a set that contains all pieces of the head's meridian: one bit for each piece of the head's meridian
+  unsigned all_pieces;
   float x, y, z, radius;
   Tissue label;
   const Fill* filling;  // the filling to which the ball belongs; the kernel reads its limit
 };
 
 struct FillBlock {
-  // `first`: first sample of the block, relative to the base voxel of the ball; `size`: number of samples along each
-  // axis
+  // `first`: first sample of the block of samples, relative to the base voxel of the ball; `size`: number of samples
+  // along each axis
   glm::ivec3 first, size;
   float* distance;
   Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
 };
 
-/// Adds the filling to a block: reduces each distance to the distance from the filling, if this is smaller.
+/// Adds the filling to a block of samples: reduces each distance to the distance from the filling, if this is smaller.
 /// Fill::lower() explains the arguments.
 bool lower_block(const FillBall& ball, const FillBlock& block, PerTissue* added, FreshLabels* fresh) noexcept;
 

@@ -17,27 +17,28 @@ namespace typodont::haptics {
 
 namespace {
 
-/// A block, and its position relative to the head.
+/// A block of samples, and its position relative to the head.
 struct HeadBlock {
   float* distance;
   const Tissue* tissue;
   std::ptrdiff_t at, stride_x, stride_y;  // index of the block's first sample, which may lie outside the array
-  int from[3], to[3];                     // range of the samples in the block that are processed, for x, y and z
-  glm::ivec3 first;                       // first sample of the block, relative to the base voxel of the pose
-  // A linear function of the position, which is an upper bound of the depth of every sample in the block: its value at
-  // the centre and its three slopes. Such a function exists because the distance from a convex head is a convex
-  // function.
+  int from[3], to[3];  // range of the samples in the block of samples that are processed, for x, y and z
+  glm::ivec3 first;  // first sample of the block of samples, relative to the base voxel of the pose
+  // A linear function of the position, which is an upper bound of the depth of every sample in the block of samples:
+  // its value at the centre and its three slopes. Such a function exists because the distance from a convex head is a
+  // convex function.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
   // the meridian piece that is nearest to all samples, if the nearest points lie between its ends; otherwise
   // kManyPieces plus a set of pieces
   int kind;
   bool beside;    // true if some samples may have been deeper in the head during the motion than at its end
-  float slowest;  // voxels, smallest distance by which the head approaches a sample of the block during the motion
+  // voxels, smallest distance by which the head approaches a sample of the block of samples during the motion
+  float slowest;
 
   /// Returns the address of the distance of a sample near the block's centre.
   const float* middle() const { return distance + (at + stride_x + stride_y + 3); }
-  /// Returns an upper bound of the depths (voxels) of all samples in row (ix, iy) of the block.
+  /// Returns an upper bound of the depths (voxels) of all samples in row (ix, iy) of the block of samples.
   float deepest(int ix, int iy) const {
     return bound + static_cast<float>(ix) * bound_x + static_cast<float>(iy) * bound_y +
            std::max((kDeep - 1) * bound_z, 0.0f);
@@ -104,12 +105,12 @@ bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Pa
 namespace {
 
 constexpr int kStretch = 64;  // number of samples of a row that are listed together
-// voxels, upper bound of the error if a neighbouring piece is an arc but is treated as a line
+// voxels, upper bound of the error if a neighbouring piece of the head's meridian is an arc but is treated as a line
 constexpr float kBent = 0.3f;
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 
-/// Eight blocks relative to a head, one per lane: distances of the blocks' centres from the head and from each piece of
-/// its meridian, and the outward direction.
+/// Eight blocks of samples relative to a head, one per lane: distances of the blocks' centres from the head and from
+/// each piece of its meridian, and the outward direction.
 struct Seen {
   F8 distance, to_piece[HeadField::kMaxPieces];
   // frame T of the head: position of the block's centre, its distance rho from the axis, and the outward direction
@@ -117,8 +118,8 @@ struct Seen {
   F8 x, y, z, rho, n_rho, n_z;
 };
 
-/// Computes the distances and directions of eight blocks. `R`: rotation from the frame V of the voxels to the frame T
-/// of the head, column by column. The blocks' centres are relative to the head's centre.
+/// Computes the distances and directions of eight blocks of samples. `R`: rotation from the frame V of the voxels to
+/// the frame T of the head, column by column. The blocks' centres are relative to the head's centre.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_blocks(const MeridianPiece* pieces, int count, const float* R, const F8* center, Seen* seen) {
   const F8 vx = center[0], vy = center[1], vz = center[2];
@@ -245,7 +246,7 @@ unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const floa
   return alone;
 }
 
-/// One pose of a sweep and the blocks near it, processed eight at a time.
+/// One pose of a sweep and the blocks of samples near it, processed eight at a time.
 class HeadPass {
  public:
   /// Begins a pass for the head's pose at the beginning or at the end of its motion. `after`: true if the tissue inside
@@ -260,8 +261,8 @@ class HeadPass {
 
   const HeadPose& pose() const { return pose_; }
 
-  /// Adds a block, given by its first voxel. Returns true if the pass now contains eight blocks and must be
-  /// evaluated.
+  /// Adds a block of samples, given by its first voxel. Returns true if the pass now contains eight blocks of samples
+  /// and must be evaluated.
   bool add(const glm::ivec3& block) {
     blocks_[lanes_] = block;
     const glm::vec3 c = glm::vec3(block - pose_.base) + kMiddle;
@@ -270,8 +271,8 @@ class HeadPass {
   }
   int lanes() const { return lanes_; }
 
-  /// Evaluates the added blocks. After this call, what() returns for each block whether it must be cut, must only be
-  /// examined, or need not be read.
+  /// Evaluates the added blocks of samples. After this call, what() returns for each block of samples whether it must
+  /// be cut, must only be examined, or need not be read.
   void look() {
     for (int lane = lanes_; lane < 8; ++lane) {
       for (int i = 0; i < 3; ++i) center_[i][lane] = center_[i][0];
@@ -309,8 +310,8 @@ class HeadPass {
       return false;
     }
     slack = kNoEnd;
-    // The block was deep inside the head at the other pose of the sweep. The head removed the tissue there, so the
-    // block is empty.
+    // The block of samples was deep inside the head at the other pose of the sweep. The head removed the tissue there,
+    // so the block is empty.
     if (after_ && d < -(Sweep::kInner + kHalf + way)) return false;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
     block.distance = target.distance, block.tissue = target.tissue;
@@ -326,15 +327,15 @@ class HeadPass {
     return true;
   }
 
-  // kNone: the block need not be read. kLook: the block is only examined, because the head recedes from all its
-  // samples. kRaise: samples of the block are raised.
+  // kNone: the block of samples need not be read. kLook: the block is only examined, because the head recedes from all
+  // its samples. kRaise: samples of the block are raised.
   enum class Work { kNone, kLook, kRaise };
-  /// Completes a block for which near() returned true. Returns kNone and sets `slack` if no sample of the block can
-  /// change while the head moves by `ahead`.
+  /// Completes a block of samples for which near() returned true. Returns kNone and sets `slack` if no sample of the
+  /// block can change while the head moves by `ahead`.
   Work what(int lane, HeadBlock& block, float& slack, bool clipped) const {
     const float d = seen_.distance[lane], way = after_ ? back_.longest : 0;
-    // A quick test of a block that is far from the surface, with the sample at its middle. From voxel to voxel, the
-    // field and the depth change by at most one.
+    // A quick test of a block of samples that is far from the surface, with the sample at its middle. From voxel to
+    // voxel, the field and the depth change by at most one.
     if (!clipped) {
       slack = *block.middle() + d - 2 * kHalf;
       if (slack > 1 + way) return Work::kNone;
@@ -353,7 +354,8 @@ class HeadPass {
     bool recedes = false;
     block.beside = false;
     if (after_) {
-      // If the head recedes from the whole block, no sample of it can become deeper, so nothing is left to cut.
+      // If the head recedes from the whole block of samples, no sample of it can become deeper, so nothing is left to
+      // cut.
       const float* const T = back_.turn;
       const float* const shift = back_.shift;
       const glm::vec3 w(T[0] * at.x + T[3] * at.y + (T[6] * at.z + shift[0]),
@@ -401,18 +403,19 @@ class HeadPass {
   bool after_;
   float rounding_, ahead_;
   glm::ivec3 blocks_[8];
-  F8 center_[3];  // voxels, centres of the eight blocks relative to the head's centre
+  F8 center_[3];  // voxels, centres of the eight blocks of samples relative to the head's centre
   Seen seen_;
   int lanes_ = 0;
 };
 
-/// Up to eight blocks that must be examined. Sweep::carve_due_blocks() calls look(), choose() and carve() in this
-/// order, so that the samples of one batch are loaded into the cache while another batch is computed.
+/// Up to eight blocks of samples that must be examined. Sweep::carve_due_blocks() calls look(), choose() and carve() in
+/// this order, so that the samples of one batch are loaded into the cache while another batch is computed.
 class HeadBatch {
  public:
   explicit HeadBatch(const HeadPass& none) : pass_(none) {}
 
-  /// Adds a block; `due` receives the path length at which it is due again. Returns true if the batch is full.
+  /// Adds a block of samples; `due` receives the path length at which it is due again. Returns true if the batch is
+  /// full.
   bool add(const glm::ivec3& block, float* due) {
     due_[pass_.lanes()] = due;
     return pass_.add(block);
@@ -439,8 +442,8 @@ class HeadBatch {
       }
     }
   }
-  /// Cuts the chosen blocks, and stores the path length of the head at which each block is due again (must be
-  /// examined). `way`: present path length of the head. `again`: true if the blocks are due at once.
+  /// Cuts the chosen blocks of samples, and stores the path length of the head at which each block of samples is due
+  /// again (must be examined). `way`: present path length of the head. `again`: true if the blocks are due at once.
   bool carve(PathMaxima& tops, float slip, float way, bool again) {
     bool changed = false;
     for (int lane = 0; lane < lanes_; ++lane) {
@@ -448,7 +451,7 @@ class HeadBatch {
         BlockSlack found{.ahead = slip};
         changed |= carve_head_block(pass_.pose(), block_[lane], work_[lane] == HeadPass::Work::kRaise, tops,
                                     tops.removed, found);
-        // 0 for a block that lies only partly in the patch, because nothing is known about its other part
+        // 0 for a block of samples that lies only partly in the patch, because nothing is known about its other part
         slack_[lane] = clipped_[lane] ? 0 : found.slack;
       }
       *due_[lane] = again ? way : way + (slack_[lane] - slip);
@@ -467,8 +470,8 @@ class HeadBatch {
   HeadPass::Work work_[8];
 };
 
-/// Returns the kind (the set of pieces that can be nearest) of a group that spans two neighbouring blocks with the
-/// kinds `a` and `b`.
+/// Returns the kind (the set of pieces of the head's meridian that can be nearest) of a group of samples that spans two
+/// neighbouring blocks of samples with the kinds `a` and `b`.
 int kind_of(int a, int b) {
   if (a == b) return a;
   const auto set = [](int kind) { return kind < kManyPieces ? 1u << kind : static_cast<unsigned>(kind - kManyPieces); };
@@ -506,7 +509,7 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
         if (raise || (leaf && work == HeadPass::Work::kLook)) {
           changed |= carve_head_block(pass.pose(), block, raise, tops, removed, found);
           emptied |= found.emptied;
-          // 0 if the block is clipped, because nothing is known about its samples outside `from` .. `to`
+          // 0 if the block of samples is clipped, because nothing is known about its samples outside `from` .. `to`
           block_slack = clipped ? 0 : found.slack;
         }
         if (k > 0) least_slack = std::min(least_slack, block_slack);
@@ -528,9 +531,9 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
   return changed;
 }
 
-/// Cuts all blocks of one part of the front that are due, that is, blocks that must be examined at the head's present
-/// path length. Computes the path length at which each of them is due again. Also lists the groups of samples that may
-/// change until the head has moved by `ahead`.
+/// Cuts all blocks of one part of the active front that are due, that is, blocks that must be examined at the head's
+/// present path length. Computes the path length at which each of them is due again. Also lists the groups of samples
+/// that may change until the head has moved by `ahead`.
 bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                            float* distance, const Tissue* tissue, int& listed) const noexcept {
   CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
@@ -573,12 +576,12 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
               changed |=
                   carve_head_block(pass.pose(), block, work == HeadPass::Work::kRaise, tops, tops.removed, found);
-              // 0 if the block is clipped, because nothing is known about its other samples
+              // 0 if the block of samples is clipped, because nothing is known about its other samples
               slack = clipped ? 0 : found.slack;
               kinds[z - z0] = block.kind;
             }
-            // After the cut at pose A (k = 0), every block is due at once, because its remaining samples are examined
-            // again at pose B.
+            // After the cut at pose A (k = 0), every block of samples is due at once, because its remaining samples are
+            // examined again at pose B.
             row[z] = k == 0 ? -CutFront::kNever : way + (slack - slip);
           }
           if (k == 0) continue;
@@ -677,9 +680,9 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .tops = &tops};
   const int outdated = front.outdated();
   if (outdated < front.parts()) {
-    // The tables with terms that depend only on z must extend beyond the sweep, for two reasons: groups extend to the
-    // ends of their blocks, and the lists were made when the head was up to one voxel away. Lists that were made before
-    // the head moved along its axis also extend beyond the box of this motion.
+    // The tables with terms that depend only on z must extend beyond the sweep, for two reasons: groups of samples
+    // extend to the ends of their blocks of samples, and the lists were made when the head was up to one voxel away.
+    // Lists that were made before the head moved along its axis also extend beyond the box of this motion.
     const int beyond = along_axis_ ? 64 : 16;
     const int lo = std::max(((lo_.z - from.z) & ~7) - beyond, 0),
               hi = std::min(((hi_.z - from.z) | 7) + beyond, front.size_.z * kDeep - 1);
@@ -690,7 +693,7 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
   int anew = 0;
   bool changed = false;
-  unsigned unlisted = 0;  // set of the parts of the front for which no lists are made; one bit for each part
+  unsigned unlisted = 0;  // set of the parts of the active front for which no lists are made; one bit for each part
   for (int part = 0; part < front.parts(); ++part) {
     CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
     if (front.way_ <= groups.until && part != early) {

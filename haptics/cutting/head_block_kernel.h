@@ -1,5 +1,5 @@
 // This file is included in the namespaces of lane_ops.h with eight lanes, after cut_kernel.h, depth_kernel.h,
-// row_kernel.h and way_kernel.h. It raises the samples of one block to their depth in a head.
+// row_kernel.h and way_kernel.h. It raises the samples of one block of samples to their depth in a head.
 
 /// Sets each sample to max(old value, min(depth, kInner)); depths below -kMargin do not count. Returns true if a sample
 /// changed. If `may_raise` is false, the function changes nothing and only computes `found`. Samples that may have been

@@ -7,8 +7,8 @@ struct LeafPlane {
   alignas(64) float along_y[64], along_z[64], apart_y[64], apart_z[64];
 };
 
-/// Raises the samples of a leaf. `capsule`: false if the ball moves so little (Sweep::is_ball) that its end position
-/// alone is accurate enough.
+/// Raises the samples of a leaf (8³ samples). `capsule`: false if the ball moves so little (Sweep::is_ball) that its
+/// end position alone is accurate enough.
 template <bool capsule>
 TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo, float* distance) {
   constexpr int n = Sweep::kLeaf;
@@ -26,8 +26,8 @@ TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
   }
   const Floats from = all(c.continues ? 0.0f : -1e30f), radius = all(c.radius), zero = all(0.0f);
   const Floats inner = all(Sweep::kInner), never = all(1e9f);
-  // Calls visit(position of the first sample, depths, mask of the samples ahead of A) for all samples, kLanes at a
-  // time.
+  // Calls visit(position of the first sample, depths, mask of the samples ahead of A (the start of the sweep)) for all
+  // samples, kLanes at a time.
   const auto for_each = [&](const auto& visit) __attribute__((always_inline)) {
     for (int x = 0; x < n; ++x) {
       const float px = static_cast<float>(lo.x + x) - c.ax, qx = px - c.abx;

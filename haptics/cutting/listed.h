@@ -25,7 +25,7 @@ struct Capsule {
 };
 
 /// A cut by a ball, and the active front of its patch (CutFront), as plain data. Positions are relative to the first
-/// voxel of the front's first block.
+/// voxel of the front's first block of samples.
 struct BallFront {
   Capsule c;
   // position of the first block's first voxel, relative to the base voxel from which `c` is measured
@@ -35,10 +35,12 @@ struct BallFront {
     // voxels, distance from A (the start of the sweep) along z; if the ball at B (the end) covers everything: squared
     // distance from B along z
     float* apart;
-    float* ahead;  // voxels², distance from A along z, multiplied by the z component of the motion
+    // voxels², distance from A (the start of the sweep) along z, multiplied by the z component of the motion
+    float* ahead;
   } heights;
   CutFront::Listed groups;
-  struct Ranges {  // ranges of the groups that may have changed by now: ahead of the ball, beside it, behind it
+  // ranges of the groups of samples that may have changed by now: ahead of the ball, beside it, behind it
+  struct Ranges {
     int count;
     struct {
       int from, to;
@@ -50,7 +52,7 @@ struct BallFront {
 struct HeadFront {
   HeadPose pose;
   const MeridianPiece* pieces;
-  glm::ivec3 origin;  // origin of the positions of the groups, relative to the base voxel of the pose
+  glm::ivec3 origin;  // origin of the positions of the groups of samples, relative to the base voxel of the pose
   float* distance;
   // for each z coordinate of a sample: the terms of the sample's coordinates x, y, z in frame T that depend on it
   float* along[3];
@@ -82,8 +84,8 @@ inline int with_one_label(const Tissue* labels, const float* distance, int lanes
   return lanes;
 }
 
-/// These functions cut the listed groups. They return true if a sample changed, and add the removed volume to
-/// `removed`.
+/// These functions cut the listed groups of samples. They return true if a sample changed, and add the removed volume
+/// to `removed`.
 bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedVolume* removed) noexcept;
 bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept;
 

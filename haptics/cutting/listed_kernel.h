@@ -1,17 +1,19 @@
 // This file is included once in each namespace of lane_ops.h, that is, once for each vector width. It cuts the groups
 // of samples in the lists of the active front (haptics/cut_front.h).
 
-constexpr int kChunk = 128;  // number of groups that are processed together
-constexpr int kAhead = 24;   // number of groups between the group that is processed and the group that is prefetched
+constexpr int kChunk = 128;  // number of groups of samples that are processed together
+// number of groups of samples between the group of samples that is processed and the group that is prefetched
+constexpr int kAhead = 24;
 alignas(64) constexpr float kSteps[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
 TYPODONT_KERNEL void fetch(const float* group) {
   __builtin_prefetch(group);
-  // prefetches the end of the group, too, because groups usually span two cache lines
+  // prefetches the end of the group of samples, too, because groups of samples usually span two cache lines
   if constexpr (kLanes * sizeof(float) >= 64) __builtin_prefetch(group + kLanes - 1);
 }
 
-/// Reads one group per lane, from this group on. Returns true if in each of these groups all samples may change.
+/// Reads one group per lane, from this group on. Returns true if in each of these groups of samples all samples may
+/// change.
 TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
   constexpr std::uint64_t kWhole = kLanes * 0x0101010101010101u;
   std::uint64_t parts[kLanes / 8], differ = 0;
@@ -20,13 +22,13 @@ TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
   return differ == 0;
 }
 
-/// Terms of the distance that are equal for all samples of a group, for each of kChunk groups.
+/// Terms of the distance that are equal for all samples of a group of samples, for each of kChunk groups of samples.
 struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };
 
-/// Cuts the groups one by one. `ahead`: true if all samples of the groups lie ahead of A, the start of the sweep.
-/// `whole`: true if all samples may change. If a flag is true, the corresponding test of each sample is omitted.
+/// Cuts the groups of samples one by one. `ahead`: true if all samples of the groups lie ahead of A, the start of the
+/// sweep. `whole`: true if all samples may change. If a flag is true, the corresponding test of each sample is omitted.
 template <bool capsule, bool ahead, bool whole>
 TYPODONT_KERNEL void carve_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
                                   int to_g, Mask& raised, Taken& taken) {
@@ -98,8 +100,8 @@ TYPODONT_KERNEL void carve_range(const BallFront& f, const Capsule& c, int from,
   }
 }
 
-/// If `narrow` is true, cuts the narrow groups (only their first eight samples can change), otherwise all other groups.
-/// Returns true if a sample changed.
+/// If `narrow` is true, cuts the narrow groups of samples (only their first eight samples can change), otherwise all
+/// other groups. Returns true if a sample changed.
 template <bool capsule>
 TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, RemovedVolume* removed) {
   const BallFront f = front;
@@ -113,7 +115,7 @@ TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, RemovedVolu
 }
 
 /// Input of may_be_deeper(), which tests whether samples may have been deeper in the head during the motion than at its
-/// end. Each struct below computes the depth below one kind of meridian piece, for consecutive groups.
+/// end. Each struct below computes the depth below one kind of meridian piece, for consecutive groups of samples.
 struct Passed {
   Floats way_rho, way_z, least;
 };
@@ -201,10 +203,11 @@ struct HeadRows {
 
 /// Motion of the head relative to groups of samples, evaluated at the middle of each group.
 struct HeadSides {
-  float half, off;  // voxels: half length of a group, and upper bound of its component perpendicular to the axis
+  // voxels: half length of a group of samples, and upper bound of its component perpendicular to the axis
+  float half, off;
   float across;     // voxels, upper bound of the motion's component perpendicular to the axis
-  // Voxels. bend: difference of the motion between adjacent samples of a group, as a vector. turned: upper bound of the
-  // difference between the motion of a group's middle and the motion of the group's samples.
+  // Voxels. bend: difference of the motion between adjacent samples of a group of samples, as a vector. turned: upper
+  // bound of the difference between the motion of a group's middle and the motion of the group's samples.
   float bend[3], turned;
 
   TYPODONT_KERNEL HeadSides(const HeadFront& f) : half((kLanes - 1) / 2.0f) {
@@ -244,8 +247,8 @@ struct HeadSides {
   }
 };
 
-/// Cuts the groups one by one. `beside`: true if some of their samples may have been deeper during the motion than at
-/// its end.
+/// Cuts the groups of samples one by one. `beside`: true if some of their samples may have been deeper during the
+/// motion than at its end.
 template <bool beside, class Below>
 TYPODONT_KERNEL void carve_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend,
                                   int g0, int from, int to, Mask& raised, Taken& taken) {
@@ -329,8 +332,8 @@ TYPODONT_KERNEL void carve_run(const HeadFront& f, const HeadSides& sides, const
   }
 }
 
-/// If `narrow` is true, cuts the narrow groups (only their first eight samples can change), otherwise all other groups.
-/// Returns true if a sample changed.
+/// If `narrow` is true, cuts the narrow groups of samples (only their first eight samples can change), otherwise all
+/// other groups. Returns true if a sample changed.
 TYPODONT_KERNEL bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* removed) {
   Mask raised = nowhere();
   Taken taken{removed};

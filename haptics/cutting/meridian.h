@@ -18,7 +18,8 @@ struct MeridianPiece {
   float nax, naz, nbx, nbz;
   float length;
   float ux, uz, wx, wz;  // vectors from an arc's centre to its ends
-  // tan(φ/2); φ: angle between the normals of this piece and its neighbour at their common corner
+  // tan(φ/2); φ: angle between the normals of this piece of the head's meridian and its neighbour at their common
+  // corner
   float corner_a, corner_b;
 };
 // The kind of a group of samples states which pieces of the meridian can be nearest to the samples. A kind below this

@@ -1,7 +1,7 @@
-// This file is included after cut_kernel.h in namespaces with eight lanes. It reads and writes single rows of a block.
-// A row may lie only partly in the box of samples that is processed.
+// This file is included after cut_kernel.h in namespaces with eight lanes. It reads and writes single rows of a block
+// of samples. A row may lie only partly in the box of samples that is processed.
 
-/// A row of a block, with one sample per lane. Only the samples `from` to `to` - 1 are processed.
+/// A row of a block of samples, with one sample per lane. Only the samples `from` to `to` - 1 are processed.
 struct Row {
   float* distance;
   int from, to;

@@ -1,5 +1,6 @@
-// Slack of the samples in a column of blocks: the distance that the head must move before a sample can change. Also
-// computes the stage of a list's lifetime in which a group of samples can change. Private to haptics/cutting.
+// Slack of the samples in a column of blocks of samples: the distance that the head must move before a sample can
+// change. Also computes the stage of a list's lifetime in which a group of samples can change. Private to
+// haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -37,15 +38,15 @@ class SlackRows {
   }
 
  private:
-  // number of samples per stored row; larger than kStretch, because a group may extend beyond these samples
+  // number of samples per stored row; larger than kStretch, because a group of samples may extend beyond these samples
   static constexpr int kRow = kStretch + 16;
   static constexpr float kNever = 1e9f;
 
   float rows_[16 * kRow];
 };
 
-/// A list of groups is valid while the head moves by `ahead` (voxels). This motion is divided into CutFront::kStages
-/// equal stages. Returns the first stage in which a group with this slack can change.
+/// A list of groups of samples is valid while the head moves by `ahead` (voxels). This motion is divided into
+/// CutFront::kStages equal stages. Returns the first stage in which a group of samples with this slack can change.
 inline int stage_of(float slack, float ahead) {
   const float stage = slack / ahead * CutFront::kStages;
   return stage < 1 ? 0 : std::min(static_cast<int>(stage), CutFront::kStages - 1);

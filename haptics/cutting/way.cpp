@@ -31,11 +31,12 @@ namespace {
 namespace {
 
 constexpr int kSteps = 24;           // upper limit of the steps of one search; almost every search needs fewer than ten
-constexpr float kBesideSlip = 0.5f;  // voxels, upper bound of the error when a block is evaluated at its centre
+// voxels, upper bound of the error when a block of samples is evaluated at its centre
+constexpr float kBesideSlip = 0.5f;
 
-/// Restricts the range `lowest` .. `highest` of z coordinates in a column of blocks. It keeps the blocks that are
-/// nearer than `far` (voxels) to the head's axis. The blocks' centres have the offset `off` (x, y) from a point of the
-/// axis at the z coordinate `height`. Returns false if no block remains.
+/// Restricts the range `lowest` .. `highest` of z coordinates in a column of blocks of samples. It keeps the blocks
+/// that are nearer than `far` (voxels) to the head's axis. The blocks' centres have the offset `off` (x, y) from a
+/// point of the axis at the z coordinate `height`. Returns false if no block of samples remains.
 bool column_beside_axis(const glm::vec2& off, const glm::vec3& axis, float far, float height, int& lowest,
                         int& highest) {
   // the condition |d|² - (d·a)² <= far² with d = (off, z) is quadratic in z
@@ -74,7 +75,7 @@ struct Depth {
 /// tangents, so the intersection of the tangents on both sides of the maximum is an upper bound. The search point
 /// alternates between this intersection (exact for a corner) and the maximum of a parabola.
 struct Search {
-  unsigned set;      // one bit for each piece that can be nearest to one of the samples on this path
+  unsigned set;  // one bit for each piece of the head's meridian that can be nearest to one of the samples on this path
   Points from, way;  // `from`: start positions of the samples; `way`: vectors of their paths; both in the head's frame
   // fractions of the path, 0..1: the largest depth of the sample lies between a and b, and is now searched at s
   F8 a, b, s;
@@ -139,13 +140,13 @@ struct Search {
   }
 };
 
-/// The centres of eight blocks, and the largest depth of each centre in the head during the motion. The depth is a
-/// concave function of the position. So a linear function of the position (see n_x, n_y, n_z) is an upper bound of the
-/// depth of every sample of a block.
+/// The centres of eight blocks of samples, and the largest depth of each centre in the head during the motion. The
+/// depth is a concave function of the position. So a linear function of the position (see n_x, n_y, n_z) is an upper
+/// bound of the depth of every sample of a block of samples.
 struct Centres {
-  unsigned set;  // input: pieces that can be nearest to any of the centres on the path
-  // input, two limits of the depth: if no sample of a block is deeper than `outside`, or all samples are deeper than
-  // `emptied`, the block is treated as a whole
+  unsigned set;  // input: pieces of the head's meridian that can be nearest to any of the centres on the path
+  // input, two limits of the depth: if no sample of a block of samples is deeper than `outside`, or all samples are
+  // deeper than `emptied`, the block is treated as a whole
   float outside, emptied;
   F8 x, y, z;    // voxels, positions of the centres, relative to the base voxel of the first pose
   F8 best, top;  // lower and upper bound of the largest depth of each centre
@@ -178,16 +179,17 @@ void look_at(const Straight* way_at, Centres* centres) {
 }
 
 /// Data of the centres at the beginning of the path: their depths in the head, and their distances from each of its
-/// pieces.
+/// pieces of the head's meridian.
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
   Points at;  // positions of the centres in the head's frame
   F8 rho;     // voxels, distances of the centres from the head's axis
-  // Mask of the blocks from which the head recedes, at all their samples. The depth is concave along the path, so each
-  // sample of such a block is deepest at the beginning of the path.
+  // Mask of the blocks of samples from which the head recedes, at all their samples. The depth is concave along the
+  // path, so each sample of such a block of samples is deepest at the beginning of the path.
   I8 recedes;
 
-  /// Returns the pieces (one bit each) that can be nearest to a sample within `reach` of the centre's initial position.
+  /// Returns the pieces of the head's meridian (one bit each) that can be nearest to a sample within `reach` of the
+  /// centre's initial position.
   unsigned nearest_within(float reach, int lane, int count) const {
     unsigned set = 0;
     for (int i = 0; i < count; ++i) {
@@ -215,7 +217,7 @@ TYPODONT_KERNEL I8 receding(const Straight& way, const AtStart& at, float roundi
            wy = (T[1] * x + T[4] * y) + (T[7] * z + way.shift[1]),
            wz = (T[2] * x + T[5] * y) + (T[8] * z + way.shift[2]);
   // Finds the first and the last normal of the neighbouring meridian pieces that can be nearest to a sample of the
-  // block.
+  // block of samples.
   const F8 within = (at.depth > 0.0f ? at.depth : -at.depth) + 2 * kHalf;
   F8 first_x = none, first_z = none, last_x = none, last_z = none;
   I8 from_axis = {};
@@ -252,7 +254,8 @@ TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at_pieces(const Straight* way_at, AtStart* found, float rounding) {
   const Straight& way = *way_at;
   for (int i = 0; i < way.count; ++i) {
-    // The kernel assigns an arc's second end to the next piece, so the distance from this end is computed here.
+    // The kernel assigns an arc's second end to the next piece of the head's meridian, so the distance from this end is
+    // computed here.
     const F8 depth = eight::depth_below_pieces(way.pieces, 1u << i, found->rho, found->at.z),
              off_rho = found->rho - way.pieces[i].bx, off_z = found->at.z - way.pieces[i].bz;
     found->to_piece[i] = eight::lesser(depth > 0.0f ? depth : -depth, eight::root(off_rho * off_rho + off_z * off_z));
@@ -260,9 +263,9 @@ void look_at_pieces(const Straight* way_at, AtStart* found, float rounding) {
   found->recedes = receding(way, *found, rounding);
 }
 
-/// Returns the smallest depth of the samples of a block in the head at the beginning of the path. `first`: first sample
-/// of the block, relative to the base voxel of the first pose. Depth is concave, so it is smallest at a corner of the
-/// block.
+/// Returns the smallest depth of the samples of a block of samples in the head at the beginning of the path. `first`:
+/// first sample of the block, relative to the base voxel of the first pose. Depth is concave, so it is smallest at a
+/// corner of the block.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float least_depth_at_start(const Straight* way_at, const glm::ivec3* first) {
   const Straight& way = *way_at;
@@ -284,16 +287,16 @@ struct WayBlock {
   const Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
   int from[3], to[3];
-  glm::ivec3 first;  // first sample of the block, relative to the base voxel of the first pose
+  glm::ivec3 first;  // first sample of the block of samples, relative to the base voxel of the first pose
   float top, n[3], share;
-  // voxels, upper bound of the error when the depth at the centre is used for the other samples of the block
+  // voxels, upper bound of the error when the depth at the centre is used for the other samples of the block of samples
   float bent;
-  float* due;    // receives the path length at which the block is due again; null: the value is not stored
+  float* due;    // receives the path length at which the block of samples is due again; null: the value is not stored
   unsigned set;  // the pieces of the meridian that can be nearest to any sample on the path, one bit for each piece
   bool emptied;
 
-  /// A plane bounds the depth in each row of the block. Returns the bound of the row through the centre minus the bound
-  /// of row (ix, iy).
+  /// A plane bounds the depth in each row of the block of samples. Returns the bound of the row through the centre
+  /// minus the bound of row (ix, iy).
   float off(int ix, int iy) const {
     return n[0] * (static_cast<float>(ix) - kMiddle.x) + n[1] * (static_cast<float>(iy) - kMiddle.y);
   }
@@ -302,12 +305,12 @@ struct WayBlock {
   /// Returns the distance (voxels) by which the upper bound of the depths in a row is below -kMargin, the smallest
   /// value of any sample. If the result is not negative, the row cannot change.
   float unread(int ix, int iy) const { return emptied ? -1.0f : -Sweep::kMargin - (most() - off(ix, iy)); }
-  /// Returns the plane's upper bound of all depths in the block.
+  /// Returns the plane's upper bound of all depths in the block of samples.
   float most_of_all() const { return most() + std::abs(n[0]) * kMiddle.x + std::abs(n[1]) * kMiddle.y; }
   bool may_change() const { return emptied || most_of_all() > -Sweep::kMargin; }
 };
 
-/// Prefetches those rows of a block that carve_way_block will read.
+/// Prefetches those rows of a block of samples that carve_way_block will read.
 void fetch(const WayBlock& block) {
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
@@ -501,7 +504,8 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
     const glm::ivec3 lo = glm::max(target.lo, glm::ivec3(glm::ceil(glm::min(X_VA.p - extent_a, X_VB.p - extent_b))));
     const glm::ivec3 last =
         glm::min(target.lo + target.size - 1, glm::ivec3(glm::floor(glm::max(X_VA.p + extent_a, X_VB.p + extent_b))));
-    // Blocks with a distance of more than `far` from the head's axis at A stay outside the head on the whole path.
+    // Blocks with a distance of more than `far` from the head's axis at A (the start of the sweep) stay outside the
+    // head on the whole path.
     const glm::vec3 axis(axis_of(X_VA)), center(X_VA.p - dvec3(way.from.base));
     const float far = static_cast<float>(radius + beside) + kHalf + way.longest;
     const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep));
@@ -509,11 +513,12 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
     centres.outside = -(kMargin + kHalf + kTop + way.slip), centres.emptied = kInner + kHalf + way.slip;
     WayBlock blocks[8];
     glm::ivec3 begun[8];
-    // for each block: pointer to the stored path length at which it must be examined again; null: the value is not
-    // stored
+    // for each block of samples: pointer to the stored path length at which it must be examined again; null: the value
+    // is not stored
     float* due[8];
     const auto note = [&](float* at, float slack) {
-      // Only the last segment of the path determines the path length at which a block must be examined again.
+      // Only the last segment of the path determines the path length at which a block of samples must be examined
+      // again.
       if (at && k == straights_) *at = known->way + (slack - known->slip);
     };
     int lanes = 0, started = 0;
@@ -554,8 +559,8 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
       }
       lanes = 0;
     };
-    // Omits blocks that are too far from the head on the whole path. If the tissue inside the head was removed at the
-    // beginning of the path, also omits empty blocks and blocks from which the head recedes.
+    // Omits blocks of samples that are too far from the head on the whole path. If the tissue inside the head was
+    // removed at the beginning of the path, also omits empty blocks and blocks from which the head recedes.
     const bool cut_before = continues_ || k > 1;
     const auto choose = [&] {
       fill_up(starts, started);

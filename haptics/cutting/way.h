@@ -32,7 +32,7 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
 /// fastest index. A sweep that has no information about a block does not change the block's value.
 struct DueBlocks {
   float* due;
-  glm::ivec3 first, size;  // first block, and number of blocks along each axis
+  glm::ivec3 first, size;  // first block of samples, and number of blocks of samples along each axis
   float way;               // voxels, path length of the head at the end of the sweep
   float slip;              // voxels, largest rounding error of a depth
 
@@ -50,8 +50,8 @@ inline constexpr float kSlow = 0.05f;
 inline constexpr float kNear = 0.01f;
 
 /// Returns the smallest distance r from the axis at which a sample's depth along the path need not be searched. Between
-/// the ends of a path, the depth can be larger by about way² / (4 r) if one piece is nearest along the whole path. At
-/// this distance r, the additional depth can be ignored.
+/// the ends of a path, the depth can be larger by about way² / (4 r) if one piece of the head's meridian is nearest
+/// along the whole path. At this distance r, the additional depth can be ignored.
 inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   const float least = way.longest * way.longest / (3.6f * kTop);
   // The margin of 4 voxels includes the depth of a cut, which is at most 3 voxels.

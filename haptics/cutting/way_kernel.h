@@ -37,7 +37,8 @@ struct NearestWithNormal {
     take(before, pick(between, vx * off, rho - all(piece.ax)), pick(between, vz * off, z - all(piece.az)),
          pick(between, vx * inverse, all(piece.nax)), pick(between, vz * inverse, all(piece.naz)));
   }
-  /// Computes the outward normal. At a corner, any direction between the normals of the two pieces is valid.
+  /// Computes the outward normal. At a corner, any direction between the normals of the two pieces of the head's
+  /// meridian is valid.
   TYPODONT_KERNEL void normal(Floats& rho, Floats& z) const {
     const Floats away = root(nearest.square), inverse = all(1.0f) / greater(away, all(kNear));
     const Mask beside = nearest.outside & more(away, all(kNear));
@@ -76,8 +77,8 @@ TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Fl
 /// component along the axis, both multiplied by the distance rho from the axis.
 struct NearestOnWay {
   NearestPiece nearest;
-  /// component of the direction away from the nearest point of the piece, multiplied by the distance to that point and
-  /// by rho
+  /// component of the direction away from the nearest point of the piece of the head's meridian, multiplied by the
+  /// distance to that point and by rho
   Floats away;
 
   TYPODONT_KERNEL void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }
@@ -117,8 +118,8 @@ TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigne
 }
 
 /// Returns an upper bound of the speed at which the head approaches samples whose nearest point is on one of some
-/// neighbouring pieces: the largest n·w over the normals n of these pieces. `away`, `along`: components of w
-/// perpendicular to the axis and along it. `tip`: true if the nearest point may be a tip.
+/// neighbouring pieces of the head's meridian: the largest n·w over the normals n of these pieces. `away`, `along`:
+/// components of w perpendicular to the axis and along it. `tip`: true if the nearest point may be a tip.
 TYPODONT_KERNEL Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
   // Finds the largest n·w, where w is the motion and n is any normal of these pieces of the meridian. The normals

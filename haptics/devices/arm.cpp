@@ -10,8 +10,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Returns the arc cosine of `cosine` limited to [-1, 1]. So a linkage at the end of its range or a wrong encoder count
-/// does not give NaN.
+/// Returns the arc cosine of `cosine` limited to [-1, 1]. So an arm's linkage at the end of its range or a wrong
+/// encoder count does not give NaN.
 double angle_of(double cosine) {
   return std::acos(std::clamp(cosine, -1.0, 1.0));
 }
@@ -201,7 +201,7 @@ double position_step(const Arm& arm) {
   const glm::dmat3 J = jacobian(arm, body_angles(arm, arm.home));
   double sum = 0;
   for (int i = 0; i < 3; ++i) {
-    // rad, rotation of the body for one encoder count
+    // rad, rotation of the arm's body i for one count of its encoder
     const double count = 2 * kPi / arm.counts[static_cast<std::size_t>(i)] * arm.ratio(i);
     sum += glm::dot(J[i], J[i]) * count * count;
   }

@@ -25,8 +25,8 @@ struct ArmReport {
 /// Returns the protocol of a board whose input reports have this length.
 std::optional<ArmProtocol> protocol_of_report(std::size_t bytes);
 
-/// Parses one HID report. If several reports were read together, the newest one is used. Returns no value if the length
-/// is wrong.
+/// Parses the bytes of a HID report. If several reports were read together, the newest one is used. Returns no value if
+/// the length is wrong.
 std::optional<ArmReport> parse_hid(ArmProtocol protocol, std::span<const std::uint8_t> bytes);
 /// Parses one line "[model,e0,…,e5,err]". The line end must be removed.
 std::optional<ArmReport> parse_text(std::string_view line);

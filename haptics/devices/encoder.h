@@ -21,8 +21,11 @@ class Encoder {
   /// The result of processing a reading.
   enum class Step {
     kGood,
-    kRejected,  // the reading is too far from the last one, so it counts as wrong, and the count does not change
-    kSlipped,  // Several readings were too far away, so counts were lost. The position is wrong until the arm is homed.
+    // the reading of the encoder is too far from its last reading, so it counts as wrong, and the count does not change
+    kRejected,
+    // Several readings of the encoder were too far away, so counts were lost. The position is wrong until the arm is
+    // homed.
+    kSlipped,
   };
   /// Processes a reading. `reach` is the largest possible change, in counts, since the last accepted reading. `nearby`
   /// is the largest possible change between two readings.
@@ -35,7 +38,7 @@ class Encoder {
     return take(reading - total_, reach, nearby);
   }
 
-  // Number of consecutive distant readings, which agree with each other, after which they are accepted.
+  // If distant readings agree with each other, they are accepted after this number of consecutive readings.
   static constexpr int kAcceptedAfter = 8;
 
  private:

@@ -21,7 +21,8 @@ std::string narrow(const wchar_t* text) {
   return out;
 }
 
-std::mutex hidapi_mutex;  // hidapi may be used by one thread at a time, but devices are reopened on separate threads
+// hidapi may be used by one thread at a time, but devices are also reopened on separate threads
+std::mutex hidapi_mutex;
 
 struct Closer {
   void operator()(hid_device* device) const { hid_close(device); }

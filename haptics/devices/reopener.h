@@ -1,4 +1,4 @@
-// Reopens a lost device on a separate thread, because the servo must not wait or allocate memory.
+// Reopens a lost device on a separate thread, because the servo thread must not wait or allocate memory.
 #pragma once
 
 #include <atomic>

@@ -14,7 +14,8 @@ namespace typodont::haptics {
 
 namespace {
 
-// Largest plausible time in s between two samples. After a longer time, the clock has jumped or the loop did not run.
+// s, longest plausible time between two samples of the device. After a longer time, the clock has jumped or the loop
+// did not run.
 constexpr double kLongestGap = 0.1;
 constexpr double kNoise = 5e-4;  // m, largest motion between two samples that noise can cause in a resting hand
 constexpr Nanos kWatchdogRest = 1'000'000;  // ns, time between two checks of the watchdog while there is no force
@@ -50,7 +51,7 @@ SafeDevice::SafeDevice(std::unique_ptr<HapticDevice> device, Options options)
         enter_realtime({.priority = 85, .core = -1, .lock_memory = false});
         while (!ending_.load()) {
           const Nanos t = options_.clock(), wake = watch(t);
-          // Even if the clock jumps, the sleep is not longer than planned.
+          // If the clock jumps, the computed time may be too long. So the sleep is limited to the planned time.
           const Nanos rest = std::clamp<Nanos>(wake - options_.clock(), 0, wake - t);
           std::this_thread::sleep_for(std::chrono::nanoseconds(rest));
         }
@@ -211,7 +212,8 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   if (!armed_) {
     const bool free =
         !touching_ && glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
-    // time in s for which the hand's motion is known; it is unknown for the rest of a longer gap
+    // s, time for which the motion of the hand is known; in a longer gap between samples, the rest of the motion is
+    // unknown
     const double seen = std::min(dt_, 2 / info_.rate);
     free_for_ = free && faults_ == 0 ? free_for_ + seen : 0;
     armed_ = free_for_ >= limits.free_time && !stop;

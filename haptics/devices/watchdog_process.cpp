@@ -67,7 +67,8 @@ WatchdogProcess::WatchdogProcess(int descriptor, std::span<const std::uint8_t> z
   priority.sched_priority = 85;
   ::sched_setscheduler(0, SCHED_FIFO, &priority);  // has no effect if the permission is missing
 
-  Nanos silent_since = -1;  // ns, time of the last write for which zero force was already sent; -1 if there is none
+  // ns, time of the parent's last write after which zero force was already sent; -1 if zero force was not sent
+  Nanos silent_since = -1;
   for (;;) {
     pollfd parent{ends[0], POLLIN, 0};
     const bool force = shared_->force_out.load(std::memory_order_acquire);

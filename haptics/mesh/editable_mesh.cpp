@@ -93,8 +93,8 @@ void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
         faces_[g].v[k] = v;
         done[3 * std::size_t{g} + static_cast<std::size_t>(k)] = 1;
       };
-      // Visits the faces around the vertex. If the vertex is on a border, the faces are visited in both directions from
-      // the first face.
+      // Visits the faces around the vertex in one direction. If the vertex is on a border of the mesh, the faces are
+      // visited in both directions from the first face.
       const auto step = [&](Index& g, int& k, int edge) {
         const Index next = old[g].n[edge];
         if (next == kNone) return false;

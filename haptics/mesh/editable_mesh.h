@@ -232,7 +232,7 @@ class EditableMesh {
   // The following members are not copied with the mesh, because they belong to one owner.
   MeshRecord* record_ = nullptr;
   std::uint32_t stroke_ = 0;
-  // for each vertex and each face: number of the last record (of a stroke) that stored it
+  // for each vertex and each face: number of the last stroke whose record stored it
   std::vector<std::uint32_t> vertex_stroke_, face_stroke_;
   bool lists_changes_ = false;
   std::vector<Index> changed_;

@@ -104,8 +104,8 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   }
   c.pressing = c.teeth_fraction * c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal));
   dvec3 sideways(0);
-  // A turning bur always slips, and its tangential force is that of the teeth. So friction is added only for other
-  // tools.
+  // A bur that turns always slips on the tissue, and its tangential force is the force of its teeth. So friction is
+  // added only for other tools.
   if (settings.friction && !contact.own_friction && (!now.in.cuts || now.in.scrapes)) {
     const FrictionLaw law{mean.static_friction, mean.dynamic_friction, settings.stiffness};
     sideways = friction_force(law, contact.p_WG, motion.X_WG.p, now.normal, c.normal_force, c.friction);
@@ -114,7 +114,8 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   feel_teeth(now);
   if (contact.turns_tool) {
     now.torque += h * glm::cross(contact.lever, sideways + now.spindle_force);
-    // The distribution of the force over many contacts may jump from tick to tick, so the torque is smoothed.
+    // The force is distributed over many contacts, and this distribution may jump from tick to tick. So the torque is
+    // smoothed.
     if (contact.count > 1 && !fresh) now.torque += (c.torque - now.torque) * std::exp(-now.dt / P::stiffness_time);
     c.torque = now.torque;
   }
@@ -218,7 +219,7 @@ void Servo::State::feel_teeth(ContactTick& now) noexcept {
 void Servo::State::fade_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   if (c.teeth_force == dvec3(0)) return;
-  // N, the part of the force that remains after this tick
+  // N, the part of the teeth's force that remains after this tick
   const double left = glm::length(c.teeth_force) - P::total_slew * now.dt;
   if (left > 0 && settings.laws >= 4 && !now.contact.lost) {
     now.spindle_force = left * glm::normalize(c.teeth_force);

@@ -32,7 +32,7 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
     return std::min(over, beyond);
   }
   // The contact model "implant" limits the changes of its force itself, so they are not limited here. The exception is
-  // a drill that perforates the bone: its force falls as in older versions of the force laws.
+  // a drill that perforates the bone; its force changes as in older versions of the force laws.
   const bool falls =
       glm::length(now.force + now.teeth_force) < glm::length(limits.last_force + limits.last_teeth_force);
   const bool perforates = falls && now.contact.holds_turn;
@@ -118,7 +118,7 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
   const double retreat = glm::dot(now.force, now.moved) / strength;  // m
   double most = 0;                                                   // N
   if (retreat > 0) {
-    // The hand may retreat as fast as it came.
+    // The hand is expected to retreat as fast as it came.
     const double ahead = std::max(at_stake / strength, l.law.margin * l.passivity.pace.most * settings.tick);
     most = paid > k * ahead * ahead ? std::sqrt(2 * k * paid - k * k * ahead * ahead) : paid / ahead;
     // A force that rises while the hand retreats would give the hand energy that the ledger does not have.

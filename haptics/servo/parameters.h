@@ -81,8 +81,8 @@ struct LimitParameters {
   // s, time for which a hand must feel little of the coupling's force before this force presses the teeth in place of
   // the felt one; also the time in which the pressing force rises
   static constexpr double rest_time = 0.1;
-  // A retreat moves the proxy and so changes the force of the spring. This change, multiplied by this factor, is
-  // subtracted from the rise that the slew limit allows.
+  // A retreat along the recorded path moves the proxy and so changes the force of the spring. This change, multiplied
+  // by this factor, is subtracted from the rise that the slew limit allows.
   static constexpr double retreat_weight = 3;
   // Ratio of a force change to the change that the hand's displacement causes in the coupling's spring. A larger force
   // change counts as a step. Documents and tests count changes above 1.1 times that of the spring as steps

@@ -263,8 +263,8 @@ void SoftTissue::touch(Active& a, const Pose& X_WT, const Shape& shape, double m
 }
 
 /// Moves each point to the equilibrium of its springs, its dashpot and its contact force, while its neighbours are
-/// fixed (Gauss–Seidel). This is the implicit step of XPBD (Macklin et al. 2016, eq. 18) for all constraints of a point
-/// together.
+/// fixed (a Gauss–Seidel iteration). This is the implicit step of XPBD (Macklin et al. 2016, eq. 18) for all
+/// constraints of a point together.
 void SoftTissue::relax() noexcept {
   for (Active& a : active_) {
     double push = a.before * (1 / a.yield - a.springs) + a.force;
@@ -353,7 +353,7 @@ void SoftTissue::bleed(std::uint32_t point, Nanos t) noexcept {
 }
 
 void SoftTissue::spread_and_sleep() noexcept {
-  // number of active points before new ones become active; new points wait until the next tick
+  // number of active points before this tick adds new ones; the new points are first computed in the next tick
   const std::size_t count = active_.size();
   for (std::size_t i = 0; i < count; ++i) {
     if (active_[i].v < P::wakes) continue;

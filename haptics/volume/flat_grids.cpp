@@ -161,7 +161,7 @@ typename Grid::Ptr read_grid(Reader& in) {
 FlatGrids read_vdb(const std::filesystem::path& file, std::span<const std::string> names) {
   openvdb::initialize();
   openvdb::io::File vdb(file.string());
-  vdb.setCopyMaxBytes(0);  // reads everything now, so that a truncated file fails here and not during the session
+  vdb.setCopyMaxBytes(0);  // reads the whole file now, so that a truncated file fails here and not during the session
   vdb.open(false);
   FlatGrids result;
   for (const std::string& name : names) {

@@ -23,21 +23,22 @@ class LeafFront {
   struct Place {
     Leaf* leaf = nullptr;      // the leaf; null: not examined yet
     Kept* kept = nullptr;      // the leaf's copy for the current stroke's undo; null: no stroke
-    bool cut = false;          // true if the leaf was cut since it was first examined
-    std::uint64_t logged = 0;  // the last mark (TissueVolume::mark) whose log of writes contains the leaf
+    bool cut = false;          // true if the leaf (8³ samples) was cut since it was first examined
+    std::uint64_t logged = 0;  // the last mark (TissueVolume::mark) whose log of writes contains the leaf (8³ samples)
   };
   static constexpr float kNow = -1e9f, kNever = 1e9f;
 
   /// Forgets the position of the head. Must be called if anything except the cuts of one stroke changes the distances
-  /// or replaces a leaf.
+  /// or replaces a leaf (8³ samples).
   void forget() noexcept { last_.reset(); }
 
   /// Advances the head to the end of `sweep`, which reaches the leaves lo..hi, inclusive.
   void advance_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi);
   /// Returns the length (voxels) of the path so far of that point of the head that has moved farthest.
   float path() const noexcept { return static_cast<float>(path_); }
-  /// Returns the leaves of a row from `key` on, along z. `due`: path length in voxels at which the leaf must be
-  /// examined again. `due` is stored separately from the other data, because for most leaves nothing else is read.
+  /// Returns the leaves of a row from `key` on, along z. `due`: path length in voxels at which the leaf (8³ samples)
+  /// must be examined again. `due` is stored separately from the other data, because for most leaves nothing else is
+  /// read.
   struct Row {
     float* due;
     Place* places;

@@ -42,7 +42,7 @@ std::int64_t count(const SolidBits& b) {
   return n;
 }
 
-/// Returns the samples of `b`, and all samples of the block that share a face with one of them.
+/// Returns the samples of `b`, and all samples of the block that are direct neighbours (over a face) of one of them.
 SolidBits grown(const SolidBits& b) {
   SolidBits out;
   for (std::size_t x = 0; x < 8; ++x) {
@@ -224,7 +224,7 @@ class LoosePieces::KnownBlocks {
  private:
   struct Block {
     glm::ivec3 key{0};
-    // Number of the last search that visited this block; `first_part` and `part_count` belong to that search
+    // number of the last search that visited this block; `first_part` and `part_count` are results of that search
     std::uint32_t look = 0;
     int first_part = 0, part_count = 0;  // range of the block's parts in parts_
     // indices of the neighbouring blocks over the six faces; -1: not known yet
@@ -382,7 +382,7 @@ LoosePieces::~LoosePieces() = default;
 void LoosePieces::note_emptied(int block, const SolidBits& now, bool unseen) {
   SolidBits& seen = blocks_->changing(block);
   SolidBits gone;
-  // For a block that was not read since the last edit, any sample of air may have been tissue.
+  // A block may not have been read since the last edit. Then any sample that is air now may have been tissue before.
   for (std::size_t i = 0; i < 8; ++i) gone[i] = unseen ? ~now[i] : seen[i] & ~now[i];
   seen = now;
   if (any(gone)) emptied_.push_back({{blocks_->key(block), gone}, block});

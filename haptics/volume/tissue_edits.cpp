@@ -33,7 +33,7 @@ class LeafVolumes {
         count_in(tissue.samples[i], distance.samples ? inside_units(distance.samples[i]) : tile);
       return;
     }
-    // Most leaves contain only one tissue; then the sum needs no label per voxel.
+    // Most leaves (8³ samples) contain only one tissue. Then the sum needs no label of each voxel.
     std::int64_t sum = distance.samples ? 0 : std::int64_t{count} * tile;
     for (int row = 0; distance.samples && row < count; row += n * n) {
       std::int32_t part = 0;
@@ -193,7 +193,9 @@ openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::Float
   if (!leaf && accessor.getValue(origin) > 0) return nullptr;
   kept = in_stroke ? &StrokeKept::Distance::keep(strokes.back().distance, accessor, origin) : nullptr;
   if (!leaf) {
-    leaf = accessor.touchLeaf(origin);  // the leaf was a tile far inside the tissue; the cut brings it into the band
+    // the leaf (8³ samples) was a tile far inside the tissue; the cut makes it part of the band, in which each sample
+    // is stored
+    leaf = accessor.touchLeaf(origin);
     if (kept) kept->changed = true;
   }
   return leaf;
@@ -344,7 +346,7 @@ VoxelBox TissueVolume::fill_leaves(const Filling& filling) {
     for (int y0 = floor_div(filling.lo().y, n) * n; y0 <= filling.hi().y; y0 += n) {
       for (int z0 = floor_div(filling.lo().z, n) * n; z0 <= filling.hi().z; z0 += n) {
         const openvdb::Coord origin(x0, y0, z0);
-        // the leaf is already a solid tile, far inside the tissue
+        // the leaf (8³ samples) is already a solid tile, far inside the tissue
         if (!distance.probeConstLeaf(origin) && distance.getValue(origin) < 0) continue;
         auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, distance, origin) : nullptr;
         const bool was_tile = !distance.probeConstLeaf(origin);
@@ -576,7 +578,7 @@ bool TissueVolume::undo() {
 
 bool TissueVolume::redo() {
   Impl& v = *impl_;
-  // all strokes are in the tissue, and the last one is unfinished, so it continues
+  // All strokes are in the tissue (none is undone), and the last one is unfinished. So the last stroke continues.
   if (v.done == v.strokes.size()) return false;
   v.exchange(v.strokes[v.done++], false);
   return true;

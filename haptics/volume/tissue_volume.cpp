@@ -314,7 +314,8 @@ void copy_leaves(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size,
               continue;
             }
             const Value* const values = stretch.leaf + in_leaf + stretch.first;
-            if (stretch.length == n) {  // the most frequent case; the constant length allows vectorisation
+            // a whole row of a leaf is the most frequent case; its constant length allows vectorisation
+            if (stretch.length == n) {
               for (int z = 0; z < n; ++z) to[z] = converted(values[z]);
             } else {
               for (int z = 0; z < stretch.length; ++z) to[z] = converted(values[z]);

@@ -60,7 +60,7 @@ void bytes(const std::uint8_t* from, const std::int32_t* at, std::int32_t* to) {
 #ifdef TYPODONT_GATHERS
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v4")
-// Uses the masked intrinsics, because GCC 12 gives a false warning for the unmasked ones.
+// Uses the AVX-512 intrinsics with a mask, because GCC 12 gives false warnings for the same intrinsics without mask.
 namespace gathered {
 void pairs(const float* from, const std::int32_t* at, float* low, float* high) {
   const __m512i none = _mm512_setzero_si512();
@@ -307,8 +307,8 @@ TYPODONT_KERNEL void add_stops(const Task<Real>& task, std::size_t first, const 
   }
 }
 
-/// A sum over tool voxels. Floats are added in kBlock partial sums, which the compiler vectorizes. Doubles are added in
-/// the order of the voxels, to reproduce force laws older than kLawsOfFloats.
+/// A sum over the tool's voxels. Floats are added in kBlock partial sums, which the compiler vectorizes. Doubles are
+/// added in the order of the voxels, to reproduce force laws older than kLawsOfFloats.
 template <class Real>
 struct Sum;
 template <>

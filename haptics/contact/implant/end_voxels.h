@@ -19,8 +19,9 @@ struct EndVoxels {
 
   /// Copies all voxels in front of the end in their original order.
   explicit EndVoxels(const ToolVoxels& voxels) : EndVoxels(voxels, 0) {}
-  /// On flat parts of the end, merges each square of four voxels into one voxel if its edge is at most `coarsest` (m).
-  /// The field is linear within a voxel of the tissue, so a finer sampling would not improve the result.
+  /// On flat parts of the end, merges each square of four voxels into one voxel if the edge of the merged voxel is at
+  /// most `coarsest` (m). The field is linear within a voxel of the tissue, so a finer sampling would not improve the
+  /// result.
   EndVoxels(const ToolVoxels& voxels, double coarsest);
 
   std::vector<float> x, y, z;  // m, positions of the voxels in frame T

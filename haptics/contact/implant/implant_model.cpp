@@ -194,7 +194,8 @@ void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state
 
 void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept {
   ContactInput free = in;
-  // Only a round bur cuts outside a bed. It does not cut while the jump of its pose, after it left a bed, still fades.
+  // Only a round bur cuts outside a bed. When a tool leaves a bed, its pose would jump; this jump is added to the pose
+  // and fades to zero. Meanwhile the bur does not cut.
   free.cuts = in.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_;
   if (blended_) free.X_WG.p = in.X_WG.p - (switched_ ? dvec3(0) : offset_);
   if (placed_) {
@@ -322,7 +323,7 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
 
 /// Returns the displacement of a drill or a gauge along the axis in this tick, in m.
 double ImplantModel::advance(const ContactInput& in, const Bed& bed, double wanted, Contact&) noexcept {
-  // The tool does not cut until it is on the bed's axis; otherwise the entry would become oval.
+  // The tool does not cut until its tip is on the bed's axis; otherwise the entry would become oval.
   const bool cuts = tool_cuts(in) && glm::length(offset_) < kAtPlace && turn_ == dquat(1, 0, 0, 0);
   const Pose here{tool_in_bed(bed, tip_).p, turned_into(bed, in.X_WT.R)};
   look_ = look_ahead(here, cuts, in.spindle);

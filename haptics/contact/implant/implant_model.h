@@ -59,11 +59,11 @@ class ImplantModel final : public offset::OffsetModel {
   double reach_now() const noexcept { return OffsetModel::reach() + 2; }
   bool patch_holds(const dvec3& p_W) const noexcept;
 
-  // Functions for the state kFree: the tool is outside a bed.
+  // Functions for the state kFree (enum Motion): the tool is outside a bed.
   void constrain_free(const ContactInput& in, Contact& out) noexcept;
   bool enter_bed(const ContactInput& in, const Contact& out) noexcept;
   void feel_teeth_turn(const ContactInput& in, Contact& out) noexcept;
-  // Functions for the states 1 to 4: the tool is in a bed.
+  // Functions for the states 1 to 4 (enum Motion): the tool is in a bed.
   void begin_bed_motion(std::size_t bed, double tip, const Pose& from, const dquat& R_hand) noexcept;
   void end_bed_motion(const ContactInput& in) noexcept;
   void constrain_in_bed(const ContactInput& in, Contact& out) noexcept;

@@ -59,7 +59,8 @@ ToolVoxels make_tool_voxels(const Tool& whole, double edge, int layers) {
   for (int x = -across; x <= across; ++x) {
     for (int y = -across; y <= across; ++y) {
       for (int z = -below; z <= above; ++z) {
-        // The layers are placed such that a flat end lies half-way between two of them.
+        // The voxels form layers along the tool's axis. The layers are placed such that a flat end lies half-way
+        // between two layers.
         const dvec3 p(edge * x, edge * y, -tool.half() + edge * (z + 0.5));
         dvec3 n;
         const double outside = head.distance(p, n);

@@ -61,8 +61,8 @@ inline void add_cutting(const ToolVoxel& voxel, double u, const dvec3& along, do
   const dvec3 tangent = r > 0 ? turn * dvec3(-p.y / r, p.x / r, 0) : dvec3(0);
   const dvec3 force = size * (tangent - n / alpha);
   sum.force += force;
-  // p may be up to half a layer away from the head's surface. So the torque about the axis uses the exact lever arm
-  // 1/inverse_r instead of p.
+  // p may be up to half a layer away from the head's surface. So the torque about the axis is not computed from p, but
+  // from the exact lever arm 1/inverse_r.
   sum.torque += glm::cross(p, -size / alpha * n);
   sum.torque.z += size * turn / static_cast<double>(voxel.inverse_r);
 }

@@ -79,7 +79,8 @@ void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, Cop
   if (!known || stays.empty()) {
     copy_part(left);
   } else {
-    // copies the new slab on each side; the remaining box `left` shrinks along this axis
+    // Copies the slab of new samples on each side of the patch along this axis. `left` is the remaining box; each slab
+    // makes it smaller.
     for (int axis = 0; axis < 3; ++axis) {
       VoxelBox slab = left;
       slab.hi[axis] = stays.lo[axis] - 1;

@@ -108,8 +108,8 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
       continue;
     }
     if (instrument.is_limited() && instrument.beyond_limit(place) > -P::open) continue;
-    // There may be space for more filling at this place later, so the next search starts again with this sample of the
-    // ray.
+    // There may be space for more filling at this place later. So the next search along this ray starts with this
+    // sample again.
     const double off = glm::length(place - filling_.center);
     const bool grows = filling_.center == filling_.root && off < reach && off > filling_.radius;
     filling_.radius = grows ? off : 0;

@@ -74,7 +74,7 @@ class OffsetModel : public PatchModel {
     int settled = 0;       // number of iterations so far that ended in contact without a long step
     dvec3 long_step{0};    // voxels, the last step that was too long for one iteration
     int reversals = 0;     // number of long steps that were opposite to the previous long step
-    bool at_pace = false;  // true if the last step was limited by the speed limit and not by a contact
+    bool at_pace = false;  // true if the limit of the proxy's speed ended the last step, and not a contact
     dvec3 held_at{0};      // voxels, position of the head's centre that results from the contacts alone
     // voxels, position to which the head is pulled: the hand's target, corrected for the grip of the teeth
     dvec3 led_to{0};
@@ -177,8 +177,11 @@ class OffsetModel : public PatchModel {
   struct Filling {
     double owed = 0;           // m³, filling material that was delivered but is not placed yet
     double radius = -1;        // voxels, radius of the growing dome; negative: no dome exists
-    double free_fraction = 1;  // fraction of the dome's surface that can still grow, estimated in the last tick
-    // voxels; center: centre of the dome; end: position of the instrument's free end when the dome began
+    // fraction of the surface of the dome (the growing deposit of filling) that can still grow, estimated in the last
+    // tick
+    double free_fraction = 1;
+    // voxels; center: centre of the dome (the growing deposit of filling); end: position of the instrument's free end
+    // when the dome began
     dvec3 center{0}, end{0};
     // voxels, place where the first dome began; filling that finds no space there flows on from this place
     dvec3 root{0};

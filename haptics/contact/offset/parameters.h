@@ -91,10 +91,12 @@ struct PaceParameters {
 struct FallParameters {
   static constexpr double rough_time = 2e-3;  // s, time constant of the filter for the hand's present velocity
   static constexpr double speed_time = 0.1;   // s, time constant of the filter for the hand's mean velocity
-  static constexpr double push_time = 0.05;   // s, time constant of the filter for the push that held the hand up
-  // N/s, threshold of (present velocity - mean velocity) × stiffness; above it, the motion of the hand may be a fall
+  // s, time constant of the filter for the tissue's push, which holds the hand up until the hand falls
+  static constexpr double push_time = 0.05;
+  // N/s, threshold of (present velocity - mean velocity) × stiffness; above it, the hand's motion may be a fall (the
+  // tissue under the bur was removed)
   static constexpr double gain = 5;
-  // lower limit of the cosine between the mean push and the direction against the fall
+  // lower limit of the cosine of the angle between the tissue's mean push and the direction opposite to the fall
   static constexpr double along = 0.3;
   // N/s, threshold of landing speed × stiffness; below it, a landing speed is always allowed
   static constexpr double landing_slew = 12;

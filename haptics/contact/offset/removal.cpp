@@ -23,7 +23,8 @@ bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut
 
 bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept {
   const double h = voxel();
-  // After an undo or redo, the head may lie in restored tissue. So the next sweep includes the whole head at its start.
+  // An undo or redo may have restored tissue at the head. So the next sweep includes the tissue in the whole head at
+  // its start.
   const bool edited = patch_.edits > 0 && cut_count_ == patch_.edited_at;
   const bool continues = cut_count_ > 0 && !edited && cut_tool_ == tool_ && same(in.X_WG, cut_end_);
   const Sweep sweep(tool(), in.X_WG, X_WB, settings_.frame, continues, settings_.laws);
@@ -64,8 +65,8 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
 void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
   if (strokes_edited) emptied_ = false;
   if (!known) front_.forget();
-  // The coarse patch was cut in longer steps than the volume from which the new patch is copied, so its active front
-  // (the list of samples that the next cuts can change) is not valid any more.
+  // The coarse patch was cut in longer steps than the carver's volume, from which the new patch was copied. So the
+  // active front of the coarse patch (the list of samples that the next cuts can change) is not valid any more.
   coarse_front_.forget();
   smooth().forget();
 }

@@ -67,7 +67,8 @@ class ActiveSet {
   static constexpr int kMostLeaving = 8;
   static constexpr double kNever = 1e300;  // a number larger than any step length
 
-  /// Solves gram · r = b; the last column of `gram` contains b. Returns false if the normals are linearly dependent.
+  /// Solves gram · r = b, where the last column of `gram` contains b. Returns false if the normals are linearly
+  /// dependent.
   bool solve_gram(double (&gram)[3][4], double (&r)[3]) const noexcept {
     for (int i = 0; i < count_; ++i) {  // Gaussian elimination without pivoting
       if (gram[i][i] < Planes::kLimits.least_pivot) return false;

@@ -52,7 +52,7 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
   const FieldSample at = sample_cubic(patch, c);
   const double length = glm::length(at.gradient);
   if (at.value < 0.5 || length < 0.5)
-    return false;  // the centre is inside tissue, where the field is not the distance to the offset surface
+    return false;  // the head's centre is inside tissue, where the field is not the distance to the offset surface
   dvec3 n = at.gradient / length;
   double distance = at.value;
   const dvec3 below = c - (distance + O::depth_below) * n;
@@ -157,7 +157,7 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
 }
 
 void ContactFinder::project_out(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept {
-  // An exact contact needs no correction, because the tissue at this contact was not cut.
+  // If a contact is exact, the tissue there was not cut, so it needs no correction.
   if (set.sunk_ || set.exact_count_ > 0) return;
   set.projects_out_ = true;
   set.emptied_ = X_VE;

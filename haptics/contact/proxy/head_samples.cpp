@@ -282,7 +282,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     const unsigned keep = bits_of(kept);
     best = kept ? best : F8{} + 1e30f;
     least = best < least ? best : least;
-    // Moves the valid lanes to the front without a branch, because a branch would often be mispredicted.
+    // Moves the valid lanes of the vector to its front without a branch, because a branch would often be mispredicted.
     const I8& order = kCompaction.order[keep];
     const auto put = [&](const F8& v, float* to) __attribute__((always_inline)) {
       F8 first;

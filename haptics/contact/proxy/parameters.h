@@ -83,7 +83,8 @@ struct SharpEdgeParameters {
   // Number of directions in which faces are searched. It is large, because some faces of a corner are visible in few
   // directions.
   static constexpr int directions = 12;
-  // Voxels; the search for a face starts at this lateral distance from the foot point.
+  // Voxels; the search for a face starts at this lateral distance from the foot point (the surface point nearest to the
+  // head's centre).
   static constexpr double aside = 8;
   // Voxels; the search for a face beyond an edge starts this far beside the foot point and this far below it.
   static constexpr double down = 6.8;

@@ -73,8 +73,8 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
     // between two samples.
     const double blurred = around > wide.band - P::at_band ? 3 / (8 * wide.band) : P::overestimate;
     const double clear = (around - blurred) * every_ - radius;
-    // At the distance s farther along the axis, the free distance is at least clear - s (1 + slope). The step is about
-    // a third of the free distance, so that this bound is not much too small.
+    // At the distance s farther along the shank's axis, the free distance is at least clear - s (1 + slope). So a step
+    // of about a third of the free distance keeps this bound from becoming much too small.
     const double step = std::max(0.3 * clear / (1 + slope), least_step);
     if (tolerated_overlap(radius, wide, p) < every_) least = std::min(least, clear - step * (1 + slope) / 2);
     if (least <= 0 || u >= top) break;

@@ -65,7 +65,8 @@ class HaplyDevice : public HapticDevice {
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
-    Nanos waited = 0;  // ns, time spent waiting for the service, without the time in which this process did not run
+    // ns, time spent waiting for the service; the time in which this process did not run is not counted
+    Nanos waited = 0;
     if (!started_) release();  // sends zero force, to which the service answers with the first state
     started_ = true;
     bool fresh = false, rubbish = false;

@@ -16,7 +16,8 @@ namespace typodont::haptics {
 namespace {
 
 constexpr double kFullScale = 350;  // counts at full deflection of the cap
-// Time in ns without a report after which the cap counts as released. A deflected cap sends reports more often.
+// ns without a report from the SpaceMouse after which its cap counts as released. A deflected cap sends reports more
+// often.
 constexpr Nanos kSilence = 200'000'000;
 
 constexpr std::array<std::uint16_t, 11> kLogitech{0xc603, 0xc605, 0xc606, 0xc621, 0xc623, 0xc625,
@@ -62,7 +63,7 @@ class SpaceMouse : public HapticDevice {
   bool read(HandSample& sample) noexcept override {
     if (due_ == 0) due_ = heard_ = link_->now();
     due_ += period_;
-    // If the servo paused, the missed samples are skipped.
+    // If the servo has paused, the samples that it missed are skipped.
     if (link_->now() - due_ > kSilence) due_ = link_->now();
     for (int late = 0; late <= kMostQueued;) {
       std::uint8_t buffer[64];
@@ -76,8 +77,8 @@ class SpaceMouse : public HapticDevice {
         break;
       }
     }
-    // If no report arrives, the cap counts as released. Otherwise the tool would drift if the report "back to zero" was
-    // lost.
+    // If no report arrives, the cap of the SpaceMouse counts as released. Otherwise the tool would drift if the report
+    // "back to zero" was lost.
     if (link_->now() - heard_ > kSilence) state_.push = state_.twist = dvec3(0);
 
     const double dt = to_seconds(period_);

@@ -53,7 +53,7 @@ class ArmDevice : public HapticDevice {
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
-    Nanos waited = 0;  // ns, time spent waiting for the arm, without the time in which this process did not run
+    Nanos waited = 0;  // ns, time spent waiting for the arm; the time in which this process did not run is not counted
     bool half_a_line = false;
     for (;;) {
       const Nanos before = link_->now();
@@ -68,7 +68,7 @@ class ArmDevice : public HapticDevice {
       std::optional<ArmReport> report;
       if (n > 0) report = parse();
       if (!report) {
-        // A serial port may deliver only the first half of a line.
+        // A serial port may deliver only the first half of a line. Then the rest is awaited before the line is parsed.
         half_a_line = protocol_ == ArmProtocol::kText && n > 0 && !rubbish_;
         if (!half_a_line) {
           release();  // sends zero force, to which the board answers with a report
