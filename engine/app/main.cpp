@@ -48,7 +48,7 @@ static int written_out() {
 static void open_standard_streams() {
   for (int stream = 0; stream <= 2; ++stream) {
     if (::fcntl(stream, F_GETFD) >= 0) continue;
-    // open() returns the lowest free number, which must be the number of this stream
+    // open() returns the lowest free number, which must be the number of this closed stream
     if (::open("/dev/null", O_RDONLY) != stream) std::abort();
   }
 }

@@ -58,7 +58,8 @@ constexpr Nanos kStuckTime = 1 * kNanosPerSecond;
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A', kSprayKey = 'W';
 // Keys in an implant exercise: select the phase's instrument, slower, faster, turn backwards.
 constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';
-constexpr double kSpeedStep = 0.05;  // change of the speed per key press, as a fraction of the motor's full speed
+// change of the drill's speed per key press, as a fraction of the motor's full speed
+constexpr double kSpeedStep = 0.05;
 
 std::atomic<bool> g_asked_to_stop{false};
 void ask_to_stop(int) {
@@ -92,13 +93,13 @@ struct Workbench::Impl {
   Nanos began = 0;
   ServoTick tick;            // the latest tick that was drawn
   SessionSettings settings;  // the settings that were last sent to the servo
-  // evaluates the hand for the score; empty if the session is not operated
+  // evaluates the motion of the hand for the score; empty if no operator's window shows the session
   std::optional<session::HandMeter> meter;
-  // measures the damage for the score; empty if the session is not operated
+  // measures the damage for the score; empty if no operator's window shows the session
   std::optional<DamageMeter> damage;
   // finds the present phase of an implant exercise; empty in other exercises
   std::optional<session::ImplantMeter> implant;
-  // m³, volume of each tissue at the start; used only in an operated session
+  // m³, volume of each tissue at the start; used only if an operator's window shows the session
   PerTissue volumes_before{};
   // Result of an exploration task; valid after the session.
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;

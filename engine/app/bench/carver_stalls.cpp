@@ -26,7 +26,7 @@ constexpr double kFade = 0.1;       // s, time constant with which the force fal
 constexpr double kComeBack = 0.25;  // s, time until the force returns to its full value under the law kFadeOnStale
 constexpr double kRow = 5e-3;       // s, time between two rows of the table with the hand's planned positions
 
-/// The planned motion of the hand, and the parameters of its model. Times are in s from the start of the run.
+/// The planned motion of the hand, and the parameters of the simulated hand. Times are in s from the start of the run.
 struct Course {
   haptics::HandModel model;
   haptics::HandPath path;

@@ -32,7 +32,7 @@ constexpr double kRate = 1000;                   // Hz, rate of the servo
 // N/m, stiffness of the spring that defines a step: 1 N/mm, with a tolerance for the damper
 constexpr double kSpring = 1.1 * 1000;
 constexpr double kSeconds = 2.5;  // s, duration of a random hand
-// number of ticks; a contact after at least this many ticks without contact is a new touch
+// number of ticks without contact; a contact after at least this many such ticks counts as a new touch
 constexpr std::size_t kFreeTicks = 30;
 
 Scene push_scene(const std::string& tool, const std::string& spindle) {

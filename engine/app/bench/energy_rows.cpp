@@ -53,7 +53,8 @@ Used measure_used(Work&& work) {
   return used;
 }
 
-/// Writes a hand that rests above the block, and a hand that draws a pressed bur to and fro in it for `seconds`.
+/// Writes two motions of a hand to files. `rest`: the hand rests above the block. `drill`: the hand presses a bur into
+/// the block and moves it to and fro for `seconds`.
 void write_hands(const fs::path& rest, const fs::path& drill, double seconds) {
   std::ofstream(rest) << fmt::format("t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,6,1,0,0,0,0\n{},0,0,6,1,0,0,0,0\n",
                                      seconds);
@@ -71,7 +72,8 @@ std::optional<PackageEnergy> read_package_energy(const fs::path& powercap) {
   std::error_code none;
   std::optional<PackageEnergy> sum;
   for (const auto& zone : fs::directory_iterator(powercap, none)) {
-    // A package has one colon in its name (intel-rapl:0). Its parts have two colons and are contained in its counter.
+    // Selects the counters of whole processor packages. The name of a package has one colon (intel-rapl:0). The names
+    // of its parts have two colons; their energy is contained in the package's counter.
     const std::string name = zone.path().filename().string();
     if (!name.starts_with("intel-rapl:") || name.find(':') != name.rfind(':')) continue;
     const auto counted = number_in(zone.path() / "energy_uj"), range = number_in(zone.path() / "max_energy_range_uj");
@@ -89,7 +91,8 @@ double energy_between(const PackageEnergy& before, const PackageEnergy& after) {
 }
 
 void energy_rows(bool quick, std::vector<BenchRow>& rows) {
-  // The difference between a long and a short session does not contain start and end of the program.
+  // The result is the difference between a long and a short session. So it does not include the start and the end of
+  // the program.
   const double brief = 2, lasting = quick ? 4 : 22;  // s
   const TemporaryFolder folder;
   const fs::path scene = folder.path() / "scene.json", rest = folder.path() / "rest.csv",

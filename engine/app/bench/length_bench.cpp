@@ -110,7 +110,7 @@ std::vector<BenchRow> bench_length(const BenchRun& run) {
       recording += static_cast<double>(thread_cpu_time() - ticked);
       (void)loop.carver().take_pieces();
     }
-    // adds rows to the table only after 1, 2, 4 and 8 units of time (minutes or hours)
+    // adds rows to the table only after 1, 2, 4, 8, … units of time (minutes or hours)
     if ((mark & (mark - 1)) != 0) continue;
     writer.flush();
     const std::string knob = fmt::format("after {} {}{}", mark, run.quick ? "minute" : "hour", mark > 1 ? "s" : "");

@@ -340,7 +340,8 @@ std::string table_of_choice(const std::vector<ModelFigure>& figures) {
   return out;
 }
 
-/// Returns the list items that state where the rows come from: one item for each run that measured some tissues.
+/// Returns the list items that state where the rows come from: one item for each run of the benchmark that measured
+/// some of the tissues.
 std::string measured_on(const std::string& machine) {
   std::string items;
   for (const RowOrigin& origin : origins_of(machine)) {

@@ -96,10 +96,10 @@ std::string table(const std::vector<BenchRow>& rows) {
   return out;
 }
 
-/// A method of another program, as it is named in BenchRow::baseline. The name may continue after `begins`.
+/// A method of another program. `begins`: the beginning of its name in BenchRow::baseline.
 struct Rival {
   std::string_view begins;
-  bool in_name;  // true: the row measures the other method, and its baseline is this program
+  bool in_name;  // true: the row's name states the other method, and its baseline is this program
 };
 constexpr Rival kRivals[] = {{"voxel penalty", false}, {"csgDifference", false},     {"volumeToMesh", false},
                              {"OpenCV", false},        {"cross-correlation", false}, {"the servo's slide", true}};

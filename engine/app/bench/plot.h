@@ -22,7 +22,7 @@ struct Plot {
   PlotSeries& of(const std::string& name);
 };
 
-/// Draws one plot with its legend. The points of a series are joined in the order of x.
+/// Draws one plot with its legend. Each series is drawn as a line through its points, in the order of x.
 std::string svg(const Plot& plot);
 
 /// Draws several plots of the same series side by side. Each has a title; all have common axes and one legend. The

@@ -192,7 +192,8 @@ std::vector<std::string> chosen_tissues(const Options& options) {
   return chosen;
 }
 
-/// Returns what names the row in the first line of a table: its tissue for a row of the part `models`, else its part.
+/// Returns the name by which the first line of a table lists this row: the tissue if the row belongs to the part
+/// `models`, otherwise the row's part.
 std::string name_of_row(std::string_view part, const BenchRow& row) {
   if (part != "models") return std::string(part);
   const std::vector<ModelFigure> figures = model_figures({row});

@@ -174,7 +174,7 @@ std::string table_of(const std::vector<Row>& rows) {
   for (const std::string& name : items) cell(name);
   text += '\n';
   for (const Row& row : rows) {
-    // a line of this table never begins with a comma, because a session's name is never empty
+    // In this table, an empty first line cannot occur: a session's name is never empty, so no line begins with a comma.
     text += cell_of(row["session"]);
     for (std::size_t i = 1; i < first.size(); ++i) text += ',' + (row.contains(first[i]) ? cell_of(row[first[i]]) : "");
     for (const std::string& name : items)

@@ -34,8 +34,8 @@ constexpr std::size_t kMostGroups = 1024;
 constexpr std::size_t kMostBalls = 2048;  // largest number of spheres of a tool
 constexpr std::size_t kLeastResults = 65536;
 constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
-// Upper bound of the rounding error of a position, as a fraction of the tissue's extent: a position passes through
-// about a dozen roundings in single precision.
+// Upper bound of the rounding error of a position, as a fraction of the tissue's extent: a position is rounded about a
+// dozen times in single precision.
 constexpr double kRounding = 2e-6;
 
 // One sphere of the tool, as the shaders read it. The layout must equal the layout in shaders/spheres.glsl.
@@ -55,7 +55,7 @@ struct Contact {
   double t;
   std::uint32_t ball, sphere;
 };
-/// Header of a list of results, as the shaders write it: the number of entries, and an unused word.
+/// Header of a list of results, as the shaders write it: the number of the list's entries, and an unused word.
 struct Head {
   std::uint32_t count, unused;
 };
@@ -276,7 +276,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     head->count = 0;
     if (run(kind) == 0) return false;
     if (head->count > capacity_) {
-      // Some results did not fit into the list of results and are lost, so the tissue must be loaded again.
+      // The list of results was too short, so some results are lost. So the tissue must be loaded again.
       loaded_ = false;
       return false;
     }

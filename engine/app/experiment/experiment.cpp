@@ -118,7 +118,7 @@ ExperimentResult result_of(const ExperimentPlan& plan, const std::vector<Answere
   if (answered.empty()) return result;
   result.second = fraction_of(second, result.trials);
   if (plan.question == Question::kModel) {
-    // In an experiment that compares two models, right() counts the trials in which the subject chose the second model.
+    // In an experiment that compares two models, `right` counts the trials in which the subject chose the second model.
     result.chosen = fraction_of(result.right, result.trials);
     result.chance = chance_of(result.right, result.trials);
     return result;

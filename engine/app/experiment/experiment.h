@@ -71,8 +71,8 @@ class Experiment {
   explicit Experiment(const ExperimentPlan& plan);
 
   bool over() const;
-  /// Returns the completed fraction of the experiment, 0..1. It is the larger of two fractions: of the trials and of
-  /// the staircase's turns.
+  /// Returns the completed fraction of the experiment, 0..1. It is the larger of two values: the fraction of the
+  /// trials, and the fraction of the staircase's turns (reversals).
   double fraction() const;
   /// Returns the present trial. It stays the same until answer() is called.
   const Trial& trial() const { return next_; }

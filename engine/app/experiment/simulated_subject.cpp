@@ -30,7 +30,8 @@ bool inside(const ServoTick& tick) {
 double relative(double greater, double lesser) {
   return 100 * (greater / lesser - 1);
 }
-/// Returns the difference second − first in percent. The stimulus with the smaller nominal value is 100 %.
+/// Returns the difference between the two stimuli, second − first, in percent. The stimulus with the smaller nominal
+/// value is 100 %.
 double signed_percent(const Trial& trial, double first, double second) {
   return trial.greater_second ? relative(second, first) : -relative(first, second);
 }

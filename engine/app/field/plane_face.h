@@ -17,8 +17,8 @@ namespace typodont {
 struct CutPlane {
   dvec3 normal;
   double offset;  // m, distance of the plane from the origin along its normal
-  // m, depth at which the face lies inside the kept side, so that clipping at the plane does not remove the face. It
-  // must be small: at inner surfaces that are perpendicular to the plane, a strip of this width is visible in front of
+  // m. The face lies this deep inside the kept side, so that clipping at the plane does not remove the face. The depth
+  // must be small: where an inner surface is perpendicular to the plane, a strip of this width is visible in front of
   // the face.
   double within = 0.2e-6;
 };

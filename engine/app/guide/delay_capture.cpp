@@ -64,7 +64,7 @@ class Recording {
     const double seconds = to_seconds(t - zero());
     if (stream_.t.empty() || seconds > stream_.t.back()) stream_.t.push_back(seconds), stream_.p.push_back(p);
   }
-  /// Returns the time (ns) that counts as zero in all recordings of a run.
+  /// Returns the time (ns) at which the clock of all recordings of a run starts.
   static Nanos zero() {
     static const Nanos began = now();
     return began;

@@ -26,20 +26,20 @@ struct Lead {
   static constexpr double travel_pace = 60e-3, drill_travel_pace = 65e-3;
   static constexpr double cut_pace = 30e-3;     // m/s, largest speed of the target point along a cut
   static constexpr double scrape_pace = 27e-3;  // m/s, largest speed of a scraping hand instrument
-  // turning_pace: m/s, speed at which a scraping hand instrument reverses; turning_time: s, time constant of the
-  // slowdown before it.
+  // turning_pace: m/s, speed at which a scraping hand instrument reverses its motion; turning_time: s, time constant of
+  // the slowdown before the reversal.
   static constexpr double turning_pace = 12e-3, turning_time = 0.01;
   // Near its end, a cut slows down. Otherwise the hand's lag would carry the tool into tissue that should stay.
   static constexpr double slowing_time = 0.04;  // s, time constant of the slowdown
   static constexpr double end_pace = 0.4e-3;    // m/s, speed at the end of a cut
-  // Tolerances of the distance between the tool and the target point, which moves along the planned line. ahead: m; the
-  // target point of a cut advances only while the tool is nearer to it than this.
+  // Tolerances of the distance between the tool and the target point, which moves along the planned line. ahead: m;
+  // during a cut, the target point moves on only while the tool is nearer to it than this.
   static constexpr double ahead = 0.06e-3;
-  // m, tolerance: the target point of a cut advances only while the tool is nearer to the planned line than this
+  // m, tolerance: during a cut, the target point moves on only while the tool is nearer to the planned line than this
   static constexpr double beside = 0.022e-3;
   // m, a cut is finished when the tool is nearer than this to the end of the stroke
   static constexpr double there = 0.01e-3;
-  // m, smallest approach of the tool to the target point that counts as progress
+  // m, smallest amount by which the tool must come nearer to the target point, so that this counts as progress
   static constexpr double progress = 2.5e-6;
   static constexpr double near_line =
       // m, tolerance: scraping ends after a pass in which the tool was always nearer to the planned line than this
@@ -50,12 +50,14 @@ struct Lead {
   // The lead is the vector from the target point to the hand: a gain times the vector from the tool to the target
   // point. The coupling (the spring between hand and tool) turns the lead into a force.
   static constexpr double reaction_time = 0.05;  // s, time constant of the hand's reaction
-  // ratio: lead of the hand to the tool's distance from the target point, while cutting
+  // ratio: lead of the hand (its distance from the target point) to the tool's distance from the target point, while
+  // cutting
   static constexpr double gain = 50;
   // Limit of the gain: gain · tick duration / reaction_time must not exceed this value, because the hand would
   // oscillate.
   static constexpr double steady_gain = 1.5;
-  // ratio: lead of the hand to the tool's distance from the target point, while scraping soft filling
+  // ratio: lead of the hand (its distance from the target point) to the tool's distance from the target point, while
+  // scraping soft filling
   static constexpr double scrape_gain = 30;
   // m, largest lead of the hand (distance ahead of the target point) while scraping
   static constexpr double most_scrape_lead = 1.2e-3;
@@ -63,11 +65,11 @@ struct Lead {
   // gives a force depends on the tissue. The wanted forces here are fractions of the task's mean force. rough_force:
   // bulk of the tissue, if another tool makes the finish; bulk_force: bulk, otherwise; finishing_force: final surface.
   static constexpr double rough_force = 2.3, bulk_force = 1.65, finishing_force = 1.4;
-  // 1/s, gain with which an error of the force changes the limit of the lead
+  // 1/s, gain of the control of the force: an error of the force changes the limit of the hand's lead
   static constexpr double lead_per_force = 15;
-  // lower and upper bound of the lead's limit, as ratios to the lead that gives the task's mean force
+  // lower and upper bound of the limit of the hand's lead, as ratios to the lead that gives the task's mean force
   static constexpr double least_most_lead = 0.6, most_lead = 3;
-  // m, smallest value of the upper bound of the lead's limit; soft bone needs a longer lead than a tooth
+  // m, smallest value of the upper bound for the limit of the hand's lead; soft bone needs a longer lead than a tooth
   static constexpr double always_allowed_lead = 2e-3;
   // limit of the force of a cut, as a fraction of the largest force that the task accepts
   static constexpr double below_most_force = 0.9;
@@ -205,7 +207,7 @@ struct Rounds {
   static constexpr int most_vain = 3;
 };
 
-/// Returns the volume (m³) in which the tissue differs from the ideal.
+/// Returns the volume (m³) in which the tissue differs from the task's ideal.
 double remaining_difference(const session::Preparation& in) {
   double sum = 0;
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
@@ -531,8 +533,8 @@ class Plan {
   struct Portion {
     Pose X_WT;
     dvec3 center;  // m, centre of the dome (the portion's curved surface)
-    // excess[k]: cost of the unwanted filling in a dome with a radius of k + 1 voxels. wanted: for each k and each
-    // height level, the number of missing voxels in the dome up to this level.
+    // A portion is a dome of filling. excess[k]: cost of the unwanted filling in a dome with a radius of k + 1 voxels.
+    // wanted: for each k and each height level, the number of missing voxels in the dome up to this level.
     std::vector<double> excess, wanted;
     // m along the preparation's axis; lowest: height of the lowest level; step: distance between two levels
     double lowest = 0, step = 0;
@@ -862,7 +864,9 @@ class Plan {
   double pedal_ = 0;
   double force_ = 0;  // N, force of the cuts that are added next
   std::uint32_t tool_ = 0;
-  bool over_ = false;  // true in the second pass, in which filling may rise above the contour
+  // true in the second pass of filling, in which the filling may rise above the final contour; the excess is carved
+  // away later
+  bool over_ = false;
 };
 
 }  // namespace
@@ -1038,7 +1042,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     along_ = length;
     done = seen_.tool == leg.tool || waited_ > 10;
   } else {
-    // A scraping hand instrument reverses its motion at both ends of its run.
+    // A scraping hand instrument reverses its motion at both ends of its run (its sequence of strokes).
     const bool first = leg_ == run_, last = leg.end_pace <= 0;
     const double from_turn = (back_ ? last : first) ? along_ : length,
                  to_turn = (back_ ? first : last) ? length - along_ : length;

@@ -130,7 +130,7 @@ class ExpertHand final : public haptics::HapticDevice {
   // until the tool reaches the planned line.
   std::size_t run_ = 0;  // index of the first step of the run
   Pose run_from_;        // pose at the start of the run
-  double worst_ = 0;     // m, largest distance of the tool from the planned line in the present pass
+  double worst_ = 0;     // m, largest distance of the tool from the planned line in the present pass along the run
   int times_ = 0;        // number of completed passes back along the run
   bool back_ = false;    // true while the hand moves back along the run
   dvec3 lead_{0};        // m, vector from the target point to the hand

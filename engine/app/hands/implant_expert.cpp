@@ -23,7 +23,8 @@ constexpr double kTravel = 20e-3;       // m/s, speed of the tool outside the ti
 constexpr double kLanding = 4e-3;       // m/s, speed of the hand towards the bone and along the bed
 constexpr double kSweepPace = 3e-3;     // m/s, speed of the smoothing bur
 constexpr double kSweepReach = 3.5e-3;  // m, length of the smoothed ridge on each side of the implant's axis
-// m, depth of the hand below the planned ridge while smoothing; the coupling yields, so the bur is higher than the hand
+// m, depth of the hand below the planned ridge while smoothing. The coupling (spring between hand and bur) yields, so
+// the bur is higher than the hand.
 constexpr double kSweepBelow = 0.1e-3;
 constexpr double kSweepApart = 0.7e-3;  // m, distance between two strokes of the smoothing bur
 // N, forces for drilling, for cutting a thread, for checking the depth, and for marking

@@ -118,7 +118,7 @@ haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t) {
   at_ = input.pointer;
   if (input.right || input.shift) {
     lean(moved, seen);
-    offset_ -= moved;  // While the tool is tilted, the pointer's motion must not move the tool's head.
+    offset_ -= moved;  // While the tool is tilted, the motion of the mouse pointer must not move the tool's head.
   } else {
     // The offset between tool and pointer shrinks only while the pointer moves, so that the tool never jumps.
     const double left = glm::length(offset_);

@@ -15,7 +15,8 @@ using namespace literals;
 
 constexpr double kTravelSpeed = 18e-3;  // m/s, speed of the tool outside the tissue
 constexpr double kExploreSpeed = 4e-3;  // m/s, speed over the surface while exploring
-// m, depth of the hand below the surface while exploring; the coupling turns it into a force
+// m, depth of the hand below the surface while exploring; the coupling (spring between hand and tool) turns the depth
+// into a force
 constexpr double kExplorePress = 0.5e-3;
 constexpr double kExplored = 3.0e-3;  // m, distance that is explored on each side of the lesion's middle
 

@@ -15,9 +15,11 @@ namespace typodont {
 
 namespace {
 
-// voxels, tolerance: a tool's head may enter the ideal by this depth, which is the error of the distance field
+// voxels, tolerance: the tool's head may enter the ideal (the tissue that must remain) by this depth, which is the
+// error of the distance field
 constexpr double kClear = 0.05;
-// voxels, tolerance: a head that fits the ideal exactly, for example a reamer, may enter the ideal by this depth
+// voxels, tolerance: a head that fits the ideal (the tissue that must remain) exactly, for example a reamer, may enter
+// it by this depth
 constexpr double kExact = 0.02;
 constexpr double kGrid = 0.1e-3;  // m, distance between the head positions that the planner evaluates
 constexpr double kLayer =
@@ -32,14 +34,17 @@ constexpr double kFlatShare = 0.02;  // threshold of a floor's area, as a fracti
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.03e-3;  // m, smallest distance between the head and neighbouring teeth or gum
 constexpr double kLeastTaken = 0.05;     // voxels, threshold: no stroke is planned for thinner tissue
-// m, tolerance: a point of a path that is nearer than this to the line between its neighbours is omitted
+// m, tolerance: a point of the tool's path is omitted if it is nearer than this to the line between its neighbours
 constexpr double kOnLine = 2e-6;
-// m, limit: a shorter part of a pass that removes nothing is kept, so that the tool need not be lifted
+// m, limit: a part of a pass that removes nothing is kept if it is shorter than this, so that the tool need not be
+// lifted
 constexpr double kBridged = 0.4e-3;
-// m, length of a connection between two passes; a longer connection goes over the tissue, not straight
+// m, limit: a connection between two passes is straight if it is shorter than this; a longer connection goes over the
+// tissue
 constexpr double kStraight = 3e-3;
 constexpr double kHop = 0.3e-3;   // m, height step of the search for a free path between two strokes
-constexpr double kRamp = 0.8e-3;  // m, threshold: the tool enters a row that is longer than this on a ramp
+// m, threshold: a row of strokes that is longer than this begins with a ramp, on which the bur enters the tissue
+constexpr double kRamp = 0.8e-3;
 // slope (height per length) of a floor; where the floor is steeper than this, it is divided into pieces
 constexpr double kSteep = 2;
 constexpr double kAlongShank = 6e-3;     // m, length of the shank, measured from the head, that is checked for contact
@@ -48,7 +53,7 @@ constexpr double kFloorOfColumn = 1e-6;  // m, precision of the search for the l
 constexpr int kHeadPoints = 360, kShankPoints = 60;
 constexpr double kFieldErrorLimit = 1;  // voxels, upper bound of the distance field's error far from the surface
 // Limit of the number of points in a group. A group of points is first tested as one ball that contains the points.
-// Near the ideal, its points are tested one by one.
+// Near the ideal (the tissue that must remain), the points of a group are tested one by one.
 constexpr std::size_t kTogether = 12;
 constexpr int kBisectionSteps = 7;  // number of bisection steps that refine a position between two grid positions
 
@@ -107,7 +112,7 @@ class StrokePlanner {
   using Chain = std::vector<dvec3>;
   struct Layer {
     double height = 0;             // m, height of the layer that the student removes
-    std::vector<std::uint8_t> in;  // 1 for a grid cell that the head can reach from above, otherwise 0
+    std::vector<std::uint8_t> in;  // 1 for a grid position that the tool's head can reach from above, otherwise 0
   };
 
   /// A group of points that lie close together, and a ball that contains them; voxels.
@@ -139,7 +144,8 @@ class StrokePlanner {
   dvec3 world(const dvec3& p) const { return axes_ * p; }
   dvec3 voxels(const dvec3& p) const { return in_.frame.to_voxels(world(p)); }
 
-  /// Returns true if a head with its centre at p (m, along u, v, w) does not touch the ideal.
+  /// Returns true if the tool's head with its centre at p (m, along u, v, w) does not touch the ideal (the tissue that
+  /// must remain).
   bool clear(const dvec3& p) const {
     const dvec3 q = voxels(p);
     const auto keeps = [&](const std::vector<Points>& groups, double into) {
@@ -168,7 +174,7 @@ class StrokePlanner {
              });
     });
   }
-  /// Returns true if a head with its centre at p (m, along u, v, w) removes tissue.
+  /// Returns true if the tool's head with its centre at p (m, along u, v, w) removes tissue.
   bool useful(const dvec3& p) const {
     const dvec3 q = voxels(p);
     return std::any_of(head_.begin(), head_.end(),
@@ -203,8 +209,8 @@ class StrokePlanner {
   }
   dvec3 place(int i, int j, double height) const { return {lo_.x + i * grid_, lo_.y + j * grid_, height}; }
 
-  /// Returns the smallest distance (voxels) between the ideal and the points of a head with its centre at p. Negative
-  /// if the head enters the ideal.
+  /// Returns the smallest distance (voxels) between the ideal (the tissue that must remain) and the points of a head
+  /// with its centre at p. Negative if the head enters the ideal.
   double clearance(const dvec3& p) const {
     const dvec3 q = voxels(p);
     double least = kFieldErrorLimit;
@@ -250,7 +256,8 @@ class StrokePlanner {
     return Chain{above, p};
   }
 
-  /// Finds the grid cells at this height that the head can reach from the layer above.
+  /// Finds the positions of a horizontal layer of the grid, at this height, that the head can reach from the layer
+  /// above.
   Layer layer_at(double height, const Layer* above) const {
     Layer layer{height, std::vector<std::uint8_t>(cell(count_.x - 1, count_.y - 1) + 1)};
     std::vector<std::uint8_t> free(layer.in.size());
@@ -289,7 +296,7 @@ class StrokePlanner {
       }
     }
   }
-  /// Finds the lowest layer that is at or above `height`.
+  /// Finds the lowest layer of head positions that is at or above `height`.
   const Layer& layer_above(double height) const {
     const Layer* best = &layers_.front();
     for (const Layer& layer : layers_)
@@ -297,8 +304,8 @@ class StrokePlanner {
     return *best;
   }
 
-  /// Finds by bisection the border between a position where the head is free and a position where it touches the ideal.
-  /// The result is a position where the head is free.
+  /// Searches by bisection between a position where the head is free and a position where it touches the ideal (the
+  /// tissue that must remain). Returns the last position where the head is free.
   dvec3 border(dvec3 clear_place, dvec3 unclear) const {
     for (int k = 0; k < kBisectionSteps; ++k) {
       const dvec3 middle = 0.5 * (clear_place + unclear);
@@ -307,7 +314,7 @@ class StrokePlanner {
     return clear_place;
   }
 
-  /// Returns the path without points that lie on the line between their neighbours.
+  /// Returns the tool's path without the points that lie on the line between their neighbours.
   Chain straightened(const Chain& chain) const {
     Chain result{chain.front()};
     std::size_t from = 0;
@@ -371,13 +378,13 @@ class StrokePlanner {
                 nullptr);
   }
 
-  /// Adds strokes for the parts of a path that remove tissue. A closed path may begin at any point.
+  /// Adds strokes for those parts of the tool's path on which it removes tissue. A closed path may begin at any point.
   void take(Chain& chain, bool closed) {
     if (chain.empty()) return;
     std::vector<std::uint8_t> has(chain.size());
     for (std::size_t k = 0; k < chain.size(); ++k) has[k] = useful(chain[k]);
     closed = closed && chain.size() > 2 && glm::length(chain.front() - chain.back()) < 1e-9;
-    if (closed) {  // A closed path begins at a point that removes nothing, so that no part is split.
+    if (closed) {  // If the path is closed, it begins at a point that removes nothing, so that no part of it is split.
       const auto idle = static_cast<std::ptrdiff_t>(std::find(has.begin(), has.end(), 0) - has.begin());
       if (idle > 0 && idle < static_cast<std::ptrdiff_t>(chain.size())) {
         chain.pop_back(), has.pop_back();
@@ -445,8 +452,8 @@ class StrokePlanner {
     }
   }
 
-  /// Adds a ramp along the row, from the layer above down to the row. A bur must not move straight down, because its
-  /// end cuts badly.
+  /// Adds a ramp along the row of strokes, from the layer above down to the row. A bur must not move straight down,
+  /// because its end cuts badly.
   void enter(const Chain& row) {
     if (row.size() < 2 || glm::length(row.back() - row.front()) < ramp_) return;
     if (std::none_of(row.begin(), row.end(), [&](const dvec3& p) { return useful(p); })) return;
@@ -455,8 +462,8 @@ class StrokePlanner {
     stroke({above, row.back(), row.front()});
   }
 
-  /// Finds the cells of `in` whose distance from all cells outside `in` is more than `away` cells. The grid's edge is
-  /// ignored.
+  /// Finds the cells of the grid layer `in` whose distance from all cells outside `in` is more than `away` cells. The
+  /// grid's edge is ignored.
   std::vector<std::uint8_t> inner(const std::vector<std::uint8_t>& in, int away) const {
     std::vector<std::uint8_t> result = in;
     for (int i = 0; i < count_.x; ++i) {
@@ -475,8 +482,8 @@ class StrokePlanner {
     return result;
   }
 
-  /// Finds the lines along which the head touches the ideal at this height, with the marching squares algorithm
-  /// (Lorensen & Cline 1987, in the plane).
+  /// Finds the lines along which the head touches the ideal (the tissue that must remain) at this height, with the
+  /// marching squares algorithm (Lorensen & Cline 1987, in the plane).
   std::vector<Chain> walls_at(double height) const {
     const Layer& above = layer_above(height);
     const Layer layer = above.height - height < 1e-9 ? above : layer_at(height, &above);
@@ -512,7 +519,8 @@ class StrokePlanner {
           if (layer.in[cell(p.x, p.y)] != layer.in[cell(q.x, q.y)]) crossed.push_back(point_on(p, q));
         }
         if (crossed.size() == 2) join(crossed[0], crossed[1]);
-        // the outline crosses this cell twice, and each line cuts off one corner that lies outside the ideal
+        // the outline of the reachable region crosses this cell twice, and each line cuts off one corner that lies
+        // outside the ideal
         if (crossed.size() == 4) {
           const bool first = layer.in[cell(i, j)];
           join(crossed[first ? 0 : 3], crossed[first ? 1 : 0]);
@@ -544,7 +552,7 @@ class StrokePlanner {
     return chains;
   }
 
-  /// Finds the lowest height that the head can reach at the position (a, b).
+  /// Finds the lowest height to which the tool's head can move down at the position (a, b).
   std::optional<double> lowest(double a, double b) const {
     const int i = static_cast<int>(std::lround((a - lo_.x) / grid_)),
               j = static_cast<int>(std::lround((b - lo_.y) / grid_));
@@ -564,7 +572,8 @@ class StrokePlanner {
     return height;
   }
 
-  /// Adds passes along the floor, in rows along its longer side. Returns the heights of the floor's flat parts.
+  /// Adds passes of the tool along the floor of the cavity, in rows along the floor's longer side. Returns the heights
+  /// of the floor's flat parts.
   std::vector<double> floors() {
     struct Level {
       int columns = 0;

@@ -38,7 +38,8 @@ using namespace std::chrono_literals;
 constexpr double kFadeTime = 0.25;
 constexpr double kLostOpacity = 0.35;
 constexpr double kFullForce = 3;                 // N, force at which the controller vibrates most strongly
-constexpr double kSlowest = 60, kFastest = 320;  // Hz, lowest and highest frequency with which a controller can vibrate
+// Hz, lowest and highest frequency with which the program lets a controller vibrate
+constexpr double kSlowest = 60, kFastest = 320;
 // rad/s, speed of the spindle at which the controller vibrates with its highest frequency
 constexpr double kFastSpindle = 400 * kKrpm;
 // Limits for a controller and for an arm. The tip counts as still if it moves less than this distance (m) for this time
@@ -189,7 +190,7 @@ struct XrSession::Thread {
         continue;
       }
       if (leave_until && now() > leave_until) break;
-      if (!hmd.running()) {  // The headset was taken off. The bench waits, and no hand holds the tool.
+      if (!hmd.running()) {  // The user has taken off the headset. The bench waits, and no hand holds the tool.
         publish_hand(nullptr);
         set_tissue_visible(false);
         std::this_thread::sleep_for(10ms);

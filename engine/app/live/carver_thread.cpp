@@ -143,8 +143,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   Wiring& wiring = s.wiring;
   Done done;
   done.worked = repeat_cuts();
-  // The front tick was received in the previous call of turn(), so repeat_cuts() has already applied all its cuts. A
-  // tick without a valid pose is ignored.
+  // The tick in the channel was received in the previous call of turn(), so repeat_cuts() has already applied all its
+  // cuts. A tick without a valid pose is ignored.
   if (const ServoTick& tick = wiring.tick_to_carver.front(); !(tick.faults & haptics::kNoPose)) s.carver.rest(tick.t);
   pause();
   done.awaited = wiring.patch.keep_up(s.carver, wiring.tick_to_carver.front().patch);
@@ -225,10 +225,10 @@ void carve(LiveSession& s) {
   int idle = 0;  // number of consecutive calls of turn() without work
   while (!s.wiring.stop.load(std::memory_order_relaxed)) {
     const CarverTurns::Done done = turns.turn();
-    // Chooses the sleep time of the carver. After 30 ms without work, the hand is assumed to be slow: at 3 cm/s it
-    // moves 0.1 mm until the next check. After one second, it is assumed to rest: if it accelerates with 10 m/s², it
-    // moves 0.5 mm until the next check. In an idle session, the checks use 0.4 % of a core; more frequent checks would
-    // use 3 %.
+    // Chooses the sleep time of the carver. After 30 ms without work, the hand is assumed to be slow; at 3 cm/s it
+    // moves 0.1 mm until the next check. After one second, it is assumed to rest; if it then accelerates with 10 m/s²,
+    // it moves 0.5 mm until the next check. In an idle session, the checks use 0.4 % of a core; more frequent checks
+    // would use 3 %.
     idle = done.worked ? 0 : std::min(idle + 1, 400);
     if (!done.worked)
       std::this_thread::sleep_for(done.awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 10'000us);

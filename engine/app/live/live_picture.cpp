@@ -23,7 +23,7 @@ constexpr Nanos kProcessorMeshInterval = 33'000'000;
 constexpr Nanos kBriefWait = 4'000'000;     // ns, time between two checks for motion while nothing is drawn
 constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between two pictures from the free viewpoint
 constexpr int kImplantSections = 2;         // number of sections through an implant: along the arch, and across it
-// Thresholds: the section follows the drill if the drill has rotated or moved by more than these amounts.
+// Thresholds: the section follows the drill if the drill has rotated or moved farther than this.
 constexpr double kSectionTurns = 0.02;    // rad, smallest rotation that the section follows
 constexpr double kSectionMoves = 0.1e-3;  // m, smallest translation that the section follows
 
@@ -312,7 +312,7 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   Wiring& wiring = session_.wiring;
   if (wiring.tick_to_render.fetch()) tick = wiring.tick_to_render.front();
   if (frames_ > 0 && ++turns_since_first_ == 2)
-    // the window shows a frame at the latest at the second poll after it was drawn, so this time is an upper bound
+    // the window shows a frame at the latest at the second poll() after it was drawn, so this time is an upper bound
     first_shown_ = now();
   collect();
   const double dt = to_seconds(now() - last_turn_);
@@ -357,7 +357,7 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
 }
 
 /// Chooses the level of detail and the quality of the next frame, from measurements of this frame of the trainee's
-/// picture. Other pictures are not measured, so that they do not reduce the quality of the trainee's picture.
+/// picture. Only this picture is measured, so that other pictures do not reduce its quality.
 void LivePicture::follow(const render::FrameStats& stats, double dt, const ServoTick& tick) {
   Wiring& wiring = session_.wiring;
   if (detail_->follow(stats.pixel, ladder_.step())) wiring.tolerance = detail_->tolerance();

@@ -46,7 +46,7 @@ struct LiveSession {
   bool watched = false;
   StrokeHistory book;          // carver thread only: the changes that each stroke made, for undo
   std::string carver_failure;  // carver thread only: reason why the carver failed; empty if it did not fail
-  /// ns, time between two searches for changed bricks; at least the duration of a frame
+  /// ns, time between two searches for changed bricks (blocks of the tissue's mesh); at least the duration of a frame
   Nanos mesh_interval = 16'000'000;
   std::size_t xr_stream = 0;       // number of the recorded stream that contains a headset's frames
   std::size_t picture_stream = 0;  // number of the recorded stream that contains a screen's frames
@@ -61,7 +61,8 @@ struct LiveSession {
   std::filesystem::path save;  // file to which the tissue is saved; empty: it is not saved
   // carver thread only: counters of the carver's work
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
-  haptics::SearchCounts looks;  // carver thread only: number of searches that the contact model made
+  // haptics::SearchCounts: number of tissue elements that the contact models examined; carver thread only
+  haptics::SearchCounts looks;
   std::shared_ptr<const haptics::SoftSurface> gum;  // the soft gum; null if the gum is rigid
   std::uint64_t queries = 0;                        // servo thread only: number of queries of the distance field
 
@@ -120,7 +121,7 @@ class CarverTurns {
   ~CarverTurns();
   struct Done {
     bool worked = false;   // true: this call of turn() had work to do
-    bool awaited = false;  // true: the servo has not yet adopted the patch that the carver offers
+    bool awaited = false;  // true: the servo has not yet begun to use the patch that the carver offers
   };
   /// Repeats the servo's cuts, executes the user's commands, offers a new patch if one is due, and meshes the changed
   /// bricks. Throws OpenVDB's exceptions.

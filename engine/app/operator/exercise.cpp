@@ -104,7 +104,8 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
   const bool ideal = !ideal_file.empty();
   if (!ideal && !e.rules && e.steps.empty() && !scene.contains("task")) return scene.dump(2) + "\n";
   Text task = scene.value("task", Text::object());
-  if (scene.contains("score")) {  // without a task, the rules of the score are here; otherwise they are in the task
+  // if the scene has no task, the rules of the score are in its block "score"; otherwise they are in the task
+  if (scene.contains("score")) {
     if (scene["score"].contains("rules")) task["rules"] = scene["score"]["rules"];
     scene.erase("score");
   }

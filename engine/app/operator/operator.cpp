@@ -244,7 +244,7 @@ class Operator {
     }
   }
 
-  /// Returns true if the request would discard the unsaved work of an author.
+  /// Returns true if executing the request would discard the unsaved work of an author.
   static bool leads_away(Ask ask) {
     constexpr std::array kAway = {Ask::kStart,   Ask::kAgain,      Ask::kToStart,    Ask::kTutorial,
                                   Ask::kArchive, Ask::kDropped,    Ask::kDoctor,     Ask::kGoOnFrom,

@@ -121,7 +121,8 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       }
     ImGui::EndCombo();
   }
-  // if the user selects a class of synthetic bone, the jaw is loaded again and the scene's plan is restored
+  // If the user selects a class of synthetic bone, the jaw is loaded again, and the plan of the scene replaces the
+  // user's plan.
   if (form.bone_class > 0) {
     const auto title = [&](int i) {
       return fmt::format("{} {}", s.text("op.plan_class"), kBoneClasses[static_cast<std::size_t>(i - 1)]);

@@ -69,7 +69,7 @@ void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// Draws each item of the score as a bar, so that a low item is easy to find.
+/// Draws each item of the score as a bar, so that the user sees at once which item is low.
 void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   begin_panel("score", s.text("op.score_so_far"), size, w);
@@ -87,8 +87,8 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     dim(fmt::format("/ {:.0f}{}", s.score.full, s.score_current ? "" : "  …"));
   }
   for (const session::ScoreItem& item : s.score.items) {
-    // fraction of the task: while less than this is completed, the items of the score are drawn without the colours for
-    // good and bad scores
+    // Threshold of the completed fraction of the task. Below it, the items of the score are drawn without the colours
+    // for good and bad scores.
     constexpr double kBegun = 0.05;
     const float fraction =
         item.full > 0 && s.score.completion > kBegun ? static_cast<float>(item.points / item.full) : -1;

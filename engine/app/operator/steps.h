@@ -12,7 +12,7 @@ namespace typodont {
 struct StepActions {
   ServoTick tick;
   SessionSettings settings;
-  /// number of undos, of redos and of changes of the view since the session's start
+  /// numbers of undos, redos and changes of the view since the session's start
   int undone = 0, redone = 0, views = 0;
   bool held = false;
   std::size_t phase = 0;  // number of completed phases of an implant exercise

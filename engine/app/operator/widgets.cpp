@@ -113,7 +113,7 @@ std::string fitted(const std::string& text, float room, const std::function<floa
   if (width(text) <= room) return text;
   constexpr std::string_view kEllipsis = "…";
   const float left = room - width(kEllipsis);
-  // number of bytes that fit into the line, and number of bytes if only whole words are counted
+  // number of bytes of the text that fit into the line, and the number that fit if only whole words are counted
   std::size_t fits = 0, words = 0;
   for (std::size_t end = 0; end < text.size();) {
     std::size_t next = end + 1;

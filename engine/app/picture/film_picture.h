@@ -43,7 +43,7 @@ class FilmPicture {
   render::FilmGrid grid_;
   glm::ivec3 blocks_{0};
   std::vector<render::FilmTexel> own_;  // the texels of the film's cells, without those beside the cells
-  // Texels for the renderer. A texel beside the cells is the mean of the nearest cells.
+  // Texels for the renderer. If a grid point has no film cell, its texel is the mean of the nearest cells' texels.
   std::vector<render::FilmTexel> texels_;
   std::vector<std::uint8_t> queued_;
   std::vector<glm::ivec3> changed_, queue_;

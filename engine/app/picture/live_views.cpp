@@ -104,7 +104,7 @@ void LiveViews::take(MeshBatch batch) {
   }
 }
 
-/// Applies the settings of a Look that need no result of the computing thread.
+/// Applies those settings of the picture (its Look) that need no result of the computing thread.
 void LiveViews::show_as(Picture& p) {
   const bool difference = p.look.view == render::View::kDifference;
   p.stage->show_as(difference && !ideal_ ? render::View::kLook : p.look.view, p.wish.plane);

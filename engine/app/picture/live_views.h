@@ -77,7 +77,8 @@ class LiveViews {
     /// number of the stage (PictureStage) that draws this picture; it increases when the picture gets a new stage
     int stage = 0;
     bool operator==(const Wish&) const = default;
-    /// Returns true if the Look of the picture shows bodies besides the bricks of the tooth's surface.
+    /// Returns true if the settings of the picture (its Look) request other bodies than the tooth's surface, for
+    /// example inner tissues or a section.
     bool needs_bodies() const;
   };
   struct Body {

@@ -29,7 +29,7 @@ struct Viewpoint {
   double azimuth = -1.5707963267948966;  // rad, angle from the x axis of frame W to the viewer's direction, about z
   double elevation = 1.0;                // rad, angle from the horizontal plane up to the viewer's direction
   double distance = 0.15;                // m, distance from the tooth's middle to the viewer
-  glm::dvec2 shift{0, 0};                // m, displacement of the viewed point to the viewer's right and up
+  glm::dvec2 shift{0, 0};  // m, displacement of the point at which the viewer looks, to the viewer's right and up
 };
 
 /// Limits a viewpoint to valid values: it lies outside the tooth and does not pass the zenith.

@@ -56,8 +56,8 @@ void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& 
   }
 }
 
-/// Returns true if the light that bodies exchange need not be computed again, because the lamps differ only by a small
-/// motion with the user.
+/// Returns true if the light that bodies reflect to each other need not be computed again, because the lamps have moved
+/// only a little with the user's head.
 bool same_light(const render::Lights& a, const render::Lights& b) {
   const double near = std::cos(0.5 * kDegree);
   const auto close = [&](const dvec3& p, const dvec3& q) {
@@ -71,7 +71,7 @@ bool same_light(const render::Lights& a, const render::Lights& b) {
 
 bool looks_same(const Pose& a, const Pose& b) {
   const dquat turn = a.R * (glm::dot(a.R, b.R) < 0 ? -1.0 : 1.0) - b.R;
-  // The tolerances are 1e-7 m for the position, and 2.5e-6 rad for half the angle.
+  // The tolerances of equal poses are 1e-7 m for the position, and 2.5e-6 rad for half the angle of the rotation.
   return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;
 }
 
@@ -347,7 +347,7 @@ std::optional<display::HeadTracker::Stats> PictureStage::tracker_stats() const {
   return tracker_->stats();
 }
 
-/// Makes the next frame with the eyes, the lamp and the mouth mirror.
+/// Makes the next frame, and sets its eyes, lamp and mouth mirror.
 render::Frame PictureStage::look() const {
   render::Frame frame;
   const auto eyes = display::eye_views(rig_);
@@ -377,7 +377,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
                                       const std::string& hint) {
   const Nanos began = now();
   if (output_ && !output_->visible()) {
-    missed_ = true;  // a minimised window may lose its content, so it must be drawn again
+    missed_ = true;  // a minimised window may lose its content, so the next frame must be drawn
     return {};
   }
   follow_size();

@@ -184,7 +184,7 @@ class PictureStage {
   display::DisplayRig rig_;
   display::Head rest_;  // the head's pose that the rig file states
   std::optional<display::HeadTracker> tracker_;
-  /// s, running mean of the latency from reading the head tracker to the picture on the screen
+  /// s, running mean of the latency from the reading of the head tracker to the picture on the screen
   double latency_ = 1.0 / 30;
   haptics::ServoSettings servo_;
   Options options_;

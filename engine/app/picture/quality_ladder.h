@@ -53,7 +53,7 @@ class QualityLadder {
  private:
   static constexpr double kSlow = 1.0 / 33;  // s, default of the time of a frame above which the quality is lowered
   static constexpr int kFresh = 2, kHurry = 4, kSettled = 12, kTrial = 240, kFirstPatience = 60,
-                       /// number of frames: longest wait before the quality is raised again
+                       /// longest wait before the quality is raised again, as a number of frames
       kMostPatience = 7200;
 
   bool go(std::size_t step, bool up) {

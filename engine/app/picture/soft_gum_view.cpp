@@ -126,8 +126,8 @@ void SoftGumView::add_brick(const SurroundingMesh& mesh, const render::MeshUpdat
     double sum = 0;
     dvec3 slope(0);
     near_points(mesh.origin + dvec3(vertex.p), [&](std::uint32_t point, const dvec3& off) {
-      // The normals of point and vertex are opposite, so the vertex lies on the far side of a thin layer of gum, which
-      // the point does not move.
+      // The normal of the gum's point and the normal of the vertex point in opposite directions. So the vertex lies on
+      // the far side of a thin layer of gum, which the point does not move.
       if (glm::dot(surface_->points()[point].n_W, dvec3(vertex.n)) < 0) return;
       const double inside = 1 - glm::dot(off, off) / (reach * reach);
       const dvec3 change = 4 * inside / (reach * reach) * off;

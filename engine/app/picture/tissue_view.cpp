@@ -144,8 +144,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   const auto own = [](const render::Vertex& v) { return v.tissue[v.second > 0.5f ? 1 : 0]; };
   if (update.vertices.empty()) return;
   find_cuts_and_edges(volume, update);
-  // Finds the range of voxels whose labels are needed: below the vertices, and a little around them.
-  // returns the depth (voxels) below the vertex to which labels are needed
+  // Finds the range of voxels whose labels are needed: below the vertices, and a little around them. `reach_of` returns
+  // the depth (voxels) below a vertex to which labels are needed.
   const auto reach_of = [&](const render::Vertex& v) {
     return static_cast<float>(std::min(translucency_depth(own(v)) / voxel, static_cast<double>(kSearchDepth)));
   };

@@ -11,8 +11,8 @@
 
 namespace typodont {
 
-/// Direction in which the crown of an imported tooth points in its file.
-// the crown points, in the order of the values, to +z −z +x −x +y −y of the file
+/// Direction in which the crown of an imported tooth points in its file. The values mean +z, −z, +x, −x, +y and −y of
+/// the file, in this order.
 enum class Crown { kUp, kDown, kRight, kLeft, kBack, kFront };
 
 /// m, position to which the middle of a crown's top is moved, because the shipped rigs show this point

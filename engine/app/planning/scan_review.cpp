@@ -176,7 +176,7 @@ void ScanReview::take(const LabelRequest& request, haptics::Imported labels) {
   volumes_ = labels_.report.volume;
   ++changes_;
   if (detail_ != LabelDetail::kFull) return;
-  steps_.resize(done_);  // steps that were undone cannot be repeated any more, because they belong to other labels
+  steps_.resize(done_);  // undone steps cannot be repeated any more, because they belong to other labels
   for (Step& step : steps_) {
     const std::vector<haptics::Correction> again = std::exchange(step, {}).corrections;
     for (const haptics::Correction& correction : again) apply(step, correction);

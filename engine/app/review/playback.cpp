@@ -162,13 +162,13 @@ class Side {
     stage_->hold_suction(tip);
     if (nozzle_) nozzle_->p_W = hand->X_WT.p;
   }
-  /// Switches water and suction on or off as in the recorded session.
+  /// Switches the picture's water and suction on or off, as they were in the recorded session.
   void switch_water() {
     const WaterSwitch water = player_.water();
     debris_->spray(water.spray);
     debris_->suck(water.suction ? nozzle_ : std::nullopt);
   }
-  /// Computes the bodies inside the tooth again if the view needs them and the tissue was cut.
+  /// If the tissue was cut, computes the bodies inside the tooth again. Does so only if the view shows them.
   void look_inside() {
     const haptics::TissueVolume& volume = player_.tissue();
     const std::uint64_t cuts = player_.tick().cuts;

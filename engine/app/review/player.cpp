@@ -31,7 +31,8 @@ SessionPlayer::SessionPlayer(const std::filesystem::path& file) : session_(file)
     deeds_.push_back({cut.t, &cut, false});
   }
   add_edits(UINT64_MAX);
-  // Makes the times increase, because the clocks of two threads may differ. The recorded order of the changes is kept.
+  // Corrects times that decrease, because the clocks of two threads may differ. The recorded order of the changes is
+  // kept.
   for (std::size_t i = 1; i < deeds_.size(); ++i) deeds_[i].t = std::max(deeds_[i].t, deeds_[i - 1].t);
   from_the_start();
   seek(begin_);
@@ -107,7 +108,7 @@ void SessionPlayer::go_on(Nanos t) {
   for (; next_ < deeds_.size() && deeds_[next_].t <= t; ++next_) {
     const Deed& deed = deeds_[next_];
     if (deed.cut) {
-      // The first cut that is played may have any number. So the carver assigns new numbers.
+      // The first cut of the playback may have any number. So the carver assigns new numbers to the cuts.
       Cut cut = *deed.cut;
       cut.index = carver.cuts() + 1;
       if (carver.begins_stroke(cut)) {
@@ -133,8 +134,8 @@ void SessionPlayer::go_back(Nanos t) {
     next_ = last.first;
     if (last.kind == Done::Kind::kStroke) {
       carver.end_stroke();
-      // If the number of strokes differs, the last stroke changed nothing and was discarded, so there is nothing to
-      // undo.
+      // If the number of strokes differs, the carver has discarded the last stroke, because it changed nothing. Then
+      // there is nothing to undo.
       if (carver.strokes().done == last.strokes) carver.undo();
     } else if (last.kind == Done::Kind::kUndo) {
       carver.redo();

@@ -195,7 +195,7 @@ struct StateStream::Impl {
 
 void StateStream::Impl::tell(Reader& reader, const std::string& text, bool may_skip) {
   const std::string frame = websocket_text_frame(text);
-  // For an event, the limit is twice as large, because events are rare and must not be skipped.
+  // An event may use twice as much memory, because events are rare and must not be skipped.
   if (reader.waiting.size() + frame.size() > (may_skip ? kMostWaiting : 2 * kMostWaiting)) {
     ++counts.skipped;
     return;

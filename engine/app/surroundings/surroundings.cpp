@@ -261,8 +261,8 @@ bool SurroundingsShape::has_gum() const {
 double SurroundingsShape::neighbour(const dvec3& p_W) const {
   double nearest = 1.0;
   for (const Impl::Neighbour& n : impl_->neighbours) {
-    // `least` is a lower bound of the distance to the tooth. If it exceeds the smallest distance so far, the tooth is
-    // not evaluated.
+    // `least` is a lower bound of the distance to the neighbouring tooth. If it exceeds the smallest distance so far,
+    // the tooth is not evaluated.
     const double least = 0.7 * (glm::length(p_W - n.middle) - n.radius);
     if (least > kReach || least > nearest) {
       nearest = std::min(nearest, least);

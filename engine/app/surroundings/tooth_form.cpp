@@ -36,7 +36,7 @@ double half_width(double z, double neck, double widest, double table, double at,
 /// tip; `over`: m, height above the neighbouring hill. The ridges vanish at the tips and where two hills meet.
 double ridges(const glm::dvec2& from_tip, double over) {
   const double r2 = glm::dot(from_tip, from_tip) + 1e-9, c = from_tip.x * from_tip.x / r2;
-  // the value of cos(4 φ), where c is cos² φ
+  // cos(4 φ), computed from c = cos² φ
   const double wave = 8 * c * c - 8 * c + 1;
   return kRidges * wave * std::min(r2 / 1.5e-6, 1.0) * std::clamp(over / 0.3e-3, 0.0, 1.0);
 }

@@ -53,7 +53,7 @@ void DamageMeter::sweep(const ServoTick& tick, const Head& head) {
         if (head.field.distance(R_TW * (p_W - tick.X_WG.p)) > 0) continue;
         if (shape_.neighbour(p_W) < -kSlack) {
           neighbour_.insert(cell_of(p_W));
-          // the gum overlaps the tooth, so points inside the tooth are excluded
+          // the gum overlaps the tooth, so points of the bur inside the tooth do not count as damage to the gum
         } else if (shape_.gum(p_W) < -kSlack && shape_.tooth(p_W) > kSlack) {
           gum_.insert(cell_of(p_W));
         }

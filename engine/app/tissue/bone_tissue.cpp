@@ -80,7 +80,7 @@ Bone read(const Json& json) {
     json["domain_mm"].fail(fmt::format("{:.3g} voxels", size.x * size.y * size.z),
                            fmt::format("at most {:.0g}: a larger voxel or a smaller domain", kMostVoxels));
   }
-  // The y axis of the scene points to the tongue, the z axis up.
+  // In the scene, the y axis points to the tongue and the z axis points up.
   dvec3 y = json["lingual"].vec3();
   y.z = 0;
   if (!(glm::length(y) > 1e-9)) json["lingual"].fail("a horizontal direction, not zero");

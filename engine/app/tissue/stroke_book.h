@@ -23,7 +23,7 @@ class StrokeHistory {
  public:
   using Strokes = haptics::TissueVolume::Strokes;
 
-  // Adds a cut to the entry of its stroke. `strokes`: number of strokes in the tissue after the cut.
+  // Adds a cut to the entry of its stroke in this list. `strokes`: number of strokes in the tissue after the cut.
   void cut(const Cut& cut, const Strokes& strokes) {
     PerTissue& sum = entry(strokes).removed;
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += cut.removed[i];
