@@ -55,7 +55,8 @@ class DrillSynth {
   double sample_rate() const noexcept;
   std::uint64_t late() const noexcept;
   std::uint64_t dropped() const noexcept;
-  /// Returns the number of autoregressive filters that the last sample needed: 0 silent, 1 idling, 2 working.
+  /// Returns the number of autoregressive filters that the last sample needed: 0 if the drill is silent, 1 if it idles,
+  /// 2 if it works.
   int active_filters() const noexcept;
 
  private:

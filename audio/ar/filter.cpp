@@ -123,7 +123,7 @@ BlockFilter<T>::BlockFilter(const ArModel& model) : order_((model.order() + 1) /
     for (std::size_t i = 1; i <= std::min(j, a.size()); ++i) h[j] -= a[i - 1] * h[j - i];
     response_[kBlock + j] = static_cast<T>(h[j]);
   }
-  // Every few thousand samples, the history is moved to the start of the buffer.
+  // Every few thousand samples, the filter's past output is moved to the start of the buffer.
   const std::size_t room = order_ + 4096;
   history_.assign(room + kBlock, T(0));
   at_ = order_;

@@ -28,7 +28,7 @@ constexpr double kLongestTrack = 60;  // s, longest part in the middle of a reco
 constexpr double kFloorReach = 100;   // Hz, width of the band on each side of a line in which the noise is measured
 // limit of the variance of the amplitude that is caused by noise, divided by the squared mean amplitude
 constexpr double kWeakNoise = 0.02;
-// Hz, half widths of the bands in which a line is followed; the first suitable one is used
+// Hz, half widths of the bands in which a line may be followed; the first band of this list that suits the line is used
 constexpr std::array kBandwidths = {80.0, 40.0, 20.0};
 
 /// Applies three centred moving averages of the same length: nearly a Gaussian filter, without phase shift or delay.
@@ -217,7 +217,7 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency) 
 
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<TakenLine> lines;
-  // the frequencies that were tried so far: frequency (Hz), and half the width of its band (Hz)
+  // the frequencies that were already tried as lines: frequency (Hz), and half the width of the line's band (Hz)
   std::vector<std::pair<double, double>> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
     if (lines.size() == kMostLines) break;

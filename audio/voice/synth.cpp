@@ -267,8 +267,8 @@ struct DrillSynth::Impl {
       active[t] = turning && !weights[t].zero();
       filters += active[t];
     }
-    // A level that has reached its target no longer changes. This is tested for each sample, so that the result does
-    // not depend on the lengths of the chunks, which depend on the caller's buffers.
+    // A level (the amplitude of a sound) that has reached its target no longer changes. This is tested for each sample,
+    // so that the result does not depend on the lengths of the chunks, which depend on the caller's buffers.
     const auto level_at = [&](Level& x, int i) noexcept {
       if (speeds[i] == 0) x.value = x.target;
       return speeds[i] == 0 ? 0.0f : x.next(attack);
@@ -350,7 +350,7 @@ struct DrillSynth::Impl {
     std::size_t done = 0;
     while (done < mono.size()) {
       index_now = first + static_cast<double>(done);
-      // Processes the states whose nearest sample is this sample or an earlier sample.
+      // Processes the waiting states that take effect at this sample or at an earlier one.
       while (count_pending > 0) {
         const double away = index_of(pending[head].t) - index_now;
         if (away >= 0.5) break;

@@ -298,7 +298,7 @@ void GuidedCapture::solve() {
       solve_verify_step(bench_, captures_);
       break;
     case Step::kDrift:
-      break;  // this step solves nothing: its marks are only stored, because later sessions are compared with them
+      break;  // This step solves nothing. Its marks are only stored, because later sessions are compared with them.
   }
 }
 

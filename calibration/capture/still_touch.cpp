@@ -15,7 +15,7 @@ StillTouch::StillTouch(const Limits& limits) : limits_(limits), samples_(kSample
 
 StillTouch::Verdict StillTouch::add(Nanos t, const dvec3& p, double pedal, bool asked,
                                     std::span<const double> joints) noexcept {
-  // discards the earlier samples, because they cannot be compared with this one
+  // If time does not increase, the earlier samples are discarded, because this sample cannot be compared with them.
   if (!is_finite(p) || (count_ > 0 && t <= back(0).t)) count_ = 0;
   if (is_finite(p)) {
     Sample& sample = samples_[next_];

@@ -75,7 +75,7 @@ struct Joints {
 
   Joints(const ArmGeometry& g, const ArmReading& reading) {
     for (std::size_t i = 0; i < 6; ++i) q[i] = (i < 3 ? g.scale[i] : 1.0) * reading.angle[i] + g.offset[i];
-    // Rotation of the stylus: R = Rz(A) Ry(-C + π/2) Rx(D) Ry(E) Rx(F).
+    // Rotation of the stylus, computed from the joint angles A to F: R = Rz(A) Ry(-C + π/2) Rx(D) Ry(E) Rx(F).
     const dvec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
     const dquat turn = about(z, q[0]);
     tilt_axis = turn * y;

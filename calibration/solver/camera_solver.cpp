@@ -301,7 +301,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   result.width = glm::length(start.lower_right - start.lower_left),
   result.height = glm::length(start.upper_left - start.lower_left);
 
-  // If the touched points lie in a plane, fits this plane, which gives the first camera poses.
+  // If the touched points lie in a plane, fits this plane. From it, the first poses of the cameras are computed.
   std::vector<dvec3> points;
   for (const auto& [key, value] : touched) points.push_back(key);
   if (points.size() < 4) {

@@ -75,8 +75,9 @@ struct Unknowns {
   Pose X, Z;
 };
 
-/// Residual of one row: the pose Z B in the frame of A X, as (rotation vector; translation). In this frame the noise
-/// of arm and tracker has the same covariance for all rows; this includes the effect of the lever from S to M.
+/// Residual of one row: the pose Z B in the frame of A X, as (rotation vector; translation). In this frame the noise of
+/// arm and tracker has the same covariance for all rows; this includes the effect of the lever arm from the stylus S to
+/// the marker M.
 struct Row {
   Pose A, B;
   Unknowns at;  // linearisation point of the steps `x` and `z`
@@ -287,7 +288,8 @@ class Solver {
   }
 
   /// Estimates the covariance of the noise from the residuals. For few rows: one variance for rotation and one for
-  /// translation. For many rows: all 21 elements, including the effect of the lever between S and M.
+  /// translation. For many rows: all 21 elements, including the effect of the lever arm between the stylus S and the
+  /// marker M.
   Matrix6 noise_of(const Unknowns& at, const Indices& rows) {
     Matrix6 sum = Matrix6::Zero();
     for (const std::size_t i : rows) {

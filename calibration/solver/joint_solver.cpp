@@ -149,7 +149,7 @@ class Model {
     return {0.5 * (l + r), glm::length(r - l), glm::normalize(r - l)};
   }
 
-  /// Returns the indices of the unknowns on which a block depends.
+  /// Returns the indices of the unknowns on which the residuals of one touch (a block) depend.
   std::vector<Eigen::Index> unknowns(std::size_t block) const {
     std::vector<Eigen::Index> list;
     const auto range = [&](Eigen::Index first, Eigen::Index count) {
@@ -168,7 +168,7 @@ class Model {
     return list;
   }
 
-  /// Computes the residual of a block and its derivatives, in the order of unknowns(block).
+  /// Computes the residuals of one touch (a block) and their derivatives, in the order of unknowns(block).
   void evaluate(const VectorXd& x, std::size_t block, double* r, Columns& J) const {
     const auto [kind, index] = blocks_[block];
     const ArmGeometry geometry = arm(x);
@@ -244,8 +244,8 @@ class Model {
       const auto unit = [](const dvec3& v, double length) -> Matrix3d {
         return (Matrix3d::Identity() - eigen(v) * eigen(v).transpose()) / length;
       };
-      // A change of the sight direction rotates the two directions perpendicular to it; a change of the eye also
-      // changes the vector to the tip.
+      // If the direction of sight changes, the two directions perpendicular to it rotate. If the eye's position
+      // changes, the vector from the eye to the tip changes, too.
       const Matrix3d by_sight = unit(across, glm::length(normal)) * -cross_matrix(fixed);
       Eigen::Matrix<double, 2, 3> by_e, turned;
       by_e << eigen(across).transpose(), eigen(other).transpose();

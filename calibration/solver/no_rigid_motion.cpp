@@ -64,8 +64,8 @@ std::optional<double> other_scale_by_median(Points p_H, Points p_D, double round
   return std::nullopt;
 }
 
-// Reflects the points of D (p_D -> -p_D). If D is a mirror image of H, the reflected points are a rigid motion of those
-// in H.
+// Reflects the points p_D (p_D -> -p_D). If they are a mirror image of the points p_H, a rigid motion maps p_H to the
+// reflected points.
 bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const RegistrationOptions& options) {
   if (p_H.size() < 4) return false;
   std::vector<dvec3> inverted(p_D.size());

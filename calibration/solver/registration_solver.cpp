@@ -115,7 +115,7 @@ class Registration {
     return rest;
   }
 
-  // Returns the largest residual (m) that a good pair may have.
+  // Returns the largest residual (m) that a correct pair of points may have.
   double reach(double sigma, double dof) const {
     const double p = 1 - options_.false_alarm / static_cast<double>(n_);
     return std::max(rounding_, options_.known_sigma > 0 ? options_.known_sigma * std::sqrt(chi_squared_quantile(p, 3))

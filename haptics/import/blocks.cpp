@@ -55,7 +55,7 @@ struct Kernel {
   }
 };
 
-// Smooths one block. `a` and `b` are buffers that are allocated once and used for all blocks.
+// Smooths the samples of one block. `a` and `b` are buffers that are allocated once and used for all blocks.
 template <class From>
 void smooth_block(const From& g, const glm::ivec3& first, const Kernel& kernel, std::vector<float>& a,
                   std::vector<float>& b, float* out) {
@@ -176,7 +176,7 @@ class Spread {
     }
   }
 
-  /// Visits everything that is connected to the visited samples. Returns the number of visited samples.
+  /// Visits all samples that are connected to the visited samples. Returns the number of visited samples.
   std::size_t run(Label id) {
     std::size_t count = 0;
     while (!stack_.empty()) {

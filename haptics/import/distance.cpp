@@ -59,7 +59,7 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
               nearest.v[j] = d;
               feature.v[j] = f;
               unpropagated[j] = 1;
-              // No feature is inserted into an earlier bucket, because the earlier buckets were already processed.
+              // An earlier bucket of the queue was already processed, so no feature is inserted into it.
               const auto into = std::max(b, static_cast<std::size_t>(d / width));
               if (into < buckets.size()) buckets[into].push_back(j);
             }

@@ -71,7 +71,7 @@ importing::Jet distance_at(const DenseTissue& t, const dvec3& place) {
   return jet;
 }
 
-/// Returns the index of the sample nearest to a position in voxels.
+/// Returns the index of the sample that is nearest to a position (voxels).
 std::size_t nearest_sample(const DenseTissue& t, const dvec3& place) {
   const glm::ivec3 i = glm::clamp(glm::ivec3(glm::round(place)), glm::ivec3(0), t.size - 1);
   return t.at(i.x, i.y, i.z);

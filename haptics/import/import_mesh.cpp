@@ -38,7 +38,8 @@ void check_length(const std::filesystem::path& file, const dvec3& extent, const 
                   std::string_view what, double least, double most) {
   const double longest = longest_of(extent);
   if (longest >= least && longest <= most) return;
-  std::string guess;  // for the message: the unit of length with which the body would have a plausible size
+  // unit of length with which the body would have a plausible size; the error message proposes this unit
+  std::string guess;
   for (const double mm : {1.0, 10.0, 1000.0, 25.4}) {
     const double length = longest / options.mesh_unit * mm * kMillimetre;
     if (guess.empty() && length >= least && length <= most)
@@ -187,7 +188,8 @@ dvec3 away_from_base(const Mesh& mesh) {
     faces.push_back({normal / area, (at(0) + at(1) + at(2)) / 3.0, area});
     whole += area;
   }
-  // Of the small triangles, one in `every` stands for all, so that a fine mesh takes no longer than a coarse one.
+  // The mesh may have many small triangles. One of `every` small triangles represents them all, so that a fine mesh
+  // takes no longer than a coarse one.
   constexpr double kEnough = 20'000;
   const double small = whole / kEnough;
   const auto every = static_cast<std::size_t>(1 + static_cast<double>(faces.size()) / kEnough);
@@ -210,7 +212,7 @@ dvec3 away_from_base(const Mesh& mesh) {
   tbb::parallel_for(0, kDirections, [&](int k) {
     const double z = 1 - (2 * k + 1.0) / kDirections, angle = k * kPi * (3 - std::sqrt(5.0));
     dvec3 out(std::sqrt(1 - z * z) * std::cos(angle), std::sqrt(1 - z * z) * std::sin(angle), z);
-    // The mean normal of the triangles at this side is nearer to the normal of the base.
+    // The mean normal of the triangles at this side is a better estimate of the base's normal.
     for (int pass = 0; pass < 3; ++pass) {
       double top = -1e300, area = 0;
       dvec3 mean(0);

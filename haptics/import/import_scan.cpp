@@ -103,8 +103,8 @@ static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, d
       for (std::size_t i = 0; i < open.v.size(); ++i)
         open.v[i] = grey[place(open.place(i), 0)] <= static_cast<float>(bound);
       const Components holes = components(open);
-      // number of the component that is the surroundings; they surround the tissue in every plane, so the first sample
-      // belongs to them
+      // number of the component that belongs to the surroundings; the surroundings enclose the tissue in every plane,
+      // so the first sample belongs to them
       const std::int32_t around = holes.label.v[0];
       std::vector<glm::ivec3> from(holes.voxels.size(), open.size), to(holes.voxels.size(), glm::ivec3(-1));
       for (std::size_t i = 0; i < open.v.size(); ++i) {

@@ -297,9 +297,10 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
       if (variance > best) best = variance, first = a, second = b;
     }
   }
-  // Finds the most frequent grey value of each class.
+  // Finds the most frequent grey value of each class of material.
   const auto mode = [&](std::size_t from, std::size_t to) {
-    constexpr std::size_t kHalf = 6;  // half width, in bins, of the window over which the histogram is summed
+    // half width, in bins, of the window over which the histogram is summed before its maximum is found
+    constexpr std::size_t kHalf = 6;
     double most = -1, at = 0;
     for (std::size_t i = from; i < to; ++i) {
       const double near = mass[std::min(i + kHalf + 1, to)] - mass[i > from + kHalf ? i - kHalf : from];

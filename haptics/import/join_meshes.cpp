@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kBytesPerVoxel = sizeof(float) + sizeof(Tissue);
 
-/// Returns the position of a volume's first voxel on the grid that all volumes of meshes with the same voxel size
-/// share.
+/// All volumes of meshes with the same voxel size share one grid. Returns the position of a volume's first voxel on
+/// this grid.
 glm::ivec3 first_voxel(const DenseTissue& tissue) {
   return glm::ivec3(glm::round(tissue.frame.origin / tissue.frame.voxel));
 }

@@ -114,7 +114,8 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       merged.push_back(mine);
     } else if (left < 0 || right < 0 || left == right) {
       mine = left >= 0 ? left : right;
-    } else {  // at a pass, the lower peak ends: it is either a peak of its own or part of the higher peak
+    // at a pass of the histogram, the lower peak ends; it is either a peak of its own or a part of the higher peak
+    } else {
       const bool left_higher = h[static_cast<std::size_t>(hills[static_cast<std::size_t>(left)].top)] >=
                                h[static_cast<std::size_t>(hills[static_cast<std::size_t>(right)].top)];
       const int high = left_higher ? left : right, low = left_higher ? right : left;
@@ -227,7 +228,7 @@ void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& 
     // The material next to the tissue is the brightest of the darker materials: soft tissue in a CT of a head, air
     // around a tooth.
     if (const auto below = hill_between(peaks, levels.outside, surface)) levels.outside = *below;
-    // grey value that the tissue would have if the threshold were halfway between tissue and surroundings
+    // grey value that the tissue would have if the user's threshold were halfway between tissue and surroundings
     const double even = 2 * surface - levels.outside;
     const double reach = 0.5 * (even - surface);
     const bool fits = even < most && hill_between(peaks, even - reach, std::min(even + reach, most));

@@ -73,8 +73,7 @@ class Skin {
     };
     const std::uint8_t one = part_at(at + kAround * n), other = part_at(at - kAround * n);
     if (one == 0 || other == 0) return false;
-    // Between two different parts of the mesh there may be a crack, so the triangle counts as having the outside on one
-    // side.
+    // Between two different parts of the mesh there may be a crack. So the triangle counts as lying at the outside.
     if (one != other) return true;
     if (!tree_) tree_ = std::make_unique<TriangleTree>(mesh_);
     return tree_->winding_sixths(at + kBeside * n) >= kInside && tree_->winding_sixths(at - kBeside * n) >= kInside;

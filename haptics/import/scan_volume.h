@@ -30,8 +30,8 @@ class ScanVolume {
   /// Returns the grey value at p by trilinear interpolation. Outside the scan, the value at its nearest wall is
   /// returned.
   double grey(const dvec3& p) const;
-  // black() returns the grey value that a picture shows as black, and white() the one that it shows as white. 2 % of
-  // the voxels are darker than black, and 0.3 % are brighter than white.
+  // The grey value that a picture shows as black, and the grey value that it shows as white. 2 % of the voxels are
+  // darker than black(), and 0.3 % are brighter than white().
   double black() const { return black_; }
   double white() const { return white_; }
 

@@ -133,7 +133,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       const Contacts& f = faces[id];
       const bool narrow =
           parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
-      // true if this part is the outer end (a plug) of a cavity that was found with a smaller ball
+      // true if this part of a space is the outer end (a plug) of a cavity that was found with a smaller ball
       const bool plug = 2 * f.cavity > f.mouth;
       if ((narrow || plug) && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }
@@ -401,7 +401,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   s.phi.outside -= height, s.phi.inside -= height;
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) { s.phi.v[i] -= height; });
 
-  // Keeps one body, and closes holes inside it that the smoothing may have opened. Hollows stay open.
+  // Keeps one body of the segmentation, and closes holes inside it that the smoothing may have opened. Hollows stay
+  // open.
   {
     const SparseComponents parts = components(above(s.phi, 0));
     const std::int32_t body = body_of(parts, smooth, levels.tooth, voxel);

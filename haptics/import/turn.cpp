@@ -37,7 +37,7 @@ glm::dmat3 quarter_turns(const std::string& text) {
 
 void turn(Imported& imported, const glm::dmat3& by) {
   if (by == glm::dmat3(1)) return;
-  // Axis w of the result is the old axis from[w], multiplied by sign[w].
+  // Axis w of the rotated volume is the axis from[w] of the old volume, multiplied by sign[w].
   glm::ivec3 from(0), sign(1);
   for (int w = 0; w < 3; ++w) {
     for (int f = 0; f < 3; ++f) {
@@ -50,7 +50,7 @@ void turn(Imported& imported, const glm::dmat3& by) {
   out.exact_outside = in.exact_outside;
   out.frame.voxel = in.frame.voxel;
   for (int w = 0; w < 3; ++w) out.size[w] = in.size[from[w]];
-  // Position of the old voxel that becomes voxel (0,0,0) of the result.
+  // Position of the old voxel that becomes voxel (0,0,0) of the rotated volume.
   dvec3 first(0);
   for (int w = 0; w < 3; ++w) first[from[w]] = sign[w] > 0 ? 0 : in.size[from[w]] - 1;
   out.frame.origin = by * in.frame.to_world(first);

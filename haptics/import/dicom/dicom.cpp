@@ -121,8 +121,8 @@ Axes axes_of(const Stack& stack) {
   return axes;
 }
 
-/// Splits a stack that contains several scans of the same region into one stack per scan, and removes copies of slices.
-/// Adds the number of removed copies to `copies`.
+/// Splits a stack that contains several scans of the same region into one stack (of slices) per scan, and removes
+/// copies of slices. Adds the number of removed copies to `copies`.
 std::vector<Stack> split(Stack stack, std::size_t& copies) {
   const dvec3 normal = axes_of(stack).normal;
   std::vector<Slice>& all = stack.slices;
@@ -326,7 +326,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
     }
   }
 
-  // Reads the pixels, one file after another.
+  // Reads the pixels of the slices, one file after another.
   std::vector<std::size_t> needed;
   for (const Slice& s : stack.slices) needed.push_back(s.file);
   std::ranges::sort(needed);

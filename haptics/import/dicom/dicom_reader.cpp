@@ -178,7 +178,7 @@ void headers(const std::string& name, std::uint32_t number) {
     if (per_frame && k < per_frame->GetNumberOfItems())
       read_groups(per_frame->GetItem(k + 1).GetNestedDataSet(), frame);
     else if (k > 0)
-      // if there are many frames but one position, this is the position of the first frame only
+      // If the file states many frames but only one position, this is the position of the first frame only.
       frame.has_position = 0;
     say(DicomRecord::kFrame, frame);
   }
