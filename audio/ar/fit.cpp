@@ -90,7 +90,8 @@ void refuse_one_tone(const std::filesystem::path& file, std::span<const double> 
   double total = 0, line = 0;
   for (std::size_t i = 0; i < power.size(); ++i) {
     total += power[i];
-    if (i + 4 >= peak && i <= peak + 4) line += power[i];  // main lobe and first side lobes of the window
+    // main lobe and first side lobes of the window belong to the line
+    if (i + 4 >= peak && i <= peak + 4) line += power[i];
   }
   if (line > 0.999 * total) {
     throw Error(file.string(), "",

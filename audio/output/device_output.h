@@ -41,7 +41,7 @@ class DeviceOutput final : public AudioOutput {
 
   /// shared with the thread that closes the stream, because closing may take long
   std::shared_ptr<StreamBackend> backend_;
-  std::shared_ptr<std::atomic<bool>> closed_;  // false while the other thread is closing the stream
+  std::shared_ptr<std::atomic<bool>> closed_;  // false while the thread that closes the stream is still working
   std::string device_;
   AudioOptions options_;
   StreamOpened opened_;

@@ -252,7 +252,7 @@ class Reader {
     if (letter == 'u') {
       unsigned code = four_hex_digits();
       if (code >= 0xDC00 && code < 0xE000) fail();
-      if (code >= 0xD800 && code < 0xDC00) {  // first half of a surrogate pair
+      if (code >= 0xD800 && code < 0xDC00) {  // the code is the first half of a surrogate pair
         expect("\\u");
         const unsigned second = four_hex_digits();
         if (second < 0xDC00 || second >= 0xE000) fail();

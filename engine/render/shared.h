@@ -48,7 +48,7 @@ struct FrameData {
   vec4 film_origin;       // the film's grid: xyz: position of the first sample, m, frame W; w: samples per m
   vec4 film_size;         // xyz: number of samples of the film's grid along each axis
   vec4 light_origin;      // the grid of LightGrid: xyz: position of the first sample, m, frame W; w: samples per m
-  vec4 light_samples;     // xyz: number of samples of this grid along each axis
+  vec4 light_samples;     // xyz: number of samples of the LightGrid along each axis
 };
 
 // push constants of an object

@@ -429,7 +429,7 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             least_slack = slack < least_slack ? slack : least_slack;
             slack_of.put(row, z0 - stretch, slack);
             live[row] |= static_cast<std::uint64_t>(bits_of(slack < b.ahead + b.slip)) << (z0 - stretch);
-            __builtin_prefetch(b.tissue + first);  // the list needs these labels soon
+            __builtin_prefetch(b.tissue + first);  // loads labels into the cache; the list of groups reads them soon
           }
           float slack = least_slack[0];
           for (int i = 1; i < 8; ++i) slack = std::min(slack, least_slack[i]);

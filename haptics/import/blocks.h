@@ -163,9 +163,9 @@ Sparse<float> distance_squared_to(const SparseMask& mask, int reach);
 
 /// A connected component of a dense mask.
 struct Body {
-  std::size_t voxels = 0;    // number of its voxels
-  std::size_t bright = 0;    // number of its voxels with the mask's value kBrightVoxel
-  glm::ivec3 lo{0}, hi{-1};  // first and last sample of its bounding box
+  std::size_t voxels = 0;    // number of the component's voxels
+  std::size_t bright = 0;    // number of the component's voxels with the mask's value kBrightVoxel
+  glm::ivec3 lo{0}, hi{-1};  // first and last sample of the component's bounding box
 };
 inline constexpr std::uint8_t kBrightVoxel = 2;
 /// Returns the connected components of a dense mask. Samples are connected over faces.

@@ -202,7 +202,7 @@ dvec3 away_from_base(const Mesh& mesh) {
   constexpr double kDeep = 1.5e-3;   // m, depth of grooves in a base
   constexpr double kSlope = 0.9;     // cosine of the largest angle between a triangle of the base and the base
   constexpr double kLeast = 0.08;    // smallest fraction of the mesh's area that is a base
-  constexpr double kClear = 1.3;     // the base bears this times the area of any other side
+  constexpr double kClear = 1.3;     // smallest ratio of the base's area to the area of any other side
   constexpr int kDirections = 1000;  // directions that are tried, 5° to 6° apart
   struct Side {
     dvec3 out{0};
@@ -227,7 +227,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     }
   });
   const Side base = *std::ranges::max_element(sides, {}, &Side::area);
-  constexpr double kApart = 0.7;  // cosine; directions that are nearer to the base belong to it
+  constexpr double kApart = 0.7;  // cosine of an angle; directions this close to the base's direction belong to it
   double other = 0;
   for (const Side& side : sides) {
     if (glm::dot(side.out, base.out) < kApart) other = std::max(other, side.area);

@@ -35,7 +35,7 @@ class Hollows {
   Hollows(const Sparse<float>& smooth, const std::optional<double>& air, double voxel)
       : smooth_(smooth), air_(air), largest_(kLargestMarrow / (voxel * voxel * voxel)) {}
 
-  /// One entry for each space.
+  /// The vector has one entry for each space.
   std::vector<bool> operator()(const SparseComponents& spaces) const {
     constexpr std::size_t kLeast = 30;  // voxels, a smaller space is noise
     std::vector<bool> hollow(spaces.voxels.size(), false);

@@ -341,7 +341,7 @@ std::uint64_t EditableMesh::hash() const noexcept {
   return h;
 }
 
-// Functions that edit the mesh
+// The following functions edit the mesh.
 
 void EditableMesh::move(Index v, const dvec3& p) noexcept {
   Vertex& vertex = write_vertex(v);

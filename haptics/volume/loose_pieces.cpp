@@ -155,7 +155,7 @@ class LoosePieces::KnownBlocks {
 
   const glm::ivec3& key(int block) const { return blocks_[static_cast<std::size_t>(block)].key; }
 
-  /// Begins a new search without floods.
+  /// Begins a new search; no flood fill has started yet.
   void begin_search() {
     ++look_;
     looked_at_ = 0;
@@ -229,7 +229,7 @@ class LoosePieces::KnownBlocks {
     int first_part = 0, part_count = 0;  // range of the block's parts in parts_
     // indices of the neighbouring blocks over the six faces; -1: not known yet
     int beside[6] = {-1, -1, -1, -1, -1, -1};
-    bool one_part = false;  // true if the bits are known to be connected
+    bool one_part = false;  // true if all solid samples are known to be connected
     Shape whole;            // valid only if `one_part`
     SolidBits bits{};
   };

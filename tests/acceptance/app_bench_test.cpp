@@ -101,7 +101,8 @@ TEST(PageText, TextIsBrokenAt120CharactersAndTablesHeadingsPicturesAndCodeStay) 
   EXPECT_EQ(wrapped(kept), kept);
   const std::string item = fmt::format("- {}\n", sentence);
   const std::string broken = wrapped(item);
-  // The 13 pairs of words after "- " have 116 characters, although "µ" has two bytes.
+  // The item's first line must hold "- " and 13 times "µm words", 116 characters. "µ" has two bytes, but counts as one
+  // character.
   EXPECT_EQ(broken.find('\n'), 2 + 13 * std::string("µm words ").size() - 1);
   EXPECT_EQ(broken.substr(broken.find('\n')).substr(0, 5), "\n  µ");
   std::string joined = broken;

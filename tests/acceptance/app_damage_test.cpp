@@ -38,7 +38,7 @@ class Damage : public testing::Test {
   test::ProgramFolder folder{TYPODONT_PROGRAM};
 };
 
-/// Returns the volume of the intersection of two balls with radii r and R whose centres have the distance d.
+/// Returns the volume that two balls with radii r and R have in common. Their centres have the distance d.
 double lens(double r, double R, double d) {
   const double s = r + R - d;
   return kPi * s * s * (d * d + 2 * d * r - 3 * r * r + 2 * d * R + 6 * r * R - 3 * R * R) / (12 * d);
@@ -76,8 +76,8 @@ TEST_F(Damage, ToTheGumIsTheVolumeSweptOutsideTheToothAndCostsPoints) {
   const Scene with_gum = read_scene(folder.path() / "gum.json");
   const SurroundingsShape shape(*with_gum.surroundings);
   ASSERT_TRUE(shape.has_gum());
-  // Counts again at the position of the head the volume that is gum and not tooth, on points that are twice as close as
-  // the cells of the meter.
+  // Counts the gum's volume in the head at this position again, on points that are twice as close as the cells of the
+  // meter. Points in the tooth do not count.
   const dvec3 held = {0, 2.8e-3, -2.4e-3};
   const double radius = 0.8e-3, step = 0.05e-3;
   double expected = 0;

@@ -44,7 +44,7 @@ TEST(Demo, MakesPicturesFilmSoundSessionAndReportOfACavityWhereTheLesionWas) {
   ASSERT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("Made in"));
 
-  // Pictures: both eyes see the tooth from different positions. Afterwards the lesion is gone.
+  // Both eyes see the tooth from different positions. At the end of the session, the lesion is gone.
   const render::Picture before = render::read_png(out + "/before_left.png"),
                         right = render::read_png(out + "/before_right.png");
   const render::Picture after = render::read_png(out + "/after_left.png");
@@ -63,7 +63,8 @@ TEST(Demo, MakesPicturesFilmSoundSessionAndReportOfACavityWhereTheLesionWas) {
   const auto of = [](const PerTissue& volumes, Tissue tissue) { return volumes[static_cast<std::size_t>(tissue)]; };
   EXPECT_GT(of(removed, Tissue::kCaries), 0.98 * of(session.header().volumes_before, Tissue::kCaries));
   EXPECT_EQ(of(removed, Tissue::kPulp), 0);
-  // Alone, the expert removes 7.5 mm³ of sound tissue. The hand of the film removes the same volume.
+  // The expert without a camera (bench_expert) removes 7.5 mm³ of sound tissue; the hand that this film shows does the
+  // same work.
   EXPECT_LT(of(removed, Tissue::kEnamel) + of(removed, Tissue::kDentin), 9e-9);
 
   const Ran replay = folder.run("replay " + out + "/session.h5 --check --json");

@@ -190,8 +190,8 @@ TEST_F(FilesOfCommands, SpecialFilesAsInputsAreRefusedImmediately) {
     }
   }
   for (const std::string& command : commands) {
-    // Earlier, these files needed more memory than this limit. The limit is sufficient for the program with its
-    // libraries.
+    // In an earlier version, the program needed more memory than this limit (2 GB) for these files. 2 GB are sufficient
+    // for the program with its libraries.
     const Ran ran = run(command + " </dev/zero", "timeout 60 prlimit --as=2000000000");
     EXPECT_EQ(ran.status, 2) << command << "\n" << ran.err;
     EXPECT_THAT(ran.err, AllOf(HasSubstr("error: "), Not(HasSubstr("bad_alloc")), Not(HasSubstr("basic_filebuf"))))
@@ -241,7 +241,7 @@ TEST_F(FilesOfCommands, DeletingTheRecordingDuringARunFailsTheRun) {
   std::uintmax_t bytes = 0;
   const Ran ran =
       interrupted("run {}/scene.json --hand script:{}/long.csv --audio none: --record {}/live.h5", SIGINT, [&] {
-        // The program is running when the file grows.
+        // Deletes the file when it has grown, because then the program is recording.
         std::error_code code;
         const auto size = fs::file_size(folder / "live.h5", code);
         if (code || std::exchange(bytes, bytes == 0 ? size : bytes) == 0 || size <= bytes) return false;

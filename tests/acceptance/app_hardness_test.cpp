@@ -82,7 +82,7 @@ TEST_F(GradedCaries, IsReplayedBitForBitAndTheReportStatesTheHardnessOfTheRemove
     if (depth == 0.4) {
       EXPECT_NEAR(mean, 0.3, 0.01) << "in the uppermost layer alone";
     }
-    // Compares with the mean computed from the volumes.
+    // Compares with the mean hardness that is computed from the volumes.
     const session::SessionReader reader(session);
     const Scene of = scene_of(reader);
     const haptics::TissueVolume start = load_tissue(of), end = tissue_at_end(reader, of, load_tissue(of));

@@ -124,7 +124,7 @@ TEST_F(LiveExpert, CanBeCancelledWhileItPlans) {
   ServoTurns servo(s, *hand, simulated);
   CarverTurns carver(s);
   while (servo.turn() && !s.wiring.expert_wants_copy) {
-    if (s.last.pedal > 0) carver.turn();  // so nothing makes the copy that it requests while the pedal is up
+    if (s.last.pedal > 0) carver.turn();  // while the pedal is up, no turn of the carver makes the requested copy
   }
   EXPECT_TRUE(s.wiring.expert_wants_copy);
   hand.reset();

@@ -51,7 +51,7 @@ class Program {
   Program& operator=(const Program&) = delete;
 
   std::string said() const { return read_text(err_); }
-  /// Waits for a line that contains `words`, and returns the text after them.
+  /// Waits for a line of the program's messages that contains `words`. Returns the text after them.
   std::string wait_for(const std::string& words) const {
     for (int i = 0; i < 1800; ++i) {
       const std::string all = said();
@@ -124,7 +124,8 @@ struct OperatorWindow : testing::Test {
     }
     return false;
   }
-  /// Colours in a part of the screen: an empty panel has a few, a shaded picture many.
+  /// Returns the number of different colours in a part of the screen. An empty panel has a few, a shaded picture has
+  /// many.
   int colours(glm::ivec2 lo, glm::ivec2 hi) const {
     const render::Picture p = desktop.screen(kScreen);
     std::set<std::uint32_t> seen;
@@ -314,7 +315,7 @@ TEST_F(OperatorWindow, ViewsChangeTheOperatorsPictureOnlyNotTheTraineesScreen) {
   const std::string own = Desktop::xdotool("search --name Typodont");
   choose_block_and_script();
   press("Return");  // the address is typed
-  // The trainee's picture in a window of its own, beside this one.
+  // Shows the trainee's picture in a window of its own, beside this one.
   for (int i = 0; i < 3; ++i) press("ctrl+p");
   press("F5");
   ASSERT_EQ(program.wait_for("session started: "), "block");
@@ -378,7 +379,7 @@ TEST_F(OperatorWindow, AnExperimentIsChosenByKeysAnsweredInItsOwnWindowAndItsRes
   press("F5");
   program.wait_for("experiment started: force");
 
-  // The trials have their own window for the person.
+  // The trials have another window, for the person who is tested.
   const auto other = [&] {
     const std::string windows = Desktop::xdotool("search --name Typodont");
     for (std::size_t at = 0, end; (end = windows.find('\n', at)) != std::string::npos; at = end + 1)
@@ -444,7 +445,7 @@ TEST_F(OperatorWindow, SavingASurfaceImportingAMeshAndPaintingAnExerciseNeedNoTe
   EXPECT_EQ(seen.status, 0) << seen.err;
   press("F10");
   press("ctrl+e");  // practising again
-  // Records a session of the exercise; then exports its surface.
+  // Records a session of the exercise. Then exports the surface of its tissue.
   press("F5");
   ASSERT_EQ(program.wait_for("session started: painted block"), "");
   std::this_thread::sleep_for(1s);
@@ -512,7 +513,7 @@ TEST_F(OperatorWindow, AnImplantMovedInASectionOfAJawIsSavedAtItsNewPlace) {
   press("ctrl+Up");
   press("ctrl+j");
   program.wait_for("jaw loaded: ");
-  // Four steps of the wheel over the first section: one millimetre out of the bone.
+  // Turns the wheel by four steps over the first section. This moves the implant by one millimetre out of the bone.
   EXPECT_TRUE(eventually([&] { return colours({20, 70}, {300, 350}) > 20; })) << "no section";
   Desktop::xdotool("mousemove 160 220");
   for (int i = 0; i < 4; ++i) {
@@ -553,7 +554,7 @@ TEST_F(OperatorWindow, ADroppedDicomFolderIsReviewedImportedAndDrilledWithoutThe
   EXPECT_TRUE(drop_on(window, {scan.string()}));
   EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name ': Scan$'").empty(); }));
   program.wait_for("labels computed: coarse");
-  // The brush needs the exact labels; its stroke is seen in the sections, and undone.
+  // Painting needs labels at full resolution. The stroke must be visible in the sections, and gone after the undo.
   const auto times = [&](const std::string& words) {
     const std::string said = program.said();
     int count = 0;
@@ -571,7 +572,8 @@ TEST_F(OperatorWindow, ADroppedDicomFolderIsReviewedImportedAndDrilledWithoutThe
   EXPECT_TRUE(eventually([&] { return differing(before, desktop.screen(kScreen), lo, hi) > 50; })) << "no stroke";
   press("ctrl+z");
   EXPECT_TRUE(eventually([&] { return differing(before, desktop.screen(kScreen), lo, hi) == 0; })) << "not undone";
-  // The right wall of the region is dragged: a coarse preview follows, and the exact labels on release.
+  // Drags the right wall of the region. Meanwhile a coarse preview of the labels is shown; the full labels are computed
+  // after the button is released.
   press("1");
   Desktop::xdotool("mousemove 573 360 mousedown 1");
   std::this_thread::sleep_for(200ms);
@@ -655,7 +657,7 @@ TEST_F(OperatorWindow, ADroppedSurfaceScanIsCarvedAsItIs) {
     if (item["name"].string() == "healthy_removed_mm3") removed = item["value"].number();
   }
   EXPECT_GT(removed, 0.01);
-  // A cut divides the triangles that it meets, so the carved surface has more of them.
+  // A cut divides the triangles that it meets, so the carved surface has more triangles.
   press("F10");
   press("F7");
   press("ctrl+s");
@@ -677,7 +679,8 @@ TEST_F(OperatorWindow, AnIntraoralScanIsLaidOverAJawByThreePairsOfClicks) {
   EXPECT_TRUE(drop_on(window, {mesh.string()}));
   program.wait_for("surfaces ready");
   EXPECT_TRUE(eventually([&] { return colours({20, 75}, {460, 510}) > 100; })) << "no surface";
-  // The first tooth, the second one, and the first one's rim, in the scan (turned by 59°) and in the CT.
+  // Clicks on pairs of points: first in the scan (which is turned by 59°), then in the CT. The points are on the first
+  // tooth, on the second tooth, and on the first tooth's rim.
   for (const auto& [x, y] : {std::pair{200, 355}, {644, 293}, {270, 239}, {752, 293}, {166, 334}, {644, 262}}) {
     Desktop::xdotool(fmt::format("mousemove {} {}", x, y));
     std::this_thread::sleep_for(200ms);
@@ -853,7 +856,7 @@ TEST_F(OperatorWindow, KeysMakeAFilmAndALearningCurveAndCancelledWorkLeavesNoFil
 }
 
 #ifdef TYPODONT_XORG
-/// Two screens side by side, the second smaller, on a driver that draws nowhere.
+/// Two screens side by side; the second is smaller. The X server's driver draws on no real screen.
 struct TwoScreens {
   ProgramFolder folder{TYPODONT_PROGRAM};
   XServer server;
@@ -861,7 +864,7 @@ struct TwoScreens {
   TwoScreens()
       : server({TYPODONT_XORG, "-config", config(folder), "-logfile", log(folder), "-noreset", "-novtswitch"},
                folder / "xorg.out") {
-    // The last: an output is connected once somebody has asked again.
+    // The last command asks for the outputs again; only then the server counts the new output as connected.
     for (const char* command :
          {"xrandr --addmode DUMMY1 1024x768", "xrandr --output DUMMY1 --mode 1024x768 --right-of DUMMY0",
           "xrandr --query > /dev/null"})

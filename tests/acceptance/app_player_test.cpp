@@ -37,7 +37,8 @@ struct Watched : testing::Test {
     ASSERT_EQ(made.status, 0) << made.err;
   }
 
-  /// Colours on the screen: an empty one has one, a shaded picture many.
+  /// Returns the number of different colours in a part of the screen. An empty screen has one, a shaded picture has
+  /// many.
   std::size_t colours(glm::ivec2 lo, glm::ivec2 hi) const {
     const render::Picture p = desktop.screen(kScreen);
     std::set<std::uint32_t> seen;
@@ -45,7 +46,7 @@ struct Watched : testing::Test {
       for (int x = lo.x; x < hi.x; ++x) seen.insert(p.at(x, y)[0] << 16 | p.at(x, y)[1] << 8 | p.at(x, y)[2]);
     return seen.size();
   }
-  /// Shown until Escape is pressed; `drawn` says that the picture is there.
+  /// Shows the recording until Escape is pressed. `drawn` returns true when the picture is on the screen.
   template <class Drawn>
   void watch(const std::string& how, Drawn&& drawn) {
     const std::string session = folder / "session.h5";

@@ -210,7 +210,7 @@ TEST_F(Recordings, AForeignRecordingOpensNoFileOutsideItsFolder) {
     const Ran report = folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html", at()));
     EXPECT_THAT(report.err + read_text(folder / "r.html"), Not(HasSubstr("patient"))) << path;
   }
-  // The user who knows where the files are may allow it.
+  // The option lets a user who knows where the files are replay such a recording.
   const Ran allowed =
       folder.run(fmt::format("replay {}/s.h5 --check", at()), "env TYPODONT_FILES=" + elsewhere.path().string());
   EXPECT_THAT(allowed.err, Not(HasSubstr("outside its folder")));

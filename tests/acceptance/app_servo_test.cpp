@@ -287,7 +287,8 @@ TEST(RunCommand, OnADesktopItOpensAWindowWithTheMouseAsHandAndDrawsOnlyOnMotion)
   EXPECT_GT(json["ticks"].integer(), 2000);
   EXPECT_GE(json["frames"].integer(), 1);
   EXPECT_LT(json["frames"].integer(),
-            60);  // the mouse rests: a frame when the tooth appears, a few while the hand settles
+            // the mouse rests, so there is one frame when the tooth appears and a few frames while the hand settles
+            60);
   EXPECT_EQ(folder.run(fmt::format("replay {0}/s.h5 --check", folder.path().string())).status, 0);
 }
 
@@ -310,7 +311,7 @@ TEST(RunCommand, FollowsTheTrackedHeadAndCountsInvalidPackets) {
     to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     for (int i = 0; !stop.stop_requested(); ++i) {
       const double head[6] = {5 * std::sin(0.05 * i), 0, 0, 0, 0, 0};  // cm; this machine is little-endian, too
-      // Every tenth packet is too short by one byte.
+      // Every tenth packet is one byte too short.
       ::sendto(socket, head, i % 10 ? sizeof head : sizeof head - 1, 0, reinterpret_cast<const sockaddr*>(&to),
                sizeof to);
       std::this_thread::sleep_for(std::chrono::milliseconds(8));

@@ -69,8 +69,9 @@ class SoftGum : public testing::Test {
   dvec3 top;  // m, a point of the gum's surface
 };
 
-/// Depth of the deepest drawn vertex below the gum's resting surface, m; only bricks that were made anew. For a gum at
-/// rest this is the error of its mesh: about 0.03e-3, and up to 0.3e-3 at a sharp fold.
+/// Returns the depth (m) of the deepest drawn vertex below the gum's resting surface. Looks only at bricks that were
+/// meshed again. If the gum is at rest, the result is the error of its mesh: about 0.03e-3 m, and up to 0.3e-3 m at a
+/// sharp fold.
 double deepest(const SoftGumView& view, const Surroundings& around, const SurroundingsShape& shape) {
   double most = 0;
   for (const SoftGumView::Brick& brick : view.bricks()) {
@@ -85,7 +86,7 @@ double deepest(const SoftGumView& view, const Surroundings& around, const Surrou
   return most;
 }
 
-/// Returns true if every brick of the view is that of the surroundings.
+/// Returns true if every brick of the view equals the original brick of the surroundings.
 bool as_made(const SoftGumView& view, const Surroundings& around) {
   for (const SoftGumView::Brick& brick : view.bricks()) {
     if (brick.version == 0) continue;
@@ -268,7 +269,7 @@ TEST_F(SoftGum, ADeepCutStaysAndBleedsToABoundWhileTheDamageCounts) {
     loop.tick({t, {top + dvec3(0, 0, 0.6e-3 + height)}, i < 1000 ? 1.0 : 0.0, 0}, tick, cut);
     damage->add({&tick, 1});
   }
-  // The report counts the volume that the rotating head swept in the resting gum. The head removed nearly all of it.
+  // The reported volume is what the rotating head swept in the resting gum. The head removed nearly all of this volume.
   double removed = 0;
   for (std::uint32_t i = 0; i < tissue.surface().points().size(); ++i) {
     removed += tissue.cut_depth(i) * tissue.surface().points()[i].area;

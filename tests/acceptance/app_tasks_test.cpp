@@ -67,7 +67,7 @@ haptics::HandPath path_of(const std::vector<Stroke>& strokes, const dvec3& axis_
   return path;
 }
 
-/// Returns the input for the score of a hand that made mistakes only in geometry.
+/// Returns the input for the score of a hand that made mistakes only in the shape that it cut.
 session::ScoreInput steady_hand(const haptics::TissueVolume& start) {
   session::ScoreInput input;
   input.before = input.after = start.volumes();

@@ -46,7 +46,7 @@ class UndoSession : public testing::Test {
     folder.write("hand.csv", hand());
     scene = read_scene(folder.path() / "scene.json");
   }
-  /// Runs the script to its end. At each of the times (s) gives the command that belongs to it.
+  /// Runs the script to its end. `asks`: times (s), and the command that is given at each time.
   WorkbenchSummary run(const Scene& of, const std::string& record, std::vector<std::pair<double, TissueCommand>> asks,
                        const std::string& save = "") {
     WorkbenchOptions options;

@@ -67,7 +67,7 @@ TEST(PortAudioOnAlsa, PlaysTheSynthesizersSamples) {
   reference.render(expected);
   const auto card = read_recording(folder / "card.wav");
   ASSERT_EQ(card.channels.size(), 2u);
-  // PortAudio fills the device's buffer with silence before it starts.
+  // Skips the silence with which PortAudio fills the device's buffer before it starts.
   const auto& left = card.channels[0];
   const auto sounding = std::find_if(left.begin(), left.end(), [](double v) { return v != 0; });
   const auto silence = static_cast<std::size_t>(sounding - left.begin());
@@ -93,7 +93,7 @@ TEST(PortAudioOnAlsa, AnUnknownDeviceIsRefusedWithTheListOfDevices) {
 
 #ifdef TYPODONT_JACKD
 
-/// A JACK server of our own, without hardware, in real time.
+/// A JACK server for this test, without hardware, in real time.
 class JackServer {
  public:
   JackServer() {

@@ -48,7 +48,8 @@ TEST_F(BenchCommands, ThePlanStatesThePositionOfEveryPartAndTheSizeOfTheWorkspac
   const dvec3 eye = plan["eye_center_mm"].vec3();
   EXPECT_NEAR(glm::length(eye), 520, 1e-2);
   EXPECT_NEAR(eye.z, 520 * std::sin(52 * kDegree), 1e-2);
-  // A level mirror 150 mm above the work. The panel is 300 mm above the work and tilted in the opposite direction.
+  // The bench has a level mirror 150 mm above the work. Its panel is 300 mm above the work and tilted in the opposite
+  // direction.
   const dvec3 ll = plan["panel_mm"]["lower_left"].vec3(), ul = plan["panel_mm"]["upper_left"].vec3();
   EXPECT_NEAR(0.5 * (ll.z + ul.z), 300, 1e-2);
   EXPECT_NEAR(ul.z - ll.z, -299 * std::sin(20 * kDegree), 1e-2);
@@ -64,7 +65,7 @@ TEST_F(BenchCommands, TheDrawingIsOnePageOfSvgOrPdf) {
   const std::string svg = read_text(folder / "bench.svg"), pdf = read_text(folder / "bench.pdf");
   EXPECT_THAT(svg, AllOf(StartsWith("<?xml"), HasSubstr("<svg"), HasSubstr("</svg>"), HasSubstr("841.88")));
   EXPECT_THAT(pdf, AllOf(StartsWith("%PDF-"), HasSubstr("/Count 1"), HasSubstr("%%EOF")));
-  // It may overwrite a drawing, but no other kind of file.
+  // The command may overwrite a drawing, but no other kind of file.
   EXPECT_EQ(run("rig plan --out " + folder / "bench.pdf").status, 0);
   folder.write("table.pdf", "a,b\n1,2\n");
   refused("rig plan --out " + folder / "table.pdf", "table.pdf");

@@ -239,8 +239,8 @@ TEST_F(GuidedBench, TheDelayOfTwoLiveStreamsIsMeasuredAndStored) {
   const auto captures = read_captures(RigFile::load(folder.path() / "rig.json").captures_folder());
   EXPECT_GT(captures.delay_a.t.size(), 1000u);
   EXPECT_THAT(test::read_text(folder / "rig.json"), HasSubstr("delay_ms"));
-  // The program is not responsible for the delay of samples on a busy machine. It states the delay of the samples that
-  // it stored (property/calibration_delay_test.cpp compares the estimate with the true delay).
+  // On a busy machine samples come late, which is not an error of the program. The program must state the delay of the
+  // samples that it stored. (property/calibration_delay_test.cpp compares the estimate with the true delay.)
   const Ran again = folder.run(fmt::format("calibrate delay --rig {} --json", folder / "rig.json"));
   ASSERT_EQ(again.status, 0) << again.err;
   EXPECT_NEAR(Json::parse(again.out, "delay")["delay_ms"].number(),

@@ -15,7 +15,7 @@ TEST(Routine, LeavesAnErrorOfAtMost50MicrometresWith200MicrometresOfTouchNoise) 
     options.seed = seed;
     const SimulatedRoutine run = simulate_routine(options);
     EXPECT_GT(run.before.rms, 3e-3) << seed;
-    // 0.05 mm rms and 0.15 mm worst, beyond the noise floor's own 0.02.
+    // The limits are 0.05 mm rms and 0.15 mm for the worst point. The noise of the measurement adds 0.02 mm.
     EXPECT_LT(run.after.rms, std::hypot(0.05e-3, 0.02e-3)) << seed;
     EXPECT_LT(run.after.worst, std::hypot(0.15e-3, 0.02e-3)) << seed;
     EXPECT_TRUE(run.bench.verification->pass) << seed << run.bench.verification->verdict;
@@ -56,7 +56,8 @@ TEST(Routine, FindsTheUsersOwnOffset) {
 }
 
 TEST(Routine, TheEyesCanBeSolvedAgainAfterTheBaseWasRegisteredToThem) {
-  // Registration takes up this user's offset of 1.3 mm; the alignments are of a tip that is where it is.
+  // This user sees every point 1.3 mm beside its place. The registration of the base includes this offset, but the
+  // alignments use the true position of the tip.
   SimulatedRoutine run = simulate_routine({});
   const dvec3 before = run.bench.rig.eyes.center;
   solve_eyes_step(run.bench, run.captures, true);
@@ -95,7 +96,8 @@ TEST(Arm, InjectedErrorsAreRecoveredWithinTheReportedUncertainty) {
 }
 
 TEST(Arm, CapturesOfADifferentArmAreRejected) {
-  // A plate that was taken for one of another pitch: no arm within reach of the drawings explains it.
+  // The user took the plate of holes for one with another pitch. No arm that is near the drawings explains these
+  // positions.
   BenchSimulator simulator({});
   BenchState bench = simulator.drawings();
   const double drawn = bench.arm.upper;

@@ -27,7 +27,7 @@ class Installed : public testing::Test {
 
   static std::string prefix() { return *folder_ / "prefix"; }
   static std::string build(const std::string& name) { return *folder_ / name; }
-  /// The consumer with these components, in a build folder of this name.
+  /// Configures the consumer with these components in a build folder of this name.
   static test::Ran configure(const std::string& name, const std::string& components, const std::string& more = "") {
     return folder_->run(
         fmt::format("-G Ninja -S tests/acceptance/consumer -B {} -DCMAKE_BUILD_TYPE=Release "
@@ -42,7 +42,7 @@ class Installed : public testing::Test {
 };
 test::ProgramFolder* Installed::folder_ = nullptr;
 
-/// Without these haptics must do: the packages of the program and of the other libraries.
+/// The library haptics must build without these packages, which only the program and the other libraries use.
 const char* const kNoOthers =
     "-DCMAKE_DISABLE_FIND_PACKAGE_Vulkan=ON -DCMAKE_DISABLE_FIND_PACKAGE_HDF5=ON -DCMAKE_DISABLE_FIND_PACKAGE_Ceres=ON "
     "-DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON -DCMAKE_DISABLE_FIND_PACKAGE_PNG=ON -DCMAKE_DISABLE_FIND_PACKAGE_assimp=ON "

@@ -16,7 +16,8 @@
 namespace typodont::test {
 namespace {
 
-/// Vendors' libraries as their owners install them: in the loader's path, with a name in the vendor's set-up.
+/// The replacement libraries are installed as a vendor's libraries are: the loader's path names them, and the vendor's
+/// setup names the device.
 TEST(Devices, DevicesOfVendorLibrariesAreListedWithModelSerialForceLimitAndPermission) {
   const ProgramFolder folder(TYPODONT_PROGRAM);
   std::filesystem::create_directories(folder.path() / "vendor/config");

@@ -49,8 +49,8 @@ struct Window : testing::Test {
     device.destroy();
   }
 
-  /// One frame; false where there was nothing to show it on. `parts`: only the tool moves, and the window is given no
-  /// more than what changed.
+  /// Draws and shows one frame. Returns false if there was no window to show it in. `parts`: only the tool moves, and
+  /// the window gets only the changed parts of the picture.
   bool show(bool parts = false) {
     if (parts) {
       frame.tool.visible = true;
@@ -198,7 +198,7 @@ TEST_F(Window, AStereoSurfaceIsRefusedByNameIfTheDesktopHasNone) {
     EXPECT_NE(std::string(e.what()).find("frame_sequential"), std::string::npos) << e.what();
     return;
   }
-  // A desktop with two layers takes it: nothing to refuse.
+  // A desktop that can show windows with two layers makes the window, and then nothing is refused.
 }
 
 TEST_F(Window, AnUnknownMonitorIsReported) {
@@ -215,7 +215,7 @@ TEST_F(Window, FullScreenFillsTheChosenMonitor) {
 TEST_F(Window, AClickBetweenTwoPollsIsReportedByTheSecondPoll) {
   ASSERT_TRUE(show());
   Desktop::xdotool("search --name Typodont windowfocus mousemove --window %1 100 100");
-  // Whenever it arrives: down and up lie between two polls, or at least its down does.
+  // The click may arrive at any time. The press and the release are between two polls, or at least the press is.
   const auto pressed_after = [&](const char* click, bool display::UserInput::*button) {
     window->poll();
     Desktop::xdotool(click);

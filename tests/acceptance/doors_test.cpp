@@ -21,13 +21,13 @@ namespace fs = std::filesystem;
 constexpr const char* kBall = R"({"tissue": {"voxel_mm": 0.1, "solids": [
   {"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}, {"tissue": "dentin", "solid": {"sphere": {"radius_mm": 2.5}}}]},
   "tool": "round_012", "spindle": "air_turbine", "parts": ["haptics"]})";
-/// Down into the ball, aside with a tilt, and out.
+/// The hand moves down into the ball, aside with a tilt, and out.
 constexpr const char* kPath =
     "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,4,1,0,0,0,1\n0.5,0,0,3.2,1,0,0,0,1\n1.2,0.6,0.1,3.1,0.995,0.0998,0,0,"
     "1\n"
     "1.5,0.6,0,4,1,0,0,0,1\n";
 
-/// The library of this build, installed.
+/// The library of this build, after installation.
 class Doors : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -43,7 +43,7 @@ class Doors : public testing::Test {
   /// `typodont` itself.
   static test::Ran program(const std::string& arguments) { return folder_->run(arguments); }
 
-  /// A source, compiled with the flags of the installed package file: how to run it.
+  /// Compiles a source with the flags of the installed package file. Returns the command that runs the result.
   static std::string compile(const std::string& source) {
     const std::string name = fs::path(source).stem();
     const std::string flags = fmt::format("$(PKG_CONFIG_PATH={}/{}/pkgconfig pkg-config --cflags --libs typodont)",
@@ -58,7 +58,7 @@ class Doors : public testing::Test {
 };
 test::ProgramFolder* Doors::folder_ = nullptr;
 
-/// The first program in this language that a page shows.
+/// Returns the first program in this language that a page shows.
 std::string program_of(const std::string& page, const std::string& language) {
   const std::string text = test::read_text("docs/doors/" + page), begin = "\n```" + language + "\n";
   const std::size_t at = text.find(begin);
@@ -66,7 +66,8 @@ std::string program_of(const std::string& page, const std::string& language) {
   return text.substr(at + begin.size(), text.find("\n```\n", at + begin.size()) - at - begin.size() + 1);
 }
 
-/// "0.5 s: 0.115 N, 0.0019 mm3", four such lines: more and more is removed, and the hand feels it.
+/// Checks four lines such as "0.5 s: 0.115 N, 0.0019 mm3". The removed volume must grow from line to line, and the hand
+/// must feel a force.
 void expect_drilled(const std::string& said) {
   std::istringstream lines(said);
   double t, force, removed = 0, before = 0;
@@ -150,7 +151,7 @@ TEST_F(Doors, AReaderOfTheStreamIsToldOfALiveSessionToItsEnd) {
   const int port = std::stoi(free.out);
   const pid_t session = folder_->start(
       fmt::format("run {} --hand script:{} --audio none: --stream ws:{} --stream-rate 50", scene, hand, port));
-  // The reader comes as soon as somebody listens.
+  // Starts the reader again and again until the session accepts its connection.
   const test::ProgramFolder readers("sh");
   const pid_t reading =
       readers.start(fmt::format("-c 'until {} -u {} {}; do sleep 0.05; done'", TYPODONT_PYTHON, reader, port));
@@ -273,7 +274,7 @@ TEST_F(Doors, CSharpDrillsTheSameBallAndIsToldOfABadPose) {
   EXPECT_NE(page_ran.out.find("bricks of surface"), std::string::npos) << page_ran.out;
 }
 
-/// Unity is not available here; UnityDeclarations.cs stands for it.
+/// The Unity engine is not available here; UnityDeclarations.cs declares the classes of Unity that the sample uses.
 TEST_F(Doors, TheUnitySampleDrillsABallAndChangesItsBricksOverDeclarationsOfUnity) {
   if (!*TYPODONT_MCS) GTEST_SKIP() << "no C# compiler: apt install mono-mcs mono-runtime";
   const std::string exe = *folder_ / "unity.exe",
@@ -320,7 +321,7 @@ TEST_F(Doors, GodotDrillsABallAndChangesItsSurfaceInPlace) {
   EXPECT_TRUE(std::regex_search(page.out, std::regex("[1-9]\\d* bricks changed"))) << page.out << page.err;
 }
 
-/// Unreal's headers are not available here; unreal_declarations.h stands for each of them.
+/// Unreal's headers are not available here. unreal_declarations.h replaces each of them.
 TEST_F(Doors, TheUnrealActorDrillsABallAndChangesItsBricksOverDeclarationsOfUnreal) {
   const fs::path module = "engine/bindings/unreal/Typodont/Source/TypodontUnreal", forward = *folder_ / "unreal";
   std::string sources = "tests/acceptance/doors/unreal/unreal_host.cpp";
@@ -347,7 +348,7 @@ TEST_F(Doors, TheUnrealActorDrillsABallAndChangesItsBricksOverDeclarationsOfUnre
   EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
 }
 
-/// The package as `pip install` leaves it, library inside.
+/// Tests the package as `pip install` leaves it, with the library inside.
 TEST_F(Doors, ThePythonPackageFromItsWheelKeepsItsPromises) {
   const test::Ran has =
       sh(fmt::format("{} -c 'import setuptools, wheel, pip, cffi, numpy, pandas, distributed'", TYPODONT_PYTHON));

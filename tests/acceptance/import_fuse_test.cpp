@@ -74,7 +74,7 @@ TEST_F(FuseCommand, FusesFromFourClicksAndWritesNothingForInputThatGivesNoPose) 
   const auto report = nlohmann::json::parse(good.out);
   EXPECT_LT(report.at("registration").at("predicted_error_mm"), 0.03);
   EXPECT_LT(report.at("registration").at("residual_median_mm"), 0.03);
-  // The crowns above the gum; all of the scan has 500 mm².
+  // 345 mm² of the scan are crowns above the gum. The whole scan has 500 mm².
   EXPECT_NEAR(report.at("covered_area_mm2"), 345, 15);
   const haptics::TissueVolume fused = haptics::TissueVolume::load(out_);
   EXPECT_NEAR(fused.frame().voxel, 0.2e-3, 1e-9);

@@ -55,7 +55,7 @@ TEST(ImportCommand, TheImportedMolarHasTheRightAnatomy) {
   const PerTissue mm3 = volume.volumes();
   EXPECT_NEAR(mm3[static_cast<std::size_t>(Tissue::kEnamel)] / kCubicMillimetre,
               report["volume_mm3"]["enamel"].number(), 5);
-  // Molars: enamel about a quarter to a third of the whole, pulp a few per cent.
+  // In molars, enamel is about a quarter to a third of the volume, and pulp a few per cent.
   EXPECT_NEAR(report["volume_mm3"]["enamel"].number() / report["volume_mm3"]["total"].number(), 0.27, 0.05);
   EXPECT_NEAR(report["volume_mm3"]["pulp"].number() / report["volume_mm3"]["total"].number(), 0.04, 0.02);
 

@@ -68,7 +68,7 @@ class ImportMouth : public ::testing::Test {
   test::ProgramFolder folder_{TYPODONT_PROGRAM};
   const std::string out_ = folder_ / "mouth.json", volume_ = folder_ / "mouth.vdb";
   const std::string lower_ = stl("lower.stl", test::true_surface());
-  // pose of the upper jaw's file, whose frame differs from that of the lower jaw
+  // X_KW: pose of frame W (the lower jaw's file) in frame K (the upper jaw's file)
   const Pose X_KW_{dvec3(0.5, -0.4, 0.6) * kMillimetre, glm::angleAxis(0.015, glm::normalize(dvec3(1, -1, 2)))};
 };
 

@@ -71,7 +71,7 @@ class MeshLodCommand : public ::testing::Test {
 
 TEST_F(MeshLodCommand, TheLevelFollowsTheSpeedOfTheHandAndIsWrittenToTheTable) {
   write_block();
-  // Along the surface at 10, 60 and 200 mm/s.
+  // The hand moves along the surface at 10, 60 and 200 mm/s.
   folder.write("hand.csv",
                "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,-3,0,1,1,0,0,0,0\n0.2,-3,0,0.05,1,0,0,0,0\n"
                "0.4,-1,0,0.05,1,0,0,0,0\n0.42,0.2,0,0.05,1,0,0,0,0\n0.52,1.2,0,0.05,1,0,0,0,0\n"
@@ -104,7 +104,7 @@ TEST_F(MeshLodCommand, TheLibraryThatSimplifiesIsLoadedByThisModelAndByNoOther) 
 }
 
 TEST_F(MeshLodCommand, InTheExploreSceneCariesIsSoftAndHoldsTheTipAndEnamelIsHardAndDoesNot) {
-  // Down on the tooth, 1 mm and more deep, and up again.
+  // The hand moves down on the tooth, to a depth of 1 mm and more, and up again.
   const auto pushes = [&](const std::string& place, double& most, double& least) {
     folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0," + place + ",23,1,0,0,0,0\n0.5," + place +
                                  ",19.5,1,0,0,0,0\n1.5," + place + ",17.5,1,0,0,0,0\n1.9," + place +
@@ -177,7 +177,7 @@ TEST_F(MeshLodCommand, BadMeshesAreRefusedWithAReasonAndASelfIntersectingMeshIsA
     EXPECT_EQ(ran.status, 2) << ran.out;
     return ran.err;
   };
-  /// A binary STL that claims to hold `count` triangles, of cubes at these corners.
+  /// Returns a binary STL with a cube at each of these corners. Its header claims to hold `count` triangles.
   const auto cubes = [](const std::vector<float>& corners, std::uint32_t count) {
     std::string text(80, '\0');
     const auto put = [&](const auto& value) {

@@ -24,14 +24,15 @@ constexpr double kEnamelDensity = 2.95;  // mg/mm³, as assets/materials/hard_ti
 
 class Work : public testing::Test {
  protected:
-  /// A block whose top is at z = 200 mm, and parts as named.
+  /// Writes a scene of a block whose top is at z = 200 mm. `parts`: the parts of the program that the scene switches
+  /// on.
   std::string scene(const char* parts, bool cuts = true) {
     return folder.write("scene.json", fmt::format(R"({{"name": "block", "tissue": {{"voxel_mm": 0.25, "solids": [
       {{"tissue": "enamel", "solid": {{"box": {{"center_mm": [25, 0, 196], "size_mm": [10, 10, 8]}}}}}}]}},
       "tool": {{"shape": "sphere", "diameter_mm": 2, "cuts": {}}}, "spindle_krpm": 300, "parts": [{}]}})",
                                                   cuts, parts));
   }
-  /// A hand that goes to and fro by `reach_mm` at a height, the pedal down or not.
+  /// Writes a hand that moves to and fro by `reach_mm` at a constant height. The pedal is up (0) or down (1).
   std::string hand(double height_mm, double reach_mm, double pedal, double seconds = 8) {
     std::string csv = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
     for (double t = 0; t <= seconds; t += 0.02) {
@@ -76,7 +77,8 @@ TEST_F(Work, AnIdleSceneUsesLessThanOnePercentOfACoreBeyondTheDeviceLoop) {
     const Json work = run(scene("\"haptics\""), seconds);
     return work["cpu_s"].number() - work["servo_cpu_s"].number();
   };
-  // Without the start; at best, since whatever else the machine does makes a thread's turns dearer.
+  // The work at the start is the same in both runs, so the difference does not contain it. The smallest of five values
+  // is used, because other work on the machine can only make a run slower.
   double share = 1;
   for (int i = 0; i < 5 && share >= 0.01; ++i) share = std::min(share, (beyond_the_loop(5) - beyond_the_loop(1)) / 4);
   EXPECT_LT(share, 0.01);
@@ -112,9 +114,9 @@ TEST_F(Work, OnlyTheChosenContactModelIsBuiltAndQueried) {
       EXPECT_EQ(work["models"][other]["bodies"].integer(), other == model) << other << " beside " << model;
     }
     for (const auto& [other, counter] : looks) EXPECT_EQ(work[counter].integer() > 0, other == model) << model;
-    // A model may need threads to make its tissue; none that is not chosen does.
+    // A model may start threads to make its tissue. A model that is not chosen must not start any.
     EXPECT_LE(plain["threads"].integer(), work["threads"].integer()) << model;
-    // mesh_lod loads meshoptimizer, if it is installed.
+    // The model mesh_lod loads the library meshoptimizer if it is installed.
     const auto own_libraries = work["libraries"].integer() - plain["libraries"].integer();
     EXPECT_GE(own_libraries, 0) << model;
     EXPECT_LE(own_libraries, std::string(model) == "mesh_lod") << model;
@@ -144,7 +146,8 @@ TEST_F(Work, ActivePartsAreListedWithTheReasonForEveryInactiveOne) {
 }
 
 #ifdef TYPODONT_WINDOW
-/// When the frames of a recorded session were drawn, also while it is still written; none before it has any.
+/// Returns the times at which the frames of a recorded session were drawn. The file may still be recorded. Returns an
+/// empty list if there is no such file yet.
 std::vector<Nanos> drawn_in(const std::string& file) {
   try {
     const session::SessionReader session(file);
@@ -157,7 +160,8 @@ std::vector<Nanos> drawn_in(const std::string& file) {
   return {};
 }
 
-/// A small window's rig whose screen lies about (x, 0, 200) mm, seen from above.
+/// Returns the rig of a small window. The middle of its screen is at (x, 0, 200) mm, and the eyes look at it from
+/// above.
 std::string rig_at(double x_mm, double half_mm = 20, const char* layout = "mono") {
   return fmt::format(R"({{"display": "window", "screen": {{"corners_mm": {{"lower_left": [{}, {}, 200],
     "lower_right": [{}, {}, 200], "upper_left": [{}, {}, 200]}}, "pixels": [320, 240], "layout": "{}"}},
@@ -180,7 +184,7 @@ TEST_F(Work, AWindowWithoutMotionIsNotRedrawnAndSendsNoRequests) {
   const std::vector<Nanos> drawn = drawn_in(folder / "s.h5");
   ASSERT_FALSE(first.empty() || drawn.empty()) << said;
   ASSERT_GT(lasting["triangles_drawn"].integer(), 0) << "the block is seen";
-  // Begun and refined where that was possible in the first seconds; then nothing.
+  // In the first seconds the picture is drawn and then refined where possible. Afterwards nothing is drawn.
   EXPECT_LT(to_seconds(drawn.back()), 5) << drawn.size() << " frames";
   EXPECT_LT(drawn.size(), 40u);
   const auto more = [&](const char* kind) { return lasting[kind].integer() - brief[kind].integer(); };
@@ -223,7 +227,7 @@ TEST_F(Work, WaterIsComputedOnlyInASceneWithSprayWhileThePedalIsPressedAndItsBal
   for (const Json& dry : {session("", 1), session(spray, 0)})
     for (const char* kind : {"droplets_stepped", "film_cells_stepped", "film_texels"})
       EXPECT_EQ(dry["work"][kind].integer(), 0) << kind;
-  // A second hand holds the tip at (23, 0, 202) mm instead of the scene's place.
+  // A second hand holds its tip at (23, 0, 202) mm, and not at the place that the scene gives.
   const std::string left = folder.write("left.csv",
                                         "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,23,0,202,1,0,0,0,0\n"
                                         "9,23,0,202,1,0,0,0,0\n");
@@ -269,7 +273,7 @@ TEST_F(Work, AnInvisibleToothIsCutButNotMeshedOrDrawn) {
   EXPECT_GT(away["frames"].integer(), 0) << "the writing";
   for (const char* kind : {"bricks_meshed", "triangles_made", "triangles_drawn", "bricks_skipped"})
     EXPECT_EQ(away[kind].integer(), 0) << kind;
-  // What was cut meanwhile is there all the same, in the volume and in whatever is made of it.
+  // The cuts that were made meanwhile, outside the picture, must be in the volume and in every mesh that is made of it.
   const std::string exported = folder / "cut.ply", sound = folder / "sound.ply";
   ASSERT_EQ(folder.run(fmt::format("mesh {} --out {}", folder / "cut.vdb", exported)).status, 0);
   ASSERT_EQ(folder.run(fmt::format("mesh {} --out {}", plain, sound)).status, 0);
@@ -277,7 +281,7 @@ TEST_F(Work, AnInvisibleToothIsCutButNotMeshedOrDrawn) {
   const Json seen = session(plain, 25);
   for (const char* kind : {"bricks_meshed", "triangles_made", "passes", "pipelines", "triangles_drawn"})
     EXPECT_GT(seen[kind].integer(), 0) << kind;
-  // A glass in the middle of that other screen, turned so that it shows what stands 200 mm beside it.
+  // A mouth mirror in the middle of the other screen is turned so that it shows the block, which is 200 mm beside it.
   std::string mirrored = test::read_text(plain);
   mirrored.insert(
       1, R"("mouth_mirror": {"translation_mm": [225, 0, 200], "normal": [-0.7071, 0, 0.7071], "diameter_mm": 22}, )");
@@ -288,7 +292,8 @@ TEST_F(Work, AnInvisibleToothIsCutButNotMeshedOrDrawn) {
 
 TEST_F(Work, NeighbourTeethAreMeshedOnlyOnce) {
   const test::Desktop desktop;
-  // From so far that all is drawn as coarsely as it ever is: nothing is made finer on the way.
+  // The eyes are so far away that everything is drawn at the coarsest level all the time. So no brick is meshed again
+  // at a finer level.
   const std::string rig = folder.write("rig.json", rig_at(25, 200));
   const std::string row = folder.write("row.json", R"({"name": "row", "tissue": {"voxel_mm": 0.25, "solids": [
     {"tissue": "enamel", "solid": {"box": {"center_mm": [25, 0, 196], "size_mm": [10, 10, 8]}}},
@@ -320,7 +325,7 @@ TEST_F(Work, AMonoPictureIsDrawnOnce) {
   EXPECT_EQ(stereo["frame"]["views"].integer(), 2);
   EXPECT_TRUE(mono["skipped"].has("right"));
   EXPECT_FALSE(stereo["skipped"].has("right"));
-  // Where the device draws both eyes in one pass there are as many.
+  // If the device draws both eyes in one pass, mono and stereo need equally many passes.
   EXPECT_LE(mono["frame"]["passes"].integer(), stereo["frame"]["passes"].integer());
   EXPECT_LE(mono["frame"]["commands"].integer(), stereo["frame"]["commands"].integer());
 }
@@ -340,7 +345,8 @@ TEST_F(Work, AMinimisedWindowDrawsNoFrameUntilItIsRestored) {
     window = test::Desktop::xdotool("search --name Typodont");
   window = window.substr(0, window.find('\n'));
   ASSERT_FALSE(window.empty()) << folder.said();
-  // As the recording says, which is half a second behind, whatever else the machine does.
+  // Counts the frames in the recording. The file is half a second behind the session, whatever other work the machine
+  // does.
   const auto drawn_so_far = [&] { return drawn_in(folder / "s.h5").size(); };
   const auto drawn_after = [&](std::size_t frames) {
     for (int i = 0; i < 1200 && drawn_so_far() <= frames; ++i) ::usleep(100'000);

@@ -103,7 +103,7 @@ TEST_F(PackCommand, AToolOf200SpheresFromAMeshTouchesAndCutsAndAnOpenMeshIsRefus
 
 class FitMaterial : public ::testing::Test {
  protected:
-  /// A block that a ball of 6 mm is fed into; `more`: of the model.
+  /// Writes a scene of a block into which a ball of 6 mm is pressed. `more`: further members of the model.
   std::string scene(const std::string& name, const std::string& size, const std::string& more = "") {
     return folder.write(name, R"({"name": "block", "tissue": {"voxel_mm": 0.3, "solids": [
         {"tissue": "cancellous_bone", "solid": {"box": {"size_mm": )" +
@@ -145,7 +145,7 @@ TEST_F(FitMaterial, ARecordedForceCurveGivesDensitiesForTheSceneAndAPlot) {
             static_cast<std::size_t>(json["fitted_spheres"].integer()));
   const std::string with = scene("with.json", "[8, 8, 4]", R"(, "material": "m.json")");
   ticks(with, 5.0);
-  // Of another tissue, or of another packing, it is refused.
+  // A recording with another tissue, or with another packing, is refused.
   const auto other = folder.run("servo " + scene("other.json", "[8, 8, 5]", R"(, "material": "m.json")") + " --hand " +
                                 folder / "hand.csv" + " --out " + folder / "x.csv");
   EXPECT_EQ(other.status, 2);

@@ -25,7 +25,7 @@ constexpr const char* kScene = R"({"tissue": {"voxel_mm": 0.2, "solids": [
   {"tissue": "enamel", "solid": {"sphere": {"center_mm": [1, 2, 3], "radius_mm": 3}}}]},
   "tool": {"shape": "sphere", "diameter_mm": 1.0}, "parts": ["render"]})";
 
-// A desk screen of 60 × 45 mm in z = 0, and a panel hung face down over a level mirror.
+// A desk screen of 60 × 45 mm in the plane z = 0, and a panel that hangs face down over a level mirror.
 constexpr const char* kDesk = R"({"display": "offscreen",
   "screen": {"corners_mm": {"lower_left": [-30,-22.5,0], "lower_right": [30,-22.5,0], "upper_left": [-30,22.5,0]},
              "pixels": [640,480], "layout": "LAYOUT"},
@@ -68,7 +68,8 @@ dvec4 times(const Matrix& m, const dvec4& v) {
   return r;
 }
 
-/// Kooima 2009 in millimetres, written out: corners as the eye sees them, v_n towards the eye.
+/// Computes the frustum of Kooima 2009 in millimetres. pa, pb and pc: corners of the screen as the eye sees them; v_n
+/// points to the eye.
 void expect_kooima(const Json& eye, const dvec3& pe, const dvec3& pa, const dvec3& pb, const dvec3& pc, bool mirrored) {
   const dvec3 vr = glm::normalize(pb - pa), vu = glm::normalize(pc - pa);
   const dvec3 vn = glm::cross(vr, vu) * (mirrored ? -1.0 : 1.0);
@@ -194,7 +195,8 @@ TEST_F(RenderCommand, TheGeometryIsTheDrawnBodyInMillimetresOfTheWorkbench) {
   constexpr std::size_t kVertex = 6 * 4 + 4 + 2 * 4 + 3 * 4, kTriangle = 1 + 3 * 4;
   ASSERT_EQ(file.size(), header + vertices * kVertex + triangles * kTriangle);
   EXPECT_GT(triangles, 100u);
-  // Every vertex lies on the ball of the scene, with the normal pointing out of it, and is enamel of the tooth.
+  // Every vertex must lie on the ball of the scene, with a normal that points outwards, and must be enamel of the
+  // tooth.
   for (std::size_t v = 0; v < vertices; ++v) {
     float p[6];
     std::memcpy(p, file.data() + header + v * kVertex, sizeof p);

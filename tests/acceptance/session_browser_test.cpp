@@ -50,7 +50,8 @@ class ReportInABrowser : public testing::Test {
                                     browser_ / "profile", arguments, page),
                         "timeout 120");
   }
-  /// What a script says of the page, after it has drawn: the text it puts into document.body.dataset.seen.
+  /// Returns what a script found in the page after the page was drawn: the text that the script writes to
+  /// document.body.dataset.seen.
   std::string told_by(const std::string& script) const {
     std::string html = report_html(SessionReader(browser_ / "s.h5"), options_);
     html.insert(html.rfind("</body>"), "<script>" + script + "</script>");
@@ -76,7 +77,7 @@ TEST_F(ReportInABrowser, TheScriptDrawsTheResultWithoutConsoleErrors) {
   EXPECT_THAT(ran.err, Not(HasSubstr("Refused to")));
 }
 
-/// A box about the origin with this half size, and the tissue inside it.
+/// Returns a box about the origin with this half size. `tissue_at` returns the tissue at a position in it.
 template <class TissueAt>
 ResultModel box(const glm::vec3& half, TissueAt tissue_at) {
   ResultModel model;
@@ -109,7 +110,7 @@ TEST_F(ReportInABrowser, TheCutFaceShowsTheTissuesInside) {
   options_.result = box(glm::vec3(2e-3f), [](const dvec3& p) { return p.x < 0 ? Tissue::kDentin : Tissue::kPulp; });
   options_.ideal.reset();
   options_.preparation.reset();
-  // Cut in the middle and seen from the front: the colours left and right of the middle.
+  // Cuts the model in the middle and looks at it from the front. Reads the colours left and right of the middle.
   const std::string seen = told_by(
       "{const v = document.getElementById('viewer'), c = v.querySelector('canvas'), s = v.querySelector('[name=cut]');"
       "v.querySelector('[data-look=front]').click(); s.value = 50; s.dispatchEvent(new Event('input'));"
@@ -130,7 +131,7 @@ TEST_F(ReportInABrowser, AHorizontalDragTurnsAboutTheVerticalAxis) {
   options_.result = box({0.1e-3f, 0.1e-3f, 3e-3f}, [](const dvec3&) { return Tissue::kEnamel; });
   options_.ideal.reset();
   options_.preparation.reset();
-  // From whatever side, tilted as it is, an upright rod stays upright in the picture.
+  // Looks from each side, tilted as this view is. An upright rod must be upright in the picture.
   const std::string seen = told_by(
       "{const v = document.getElementById('viewer'), c = v.querySelector('canvas'); c.setPointerCapture = () => {};"
       "const at = (kind, x) => c.dispatchEvent(new PointerEvent(kind, {clientX: x, clientY: 200, pointerId: 1}));"

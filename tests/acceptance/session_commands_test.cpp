@@ -201,7 +201,7 @@ TEST(Film, ContainsTheFramesAndTheSoundThatWereGiven) {
                             film);
   EXPECT_THAT(probe.out, HasSubstr("h264,162,122,25/1,25"));
   EXPECT_THAT(probe.out, HasSubstr("aac"));
-  // The colour of the 20th frame is the one that went in.
+  // The colour of the 20th frame must be the colour that was written.
   const Ran pixel =
       run(folder, fmt::format("ffmpeg -v error -i {} -vf \"select=eq(n\\,19),crop=2:2:80:60\" -frames:v 1 -f rawvideo "
                               "-pix_fmt rgb24 -",

@@ -43,7 +43,7 @@ class MeshCommand : public ::testing::Test {
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
   }
-  /// A scene of one solid of enamel, voxel 0.1 mm.
+  /// Writes a scene of one enamel solid with voxels of 0.1 mm.
   std::string scene(const std::string& solid) {
     const std::string file = path("scene.json");
     std::ofstream(file) << R"({"name": "solid", "tissue": {"voxel_mm": 0.1, "band_mm": 1.0, "solids": [)"

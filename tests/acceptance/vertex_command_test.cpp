@@ -17,7 +17,8 @@
 namespace typodont {
 namespace {
 
-/// A sheet of 12 × 12 mm, open on all sides, of faces of 4 mm, as a text STL. Its middle: mm.
+/// Returns a square sheet of 12 × 12 mm as a text STL. It is open on all sides, and its faces are 4 mm wide. `middle`
+/// is in mm.
 std::string sheet(const dvec3& middle = dvec3(0)) {
   std::string text = "solid scan\n";
   const auto face = [&](const std::array<int, 6>& xy) {
@@ -38,7 +39,7 @@ std::string sheet(const dvec3& middle = dvec3(0)) {
 
 TEST(VertexCommand, TheShippedOpenArchIsCarvedAndReplayedBitForBit) {
   test::ProgramFolder folder{TYPODONT_PROGRAM};
-  // Onto the highest cusp, into it, and along.
+  // The hand moves to the highest cusp, into it, and along it.
   folder.write("hand.csv",
                "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,16.89,6.41,26.66,1,0,0,0,0\n0.3,16.89,6.41,25.36,1,0,0,0,0\n"
                "0.4,16.89,6.41,25.31,1,0,0,0,1\n0.8,16.89,6.41,24.96,1,0,0,0,1\n1.6,17.29,6.41,24.86,1,0,0,0,1\n"
@@ -82,7 +83,7 @@ struct CarvedScan : testing::Test {
     scene = folder.write("scene.json",
                          R"({"name": "scan", "tissue": {"mesh": {"file": "scan.stl", "unit_mm": 1, "tissue": "dentin"}},
             "model": {"vertex": {"edge_mm": 0.15}}, "tool": "round_012", "spindle_krpm": 300, "parts": ["haptics", "render"]})");
-    // Two strokes: down, across and up; then once more beside it.
+    // The hand makes two strokes: down, across and up; then once more beside the first stroke.
     std::string rows = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
     for (const auto& [t, x, y, z, pedal] : {std::array{0.0, 6.8, 6.0, 21.5, 0.0},
                                             {0.2, 6.8, 6.0, 20.8, 1.0},

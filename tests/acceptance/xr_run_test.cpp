@@ -80,7 +80,7 @@ TEST_F(HeadsetRun, AControllerDrillsWithHapticFeedbackAndIsRecordedUntilTheUserL
   ASSERT_EQ(session.header().streams.size(), 1u);
   const session::StreamData& frames = session.streams()[0];
   EXPECT_GT(frames.t.size(), 30u);
-  // The runtime foresaw the head 1.5 mm beside where it was.
+  // The test runtime predicts each head position with an error of 1.5 mm.
   int judged = 0;
   for (const double error : frames.columns[4]) {
     if (!(error >= 0)) continue;
@@ -143,7 +143,7 @@ TEST_F(HeadsetRun, ALostControllerStopsDrillingAndReturnsWithoutAJump) {
 }
 
 TEST_F(HeadsetRun, TheKhronosValidationLayerReportsNothingInASession) {
-  // Another judge than our own runtime: the package openxr-layer-corevalidation.
+  // Uses another judge than our test runtime: the validation layer of the package openxr-layer-corevalidation.
   xr.script(kHeadset + R"(, "mask": [[-2, -2], [-0.7, -2], [-0.7, 2]], "blend_modes": ["opaque", "alpha"],
     "events": [{"frame": 15, "event": "stop", "count": 3}, {"frame": 30, "event": "mask"}, {"frame": 32, "event": "recenter"},
                {"frame": 34, "event": "profile"}, {"frame": 60, "event": "exit"}])");
@@ -180,7 +180,8 @@ TEST_F(HeadsetRun, AButtonSelectsTheNextTool) {
 }
 
 TEST_F(HeadsetRun, TouchesAtTheControllersTipRegisterTheArmToTheHeadset) {
-  // The arm's base lies somewhere in the workbench, and turned and shifted somewhere else in the headset's space.
+  // X_WH: pose of the arm's base in the workbench. X_DH: pose of the same base in the headset's space, turned and
+  // shifted.
   const Pose X_WH{{0.01, -0.02, 0.05}, {1, 0, 0, 0}},
       X_DH{{0.2, 1.1, -0.4}, glm::normalize(dquat(0.9, -0.3, 0.2, 0.1))};
   const std::vector<dvec3> points{{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0.02}, {0.03, 0, 0.1}};
@@ -268,7 +269,7 @@ TEST_F(HeadsetRun, AMissingRuntimeHeadsetOrUserIsReportedInOneLine) {
   };
   xr.script("");
   refused("no runtime", "timeout 60 env XR_RUNTIME_JSON=/nowhere/runtime.json");
-  // The loader's place is taken by something that is none.
+  // An empty file takes the place of the OpenXR loader's library.
   program.write("libopenxr_loader.so.1", "");
   refused("no loader", "timeout 60 env LD_LIBRARY_PATH=" + program.path().string());
   xr.script("\"headset\": false");

@@ -28,7 +28,7 @@ TEST(Bench, StereoFrameOfTheMolarIsDrawnInTime) {
   double best = 0;
   for (const render::Quality& quality : render::kQualityLadder) {
     const auto bricks = TissueView(surface_tolerance(rig, volume.frame().voxel, quality)).update(volume);
-    // the bricks that a bur of this size touches
+    // bricks that a bur of this size touches at this position
     std::vector<render::MeshUpdate> touched;
     for (const render::MeshUpdate& b : bricks) {
       if (b.vertices.empty()) continue;

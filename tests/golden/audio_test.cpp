@@ -13,7 +13,7 @@ namespace {
 
 using namespace typodont::test;
 
-// The noise is integer arithmetic, square roots and polynomials: the same bits on every machine.
+// The noise uses only integer arithmetic, square roots and polynomials, so its bits are the same on every machine.
 TEST(GoldenNoise, NoiseOfSeedOneIsTheSameOnEveryMachine) {
   const auto x = white(64, 1);
   std::uint64_t hash = 1469598103934665603u;  // FNV-1a over the bits
@@ -27,8 +27,9 @@ TEST(GoldenNoise, NoiseOfSeedOneIsTheSameOnEveryMachine) {
   EXPECT_EQ(hash, 9250392052634277921u);
 }
 
-// Levels in eight bands of a stretch of free running and one of work in enamel, dB re full scale. The models come from
-// Fourier transforms whose last bits differ between processors: half a decibel is far below what an ear tells.
+// Compares the levels of eight frequency bands, in dB relative to full scale: once for the drill running free, once at
+// work in enamel. The models come from Fourier transforms, whose last bits differ between processors. The tolerance is
+// half a decibel, a difference that nobody can hear.
 TEST(GoldenVoice, TheMicromotorKeepsItsBandLevels) {
   const auto models = load_sound_models("assets/sounds/micromotor.json");
   DrillSynth synth(models, 48000, 1);

@@ -27,7 +27,7 @@ struct Golden : testing::Test {
     stage.renderer->update(0, tooth_mesh(2e-3));
     stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.6e-3, 0)));
   }
-  /// The left eye's half of the screen, with the writing.
+  /// Returns the left eye's half of the screen, with the text in it.
   render::Picture left_half(const render::Frame& frame) {
     stage.draw(frame, display::Layout::kSideBySide);
     render::Picture left{kSize, {}};

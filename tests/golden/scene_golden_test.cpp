@@ -66,7 +66,7 @@ TEST(HalfMirror, ShowsTheSceneAsBrightAsWithoutTheMirror) {
   const Surroundings around = make_surroundings(scene.surroundings);
   display::DisplayRig open = display::load_rig(assets_folder() / "rigs/closeup.json");
   open.screen.pixels = {640, 256};
-  // The same picture in a half mirror: its panel is the picture's mirror image, left and right exchanged.
+  // The same picture for a half mirror. Its panel shows the mirror image, with left and right exchanged.
   display::DisplayRig half = open;
   half.kind = display::DisplayKind::kMirror;
   half.mirror = display::Mirror{glm::normalize(dvec3(0, -0.66, 0.75)), 60e-3};

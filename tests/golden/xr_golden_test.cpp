@@ -16,7 +16,8 @@ namespace {
 constexpr int kFrame = 8;  // captured
 constexpr int kTolerance = 6, kPixels = 60;
 
-// Canted outwards by 5 degrees, wider to the temples than to the nose; the head looks down at the work.
+// The views are turned outwards by 5 degrees, and are wider on the outer side than towards the nose. The head looks
+// down at the work.
 const std::string kHeadset = R"("view_size": [320, 256], "capture": [8],
   "views": [{"p": [-0.032, 0.002, 0], "q": [0.99905, 0, 0.04362, 0], "fov": [-0.62, 0.45, 0.40, -0.52]},
             {"p": [0.032, -0.002, 0], "q": [0.99905, 0, -0.04362, 0], "fov": [-0.45, 0.62, 0.40, -0.52]}],
@@ -110,7 +111,7 @@ TEST_F(XrGolden, AMouthMirrorLooksAsOffscreenAndDoesNotChangeTheDepth) {
   draw_offscreen(shot, stage);
   EXPECT_EQ(compare(shot.left, stage.eye(0), 1).pixels, 0);
   EXPECT_EQ(compare(shot.right, stage.eye(1), 1).pixels, 0);
-  // Far from the mirror nothing is nearer or farther than before.
+  // Far from the mirror, the depth of the picture must not change.
   for (int y = 0; y < 20; ++y)
     for (int x = 0; x < 60; ++x) {
       const auto i = static_cast<std::size_t>(320 * y + x);
@@ -131,13 +132,14 @@ TEST_F(XrGolden, TheSubmittedDepthIsTheDistanceOfTheVisibleSurface) {
     quality = render::kQualityLadder[static_cast<std::size_t>(step)];
     const Shot shot = shoot();
     ASSERT_EQ(shot.depth_left.size(), 320u * 256u);
-    // Where the ball's middle lands in the left picture.
+    // Computes the pixel of the ball's middle in the left picture.
     const display::EyeView& eye = shot.frame.eyes[0];
     const glm::dvec4 clip = eye.projection * eye.view * glm::dvec4(0, 0, 0, 1);
     const int x = static_cast<int>((clip.x / clip.w + 1) / 2 * 320),
               y = static_cast<int>((clip.y / clip.w + 1) / 2 * 256);
     const double z = shot.depth_left[static_cast<std::size_t>(y * 320 + x)];
-    // What the runtime was told: near 20 mm, far 30 m, in its own metres, 14 times those of the workbench.
+    // The runtime was told these depth limits: near 20 mm, far 30 m. They are in the room's metres, which are 14 times
+    // those of the workbench.
     const double near = 0.02, far = 30, distance = near * far / (far - z * (far - near));
     const dvec3 p_E(eye.view * glm::dvec4(0, 0, 0, 1));
     const double nearest = (glm::length(p_E) - 4e-3) * rig.hmd.magnify * (-p_E.z / glm::length(p_E));
@@ -146,7 +148,7 @@ TEST_F(XrGolden, TheSubmittedDepthIsTheDistanceOfTheVisibleSurface) {
 }
 
 TEST_F(XrGolden, NothingIsDrawnBehindTheLensesRim) {
-  // Hidden is what lies more to the right than tan = 0.15.
+  // The mask hides everything that is more than tan = 0.15 to the right of the view's direction.
   const Shot open = shoot(), masked = shoot(R"("mask": [[0.15, -2], [2, -2], [2, 2], [0.15, -2], [2, 2], [0.15, 2]])");
   int hidden = 0;
   for (int y = 0; y < 256; ++y)
@@ -172,7 +174,7 @@ TEST_F(XrGolden, InPassThroughTheBackgroundIsTransparentAndTheToothOpaque) {
   for (std::size_t i = 3; i < shot.left.rgba.size(); i += 4) solid += shot.left.rgba[i] == 255;
   EXPECT_GT(solid, 1000);
   EXPECT_GT(xr.count("projection+depth+alpha alpha"), 0);
-  // The same where the room comes from a camera layer.
+  // The same must hold if a camera layer shows the room.
   shoot();
   EXPECT_GT(xr.count("passthrough projection+depth+alpha opaque"), 0);
 }

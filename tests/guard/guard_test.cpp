@@ -17,7 +17,8 @@ namespace {
 
 constexpr const char* kTable = "tests/guard/instructions.csv";
 constexpr double kTolerance = 0.03;
-// Another compiler or processor lays out other instructions: only growth that no compiler explains is caught there.
+// Another compiler or processor makes other instructions. There the test only finds an increase of 50 %, which no
+// compiler can cause.
 constexpr double kElsewhere = 0.5;
 
 std::string compiler_and_processor() {

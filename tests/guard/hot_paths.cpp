@@ -21,7 +21,8 @@ namespace {
 
 using haptics::HeadShape;
 
-/// Counts only between its beginning and end; the dump is labelled `path`, its counts are for `units` of work.
+/// Counts the instructions between its construction and its destruction. The dump has the name `path`; its counts are
+/// for `units` of work.
 class Counted {
  public:
   Counted(const char* path, int units) : label_(std::string(path) + "/" + std::to_string(units)) {
@@ -91,7 +92,7 @@ void drilling(const char* path, HeadShape shape, double diameter, double length)
   for (int i = 100; i < 200; ++i) bench.tick(hand(i), 1);
 }
 
-/// A condenser that wanders in the amalgam which it puts down, until that has come as far as it reaches.
+/// A condenser moves around in the amalgam that it puts down, until the amalgam has reached its largest extent.
 void filling() {
   constexpr std::string_view kCavity = R"({"voxel_mm": 0.05, "solids": [{"tissue": "dentin", "solid": {"difference": [
     {"box": {"size_mm": [5, 5, 3]}}, {"cylinder": {"center_mm": [0, 0, 1], "axis": [0, 0, 1], "radius_mm": 1.6, "height_mm": 3}}]}}]})";

@@ -90,7 +90,8 @@ TEST(EveryBlend, OfTheReflectionCoefficientsOfTwoStableModelsIsStable) {
     for (const double e : white(2000, static_cast<std::uint64_t>(trial))) y = lattice.next(e);
     EXPECT_TRUE(std::isfinite(y));
   }
-  EXPECT_GT(unstable_by_predictor, 150);  // this is the reason why the predictor's own coefficients are never blended
+  // unstable blends are the reason why the program never blends the predictor's own coefficients
+  EXPECT_GT(unstable_by_predictor, 150);
 }
 
 TEST(EveryPath, OfTheLatticeCoefficientsCreatesNoEnergy) {

@@ -170,8 +170,8 @@ TEST(DelayLaws, AHandAtRestIsReportedAsNoMotion) {
       EXPECT_EQ(estimate_delay(moving.a, rest.b).reason.find("no motion: stream B is at rest"), 0u);
     }
   }
-  // Motion as small as the noise is accepted as motion if it is recorded long enough. The rest of the result is not
-  // tested.
+  // The motion is as small as the noise. If the recording is long enough, it is accepted as motion. The rest of the
+  // result is not tested.
   Recording s;
   s.seconds = 60;
   const Recorded r =

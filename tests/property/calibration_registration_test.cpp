@@ -49,7 +49,8 @@ TEST(RegistrationLaws, ReportedCovarianceIsTheScatterOfTheEstimates) {
     scatter += e * e.transpose() / runs;
     reported += Eigen::Map<const Matrix6>(result.covariance.data()) / runs;
   }
-  // In the metric of the reported covariance, the scatter is the unit matrix, within 5 % in every direction.
+  // Measures the scatter of the results in units of the reported covariance. It must be the unit matrix, within 5 % in
+  // every direction.
   const Matrix6 W = reported.llt().matrixL().solve(Matrix6::Identity());
   const Matrix6 whitened = W * scatter * W.transpose();
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(whitened);

@@ -180,7 +180,7 @@ TEST(Cutting, EveryHeadDrillsWithoutForceStepsAndGivesTheHandNoMoreThanTheSpindl
   }
 }
 
-// In a cut that is only a few voxels wide, interpolation leaves as much tissue as the energy of a tick can cut. This
+// If a cut is only a few voxels wide, interpolation can leave as much tissue as the energy of one tick can cut. This
 // occurs with the tip of a flame and with a sharp rim. The head must not wait for this tissue, and must not alternate
 // between two positions that are already cut.
 TEST(Cutting, EqualForceRemovesEqualVolumeForEveryHeadAndTiltAtAnyVoxelSizeAndRate) {
@@ -342,8 +342,8 @@ TEST(Cutting, ABurMovedOverTheRimOfItsHoleLandsAndCutsBeforeTheProxyReachesTheHa
   }
 }
 
-// The bur no longer supports the hand there, and the hand reaches the bottom of the fissure at the speed that it has
-// gained.
+// At the edge of the cusp, the tissue no longer supports the bur. The hand falls, and reaches the bottom of the fissure
+// with the speed that it has gained.
 TEST(Cutting, AHandThatSlidesOffACuspLandsInTheFissureWithoutAForceStep) {
   for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.05, 1000.0), std::pair(0.1, 4000.0)}) {
     for (unsigned seed = 0; seed < 12; ++seed) {
@@ -587,7 +587,8 @@ TEST(Cutting, APointedHeadCutsNoMoreThanTheWorkOfAWeakMotor) {
 }
 
 TEST(Coupling, IsAnImplicitStepOfAMasslessToolAndStableAtAnyStiffnessAndRate) {
-  // Zhao 2020, eq. 5, in one dimension: m Δv = h K (x_hand - x - h (v + Δv)), against an impenetrable wall at 0.
+  // Zhao 2020, eq. 5, in one dimension: m Δv = h K (x_hand - x - h (v + Δv)). m is the tool's mass, K the coupling's
+  // stiffness, and h the time step. There is an impenetrable wall at 0.
   const auto implicit_force = [](double m, double k, double h, double hand) {
     double x = 0.2_mm, v = 0;
     for (int i = 0; i < 2000; ++i) {

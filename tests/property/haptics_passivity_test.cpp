@@ -252,8 +252,8 @@ TEST(Passivity, TheSameSceneInAnyUnitsGivesTheSameForces) {
 }
 
 TEST(Passivity, AnEnergyDebtOfOneContactDoesNotWeakenTheNext) {
-  // The hand moved into tissue while the servo had no patch there. So it put in no energy. Then it leaves at a speed
-  // that could not be predicted. The energy debt is as small as the force was.
+  // The hand moved into tissue while the servo had no patch there, so the hand put in no energy. Then it leaves at a
+  // speed that could not be predicted. The energy debt must be as small as the force was.
   constexpr const char* kSlab =
       R"({"voxel_mm": 0.15, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [24, 24, 4]}}}]})";
   int in_debt = 0;
@@ -333,7 +333,8 @@ TEST(Passivity, AnArmWithoutTorqueGetsNoEnergyCreditForRotations) {
 TEST(Passivity, WithoutTheControllerAWallReturnsStiffnessTimesSpeedTimesPeriodTimesDepth) {
   for (const double rate : {500.0, 1000.0, 4000.0}) {
     const double v = 50e-3, depth = 2.0_mm, k = 1000;
-    // The stroke reaches the wall half-way between two ticks, so that it equals the mean over all phases exactly.
+    // The hand reaches the wall half-way between two ticks. With this phase, the result equals the mean over all phases
+    // exactly.
     const auto path = [&](int i, double) {
       const double way = v / rate, top = 0.5_mm;
       const int down = static_cast<int>(std::round((top + depth) / way));
@@ -346,9 +347,9 @@ TEST(Passivity, WithoutTheControllerAWallReturnsStiffnessTimesSpeedTimesPeriodTi
 }
 
 TEST(Passivity, AStiffWallNeedsADampingOfHalfStiffnessTimesPeriod) {
-  // A mass of 0.15 kg with a damping of 5 N·s/m is pushed against the wall. K = 2 b / T separates settling from growing
-  // oscillation (Colgate; Abbott & Okamura 2005). The motion between ticks is integrated exactly, as the theory
-  // assumes.
+  // A mass of 0.15 kg with a damping of b = 5 N·s/m is pushed against the wall. With the tick's length T, oscillations
+  // decay if the stiffness K is below 2 b / T, and grow if it is above (Colgate; Abbott & Okamura 2005). The motion
+  // between ticks is integrated exactly, as the theory assumes.
   const auto growth = [](double stiffness, bool controller) {
     ServoSettings s;
     s.tool.diameter = s.tool.length = 1.0_mm;
@@ -391,7 +392,7 @@ TEST(Passivity, TheForceFiltersOfTheLiteratureGenerateEnergyAndTheControllerStop
   };
   const double plain = filtered(haptics::ForceFilter::kNone, false);        // effect of sampling alone: K v T D
   EXPECT_LT(filtered(haptics::ForceFilter::kSlew, false), plain - 0.5e-3);  // Wang 2009
-  // filter of the vertex-deformation simulator
+  // the filter that the paper of the vertex-deformation simulator describes
   EXPECT_LT(filtered(haptics::ForceFilter::kStroke, false), plain - 0.02e-3);
   EXPECT_GE(filtered(haptics::ForceFilter::kSlew, true), -1e-9);
   EXPECT_GE(filtered(haptics::ForceFilter::kStroke, true), -1e-9);

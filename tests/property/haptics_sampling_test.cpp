@@ -89,7 +89,7 @@ TEST(Sampling, EveryVoxelHasTheDistanceToTheSolidsAndALabelFromInsideItself) {
         }
       }
     }
-    // The same in the volume, where a tissue beyond the narrow band is stored once per leaf.
+    // The same must hold in the volume, where a tissue beyond the narrow band is stored once per leaf.
     const TissueVolume volume(dense);
     std::vector<float> distance(81 * 81 * 81);
     std::vector<Tissue> label(distance.size());

@@ -75,7 +75,8 @@ TEST(SoftTissue, HoldsOnlyEnergyThatTheToolPutIn) {
       const dvec3 at = base + out.yielded;
       if (i > 0) given -= glm::dot((out.force + force) / 2.0, at - last);
       last = at, force = out.force;
-      // The layer's own energy is at most the work, within the error of the sums over finite ticks
+      // The layer's elastic energy must not exceed the work that was put in, except for the error of sums over finite
+      // ticks.
       ASSERT_LE(tissue.elastic_energy(), given * 1.1 + 3e-6) << seed << " " << i;
     }
   }

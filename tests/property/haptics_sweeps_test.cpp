@@ -162,7 +162,7 @@ TEST(Sweeps, AHeadThatSwingsInItsHoleCutsTheSameBitsWithTheFrontAndVersionsOfThe
               << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i << ", laws " << kLaws[k];
         }
       }
-      // Beyond kMargin a sample keeps its value.
+      // A sample whose distance is beyond kMargin keeps its old value.
       const auto kept = [](float distance) { return std::max(distance, -Sweep::kMargin); };
       float apart = 0;
       for (std::size_t i = 0; i < plain[0].distance.size(); ++i)

@@ -22,7 +22,7 @@ Tool round_bur(double diameter) {
   return tool;
 }
 
-/// Cuts along random paths through the block, in strokes of 5 to 40 cuts. `stroke` counts all strokes.
+/// Cuts along random paths through the block, in strokes of 5 to 40 cuts. `stroke` is the number of the present stroke.
 class Walks {
  public:
   explicit Walks(std::uint64_t seed) : random_(seed) {}

@@ -17,7 +17,8 @@ namespace {
 constexpr double kVoxel = 0.15e-3;  // m
 constexpr int kEdge = 64;           // voxels
 
-/// Computes the same sums voxel by voxel, with the sampler and the rounding of the standard library.
+/// Computes the sums of look_at_end() voxel by voxel, with the volume's sampler and the rounding of the standard
+/// library.
 EndLook summed_one_by_one(const ToolVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center,
                           const dquat& R_WT) {
   EndLook look;
@@ -126,8 +127,8 @@ TEST(ImplantEnd, ByServoLaws5BlocksOfVoxelsGiveTheBitsOfTheSumVoxelByVoxelAndByL
       EXPECT_EQ(ours.hardness, slow.hardness) << tool.name << ", round " << round;
       EXPECT_EQ(ours.wrench.force, slow.wrench.force) << tool.name << ", round " << round;
       EXPECT_EQ(ours.wrench.torque, slow.wrench.torque) << tool.name << ", round " << round;
-      // If rounding decides the contact or the nearest sample of a voxel, it may count differently. Here this is one
-      // voxel in a thousand.
+      // A voxel may count differently if rounding decides its contact or its nearest sample. Here this is one voxel in
+      // a thousand.
       law.laws = 6;
       const EndLook floats = look_at_end(end, patch, law, center, R);
       const auto near = [&](double a, double b, double whole) {
@@ -162,7 +163,7 @@ TEST(ImplantEnd, AnEndOfMergedVoxelsKeepsItsAreaAndThrustAndIsEvaluatedWithinOne
     EXPECT_EQ(as_fine.x, fine.x) << "merged voxels of 0.12 mm would be coarser than the tissue's";
     for (int round = 0; round < 24; ++round) {
       SurfacePatch patch = floor_of_bone(-35, true, false, random);
-      // rad per voxel, of a wave in the hardness with an amplitude of two fifths
+      // rad per voxel of a wave in the hardness; the wave's amplitude is two fifths
       const double wave = 0.2 + 0.3 * std::abs(unit(random));
       for (int x = 0; x < kEdge; ++x) {
         for (int y = 0; y < kEdge; ++y) {

@@ -1,4 +1,5 @@
-// Tests of the cutting law of Zhao 2020, eq. (2), over tool voxels, of the criteria, and of the virtual coupling.
+// Tests of the cutting law of Zhao 2020, eq. (2), which sums over tool voxels, of the criteria for entering and leaving
+// a bed, and of the virtual coupling.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -72,7 +73,8 @@ TEST(ImplantLaw, ReversedRotationReversesTheTangentialForce) {
 
 TEST(ImplantLaw, The42By12MillimetreToolHasTheBenchmarksVoxelCount) {
   const ToolVoxels voxels = make_tool_voxels(test::implant_tool("drill", 4.2, 12, test::drill_block(0, 1)), 0.06e-3, 2);
-  // Number of voxels in two layers of flank and lower end: (pi d l + pi d²/4) · 2 / edge².
+  // The expected number of voxels in two layers of flank and lower end is (pi d l + pi d²/4) · 2 / edge², for a
+  // cylinder of diameter d and length l.
   EXPECT_NEAR(static_cast<double>(voxels.outer.size()), (kPi * 4.2 * 12 + kPi * 4.2 * 4.2 / 4) * 2 / 0.0036, 3000);
   EXPECT_GT(voxels.outer.size(), 85'000u);
 }
@@ -125,7 +127,8 @@ TEST(ImplantCoupling, IsStableForAnyStiffnessAndAnyPeriod) {
       at += coupled_step(1e-3 - at, k, mass, drag, dt, state);
       most = std::max(most, std::abs(at));
     }
-    // Settling takes drag/k or mass/drag seconds. In all cases the amplitude of the oscillation is limited.
+    // The motion settles within drag/k or mass/drag seconds. In all cases the amplitude of the oscillation must stay
+    // limited.
     EXPECT_LE(most, 2.0e-3) << k << " " << dt << " " << mass << " " << drag;
   }
 }
@@ -134,7 +137,7 @@ TEST(ImplantCoupling, AnObstacleBlocksTheAdvanceButNeverTheRetreat) {
   EXPECT_EQ(allowed_step(1e-4, 0, 1e-4, true, false), 0);
   EXPECT_EQ(allowed_step(-1e-4, 0, 2e-4, true, false), -1e-4);
   EXPECT_EQ(allowed_step(5e-4, 1, 1e-4, false, false), 1e-4) << "no more than a step";
-  // As printed, eq. (7) has the opposite sense: a tool in a finished bed would not move at all.
+  // Eq. (7) is printed in the paper with the opposite sense. With it, a tool in a finished bed could not move at all.
   EXPECT_EQ(allowed_step(1e-4, 1, 1e-4, false, true), 0);
   EXPECT_EQ(allowed_step(1e-4, 0, 1e-4, true, true), 1e-4);
 }

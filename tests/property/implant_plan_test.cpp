@@ -102,11 +102,11 @@ TEST(ImplantPlanner, APlanInAScanBecomesAnExerciseAtTheSite) {
   const session::ImplantPlan plan = upright(procedure, {20, 12, 22});
   const fs::path file = fresh_folder("implant_plan_site") / "site.json";
   ASSERT_EQ(error_of({"site", &scanned(), procedure, plan}, file), "accepted");
-  // The jaw itself is never replaced by its part around the implant.
+  // The jaw's own file must not be replaced by the smaller volume around the implant.
   const fs::path jaw = volume_file(scanned().scene());
   EXPECT_NE(error_of({"jaw", &scanned(), procedure, plan}, fs::path(jaw).replace_extension(".json")).find("the jaw"),
             std::string::npos);
-  // The exercise may be planned again, but another volume of this name remains.
+  // The exercise may be planned again. But a file with another volume under this name must not be overwritten.
   EXPECT_EQ(error_of({"site", &scanned(), procedure, plan}, file), "accepted");
   const fs::path foreign = file.parent_path() / "foreign.vdb";
   fs::copy_file(jaw, foreign);
@@ -121,7 +121,8 @@ TEST(ImplantPlanner, APlanInAScanBecomesAnExerciseAtTheSite) {
   EXPECT_EQ(scene.task->steps.size(), 14u);
   const haptics::TissueVolume tissue = load_untouched(scene);
   EXPECT_TRUE(tissue.graded());
-  // The site has the same tissue, displaced. So the plan finds the same structures there.
+  // The tissue at the implant's site is the same tissue, only displaced. So the planner must find the same structures
+  // there.
   const ImplantPlanner there(scene);
   const PlanFindings before = scanned().findings(plan), after = there.findings(scene.implant->plan);
   EXPECT_NEAR(after.canal_distance, before.canal_distance, 0.05e-3);
@@ -166,7 +167,7 @@ TEST(ImplantPlanner, TissueWithoutGreyValuesIsRefused) {
   }
 }
 
-/// The shipped scenes contain the blocks of exercise.json; both must stay equal.
+/// exercise.json contains the same blocks of text as the shipped scenes. They must stay equal.
 TEST(ImplantPlanner, AShippedScenesOwnPlanGivesTheShippedExercise) {
   const auto json = nlohmann::json::parse(std::ifstream(assets_folder() / "scenes" / "implant-molar.json"));
   auto coarse = json;

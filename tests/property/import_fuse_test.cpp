@@ -97,13 +97,14 @@ TEST(ImportFuse, FromClicksOfOneMillimetreThePoseIsFoundWithinATwentiethOfAMilli
     squares += error * error / kSeeds;
     predicted += fine.predicted_error / kMillimetre / kSeeds;
   }
-  // The error is the largest at eight corners around the crowns; the prediction is a mean over the crowns.
+  // The error is the largest one at eight corners around the crowns, but the prediction is a mean over the crowns. So
+  // the two may differ by a factor.
   EXPECT_LT(std::sqrt(squares), 3 * predicted);
   EXPECT_GT(std::sqrt(squares), 0.3 * predicted);
 }
 
 TEST(ImportFuse, AScanOfAnotherMouthIsNotTrusted) {
-  // Uses the same crowns, 1.5 mm closer to each other and narrower by a tenth.
+  // Uses the same teeth, but their crowns are 1.5 mm closer to each other and a tenth narrower.
   std::mt19937 random(5);
   const Pose X_CS = random_pose(random, 2, 30e-3);
   TissueMesh other = scanned(Pose{}, 5);
@@ -128,7 +129,7 @@ TEST(ImportFuse, CrownsBecomeAsSharpAsTheScanAndRootsStayExactlyAsTheyWere) {
   finer.voxel = 0.15e-3;
   const haptics::Fused sharp = fuse(ct(), scan, fine.X_DS, finer);
 
-  // The CT blurs the grooves of the crowns; the scan shows them.
+  // The CT blurs the grooves of the crowns. The scan shows them, so the fused surface must be nearer to the truth.
   const Spread before = crown_error(ct()), same = crown_error(fused.tissue), fine_voxel = crown_error(sharp.tissue);
   EXPECT_GT(before.most_of, 0.12);
   EXPECT_LT(same.median, 0.01);

@@ -70,8 +70,8 @@ double distance_at(const Imported& i, const dvec3& mm) {
 
 TEST(ImportJaw, ARegionThatCutsRootsAndTheCanalHasTheLabelsOfTheWholeJaw) {
   const Imported& whole_jaw = usual();
-  // usual() has written the scan. The walls cut both roots with their canals, and one wall the nerve canal along the
-  // jaw.
+  // usual() has written the scan to this file. The walls of these regions cut both roots with their canals; one wall
+  // cuts the nerve canal along its length.
   for (const auto& [from, to] :
        {std::pair{dvec3(0, 0, 17), dvec3(29.7, 23.7, 33.3)}, {dvec3(0), dvec3(20.8, 23.7, 33.3)}}) {
     haptics::ImportOptions options;
@@ -122,7 +122,7 @@ TEST(ImportJaw, TheOuterSurfaceLiesWithinHalfAVoxel) {
   std::vector<double> errors;
   const auto solid = [](const dvec3& q) { return usual_jaw().tissue(q) != Tissue::kAir; };
   while (errors.size() < 2000) {
-    // Goes down from above to the first solid voxel, and from there to the border.
+    // Goes down from above to the first solid voxel, and from there to the border between the two tissues.
     const dvec3 start(place(random) * 1.2, place(random), 32.5);
     dvec3 q = start;
     while (q.z > 2 && !solid(q)) q.z -= 0.1;

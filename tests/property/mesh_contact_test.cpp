@@ -123,7 +123,7 @@ TEST(SurfacePoint, InACornerIsTheCornerPoint) {
 }
 
 TEST(SurfacePoint, OfABallRollsOverAnEdgeAndACornerContinuously) {
-  // A block: top at z = 0, edge along y at x = 0, tissue at x < 0, z < 0.
+  // The block has its top at z = 0 and an edge along y at x = 0. Its tissue is where x < 0 and z < 0.
   TissueMesh soup;
   add_sheet(soup, {-4e-3, -4e-3, 0}, {4e-3, 0, 0}, {0, 4e-3, 0}, 9);
   add_sheet(soup, {0, -4e-3, 0}, {0, 0, -4e-3}, {0, 4e-3, 0}, 9);
@@ -376,7 +376,7 @@ TEST(MeshLevels, KeepOpenBordersAndTissueBorders) {
   };
   EXPECT_NEAR(border_length(coarse) / border_length(arch()), 1, 1e-9);
 
-  // Two tissues of a sheet with a straight border between them.
+  // A flat sheet consists of two tissues with a straight border between them.
   TissueMesh soup;
   add_sheet(soup, {0, 0, 0}, {5e-3, 0, 0}, {0, 10e-3, 0}, 24, Tissue::kEnamel);
   add_sheet(soup, {-5e-3, 0, 0}, {5e-3, 0, 0}, {0, 10e-3, 0}, 24, Tissue::kDentin);

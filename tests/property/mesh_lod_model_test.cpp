@@ -79,7 +79,7 @@ TissueVolume section() {
   return tissue;
 }
 
-/// The bench, with the materials from the settings.
+/// A bench that takes the materials from the settings.
 struct MeshBench : test::HapticBench {
   MeshBench(TissueVolume tissue, const ServoSettings& s) : HapticBench(std::move(tissue), s, s.materials) {}
 };
@@ -247,8 +247,8 @@ TEST(DampingFit, ACurveThatDoesNotDetermineTheDampingIsRefusedWithAReason) {
 // --- The slew filter (7)
 
 TEST(SlewFilter, AsPublishedItGeneratesEnergy) {
-  // Moves into a wall of 1 N/mm and out again at 100 mm/s, 2 mm deep. The filter changes the force by at most 0.02 N
-  // per tick.
+  // The hand moves 2 mm deep into a wall of 1 N/mm and out again, at 100 mm/s. The filter may change the force by at
+  // most 0.02 N per tick.
   double force = 0, absorbed = 0, until_surface = 0, until_zero = 0;
   const ForceFilterLaw law;
   dvec3 last(0);
@@ -333,7 +333,8 @@ TEST(MeshLodModel, ALevelSwitchWithMappingIsNotFeltAndOneWithoutIsAForceStep) {
       model.constrain(in, out);
       if (out.leading_out) return;
       dvec3 held(0);
-      // The hand rests at a depth of 0.1 mm. The reported speed oscillates across both limits.
+      // The hand rests at a depth of 0.1 mm. The speed that it reports changes between 0 and 0.2 m/s, across both
+      // limits of the switch.
       for (int i = 0; i < 400; ++i) {
         in.X_WG.p = out.p_WG;
         in.X_WT.p = p + (0.025e-3 - std::min(1e-6 * i, 0.1e-3)) * n;
@@ -621,7 +622,7 @@ TEST(MeshLodModel, AfterACutTheLevelFollowsTheSpeedAndNoSwitchCausesAForceStep) 
   EXPECT_LE(most_step, 0.02);
 }
 
-// --- The common interface of contact models
+// The following tests concern the common interface of contact models.
 
 TEST(MeshLodModel, NeverAllocatesInATickAndGivesTheSameBitsAgain) {
   std::vector<ServoTick> first;

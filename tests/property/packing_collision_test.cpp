@@ -19,7 +19,8 @@ dvec3 random_in(std::mt19937_64& random, double half) {
   return {x, y, z};
 }
 
-/// Solves eq. 1 in extended precision by the usual formula for quadratic equations.
+/// Solves eq. 1 of S2 (the fraction of the motion m at which two spheres touch) in extended precision, by the usual
+/// formula for quadratic equations.
 long double exact_root(const dvec3& D, const dvec3& m, double R) {
   const long double mm =
       static_cast<long double>(m.x) * m.x + static_cast<long double>(m.y) * m.y + static_cast<long double>(m.z) * m.z;
@@ -89,7 +90,7 @@ TEST(SpherePair, TheIntersectionHasTheVolumeOfThePapersFormula) {
   EXPECT_EQ(lens_volume(1, 0.5, 2), 0);
   EXPECT_DOUBLE_EQ(lens_volume(1, 0.5, 0.2), 4.0 / 3 * kPi * 0.125);
   EXPECT_DOUBLE_EQ(lens_volume(1, 0.5, 0.2), lens_volume(0.5, 1, 0.2));
-  // no step where one sphere begins to lie inside the other
+  // the volume has no step at the distance where one sphere begins to lie inside the other
   EXPECT_NEAR(lens_volume(1, 0.5, 0.5000001), 4.0 / 3 * kPi * 0.125, 1e-9);
 }
 

@@ -60,7 +60,8 @@ TEST(MaterialFit, HiddenDensitiesAreRecoveredFromANoisyCurveOf200Newtons) {
   // a function of depth, that is, layers
   const auto density = [](double z) { return 1.2 + 0.5 * std::sin(z / 1.5e-3); };
   std::vector<FeedSample> samples = machine.way(16.0_mm);
-  // The force curve of the densities to be found, computed with the same physics on another packing.
+  // The force curve is computed from known densities, with the same physics on another packing. The fit must find these
+  // densities.
   ServoSettings other = machine.settings;
   other.method = read_contact_method(Json::parse(R"({"packing": {"spheres": 10000, "seed": 7}})", "t"));
   PackOptions pack;
@@ -91,7 +92,7 @@ TEST(MaterialFit, HiddenDensitiesAreRecoveredFromANoisyCurveOf200Newtons) {
   const MaterialFit fit = fit_material(machine.tissue, machine.settings, samples, {}, "curve");
   EXPECT_LT(fit.error.back(), 0.9);
   EXPECT_GT(fit.error.front(), 20 * fit.error.back());
-  // Compares the densities in layers of one millimetre, where the tool was.
+  // Compares the fitted densities with the true ones, in layers of one millimetre, where the tool was.
   PackOptions own;
   own.spheres = 10000;
   const SpherePacking fitted = pack_spheres(machine.tissue, own);

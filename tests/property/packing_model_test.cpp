@@ -88,7 +88,7 @@ TEST(PackingModel, FarFromTheTissueThereIsNoForce) {
 TEST(PackingModel, ATurningBurSinksUnderForceAndRemovesItsSweptVolume) {
   Session run(settings(R"({"packing": {"spheres": 12000, "speed_mm_per_s": 1}})"));
   for (int i = 0; i < 1500; ++i) run.step(pressing(i, 0.8_mm), 1);
-  // The overlap (lens) of head and ball at the depth that the head reached.
+  // The removed volume is the lens that head and ball have in common at the depth that the head reached.
   const double sunk = kBall + kHead - run.last.X_WG.p.z;
   EXPECT_GT(sunk, 0.6_mm);
   EXPECT_NEAR(removed(run.last) / packing::lens_volume(kBall, kHead, kBall + kHead - sunk), 1, 0.1);
@@ -115,7 +115,7 @@ TEST(PackingModel, TheRemovedVolumeEqualsTheMotorsWork) {
   for (int i = 0; i < 200; ++i) run.step(dvec3(0, 0, kBall + kHead + 0.2_mm - i * 1e-6), 1);
   double work = 0;
   for (int i = 0; i < 1500; ++i) {
-    // the force increases gradually, because after a jump into the tissue the teeth would be pressed only later
+    // the force increases gradually; after a jump into the tissue, the teeth would press only some ticks later
     const double newton = 0.8 * std::min(1.0, i / 300.0);
     run.push(newton, 1);
     work += s.tool.cutting_coefficient * newton * s.tool.radius() * run.last.spindle * 1e-3;
@@ -174,7 +174,8 @@ TEST(PackingModel, ItSlipsWhereTheTangentialForceExceedsTheStaticFrictionWithinO
       if (glm::distance(run.last.X_WG.p, stuck) > 1e-9) slipped_at = x;
     }
     EXPECT_NEAR(slipped_at / 0.2_mm, fixed, 0.01 * fixed);
-    // Along the surface, the hand feels static friction until then, and dynamic friction afterwards.
+    // At this point the hand begins to slip. Before it feels static friction along the surface, afterwards dynamic
+    // friction.
     for (int i = 0; i < 400; ++i) run.step(stuck - 0.2_mm * n + (slipped_at + i * 1e-6) * side);
     const dvec3 out = glm::normalize(run.last.X_WG.p - middle), f = run.last.f_T_W;
     const double along = glm::length(f - glm::dot(f, out) * out);
@@ -195,7 +196,7 @@ TEST(PackingModel, SofterGradedCariesYieldsMore) {
     for (int i = 0; i < 300; ++i) run.step(pressing(i, 0.4_mm), 0);
     force[k] = glm::length(run.last.f_T_W);
     const double before = removed(run.last);
-    // A softer lesion feels softer: for the same force of 0.3 N the hand moves farther.
+    // In a softer lesion, the hand moves farther for the same felt force of 0.3 N.
     for (int i = 0; i < 300; ++i) run.push(0.3 / hardness, 1);
     speed[k++] = removed(run.last) - before;
   }

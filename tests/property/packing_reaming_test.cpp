@@ -59,7 +59,7 @@ TEST(Reaming, TheReamedSocketDiffersFromAnAnalyticCupByAtMostTwoPercentOfItsVolu
   const dvec3 end(0, 0, -3.0_mm);
   for (int i = 0; i < 700; ++i) run.tick({end + dvec3(0, 0, std::max(0.0, 8.0_mm - i * 0.03_mm)), {1, 0, 0, 0}}, 1);
   const Field after(run.carver.volume(), before.lo, before.size);
-  // The cup is a ball of 28 mm and the path on which it is withdrawn.
+  // The cup that should be removed is a ball of 28 mm, swept along the path on which the reamer is withdrawn.
   double wanted = 0, over = 0, under = 0;
   const auto share = [](double d) { return std::clamp(0.5 - d, 0.0, 1.0); };
   std::size_t i = 0;

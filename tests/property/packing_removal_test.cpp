@@ -360,7 +360,7 @@ TEST(Removal, TheTriedCutLeavesTheSameBitsAsTheCutSphereBySphere) {
         ASSERT_EQ(tried_tissue.sphere(i), tissue.sphere(i)) << i;
         ASSERT_EQ(tried_tissue.tree().center(i), tissue.tree().center(i)) << i;
       }
-      // make() leaves boxes that may be too large, which must not change a search.
+      // make() leaves boxes that may be larger than needed. This must not change the result of a search.
       for (int k = 0; k < 500; ++k) {
         const dvec3 p = 6.0_mm * dvec3(u(random), u(random), u(random)), m = 5.0_mm * dvec3(u(random), u(random), 1);
         const auto hit = tried_tissue.tree().first_hit(p, 0.3_mm, m), exact = tissue.tree().brute_force(p, 0.3_mm, m);

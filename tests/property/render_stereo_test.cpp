@@ -102,8 +102,8 @@ TEST(Mirror, TheTwoFormulationsGiveTheSamePicture) {
   behind.mirror = mirror;
 
   const auto tooth = tooth_mesh(0, 0.35e-3);  // without caries, because the pattern of caries is fixed in space
-  // Drawn without the shadow map: its samples lie in the lamp's frame and are not mirrored with the world. Also drawn
-  // without the fine structure of enamel that is computed per pixel.
+  // Drawn without the shadow map, because its samples lie in the lamp's frame and are not mirrored with the world. Also
+  // drawn without the fine structure of enamel, because it is computed per pixel.
   render::Quality quality = render::kQualityLadder[0];
   quality.shadow_map = 0;
   quality.light_per_vertex = true;

@@ -72,7 +72,7 @@ TEST(CavityLaws, TheScoreFallsWithTheAmountCutBeyondTheIdeal) {
   Judged judged(ideal);
   const double full = score(judged.input, judged.rules).points;
   for (int i = 0; i < 4; ++i) {
-    // A growing ball at a random position on the cavity's wall or floor, or on sound surface.
+    // The cut also removes a growing ball, at a random position on the cavity's wall or floor, or on sound surface.
     const dvec3 at = kMiddle + dvec3(random.number(2e-3), random.number(2e-3), -1.2e-3 + random.number(0.6e-3));
     double last = full;
     for (const double radius : {0.5e-3, 0.7e-3, 0.9e-3}) {

@@ -57,7 +57,7 @@ const Worsening kWorsenings[] = {
      [](ScoreInput& in, double d) { in.pulp_distance = std::min(*in.pulp_distance, 0.5e-3) * (1 - d); }},
     {"healthy tissue",
      [](ScoreInput& in, double d) {
-       // More than the volume that access may remove without loss of points.
+       // Removes more than the volume that access may remove without loss of points.
        in.after[kDentin] = std::min(in.after[kDentin], in.before[kDentin] - in.before[kCaries]) - 20e-9 * d;
      }},
 };
@@ -118,8 +118,8 @@ TEST(ScoreLaws, PointsAreWithinTheirRangeAddUpTo100AndAreWeightedByCompletion) {
   }
 }
 
-/// Each measure alone: makes it worse, beginning at its target, by `d` times its tolerance. The tolerance is 1
-/// millimetre, 1 newton and so on, in SI units.
+/// Makes one measure worse by `d` times its tolerance, and begins at its target. The tolerance is 1 millimetre, 1
+/// newton and so on, in SI units.
 struct MeasureWorsening {
   const char* name;
   double target;  // target in the measure's unit

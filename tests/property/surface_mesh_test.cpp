@@ -36,7 +36,8 @@ void expect_surface(const Topology& t, long euler, int components = 1) {
 }
 
 TEST(Sphere, NeedsFewTrianglesForItsErrorAndStaysWithinTheTolerance) {
-  // The optimum for inscribed triangles is N·ε/R = 4.84. Marching cubes gives 14.1.
+  // With N triangles of deviation ε on a sphere of radius R, the best possible value of N·ε/R is 4.84 for inscribed
+  // triangles. Marching cubes gives 14.1.
   Random random(4);
   for (const double radius : {7.5, 12.0, 20.0, 33.0}) {
     for (const float tolerance : {-1.f, 0.02f, 0.05f, 0.1f, 0.25f}) {
@@ -82,7 +83,7 @@ TEST(Box, HasExactFacesAndCornersAtAnyOffset) {
 }
 
 TEST(Box, TurnedAnyWayKeepsItsEdgesAndFourInFiveCorners) {
-  // A corner that projects between the edges of the lattice causes no crossing, so it cannot be represented.
+  // A corner of the solid that projects between the edges of the lattice crosses no edge, so the mesh cannot show it.
   Random random(11);
   int kept = 0;
   for (int i = 0; i < 12; ++i) {

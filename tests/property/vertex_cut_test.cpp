@@ -139,7 +139,7 @@ TEST_P(VertexCutHeads, ACutInPartsWithKnownFacesGivesTheSameMeshBitForBit) {
   for (int k = 0; k < 60; ++k) {
     const Pose next{X.p + 0.3 * edge * way, glm::normalize(X.R * dquat(1, 0.003, 0, 0))};
     const CutDone done = whole.cutter.cut(whole.mesh, head, X, next, edge);
-    // Faces that are known for a pose beside the head's.
+    // Uses faces that were found for a pose beside the head's pose.
     const Pose seen{next.p + dvec3(0.02_mm, 0, 0), X.R};
     const double within = 0.4_mm;
     std::vector<haptics::mesh::Index> faces;
@@ -209,7 +209,7 @@ TEST(HeadDistances, EqualTheDistancesOfSinglePointsBitForBitForEveryHeadAndPose)
       points.add(X * dvec3(0, 0, 0.3 * head.reach()));         // on the axis
       points.add(X * dvec3(head.radius(), 0, head.radius()));  // exactly on the flank of a cylinder
       const double far = 0.4 * head.radius();
-      // Stored distances at another pose only spare evaluations.
+      // Distances that were stored for another pose may only save evaluations; they must not change the result.
       if (run % 2 == 1) distances.keep_within(head, points, 0, 1e3);
       X.p += 0.2 * head.radius() * dvec3(spread(random), spread(random), spread(random));
       X.R = glm::normalize(X.R * glm::angleAxis(0.1 * spread(random), dvec3(1, 0, 0)));
@@ -252,7 +252,7 @@ TEST(VertexCut, MovedVerticesLieOnTheHead) {
 }
 
 TEST(VertexCut, RotatingTheWorkpieceRotatesTheResult) {
-  // Splits and moves depend on lengths, and these are constant except for rounding.
+  // Splits and moves depend on lengths only. A rotation keeps lengths, except for rounding.
   const dquat R = glm::normalize(dquat(0.3, 0.5, -0.2, 0.7));
   for (const HeadShape shape : {HeadShape::kSphere, HeadShape::kCylinder, HeadShape::kCone}) {
     const VertexHead head(head_of(shape));
@@ -292,7 +292,7 @@ TEST(VertexCut, BelowTheSurfaceThePublishedRulePushesTissueOutAndTheCorrectedRul
   Workpiece mended(square(4.0_mm, 0.4_mm), edge);
   const double cut = drive(mended, head, above, below, edge);
   EXPECT_LT(highest(mended.mesh), 1e-9);
-  // Straight down: the volume is a cylinder and a half ball.
+  // First moves straight down: the volume is a cylinder and a half ball.
   const double exact = kPi * kRadius * kRadius * (depth - kRadius) + 2.0 / 3 * kPi * kRadius * kRadius * kRadius;
   EXPECT_NEAR(cut, exact, 0.05 * exact);
   EXPECT_EQ(test::crossings(mended.mesh), 0);

@@ -40,8 +40,8 @@ haptics::TissueVolume ball_of(double edge) {
   return volume;
 }
 
-/// Returns the force (N) on a ball that is pressed 0.15 mm into the top of that mesh. With the model as printed: the
-/// force on a ball that lies at this depth.
+/// Returns the force (N) on a ball that is pressed 0.15 mm into the top of that mesh. If the model is the printed one,
+/// returns the force on a ball that lies at this depth.
 double force_on(double edge, const char* model) {
   HapticBench bench(ball_of(edge), probe_settings(model));
   for (int i = 0; i <= 200; ++i) bench.tick({{0, 0, 3.65_mm - 1e-6 * i}});

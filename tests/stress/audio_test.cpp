@@ -27,8 +27,8 @@ TEST(Stress, RandomModelChangesInEveryBlockKeepTheEnergyBounded) {
     for (const float v : e) worst = std::max(worst, std::abs(lattice.next(static_cast<double>(v))));
     ASSERT_TRUE(std::isfinite(worst));
   }
-  // With unit noise every state has unit variance in any frozen moment; jumps can pile up no more than 64 samples'
-  // worth of input beyond what the ladder holds.
+  // With noise of variance 1, every state of the filter has a variance of 1 while the coefficients are constant. Jumps
+  // of the coefficients can add at most the input of 64 samples.
   EXPECT_LT(worst, 64 * 6.0);
 }
 
@@ -53,7 +53,8 @@ TEST(Stress, AFilterOfOrder600AtTheEdgeOfStabilityStaysBounded) {
 }
 
 TEST(Stress, ABillionSamplesOfDecayFromAPoleAt099999EndInSilence) {
-  // Envelope r^n: 10⁹ samples at r = 0.99999 are 86,860 dB; what is left must be nothing, not a limit cycle.
+  // The envelope is r^n: after 10⁹ samples with r = 0.99999, it has fallen by 86,860 dB. What remains must be exactly
+  // zero, and not a small oscillation that never ends.
   flush_denormals();
   const double r = 0.99999, theta = 0.5;
   const ArModel model = resonance(r, theta, 1.0);

@@ -23,7 +23,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// As many touches as a run of the tests has time for; TYPODONT_ARM_TOUCHES=170 goes through the whole step.
+/// Returns the number of touches for which a test run has time. TYPODONT_ARM_TOUCHES=170 tests the whole step.
 std::size_t touches() {
   const char* asked = std::getenv("TYPODONT_ARM_TOUCHES");
   return asked ? std::strtoul(asked, nullptr, 10) : 40;
@@ -32,7 +32,8 @@ std::size_t touches() {
 class LiveArm : public testing::Test {
  protected:
   LiveArm() : folder(TYPODONT_PROGRAM) {
-    // A Woody with encoders on its stylus, as patient as it may be with a busy machine.
+    // A Woody arm with encoders on its stylus. Its watchdog waits as long as is allowed, because the machine may be
+    // busy.
     std::string preset = test::read_text("assets/devices/woody.json");
     preset.insert(preset.find('{') + 1, "\"silence_ms\": 20,");
     const std::string bare = "[2000, 2000, 2000, 0, 0, 0]";
@@ -73,7 +74,7 @@ class LiveArm : public testing::Test {
     return false;
   }
 
-  /// From where the arm is to these angles within 0.12 s, as a hand would bring it there.
+  /// Moves the arm from its present angles to these angles in 0.12 s, as a hand would move it.
   void move_to(const ArmReading& next) {
     const auto from = at;
     board->with([&](test::EmulatedArm& arm) {
@@ -147,7 +148,8 @@ TEST_F(LiveArm, AnArmHeldInSocketsIsCapturedLiveAndSolved) {
   EXPECT_THAT(said(), HasSubstr("mm rms before"));
   EXPECT_THAT(said(), HasSubstr("not observable"));
 
-  // What was captured is where the arm was held, to its encoders' steps; what was solved explains it far better.
+  // The captured angles must equal the angles at which the arm was held, up to the encoders' resolution. The solved
+  // geometry must explain the touches far better than the drawings.
   const auto captures = read_captures(RigFile::load(folder.path() / "rig.json").captures_folder()).arm;
   ASSERT_EQ(captures.size(), touches());
   for (std::size_t k = 0; k < captures.size(); ++k) {

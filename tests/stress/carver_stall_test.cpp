@@ -16,7 +16,8 @@ using test::campaign;
 class CarverStall : public testing::TestWithParam<StallGesture> {};
 
 TEST_P(CarverStall, AStallOfAnyLengthAddsNoForceStepAndNoEnergy) {
-  // A tool that has got into the tissue meanwhile meets it anew: as a hand does that lands.
+  // During the stall, the tool can get into tissue that its old patch does not contain. With the new patch it meets
+  // this tissue as a landing hand does.
   const bool drills = GetParam() == StallGesture::kDrill;
   const double landing = drills ? 0.01 : 0.25, energy = 0.5e-3;  // N, J
   std::uint32_t faults = 0;

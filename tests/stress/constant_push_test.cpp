@@ -17,7 +17,9 @@ namespace {
 TEST(ConstantPush, AnyRotaryToolGivesNoForceStepBeyondThatOfTheHandsMotion) {
   const auto tools = turning_tools();
   const haptics::TissueVolume tissue = pushed_tissue();
-  int audited = 0;  // hands that the proxy never had to lead out of tissue, which may give the hand energy
+  // number of hands that never had to be led out of tissue. (Leading out may give energy to the hand, so the test
+  // cannot check the energy of the other hands.)
+  int audited = 0;
   for (std::uint32_t seed = 0; seed < static_cast<std::uint32_t>(test::campaign(24)); ++seed) {
     const PushHand hand = random_push(tools, seed);
     const PushResult felt = simulate_push(hand, tissue);
@@ -55,7 +57,8 @@ TEST(ConstantPush, AnImplantDrillThatBouncesLandsWithoutAForceStep) {
   }
   const haptics::TissueVolume tissue = pushed_tissue();
   const PushResult before = simulate_push(hand, tissue, 7), now = simulate_push(hand, tissue);
-  // While the drill does not turn, the tissue is a wall, and the force is that of the wall from the first tick on.
+  // As long as the drill does not turn, the tissue is a wall. With the present law, the hand feels this wall from the
+  // first tick on.
   EXPECT_LT(now.any.beyond_spring.t, 0.11) << now.any.beyond_spring.size << " N";
   EXPECT_GT(before.any.beyond_spring.t, 0.11);
   EXPECT_GT(before.any.beyond_spring.size, 0.1);

@@ -34,7 +34,7 @@ enum class Attack {
   kNone,
   kPings,        // a flood of pings between the states
   kPingsAlone,   // and no state any more
-  kUnasked,      // states or reports that nobody asked for, twenty times as many as usual, true ones
+  kUnasked,      // states or reports that nobody requested, twenty times as many as usual; their content is true
   kRubbish,      // the same, of random bytes
   kSilence,      // nothing comes any more
   kClosed,       // the service says goodbye
@@ -45,7 +45,7 @@ enum class Attack {
   kStalledServo  // this process stands still for a while
 };
 
-/// A device in somebody's hand that presses into a wall and leaves it five times a second.
+/// A device in the hand of a user who presses into a wall and leaves it, five times per second.
 class Rig {
  public:
   explicit Rig(SimTime& time) : time_(time) {}
@@ -56,13 +56,13 @@ class Rig {
   virtual dvec3 at_wall() const = 0;  // m, the deepest point of the hand's way
 
  protected:
-  /// 0 where the hand turns outside, 2 where it turns in the tissue. SimTime begins at 1 s; at first the hand rests,
-  /// for an arm counts from where it was opened.
+  /// Returns 0 where the hand turns outside the tissue, and 2 where it turns inside. SimTime begins at 1 s. At first
+  /// the hand rests, because an arm counts its angles from the position at which it was opened.
   static double swing(double t) { return t < 1.2 ? 0 : std::sin(2 * kPi * (5 * (t - 1.2) - 0.25)) + 1; }
   SimTime& time_;
 };
 
-/// A local service that answers after a millisecond, over a connection of 10 MB/s.
+/// Emulates a local service that answers after a millisecond, over a connection of 10 MB/s.
 class HaplyRig : public Rig {
  public:
   explicit HaplyRig(SimTime& time) : Rig(time) {
@@ -200,8 +200,8 @@ const TissueVolume& wall() {
   return volume;
 }
 
-/// The attack begins at the first tick later than `after` in which the hand feels more than `begins` N. `reference`:
-/// the forces without an attack.
+/// Runs one attack. It begins at the first tick later than `after` in which the force on the hand is larger than
+/// `begins` (N). `reference`: the forces without an attack.
 Outcome run(Rig& rig, SimTime& time, Attack attack, Nanos after, double begins, double stall,
             const std::vector<double>* reference = nullptr) {
   std::unique_ptr<HapticDevice> device = rig.open();
@@ -215,7 +215,7 @@ Outcome run(Rig& rig, SimTime& time, Attack attack, Nanos after, double begins, 
   for (Material& m : settings.materials) m = {1000, 30e9, 0.2, 0.15, 2950, dvec3(0.9)};
   settings.position_step = hand.info().position_step;
   LockStep steps(wall().clone(), settings);
-  // The wall's face is x = 0: the ball touches it a millimetre before.
+  // The wall's face is x = 0. The ball touches it one millimetre before its centre reaches the face.
   const dvec3 offset = dvec3(kPress - 1.0_mm, 0, 0) - rig.at_wall();
 
   Outcome out;
@@ -281,8 +281,8 @@ Outcome run(Rig& rig, SimTime& time, Attack attack, Nanos after, double begins, 
 constexpr double kTwoMilliseconds = 0.0021;  // as seen in steps of 0.1 ms
 constexpr double kSpaced = 0.49e-3;          // s: two samples are at least half a period apart
 
-/// `make` builds the rig. `goes_on`: the contact is to go on as without the attack; else it is to end in zero force.
-/// `ends`: whether read() is to say that the device is gone; without it that depends on chance.
+/// `make` builds the rig. `goes_on`: the contact must continue as without the attack; otherwise the force must become
+/// zero. `ends`: whether read() must report that the device is gone; if it has no value, both are allowed.
 template <class Make>
 void campaign(Attack attack, bool goes_on, std::optional<bool> ends, Make make) {
   Outcome reference;

@@ -50,8 +50,8 @@ namespace {
 constexpr int kTimes = 1000;
 constexpr std::size_t kAtOnce = 10;
 
-/// A process on each core that only wants to wake every millisecond, with a watchdog process's priority. How late one
-/// wakes is what this machine adds to the times measured here.
+/// A process on each core, with the priority of a watchdog process, which only wakes every millisecond. Its delays show
+/// how much the machine itself adds to the times that are measured here.
 class Witness {
  public:
   Witness() {
@@ -78,7 +78,7 @@ class Witness {
   Witness(const Witness&) = delete;
   Witness& operator=(const Witness&) = delete;
 
-  /// Whether one was late itself between two moments, both a while ago.
+  /// Returns true if one of these processes woke late between two moments. Both moments must be some time ago.
   bool was_late(Nanos from, Nanos to) const {
     for (const Core& core : cores_) {
       for (std::size_t i = 0; i < std::min<std::size_t>(core.log->count, kMost); ++i) {
@@ -120,7 +120,7 @@ class Witness {
   std::vector<Core> cores_;
 };
 
-/// The arm without what a watchdog process would need: the process is on its own.
+/// A link without the data that a watchdog process needs. So no watchdog process guards this arm.
 class Unkept : public Link {
  public:
   explicit Unkept(std::unique_ptr<Link> link) : link_(std::move(link)) {}
@@ -143,7 +143,7 @@ int overflow_the_stack(int depth) {
   return depth < 0 ? 0 : overflow_the_stack(depth + 1) + much[0];
 }
 
-/// A way to end, and how the process comes to it.
+/// A way in which a process ends.
 struct Way {
   std::string_view name;
   int signal = 0;
@@ -172,7 +172,8 @@ constexpr std::array kOtherWays{Way{"exit"},
                                 Way{"SIGUSR1", SIGUSR1},
                                 Way{"SIGXCPU", SIGXCPU}};
 
-/// The child: presses as soon as it may, and ends as it is told. `ends_at`: when it began to, for whoever watches.
+/// The program of the child process: it presses as soon as there may be a force, and then ends in the given way.
+/// `ends_at`: receives the time at which the end begins, for the parent process.
 [[noreturn]] void press(const std::function<std::unique_ptr<HapticDevice>()>& open, const Way& end, unsigned seed,
                         std::atomic<Nanos>& ends_at) {
   const rlimit none{0, 0};
@@ -182,7 +183,8 @@ constexpr std::array kOtherWays{Way{"exit"},
   for (const Way& way : kOtherWays) {
     if (way.signal != 0) ::signal(way.signal, SIG_DFL);  // whatever started us ignores
   }
-  // After the guard's: libraries that wait for threads which a fork has not would hang the end of exit().
+  // Registered after the guard's own function, so it runs before that function's libraries. Some libraries wait for
+  // threads that do not exist after a fork, and exit() would hang.
   std::atexit(+[] { ::_exit(0); });
   static SafeDevice* hand = nullptr;  // never destroyed: it shall not be what lets go
   try {
@@ -212,8 +214,8 @@ constexpr std::array kOtherWays{Way{"exit"},
   if (end.signal == SIGKILL) {
     for (;;) ::sleep(10);
   }
-  // An ordinary thread may wait for its turn, and until then the servo runs and the force is the servo's. What is
-  // watched here is how long an end takes that has its turn.
+  // An ordinary thread may have to wait for its turn; until then the servo continues and sets the force. The test
+  // measures only the time after the thread has its turn.
   enter_realtime({.priority = 85, .core = -1, .lock_memory = false});
   ends_at = now();
   if (end.signal != 0) ::kill(::getpid(), end.signal);
@@ -237,7 +239,7 @@ std::unique_ptr<HapticDevice> open_arm(const std::string& port, const Arm& arm, 
   return make_arm_device(std::move(link), hello.protocol, arm, {"woodenhaptics:" + port, arm.name, ""});
 }
 
-/// An arm's board at the other end of a pseudo terminal, and the process that presses with it.
+/// An arm's board at the other end of a pseudo-terminal, and the process that presses with this arm.
 struct Victim {
   Descriptor board, line;  // the line is kept open here, so that it is not hung up
   pid_t pid = -1;
@@ -306,7 +308,8 @@ class Ends : public testing::Test {
     return new (memory) std::atomic<Nanos>;
   }
   enum class Outcome { kNotYet, kDone, kAgain };
-  /// Each end in turn; `watch` is called again and again for each process that lives, or has died since.
+  /// Carries out the given ends. `watch` is called repeatedly for each process that is alive or has died since the last
+  /// call.
   template <class Watch>
   void campaign(std::vector<Way> ends, Watch watch) {
     enter_realtime({.priority = 82, .core = -1, .lock_memory = false});  // firmware is never late
@@ -345,14 +348,15 @@ class Ends : public testing::Test {
       if (v.ends_at) ::munmap(v.ends_at, sizeof(std::atomic<Nanos>));
     }
   }
-  /// A machine that stalls may take its arm, or its board's answer, from a process before its time: that one does not
-  /// count. It must have let go all the same.
+  /// Returns true if the process lost its arm before its end began, because the machine stalled. Such a process does
+  /// not count, but its force must be zero all the same.
   bool lost_its_arm() const { return WIFEXITED(status) && (WEXITSTATUS(status) == 97 || WEXITSTATUS(status) == 98); }
 
   struct Took {
     Nanos from, to;
   };
-  /// Half of them as soon as is usual. How many took longer than 20 ms though the machine itself was not late.
+  /// Checks that half of the ends are as fast as usual. Returns how many took longer than 20 ms although the machine
+  /// itself was not late.
   int expect_soon(const Way& way, const std::vector<Took>& times) const {
     EXPECT_FALSE(times.empty()) << way.name;
     if (times.empty()) return 0;
@@ -429,14 +433,14 @@ TEST_F(Ends, EveryOtherEndOfAProcessSendsZeroLastAndSoon) {
     return Outcome::kDone;
   });
   ::usleep(50'000);
-  // Ten processes at a time beside what else the machine does: the scheduler holds one up now and then where a witness
-  // is not. No force stays; hardly one goes late.
+  // Ten processes run at the same time, beside other work of the machine. Sometimes the scheduler delays one of them on
+  // a core where no witness process notices it. No force may remain, and at most one end in a hundred may be late.
   int late = 0;
   for (const Way& way : kOtherWays) late += expect_soon(way, times[way.name]);
   EXPECT_LE(late, std::max(1, each * static_cast<int>(kOtherWays.size()) / 100));
 }
 
-/// Haply's service, as far as a hand sees it: it gives back a state for every force, and keeps the last force.
+/// A minimal version of Haply's service: it answers every force with a state, and keeps the last force.
 TEST(HaplyEnds, AKilledOrStoppedProcessLeavesNoForceInTheService) {
   const Descriptor listener(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_in address{};

@@ -61,7 +61,7 @@ Outcome run(Breakage breakage, ArmProtocol protocol, std::uint32_t seed) {
   const Arm arm = plain_arm();
   EmulatedArm board(time, protocol, arm, seed);
   const double phase = uniform(0.2, 0.6), break_at = uniform(1.4, 1.8);
-  // From the home position out and back, into the wall and out of it five times a second.
+  // The arm moves from its home position into the wall and out of it, five times per second.
   board.hand = [&](double t) {
     const double s = std::sin(2 * 3.14159265 * (5 * (t - 1) - 0.25)) + 1;
     return dvec3(0.02 * s, 0.06 * s * (1 + 0.1 * phase), 1.5707963 + 0.01 * s);
@@ -85,7 +85,7 @@ Outcome run(Breakage breakage, ArmProtocol protocol, std::uint32_t seed) {
   dvec3 seen(0);
   double force = 0;
   time.on_step([&] {
-    // The watchdog's own thread: wakes when it asked to.
+    // Does the work of the watchdog's thread, which wakes at the time that it requested.
     if (time.true_now() >= next_watch) {
       const Nanos wake = hand.watch(time.now());
       next_watch = time.true_now() + std::clamp<Nanos>(wake - time.now(), SimTime::kStep, 10'000'000);
@@ -118,7 +118,7 @@ Outcome run(Breakage breakage, ArmProtocol protocol, std::uint32_t seed) {
     before = sample.X_WT.p;
     dvec3 f(0);
     if (sample.X_WT.p.x > kWall) f.x = -1500 * (sample.X_WT.p.x - kWall);
-    // Free as the outside world sees it: no force asked for in 40 ms of good samples.
+    // A hand counts as free here if the servo requested no force during 40 ms of good samples.
     free_for = f.x == 0 && hand.faults() == 0 ? free_for + 1e-3 : 0;
     if (broken && free_for > 0.04) was_free = true;
 
@@ -178,13 +178,14 @@ Outcome run(Breakage breakage, ArmProtocol protocol, std::uint32_t seed) {
   return out;
 }
 
-// N: currents are whole milliamperes, and the arm moves on by half a millimetre while they stand.
+// N. Motor currents have a resolution of one milliampere, and the arm moves by half a millimetre while one current is
+// set. Together this adds 1 % to the limit of 5 N.
 constexpr double kPeak = 5 * 1.01;
 
 class Faults : public testing::TestWithParam<ArmProtocol> {
  protected:
   static constexpr int kTimes = 250;  // of each kind, over each of 4 protocols: a thousand
-  /// Every run keeps the limits, whatever breaks.
+  /// Checks in every run that the limits are kept, whatever part fails.
   template <class Check>
   void campaign(Breakage breakage, Check check) {
     int in_contact = 0;
@@ -242,8 +243,9 @@ TEST_P(Faults, OfMergedReportsTheNewestIsReadAndTheForceIsUnchanged) {
 }
 
 TEST_P(Faults, GarbageBytesSetTheForceToZeroUntilTheHandIsFree) {
-  // Once in thousands of reports garbage of the right length is a place where the arm could be. It is believed, the
-  // truth then is not, and force stays off until the arm is homed.
+  // In one of thousands of reports, random bytes of the right length are a possible position of the arm. The program
+  // accepts this position and then rejects the true one. So the force stays off until the arm is in its home position
+  // again.
   int believed = 0;
   campaign(Breakage::kGarbage, [&](const Outcome& o) {
     expect_zero_soon(o);
@@ -339,7 +341,7 @@ TEST(BoardError, SetsTheForceToZeroWhileItLasts) {
   }
 }
 
-/// A foot switch that reports whenever it is pressed or let go, between two samples.
+/// A foot switch that sends a report whenever it is pressed or released, between two samples.
 class Foot : public Link {
  public:
   explicit Foot(const bool& down) : down_(down) {}
@@ -385,7 +387,8 @@ TEST(PedalStuck, TheDrillStopsAfterTheTimeLimitAndStaysOffUntilThePedalIsRelease
   ticks(100, [](int) {});
   ASSERT_TRUE(hand.armed());
   for (int k = 0; k < 1000; ++k) {
-    // Pressed and let go in time, as often as chance has it: the drill follows at once. Then it sticks.
+    // The switch is pressed and released in time, zero to two times; the drill must follow immediately. Then the switch
+    // sticks.
     for (int presses = static_cast<int>(random() % 3); presses > 0; --presses) {
       down = true;
       ticks(1 + static_cast<int>(random() % 190), [&](int) { ASSERT_EQ(sample.pedal, 1); });

@@ -36,7 +36,8 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// All devices of a test are plugged into one testbed: it is what the environment names to libraries and programs.
+/// Returns the testbed into which all devices of a test are plugged. Environment variables give it to libraries and
+/// programs in place of the real system.
 std::shared_ptr<UMockdevTestbed> testbed() {
   static std::weak_ptr<UMockdevTestbed> current;
   std::shared_ptr<UMockdevTestbed> bed = current.lock();
@@ -47,8 +48,8 @@ std::shared_ptr<UMockdevTestbed> testbed() {
   return bed;
 }
 
-/// One hidraw device. Its node is a pseudo terminal: one byte waits in it while reports are queued, so that poll()
-/// wakes.
+/// Emulates a hidraw device. Its node is a pseudo-terminal. While reports are queued, one byte waits in the terminal,
+/// so that poll() wakes.
 class MockHid {
  public:
   MockHid(int number, std::uint16_t vendor, std::uint16_t product, std::string name, std::string serial,
@@ -83,7 +84,7 @@ class MockHid {
                                           static_cast<gint>(descriptor_.size()));
     const std::string uevent = std::string("HID_ID=") + id + "\nHID_NAME=" + name + "\nHID_UNIQ=" + serial + "\n";
     umockdev_testbed_set_attribute(bed_, hid.c_str(), "uevent", uevent.c_str());
-    // Only a textual record makes a node: of a character device, a pseudo terminal.
+    // umockdev makes a device node only from a textual record. The node is a character device: a pseudo-terminal.
     const std::string name_in_dev = node_.substr(5);
     const std::string record =
         "P: " + hid.substr(4) + "/hidraw/" + name_in_dev + "\nN: " + name_in_dev + "\nE: DEVNAME=" + node_ +
@@ -112,7 +113,7 @@ class MockHid {
     gone_ = true;
     wake();
   }
-  /// Nobody but root may open it, and everybody may see that it is there.
+  /// Only root may open the device, but every user may see that it exists.
   void forbid() {
     gchar* name = umockdev_testbed_get_root_dir(bed_);
     const std::string root = name;
@@ -195,7 +196,7 @@ class MockHid {
   bool gone_ = false;
 };
 
-/// Multi-axis controller, as far as enumeration looks.
+/// HID descriptor of a multi-axis controller, only as long as enumeration needs it.
 const Bytes kSpaceMouseDescriptor{0x05, 0x01, 0x09, 0x08, 0xa1, 0x01, 0xc0};
 const Bytes kArmDescriptor{0x06, 0xab, 0xff, 0x0a, 0x00, 0x02, 0xa1, 0x01, 0xc0};
 
@@ -254,13 +255,14 @@ TEST(Umockdev, AnArmIsFoundOpenedUsedAndLost) {
 }
 
 const Bytes kKeyboardDescriptor{0x05, 0x01, 0x09, 0x06, 0xa1, 0x01, 0xc0};
-/// A report 3 of two buttons and two axes of 12 bits, accelerator and brake of the simulation page.
+/// HID descriptor of a report with the number 3: two buttons, and two axes of 12 bits, which are the accelerator and
+/// the brake of the simulation page.
 const Bytes kRheostatDescriptor{0x05, 0x01, 0x09, 0x04, 0xa1, 0x01, 0x85, 0x03, 0x05, 0x09, 0x19, 0x01,
                                 0x29, 0x02, 0x15, 0x00, 0x25, 0x01, 0x75, 0x01, 0x95, 0x02, 0x81, 0x02,
                                 0x75, 0x06, 0x95, 0x01, 0x81, 0x03, 0x05, 0x02, 0x09, 0xc4, 0x09, 0xc5,
                                 0x15, 0x00, 0x26, 0xff, 0x0f, 0x75, 0x0c, 0x95, 0x02, 0x81, 0x02, 0xc0};
 
-/// `typodont run` beside emulated devices that it finds by itself, and what it recorded.
+/// Runs `typodont run` with emulated devices that it finds by itself, and reads what it recorded.
 class WholeProgram : public testing::Test {
  protected:
   WholeProgram() : folder(TYPODONT_PROGRAM) {
@@ -360,7 +362,8 @@ TEST_F(WholeProgram, AFootSwitchDrillsUntilItIsStuckWhileASpaceMouseSteersByRate
   ::usleep(500'000);
   const std::string safety = end()["safety"].string();
   EXPECT_NE(safety.find("pedal stuck"), std::string::npos) << safety;
-  // Up, down for as long as the rig allows, off while the foot stays, down again after it was up.
+  // The pedal must be up; then down for as long as the rig allows; then off while the foot stays on it; then down again
+  // after it was up.
   std::vector<std::pair<double, double>> stretches;  // pedal, s
   for (std::size_t i = 1; i < ticks.size(); ++i) {
     if (stretches.empty() || stretches.back().first != ticks[i].pedal) stretches.push_back({ticks[i].pedal, 0});
@@ -381,7 +384,8 @@ TEST_F(WholeProgram, ARheostatModulatesTheDrillAndASpaceMouseSteersByPosition) {
   for (int i = 0; i < 80; ++i) {
     mouse.send({1, 0x5e, 0x01, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0});
     ::usleep(20'000);
-    // Half-way, once the session runs: a pedal that is down at the start starts no drill.
+    // Presses the pedal half-way after the session has started, because a pedal that is down at the start does not
+    // start the drill.
     if (i == 40) rheostat.send({3, 0, 0x00, 0x08, 0x00});
   }
   double farthest = 0;

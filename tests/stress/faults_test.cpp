@@ -29,7 +29,7 @@ using haptics::HandSample;
 constexpr int kFaults = 13;
 constexpr double kPush = 0.5;  // N, of a ball 0.5 mm deep in enamel
 
-/// A block of enamel from z = 0 down, and a tool over it.
+/// Returns a scene with a block of enamel below z = 0 and a tool above it.
 Scene block(const std::string& more = R"("tool": {"shape": "sphere", "diameter_mm": 1, "cuts": false})") {
   return parse_scene(
       Json::parse(fmt::format(R"({{"tissue": {{"voxel_mm": 0.1, "solids": [{{"tissue": "enamel", "solid": {{"box":
@@ -40,7 +40,7 @@ Scene block(const std::string& more = R"("tool": {"shape": "sphere", "diameter_m
       {});
 }
 
-/// Servo and carver on the block, and a hand led by the test.
+/// Servo and carver on the block, with a hand that the test moves.
 class Hand {
  public:
   explicit Hand(const Scene& scene) : loop(scene, load_tissue(scene), 1000) {}
@@ -63,7 +63,7 @@ class Hand {
       worst_step = std::max(worst_step, glm::length(tick_.f_T_W - before));
     }
   }
-  /// Pressed into the top of the block by kPush, at rest.
+  /// Presses the tool into the top of the block by kPush and holds it at rest.
   void press(double pedal = 0) {
     go(over(), in(), 20e-3, pedal);
     for (int i = 0; i < 50; ++i) tick(in(), pedal);
@@ -82,7 +82,7 @@ class Hand {
   double worst_step = 0;
 };
 
-/// A device with motors that does as it is told, in simulated time, behind the safety layer.
+/// Emulates a device with motors behind the safety layer, in simulated time. The device carries out every command.
 struct Motors {
   class Device : public haptics::HapticDevice {
    public:
@@ -121,13 +121,13 @@ struct Motors {
       seen |= safe->faults();
     }
   }
-  /// Free for long enough, and then under a force.
+  /// Leaves the hand free for long enough, and then requests a force.
   void give(const dvec3& f) {
     ticks(100, dvec3(0));
     ticks(400, f);
     seen = 0;
   }
-  /// After a fault the force stays away until the hand was free for 50 ms, and then comes back within 0.25 s.
+  /// After a fault the force must stay zero until the hand was free for 50 ms. Then it must come back within 0.25 s.
   void expect_back_only_when_free(const dvec3& f) {
     ticks(500, f);
     EXPECT_EQ(force, dvec3(0)) << "the hand was never free";
@@ -276,7 +276,7 @@ TEST(Faults, AFreeToolOutsideThePatchHasNoForceAndIsLedOutOfTissueGradually) {
     led_out |= hand.has(Fault::kDeepPenetration);
   }
   EXPECT_TRUE(led_out);
-  // As far as the ledger pays for it: a hand that pushes on.
+  // When the hand pushes on, the force may grow only as far as the energy ledger allows.
   hand.worst_step = 0;
   hand.go({0, 0, -0.3_mm}, {0, 0, -0.6_mm}, 5e-3);
   EXPECT_GT(hand.force(), 0.1);
@@ -338,7 +338,7 @@ TEST(Faults, ALostDeviceHasNoForceInTheSameTickStopsTheDrillAndReturnsOnlyWithAF
   motors.expect_back_only_when_free({0, 0, 1});
 }
 
-/// The servo's thread of a live session, on a hand in simulated time.
+/// A hand in simulated time, for the thread of a live session's servo.
 class Paced : public haptics::HapticDevice {
  public:
   Paced(int ticks, double rate) : left_(ticks) { info_.rate = rate; }

@@ -29,7 +29,7 @@ std::vector<std::vector<std::byte>> corpus_of(std::string_view target) {
   return corpus;
 }
 
-/// Bytes changed, cut out, doubled, or cut off.
+/// Returns the bytes with changes: some bytes are replaced, cut out, doubled, or cut off at the end.
 std::vector<std::byte> damaged(std::vector<std::byte> bytes, std::mt19937_64& random) {
   const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random() % std::max<std::size_t>(n, 1)); };
   for (std::size_t k = 1 + below(4); k > 0 && !bytes.empty(); --k) {

@@ -38,7 +38,7 @@ using test::ProgramFolder;
 
 constexpr double kPeriod = 2;  // s, of the board's clock, between two presses
 
-/// A block under the arm's tip, and a ball probe that nothing cuts.
+/// The tissue is a block under the arm's tip, and the tool is a ball probe that does not cut.
 const char* const kScene = R"({"name": "block", "tissue": {"voxel_mm": 0.25, "solids": [
   {"tissue": "enamel", "solid": {"box": {"center_mm": [25, 0, 196], "size_mm": [10, 10, 8]}}}]},
   "tool": {"shape": "sphere", "diameter_mm": 2, "cuts": false}, "parts": ["haptics"]})";
@@ -47,8 +47,8 @@ class LiveHands : public testing::Test {
  protected:
   LiveHands() : folder(TYPODONT_PROGRAM), board(folder.path() / "arm", haptics::read_arm("assets/devices/woody.json")) {
     folder.write("scene.json", kScene);
-    // The shipped assets, and a Woody whose watchdog is as patient as it may be: what is tested here must not depend on
-    // whether the machine stalls for a millisecond now and then. The usual 1.8 ms are tested in simulated time.
+    // Uses the shipped assets, and a Woody arm whose watchdog waits as long as is allowed. The result must not depend
+    // on whether the machine stalls for a millisecond. The usual limit of 1.8 ms is tested in simulated time.
     std::string preset = test::read_text("assets/devices/woody.json");
     preset.insert(preset.find('{') + 1, "\"silence_ms\": 20,");
     folder.add_device("woody_patient", preset);
@@ -58,12 +58,12 @@ class LiveHands : public testing::Test {
     if (child > 0) ::kill(child, SIGKILL), ::waitpid(child, nullptr, 0);
   }
 
-  /// In its home position, where the program must find it when it opens it.
+  /// Holds the arm in its home position, where the program must find it when it opens the arm.
   static void rest(LiveBoard& arm) {
     arm.hold([home = arm.home()](double) { return home; });
   }
-  /// 0.6 mm into the block and out of it by turns, at a hand's pace: what leaps into contact has paid for no force, and
-  /// the passivity controller gives none.
+  /// Moves the tip 0.6 mm into the block and out of it again and again, at the speed of a hand. After a jump into
+  /// contact, the hand has put in no energy, and the passivity controller would allow no force.
   void press() {
     board.hold([home = board.home()](double s) {
       const auto ease = [](double x) { return 0.5 * (1 - std::cos(kPi * std::clamp(x, 0.0, 1.0))); };
@@ -73,7 +73,7 @@ class LiveHands : public testing::Test {
     });
   }
 
-  /// On machines that grant no real time, too.
+  /// Starts the program, also on machines that do not allow real-time priority.
   void start(const std::string& more = "", const std::string& environment = "") {
     child = folder.start(
         fmt::format("run {} --hand woodenhaptics:{},woody_patient --pedal none --audio none: --json --no-real-time {}",
@@ -83,7 +83,7 @@ class LiveHands : public testing::Test {
     ASSERT_TRUE(gives_force()) << folder.said();
     press();
   }
-  /// Opened, free, armed: it holds up its own arm.
+  /// Returns true when the arm is open, free and armed. Then its motors hold up the arm's own weight.
   bool gives_force() const {
     return board.wait_for([this] { return board.current() > 0; });
   }
@@ -96,7 +96,8 @@ class LiveHands : public testing::Test {
     }
     FAIL() << "contacts were all too short\n" << folder.said();
   }
-  /// For so many seconds of the board's clock: for how long, by this machine's, it was told nothing at a time.
+  /// Watches the board for `seconds` of its own clock. Returns the longest time, by the machine's clock, in which the
+  /// board got no command.
   Nanos longest_silence(double seconds) const {
     std::uint64_t told = board.lines();
     Nanos since = now(), longest = 0;
@@ -110,7 +111,7 @@ class LiveHands : public testing::Test {
     return longest;
   }
   void expect_let_go() const { EXPECT_TRUE(board.lets_go()) << folder.said(); }
-  /// The program says, for the n-th time, that the arm is back.
+  /// Waits until the program has reported n times that the arm is back.
   void wait_until_back(int n) {
     const bool back = board.wait_for([&] {
       const std::string all = folder.said();
@@ -120,7 +121,7 @@ class LiveHands : public testing::Test {
     });
     ASSERT_TRUE(back) << folder.said();
   }
-  /// Pulled out and laid down where it counts from, without a program.
+  /// Unplugs the arm and puts it into its home position, from which it counts its angles.
   void unplug_and_rest() {
     board.unplug();
     rest(board);
@@ -291,8 +292,8 @@ TEST_F(LiveHands, SettingTheWallClockIsNotFeltAndAMonotonicJumpSetsTheForceToZer
   test::LeapingClock clock(folder / "clock");
   start("--record " + (folder / "s.h5"), clock.environment(TYPODONT_STANDIN_CLOCK));
   for (const double hours : {1.0, -2.0, 48.0, -1.0}) {
-    // A machine that holds the program up just then takes the force away, too, which shows in its silence: then once
-    // more.
+    // If the machine stalls the program at this moment, the force also becomes zero. Then the board gets no command for
+    // a long time, and the test tries again.
     Nanos silence = 0;
     for (int attempt = 0; attempt < 3; ++attempt) {
       wait_for_contact();
@@ -314,7 +315,7 @@ TEST_F(LiveHands, SettingTheWallClockIsNotFeltAndAMonotonicJumpSetsTheForceToZer
   EXPECT_EQ(folder.run("replay " + (folder / "s.h5") + " --check").status, 0);
 }
 
-/// The program within this process, so that its threads can be reached.
+/// Runs the program within this process, so that the test can reach its threads.
 class LiveBench : public LiveHands {
  protected:
   LiveBench() {
@@ -334,7 +335,7 @@ TEST_F(LiveBench, TheEmergencyKeyAndAnInterfaceThatHangsLeaveTheHandSafe) {
   ASSERT_TRUE(gives_force());
   press();
   wait_for_contact();
-  // The interface hangs: nobody steps the session. The servo does not notice.
+  // Now the interface hangs: nothing calls the session's steps. The servo must not notice it.
   board.pass(kPeriod);
   wait_for_contact();
   bench->hold(true);
@@ -348,7 +349,7 @@ TEST_F(LiveBench, TheEmergencyKeyAndAnInterfaceThatHangsLeaveTheHandSafe) {
   EXPECT_NE(summary.loop.safety & bits(SafetyEvent::kEmergency), 0u);
 }
 
-// A signal handler is where a thread can be made to hang at any of its instructions.
+// A signal handler can stop a thread at any of its instructions.
 const LiveBoard* watched = nullptr;
 std::atomic<bool> frozen_for_ever{false};
 std::atomic<Nanos> held_up{0};
@@ -359,7 +360,7 @@ TEST_F(LiveBench, TheServoContinuesWhenTheInterfaceHangsAtARandomInstruction) {
   wait_for_contact();
   watched = &board;
   struct sigaction action {};
-  // Hangs until the servo has sent three more commands; gives up when it never does.
+  // The handler waits until the servo has sent three more commands. It gives up if the servo never does.
   action.sa_handler = [](int) {
     const std::uint64_t seen = watched->lines();
     const double begin = watched->time();
@@ -413,7 +414,8 @@ TEST_F(LiveBench, ADelayedServoLosesItsForceUntilTheHandIsFree) {
     ASSERT_EQ(::syscall(SYS_tgkill, ::getpid(), servo, SIGUSR2), 0);
     expect_let_go();
     EXPECT_TRUE(board.wait_for([] { return held_up == 0; }));
-    // Back, in contact, and armed only in the open: what it holds up again then is its own arm.
+    // The arm is back, and still in contact. It is armed only when it is free, so its motors may not push yet;
+    // afterwards they hold up the arm's own weight.
     EXPECT_FALSE(board.wait_for([this] { return pushing(); }, 0.03));
   }
   wait_for_contact();
@@ -423,7 +425,7 @@ TEST_F(LiveBench, ADelayedServoLosesItsForceUntilTheHandIsFree) {
   EXPECT_NE(summary.loop.safety & bits(SafetyEvent::kWatchdog), 0u);
 }
 
-/// A second arm, which holds the mouth mirror, moves to and fro while the first one presses on the block.
+/// A second arm holds the mouth mirror and moves to and fro while the first arm presses on the block.
 class LiveHandsWithAMirror : public LiveHands {
  protected:
   void expect_a_mirror_on_the_same_clock() {

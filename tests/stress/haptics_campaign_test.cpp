@@ -18,7 +18,8 @@ using namespace literals;
 using test::campaign;
 
 TEST(Campaign, AfterAnyNumberOfCutsTheFieldIsStillTheUnionOfTheirBalls) {
-  // Where only balls were taken from a block far inside, the field is the deepest of them, to the float's last digits.
+  // If only balls are removed from a block far below its surface, the field is the largest of their distances, up to
+  // the last digits of a float.
   constexpr const char* kBlock =
       R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 6]}}}]})";
   const haptics::DenseTissue dense = haptics::read_solids(Json::parse(kBlock, "tissue"));
@@ -70,7 +71,7 @@ TEST(Campaign, AfterRandomCutsAndFillingsPatchAndVolumeHaveTheSameBits) {
   plugger.cuts = false;
   plugger.fill = Tissue::kAmalgam;
   const PerTissue before = volume.volumes();
-  // A box of the volume as the servo holds it: dense, cut and filled by the same functions.
+  // A patch: a box of the volume as the servo holds it. It is dense, and it is cut and filled by the same functions.
   haptics::SurfacePatch patch;
   patch.resize(65);
   patch.lo = glm::ivec3(glm::round(frame.to_voxels(dvec3(0)))) - 32;
@@ -105,7 +106,8 @@ TEST(Campaign, AfterRandomCutsAndFillingsPatchAndVolumeHaveTheSameBits) {
     ASSERT_EQ(kept_label[i], patch.tissue[i]) << i;
     ASSERT_TRUE(std::isfinite(kept[i]));
   }
-  // What was put down less what was taken is what is there: tissue by tissue, however often it changed hands.
+  // For each tissue, the volume at the end must equal the volume at the start plus what was put down minus what was
+  // removed.
   const PerTissue after = volume.volumes();
   const double voxel3 = std::pow(frame.voxel, 3);
   double all_before = 0, all_after = 0, all_moved = 0, turnover = 0;

@@ -24,8 +24,7 @@ struct Body {
   dvec3 top;           // m: no tissue is higher
 };
 
-/// A tooth of enamel and dentin with a bore, and all there is where a field's gradient jumps or a body is thinner than
-/// a voxel.
+/// The molar, and bodies in which the field's gradient jumps or which are thinner than a voxel.
 constexpr Body kBodies[] = {
     {"the molar", "assets/teeth/molar.vdb", {6.8_mm, 5.5_mm, 20.5_mm}},
     {"a bored ball of two tissues",
@@ -93,7 +92,7 @@ TEST_P(HostileHand, GainsNoEnergyOnTheWorstShapesBeyondTheSpindlesWork) {
       const bool drills = seed % 3 != 0;
       double work = 0;  // J, of the spindle
       for (int i = 0; i < std::min(left, kHostileRound); ++i) {
-        // Down into the body and up again, so that all of it is met.
+        // Moves down into the body and up again, so that the hand meets all of it.
         const Pose at = hand.next(1e-3);
         const dvec3 p = at.p - dvec3(0, 0, 1.5_mm * (1 - std::cos(2e-3 * kPi * i)));
         const ServoTick& tick = bench.tick({p, at.R}, drills ? 1 : 0);

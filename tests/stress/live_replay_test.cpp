@@ -42,7 +42,8 @@ Nanos simulated() noexcept {
   return g_clock;
 }
 
-/// A hand that goes from place to place in and around a block, turns, drills, changes tools, and fails now and then.
+/// A hand that moves from place to place in and around a block, rotates, drills, changes tools, and sometimes reports a
+/// fault.
 class RandomHand : public haptics::HapticDevice {
  public:
   RandomHand(std::uint64_t seed, int tools) : random_(seed), tools_(tools) {
@@ -121,7 +122,7 @@ struct Counts {
   std::uint64_t ticks = 0, cuts = 0, edits = 0, patches = 0, passed_over = 0, tools = 0;
 };
 
-/// One session in any interleaving, recorded to `file`.
+/// Records one session to `file`. `seed` determines the order in which its threads have their turns.
 void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::path& file, Counts& counts) {
   Random random(seed);
   g_clock = 1'000'000'000;
@@ -168,7 +169,7 @@ void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::
       s.wiring.settings.publish(settings);
     }
     if (random.chance(0.002)) s.wiring.chosen_tool = random.below(5) - 1;
-    // Twice: then a snapshot may be replaced by another one before the servo has seen it.
+    // The carver sometimes has two turns. Then a snapshot may be replaced by another one before the servo has seen it.
     for (int turn = random.chance(0.2) ? 2 : 1; turn > 0; --turn) {
       if (!random.chance(0.2)) carver.turn();
       if (edits && turn > 1 && random.chance(0.3)) s.wiring.tissue_commands.push(TissueCommand::kRedo);
@@ -177,7 +178,8 @@ void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::
   }
   if (random.chance(0.2)) s.wiring.emergency = true;
   if (random.chance(0.5)) carver.turn();
-  // The servo may be in a turn while the carver leaves; whoever ends the session repeats what that turn cut.
+  // The servo may still have a turn while the carver ends. Then whoever ends the session must repeat the cuts of this
+  // turn.
   carver.finish();
   feel(random.below(2));
   s.wiring.stop = true;

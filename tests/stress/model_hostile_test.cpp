@@ -29,7 +29,7 @@ constexpr Body kBodies[] = {
     {"a block", R"({"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [5, 5, 3]}}}]})",
      1.5_mm}};
 
-/// The model's name, with parameters where its defaults take long to set up.
+/// Returns settings with this model. Models that need long to start get smaller parameters than their defaults.
 ServoSettings settings_of(const std::string& model) {
   haptics::Tool bur;
   bur.diameter = bur.length = 1.2_mm;

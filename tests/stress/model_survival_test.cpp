@@ -19,7 +19,7 @@ const std::vector<BenchRow>& rows() {
   return all;
 }
 
-/// Rows of a model that are beyond what passes.
+/// Returns the names of this model's rows whose result is beyond the limit.
 std::set<std::string> failed(const std::string& model) {
   std::set<std::string> names;
   for (const BenchRow& row : rows())
@@ -31,7 +31,8 @@ TEST(Survival, TheDefaultModelSurvivesEveryCampaign) {
   EXPECT_TRUE(failed("offset").empty()) << *failed("offset").begin();
 }
 
-// A thin wall, and a tip whose radius is less than its depth: nothing but a proxy holds these.
+// The two cases are a thin wall, and a tip that is pressed deeper than its radius. Only a model with a proxy can hold
+// them.
 TEST(Survival, APenaltyModelFailsWhereAProxyIsNeeded) {
   EXPECT_EQ(failed("voxel_penalty"),
             (std::set<std::string>{"thin wall, voxel_penalty: escaped", "fast probe, voxel_penalty: holes",

@@ -23,7 +23,8 @@ namespace {
 
 constexpr double kSeconds = 12;
 
-/// Down into a ball of 4 mm, along it, away; sometimes somewhere else from one sample to the next.
+/// Returns a hand that moves down into a ball of 4 mm, along it and away. Sometimes it jumps to another place between
+/// two samples.
 std::string hand_of(std::mt19937& random) {
   const auto uniform = [&](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
   std::string hand = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";

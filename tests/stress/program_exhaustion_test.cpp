@@ -19,7 +19,8 @@ class Exhaustion : public testing::Test {
       "tool": "round_012", "spindle_krpm": 300})");
     folder_.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,3.7,1,0,0,0,1\n0.2,0,0,3.3,1,0,0,0,1\n");
   }
-  /// The least limit under which the program starts at all: what the system's loader needs for its libraries.
+  /// Returns the smallest limit with which the program starts at all. The system's loader needs that much for the
+  /// libraries.
   int least(const std::function<std::string(int)>& limit, int from, int step) const {
     for (int n = from; n < from + 200 * step; n += step) {
       if (folder_.run("--version'", "bash -c 'ulimit -c 0; ulimit " + limit(n) + "; exec").status == 0) return n;
@@ -27,7 +28,8 @@ class Exhaustion : public testing::Test {
     ADD_FAILURE() << "does not start";
     return 0;
   }
-  /// Runs under `limit` (of ulimit) and holds what must hold. True when the program did its work all the same.
+  /// Runs the program under a limit of the command ulimit, and checks that it ends properly. Returns true if the
+  /// program did its work in spite of the limit.
   bool survives(const std::string& limit, const std::string& arguments, const std::string& out) const {
     std::filesystem::remove(folder_ / out);
     const Ran ran = folder_.run(fmt::format(fmt::runtime(arguments), folder_.path().string()) + "'",
@@ -51,7 +53,7 @@ constexpr const char* kSession = "servo {0}/scene.json --hand {0}/hand.csv --out
 constexpr const char* kMesh = "mesh {0}/scene.json --out {0}/out.ply";
 
 TEST_F(Exhaustion, WithFewFileHandlesItWorksOrReportsTheReason) {
-  // As many as the loader needs for the libraries, and a few more.
+  // Tests the number of file handles that the loader needs for the libraries, and a few more.
   const int floor = least([](int n) { return fmt::format("-n {}", n); }, 3, 1);
   int worked = 0;
   for (const int more : {0, 1, 2, 3, 5, 30}) {
@@ -92,7 +94,7 @@ TEST_F(Exhaustion, WithLittleMemoryALiveSessionEndsProperlyWhicheverThreadFails)
 }
 
 TEST_F(Exhaustion, WithAFullDiskNoPartialFileIsLeft) {
-  // Writing beyond the limit fails as on a full disk once its signal is ignored.
+  // If the signal SIGXFSZ is ignored, writing beyond the limit fails in the same way as on a full disk.
   for (const int blocks : {1, 4, 40}) {
     const std::string limit = fmt::format("-f {}; trap \"\" XFSZ", blocks);
     // The limit concerns only files: the program fails because of its output, and not because of its patches.

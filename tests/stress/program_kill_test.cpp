@@ -36,7 +36,7 @@ TEST(KilledProgram, LeavesARecordingThatReplaysExactlyAndLosesAtMostTheLastSecon
     ASSERT_GT(child, 0);
     for (int k = 0; k < 6000 && !std::filesystem::exists(file); ++k)
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    // The first at once: from the moment on at which it has its name it can be opened.
+    // The first session is killed immediately: as soon as its file exists, the file must be readable.
     std::this_thread::sleep_for(std::chrono::milliseconds(i == 0 ? 0 : 100 + random() % 2400));
     ::kill(child, SIGKILL);
     const auto killed = std::chrono::system_clock::now();

@@ -20,7 +20,7 @@
 namespace typodont::test {
 namespace {
 
-/// A hand that comes down every ten seconds, drills along a furrow and leaves again.
+/// Returns a hand that moves down every ten seconds, drills along a furrow and leaves again.
 std::string hand_of(int minutes) {
   std::string hand = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
   for (int i = 0; i < 6 * minutes; ++i) {
@@ -47,8 +47,8 @@ TEST(LongSession, TwiceTheTimeNeedsNoMoreMemoryHandlesOrThreadsAndTwiceTheFileSi
   folder.write("scene.json",
                R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"sphere": {"radius_mm": 4}}}]},
     "tool": "round_012", "spindle_krpm": 300})");
-  // What it was mostly, in the second half: at the start a scene is open for a moment, which one look sees and another
-  // misses.
+  // Returns the most frequent value in the second half of the run. In the first half, the scene's file is open for a
+  // moment, which one run may count and another may not.
   const auto mostly = [](std::vector<std::ptrdiff_t> counts) {
     if (counts.empty()) return std::ptrdiff_t{0};
     const auto middle = counts.begin() + static_cast<std::ptrdiff_t>(3 * counts.size() / 4);
@@ -75,7 +75,7 @@ TEST(LongSession, TwiceTheTimeNeedsNoMoreMemoryHandlesOrThreadsAndTwiceTheFileSi
     all.file_bytes = static_cast<double>(std::filesystem::file_size(folder / "out.h5"));
     return all;
   };
-  // In the first minutes HDF5's own caches fill up.
+  // In the first minutes, the memory grows because HDF5 fills its own caches.
   const Used once = session_of(campaign(3)), twice = session_of(campaign(6));
   EXPECT_LT(twice.memory_kib, 1.05 * once.memory_kib);
   EXPECT_LE(twice.open_files, once.open_files);

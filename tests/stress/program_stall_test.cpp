@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kSeconds = 14;
 
-/// A dentin ball drilled by a hand that goes to and fro, with picture, sound, debris, recording and scores.
+/// A hand drills a dentin ball while it moves to and fro. Picture, sound, debris, recording and scores are on.
 class Stalled : public testing::Test {
  protected:
   Stalled() {

@@ -27,7 +27,7 @@ struct Child {
   int pipe;  // its messages
 };
 
-/// Runs `body(write end)` in a process of its own.
+/// Runs `body` in a child process. The argument of `body` is the end of a pipe for writing.
 template <class Body>
 Child spawn(Body body) {
   int ends[2];
@@ -42,7 +42,8 @@ Child spawn(Body body) {
   return {pid, ends[0]};
 }
 
-/// Records a 1 kHz session in real time, for ever, and says after each millisecond which tick it has handed over.
+/// Records a session at 1 kHz in real time without an end. After each millisecond it writes to `out` which tick it has
+/// given to the recorder.
 void record_for_ever(const std::filesystem::path& file, int out) {
   SessionWriter writer(file, some_header());
   Random random(11);
@@ -72,7 +73,7 @@ void record_for_ever(const std::filesystem::path& file, int out) {
 
 TEST(KilledRecording, LosesAtMostTheLastSecondAndOpens) {
   TemporaryFolder folder;
-  // At moments that fall before, at and between the flushes.
+  // Kills the recording at moments before, at and between the times at which the recorder writes to the disk.
   for (const int kill_after_ms : {40, 530, 777, 1031, 1444, 2063}) {
     const auto file = folder / ("killed_" + std::to_string(kill_after_ms) + ".h5");
     const Child child = spawn([&](int out) { record_for_ever(file, out); });
@@ -98,7 +99,7 @@ TEST(KilledRecording, LosesAtMostTheLastSecondAndOpens) {
       EXPECT_FALSE(reader.result());
       EXPECT_GE(reader.tick_count() + 1000, handed_over) << "killed after " << kill_after_ms << " ms";
       EXPECT_EQ(reader.header().scene_json, some_header().scene_json);
-      // What is there is right, and every tick has its cuts and its patch.
+      // The recorded ticks must be correct, and every tick must have its cuts and its patch.
       Random random(11);
       const auto ticks = reader.ticks();
       for (std::size_t i = 0; i < ticks.size(); ++i) {
@@ -122,7 +123,7 @@ TEST(LiveRecording, AnotherProcessCanReadItAndSeesThatItIsStillBeingRecorded) {
   TemporaryFolder folder;
   int go[2];
   ASSERT_EQ(pipe(go), 0);
-  // The reader starts before the writer opens the file: HDF5 shares files it has open with its own process.
+  // The reader's process starts before the writer opens the file, because HDF5 shares an open file within one process.
   const Child child = spawn([&](int out) {
     char byte;
     if (read(go[0], &byte, 1) != 1) _exit(1);
@@ -237,7 +238,8 @@ TEST(DamagedFile, IsNeverReadWithWrongContent) {
   int detected = 0;
   for (int i = 0; i < 400; ++i) {
     std::string bytes = whole;
-    // The first bytes hold the superblock and the header: damage there half of the time.
+    // The first bytes contain the superblock and the header of the file. In half of the runs, only these bytes are
+    // damaged.
     const std::size_t range = i % 2 ? bytes.size() : std::min<std::size_t>(bytes.size(), 20'000);
     for (std::uint64_t k = 0; k < 1 + random() % 4; ++k) {
       bytes[random() % range] = static_cast<char>(random());

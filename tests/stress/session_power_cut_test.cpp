@@ -28,7 +28,7 @@
 
 namespace {
 
-/// One step that the disk sees. Files are told apart by their inode: a rename does not change which file it is.
+/// One step that the disk sees. Files are identified by their inode, because a rename does not make a new file.
 struct Step {
   enum class Kind { kWrite, kResize, kSync, kSyncFolder, kMake, kRename, kRemove } kind;
   ino_t file = 0;
@@ -45,7 +45,7 @@ struct DiskLog {
 };
 DiskLog g_disk;
 
-/// The name within the watched folder; empty: another place.
+/// Returns the name within the watched folder. Returns an empty text for a path in another folder.
 std::string name_in_folder(const std::string& path) {
   const std::filesystem::path p(path);
   return g_disk.on && p.parent_path() == g_disk.folder ? p.filename().string() : "";
@@ -78,7 +78,7 @@ F next(const char* name) {
 
 }  // namespace
 
-// The recorder's calls, in place of the C library's.
+// The following functions replace the C library's functions that the recorder calls.
 extern "C" {
 int open(const char* path, int flags, ...) {
   static const auto real = next<int (*)(const char*, int, ...)>("open");
@@ -145,7 +145,7 @@ struct Image {
 
   std::string after_power_cut(std::mt19937_64& random) const {
     std::string bytes = synced;
-    // Lengths are kept in their order; contents are not.
+    // A power cut keeps changes of the file's length in their order, but contents may be written in any order.
     const std::size_t lengths = then.empty() ? 0 : random() % (then.size() + 1);
     for (std::size_t i = 0; i < lengths; ++i) {
       const Step& s = *then[i];

@@ -33,7 +33,8 @@ struct XrStates : testing::Test {
     servo.tool.diameter = 1.6e-3;
   }
 
-  /// Runs a session of so many frames (or of so many turns without any), then asks it to end and follows it there.
+  /// Runs a session of `frames` frames (or of as many turns if there are no frames). Then asks the session to end, and
+  /// follows its states to the end.
   Outcome run(int frames) {
     Outcome out;
     display::RuntimeGate gate;
@@ -109,7 +110,8 @@ TEST_F(XrStates, AThousandFramesWithRandomChangesOfStateBreakNoRule) {
   EXPECT_EQ(xr.violations(), "");
 }
 
-/// Every event, fired on entering every state. What must come of it: the session goes on, ends, or is lost.
+/// One case sends one event when the runtime enters one state. Afterwards the session must continue, end or be lost, as
+/// the case states.
 struct EventCase {
   const char* event;
   enum { kGoesOn, kLeft, kLost } end;
@@ -141,7 +143,7 @@ TEST_P(XrEventAtState, EveryEventIsHandledInEveryState) {
   for (const EventCase& c : kEvents) {
     const std::string state = GetParam();
     SCOPED_TRACE(fmt::format("{} in {}", c.event, state));
-    // To come to STOPPING at all, the session is stopped at its eighth frame.
+    // The state STOPPING occurs only if something stops the session. So the runtime stops it at the eighth frame.
     const std::string stop = state == "STOPPING" ? R"({"frame": 8, "event": "stop", "count": 3}, )" : "";
     xr.script(fmt::format("{}, \"events\": [{}{{\"state\": \"{}\", {}}}]", kSmall, stop, state, c.event));
     const Outcome out = run(14);
@@ -191,7 +193,7 @@ TEST_F(XrStates, AFailureOfAnyCallEndsTheSessionProperly) {
                            "xrReleaseSwapchainImage",
                            "xrEndFrame"}) {
     SCOPED_TRACE(call);
-    // Calls of the set-up fail in the middle of it; calls of a frame in the seventh.
+    // Calls of the setup fail during the setup. Calls of a frame fail in the seventh frame.
     const bool early = std::string(call).starts_with("xrCreate") || std::string(call).starts_with("xrEnum") ||
                        std::string(call).starts_with("xrSuggest") || std::string(call).starts_with("xrAttach") ||
                        std::string(call) == "xrBeginSession";
@@ -233,7 +235,8 @@ struct XrPlaces : XrStates {
     return all;
   }
   static dvec3 between(const display::HmdFrame& f) { return 0.5 * (f.eyes[0].position + f.eyes[1].position); }
-  /// The work as the eyes see it: to the right, up, away; m of the room.
+  /// Returns the position of the work as the eyes see it: to the right, up, and away from the user, in metres of the
+  /// room.
   dvec3 seen_work(const display::HmdFrame& f) const {
     return rig.hmd.magnify * (glm::conjugate(f.X_WH.R) * (kWork - between(f)));
   }
@@ -241,7 +244,8 @@ struct XrPlaces : XrStates {
 
 TEST_F(XrPlaces, TheWorkIsPlacedBeforeTheUserAtTheStartAndByTheButton) {
   rig.hmd.magnify = 4;
-  // After frame 12 the user sits elsewhere and has turned by 90 degrees to the left; at frame 20 the button is pressed.
+  // After frame 12 the user sits at another place and has turned by 90 degrees to the left. At frame 20 the user
+  // presses the button.
   xr.script(R"("view_size": [48, 32], "profile": "/interaction_profiles/htc/vive_controller",
     "head": [{"frame": 0, "p": [0.3, 1.4, 0.2]}, {"frame": 11, "p": [0.3, 1.4, 0.2]},
              {"frame": 12, "p": [1, 1.2, -2], "q": [0.70710678, 0, 0.70710678, 0]}],
@@ -252,7 +256,7 @@ TEST_F(XrPlaces, TheWorkIsPlacedBeforeTheUserAtTheStartAndByTheButton) {
   EXPECT_LT(glm::length(seen_work(all[9]) - wanted), 1e-5);
   EXPECT_GT(glm::length(seen_work(all[16]) - wanted), 1.0);
   EXPECT_LT(glm::length(seen_work(all[28]) - wanted), 1e-5);
-  // The user sits on the side of W's negative y, upright along z.
+  // The user sits at negative y of frame W and looks along +y. The user's head is upright along z.
   EXPECT_LT(glm::length(all[28].X_WH.rotate({0, 0, -1}) - dvec3(0, 1, 0)), 1e-5);
   EXPECT_LT(glm::length(all[28].X_WH.rotate({0, 1, 0}) - dvec3(0, 0, 1)), 1e-5);
 }

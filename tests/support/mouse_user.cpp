@@ -28,13 +28,13 @@ constexpr double kInto = 0;            // m that a stroke may enter the ideal
 constexpr double kJoined = 0.8e-3;     // m; strokes that are closer are connected without lifting
 constexpr double kOver = 1.0e-3;       // m above everything, height of travel
 
-/// A point to reach, and whether the drill is on along the way.
+/// A point that the tool should reach, and whether the drill is on along the path to this point.
 struct Goal {
   dvec3 p;
   bool cut;
 };
 
-/// Plans from the present tissue to the ideal. `top`: m, W, height above which there is no obstacle.
+/// Plans the points from the present tissue to the ideal. `top`: height (m, frame W) above which there is no obstacle.
 std::vector<Goal> goals_of(const TaskEvaluator& judge, const haptics::TissueVolume& tissue, const Scene& scene,
                            double top) {
   const haptics::Tool& tool = haptics::tool_set(scene.servo)[0];
@@ -139,7 +139,7 @@ MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig
         }
         aim = goals[next].p;
         way -= far;
-        // Turn a corner only when the tool has reached it.
+        // The user turns a corner only after the tool has reached it.
         if (goals[next].cut && glm::length(tick.X_WG.p - aim) > 0.5 * kLead && waited <= kPatience) break;
       }
     }

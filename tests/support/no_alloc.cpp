@@ -34,7 +34,8 @@ void* operator new(std::size_t size, std::align_val_t a) {
 void* operator new[](std::size_t size, std::align_val_t a) {
   return allocate(size, static_cast<std::size_t>(a));
 }
-// The standard library's temporary buffers use these; a sanitizer's version would not match the delete below.
+// The standard library uses these functions for its temporary buffers. A sanitizer's own version would not match the
+// delete below.
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   if (t_counting) ++t_count;
   return std::malloc(size ? size : 1);

@@ -1,4 +1,4 @@
-// For tests of the surface: bricks sampled from formulas, and checks of meshes.
+// Functions for tests of the surface: they sample bricks from formulas and check meshes.
 #pragma once
 
 #include <functional>

@@ -20,7 +20,8 @@ struct Body {
     const double h = std::clamp(0.5 + 0.5 * (b - a) / k, 0.0, 1.0);
     return b + (a - b) * h - k * h * (1 - h);
   }
-  /// Outer shape: a rounded crown with four cusps and a cross of grooves, and a tapered root. mm, negative inside.
+  /// Returns the signed distance (mm, negative inside) of the outer shape: a rounded crown with four cusps and two
+  /// crossing grooves, and a tapered root.
   static double form(const dvec3& p) {
     const double crown = (std::pow(std::pow(std::abs(p.x) / 5.0, 3.0) + std::pow(std::abs(p.y) / 4.5, 3.0), 2.0 / 3.0) +
                           std::pow((p.z - 0.3) / 3.6, 2.0));
@@ -62,7 +63,8 @@ std::vector<render::MeshUpdate> tooth_mesh(double cavity, double cell_m) {
     for (int y = lo.y; y <= hi.y; ++y)
       for (int x = lo.x; x <= hi.x; ++x) field[at({x, y, z})] = body(dvec3(x, y, z) * h);
 
-  // Surface nets: one vertex in each cell that the surface crosses, one quad around each edge that it crosses.
+  // Makes a surface net: one vertex in each cell that the surface crosses, and one quad around each edge that it
+  // crosses.
   const auto vertex = [&](const ivec3& c, bool decayed) {
     dvec3 sum(0);
     int crossings = 0;
@@ -84,7 +86,7 @@ std::vector<render::MeshUpdate> tooth_mesh(double cavity, double cell_m) {
     render::Vertex v;
     v.p = glm::vec3(p * 1e-3);
     v.n = glm::vec3(glm::normalize(g));
-    // The boundary lies where the fraction passes one half.
+    // The boundary of the decay is where its fraction is one half.
     const dvec3 inside = p - glm::normalize(g) * 0.05;
     v.tissue = decayed ? std::array{Tissue::kDentin, Tissue::kCaries} : std::array{Tissue::kEnamel, Tissue::kDentin};
     v.second =

@@ -54,7 +54,7 @@ TEST(Handpieces, EveryPartOfEveryShippedHandpieceIsAClosedFiniteSolidWithFewTria
           ASSERT_TRUE(is_finite(dvec3(v.p)) && is_finite(dvec3(v.n)) && is_finite(dvec3(v.around))) << name << i;
           ASSERT_NEAR(glm::length(v.n), 1, 1e-4) << name << i;
         }
-        // Each edge between two places belongs to as many triangles in one direction as in the other.
+        // For each edge between two positions, as many triangles must use it in one direction as in the other.
         std::map<std::array<float, 6>, int> edges;
         double volume = 0;
         for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
@@ -135,7 +135,8 @@ TEST(Handpieces, TheBodyTurnsSteadilyWithTheAxisOfAHandThatGivesOnlyTheAxis) {
   for (int i = 0; i < 20'000; ++i) {
     const dvec3 next = glm::normalize(axis + dvec3(step(random), step(random), step(random)));
     if (next.z < std::cos(120 * kDegree)) continue;  // the tool points up into the hand only beyond this
-    // At 120° from W's z, a change of the axis turns the body at most by 1 / cos² 60° of it, besides the tilt itself.
+    // At 120° from W's z axis, a change of the tool's axis turns the body by at most 1 / cos² 60° = 4 times this
+    // change, and additionally tilts it by the change itself. Together this is a factor of 5.
     const double turned = glm::length(body(next) - body(axis)), moved = glm::length(next - axis);
     ASSERT_LE(turned, 5 * moved + 1e-12) << "at z = " << next.z;
     axis = next;

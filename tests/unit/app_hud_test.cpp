@@ -21,7 +21,7 @@ using session::Language;
 
 constexpr Language kLanguages[] = {Language::kEnglish, Language::kGerman, Language::kChinese};
 
-/// Keys of the catalogue whose texts can appear over a picture.
+/// Returns the catalogue keys whose texts can appear over a picture.
 std::vector<std::string> keys_over_pictures() {
   std::vector<std::string> keys;
   for (const std::string_view key : session::catalogue_keys())
@@ -40,7 +40,7 @@ std::size_t placeholders(std::string_view text) {
   return count;
 }
 
-/// Tool, speed, force and the longest hint of a session.
+/// Returns texts with a tool, a speed, a force and the longest hint of a session.
 Hud hud_in(Language language) {
   Hud hud;
   hud.visible = true;

@@ -135,7 +135,7 @@ TEST(LabelBlocks, HaveTheLabelsOfTheVolumeAndCanBeReleased) {
   }
 }
 
-/// Live views beside a carver that answers as the bench's does.
+/// Live views of a session, and in the place of the carver a loop that answers requests as a carver does.
 struct Watched {
   static constexpr glm::ivec2 kPicture{160, 120};
   Scene scene =
@@ -171,8 +171,8 @@ struct Watched {
     ++wiring.tissue_version;
     show();
   }
-  /// Turns of carver and picture for so long, and until all that was wanted is made; pixels of the last frame that show
-  /// tissue.
+  /// Gives carver and picture `count` turns, and more until everything that was requested has been made. Returns the
+  /// number of pixels of the last frame that show tissue.
   int turns(int count) {
     constexpr int kMost = 6000;  // a slow machine, a sanitizer
     for (int i = 0; i < count || (views.making(Eyes::kTrainee) && i < kMost); ++i) {
@@ -208,7 +208,8 @@ TEST(LiveViews, ASectionFollowsTheCutAndAnotherViewReplacesIt) {
   EXPECT_FALSE(watched.views.making(Eyes::kTrainee));
   watched.cut_to(2);
   const int after = watched.turns(160);
-  // The face is a disc of the ball's radius: 4/9 of it is left, as far as it is bright.
+  // The cut face is a disc with the radius of the ball, so 4/9 of its area remains. Only bright pixels count, so the
+  // limits are wide.
   EXPECT_GT(static_cast<double>(after) / before, 0.25);
   EXPECT_LT(static_cast<double>(after) / before, 0.6);
   watched.look_as(render::View::kXray);
@@ -233,7 +234,7 @@ TEST(LiveViews, WithoutAViewThereIsNoWorkAndUnchangedTissueIsNotReadTwice) {
   }
 }
 
-/// The carver's thread alone, at a brush's strokes.
+/// The carver's thread of a session, without the other threads. The test gives it strokes of a brush.
 struct Carved {
   Scene scene =
       parse_scene(Json::parse(R"({"tissue": {"solids": []}, "tool": "round_012"})", "scene.json"), "scene.json");
@@ -248,7 +249,7 @@ struct Carved {
     while (session.wiring.bricks.pop(batch)) delete batch;
   }
   void start() { carver = std::jthread(carver_thread, std::ref(session)); }
-  /// One that the carver answers within ten seconds.
+  /// Paints a stroke. Returns true if the carver answers within ten seconds.
   bool paint(const PaintStroke& stroke) {
     strokes.push_back(stroke);
     const std::uint64_t before = session.wiring.tissue_version;
@@ -319,7 +320,8 @@ TEST(CarverThread, DoesNotWaitForTissueThatIsBeingSaved) {
   std::filesystem::create_directories(folder);
   Carved carved;
   carved.session.save = folder + "/tissue.vdb";
-  // It is saved into a pipe, which is opened here and not read yet.
+  // The tissue is saved into a pipe. The test opens the pipe but does not read it yet, so the saving takes as long as
+  // the test wants.
   const std::string pipe = carved.session.save.string();
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   const int reader = ::open(pipe.c_str(), O_RDONLY | O_NONBLOCK);

@@ -47,7 +47,7 @@ std::vector<Corner> corners(const SurroundingMesh& mesh) {
   return out;
 }
 
-/// The scene with mirrored copies of its tooth as neighbours.
+/// Returns the scene with mirrored copies of its tooth as neighbours.
 Scene scene_with_copies() {
   Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   scene.surroundings = read_surroundings(Json::parse(R"({"neighbours": [
@@ -156,7 +156,7 @@ TEST_F(Around, TheirSectionFaceCoversTheWholeCut) {
 }
 
 TEST_F(Around, BricksMarkedAsCoveredAreInsideTheGum) {
-  // From a corner of the uncut tooth below the plane, straight out, one leaves the gum: so the corner lay within it.
+  // A straight line from a corner of a covered brick outwards must leave the gum. Then the corner is inside the gum.
   struct Triangle {
     dvec3 a, ab, ac;
   };
@@ -197,7 +197,7 @@ TEST(SurfaceTolerance, FollowsThePixelsOfTheScreen) {
   const display::DisplayRig bench = display::load_rig(assets_folder() / "rigs/mirror.json");
   EXPECT_LT(surface_tolerance(closeup, 134e-6), 0.15f);
   EXPECT_GT(surface_tolerance(bench, 134e-6), 0.5f);
-  // Coarser triangles where a pixel is larger.
+  // Where a pixel is larger, there must be fewer and larger triangles.
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
   const auto triangles = [&](const display::DisplayRig& rig) {
@@ -255,7 +255,8 @@ TEST_F(Around, TheCoarseMeshesHaveTheSameShapeWithFewerTriangles) {
 }
 
 TEST_F(Around, TheCoarseMeshesAreShadedSmoothly) {
-  // Corners at one place: a neighbour whose triangles each have a normal of their own looks shattered.
+  // Compares the normals of corners at the same position. If each triangle had its own normal, the neighbour tooth
+  // would look broken into pieces.
   for (const SurroundingMesh& mesh : {std::cref(meshes[0]), std::cref(meshes[1])}) {
     std::map<std::array<int, 3>, std::vector<glm::vec3>> places;
     for (const auto& b : mesh.coarse)
@@ -515,7 +516,8 @@ TEST(WhatShowsThrough, ThinEnamelShowsItsDentinAndThickEnamelNone) {
   EXPECT_LT(far / fars, 0.05);
 }
 
-/// A ball of dentin, radius 4 mm, and the same ball from which a scene prepared a shaft of 2 mm radius.
+/// Returns a scene with a ball of dentin of 4 mm radius. With `prepare`, the scene removes a shaft of 2 mm radius from
+/// the ball.
 Scene ball_scene(const char* prepare) {
   const std::string text = fmt::format(
       R"({{"tissue": {{"voxel_mm": 0.1, "band_mm": 1.5, "solids": [

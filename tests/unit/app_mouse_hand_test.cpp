@@ -28,10 +28,11 @@ TEST(MouseHand, AClickShorterThanAFrameReachesTheServo) {
   Pointer pointer(rig_named("window.json"), {0, 0, 0}, 0.15_mm);
   display::UserInput input;
   EXPECT_EQ(pointer.follow(input, kFrame).pedal, 0);
-  input.left = true;  // what the window tells of a button that went down and up between two frames
+  input.left = true;  // input.left is true if the button was pressed and released between two frames
   EXPECT_EQ(pointer.follow(input, 2 * kFrame).pedal, 1);
   input.left = false;
-  // The next look may come at once: before a servo of 1 kHz has read the last one.
+  // The next call may come so early that a servo at 1 kHz has not read the last result. So the pedal must still be
+  // down.
   EXPECT_EQ(pointer.follow(input, 2 * kFrame + 1000).pedal, 1);
   EXPECT_EQ(pointer.follow(input, 4 * kFrame).pedal, 1);
   EXPECT_EQ(pointer.follow(input, 6 * kFrame).pedal, 0);
@@ -111,7 +112,7 @@ TEST(MouseHand, RightButtonAndShiftTiltTheToolAboutItsHeadWithoutAJump) {
       const auto shank = [](const haptics::HandSample& s) { return s.X_WT.R * dvec3(0, 0, 1); };
       display::UserInput input;
       const haptics::HandSample before = pointer.follow(input, 0);
-      // As the user sees it: towards his right, and towards him.
+      // Directions as the user sees them: to the user's right, and towards the user.
       const dvec3 right = rig.head.right, toward = glm::normalize(rig.head.eye_center - before.X_WT.p);
       (by_key ? input.shift : input.right) = true;
       input.pointer = rig.mirror ? glm::dvec2(-0.2, 0) : glm::dvec2(0.2, 0);  // a mirror turns the picture
@@ -123,7 +124,8 @@ TEST(MouseHand, RightButtonAndShiftTiltTheToolAboutItsHeadWithoutAJump) {
       after = pointer.follow(input, 2 * kFrame);
       EXPECT_GT(glm::dot(shank(after) - upright, dvec3(toward.x, toward.y, 0)), 0.05) << name;
 
-      // Let go: it stays, and is under the pointer again once that has moved on, in small steps.
+      // After the button is released, the tool stays. When the pointer moves on, the tool returns to the pointer in
+      // small steps.
       input.right = input.shift = false;
       dvec3 last = pointer.follow(input, 3 * kFrame).X_WT.p;
       EXPECT_NEAR(glm::length(last - before.X_WT.p), 0, 1e-12);

@@ -19,7 +19,8 @@ constexpr const char* kScene = R"({"name": "lesion", "tissue": {"voxel_mm": 0.2,
   "task": {"title": "Lesion", "goal": "Take it out.", "ideal": {"remove_tissue": ["caries"]}, "rules": [
     {"name": "over_cut_mm3", "target": 0, "tolerance": 4, "weight": 25, "source": "a test"}]}})";
 
-// Into the lesion and out again, within a second: no judgement made meanwhile can be of the tissue at the end.
+// The hand moves into the lesion and out of it within a second. This is so fast that no score is computed between its
+// last cut and the end.
 constexpr const char* kHand =
     "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,4.5,1,0,0,0,1\n"
     "0.3,0,0,3.6,1,0,0,0,1\n0.9,0.2,0,1.8,1,0,0,0,1\n1.0,0,0,4.5,1,0,0,0,0\n";

@@ -33,7 +33,8 @@ const ToothRow& lower_row() {
   return row;
 }
 
-/// Least sum of two distances near the middle between two teeth: twice the gap, negative if they overlap.
+/// Returns the smallest sum of two distances near the middle between two teeth. It is twice the gap, and negative if
+/// the teeth overlap.
 template <class First, class Second>
 double gap(First&& first, Second&& second, const dvec3& middle, const dvec3& reach) {
   double least = 1;

@@ -35,7 +35,7 @@ std::vector<float> heard(const std::vector<float>& mono, const EarAngles& angles
   return stereo;
 }
 
-/// Complex amplitude of one channel at a frequency, over a whole number of seconds after the start.
+/// Returns the complex amplitude of one channel at a frequency, over a whole number of seconds after the start.
 std::complex<double> amplitude(const std::vector<float>& stereo, int channel, double frequency) {
   std::complex<double> sum = 0;
   const std::size_t from = 4800, count = stereo.size() / 2 - from;
@@ -47,7 +47,8 @@ std::complex<double> amplitude(const std::vector<float>& stereo, int channel, do
   return 2.0 * sum / static_cast<double>(count);
 }
 
-/// The angles of a distant source, `azimuth` to the right of straight ahead.
+/// Returns the angles between the two ears' directions and a distant source, which is `azimuth` to the right of
+/// straight ahead.
 EarAngles at(double azimuth) {
   const double right = std::acos(std::sin(azimuth));
   return {kPi - right, right};
@@ -115,8 +116,8 @@ TEST(Binaural, IsTheSameInBothEarsStraightAhead) {
 }
 
 TEST(Binaural, MovesWithoutClicks) {
-  // A source that jumps from one ear to the other every 0.1 s: between two samples no channel changes faster than the
-  // sine itself can, with the delay's motion and the shadow's gain of 2.
+  // The source jumps from one ear to the other every 0.1 s. Between two samples, a channel may not change faster than
+  // the sine itself can, including the change of the delay and the shadow's gain of 2.
   Binaural ears(kRate);
   const double frequency = 1000;
   const auto x = sine(frequency, 48000);

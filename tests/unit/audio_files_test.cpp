@@ -110,7 +110,8 @@ TEST_F(Files, OfVoicesNameTheirModelsAndTissues) {
   EXPECT_THAT(refusal([&] { load_sound_models(folder_ / "v.json"); }), HasSubstr("cheese"));
 }
 
-// A voice whose file says how loud its drill is at work has that level, for any levels that its sound allows.
+// A voice's file states how loud the drill is at work. The voice must have this level, for any levels that its sound
+// allows.
 TEST_F(Files, OfVoicesSayHowLoudTheDrillIsAtWork) {
   write_text(folder_ / "idle.json", to_json(resonance(0.5, 0.9, 0.02)));
   const auto voice = [&](double level, double high) {

@@ -41,7 +41,7 @@ TEST(Levinson, RecoversTheReflectionCoefficientsOfAModelsSpectrum) {
   EXPECT_NEAR(gain, model.gain, 1e-9);
 }
 
-// h[n] = r^n sin((n+1)θ)/sin θ for a pole pair at r e^±jθ.
+// Impulse response of a pair of poles at r e^±jθ: h[n] = r^n sin((n+1)θ)/sin θ.
 double resonance_response(double r, double theta, int n) {
   return std::pow(r, n) * std::sin((n + 1) * theta) / std::sin(theta);
 }
@@ -112,7 +112,7 @@ TEST(Lattice, KeepsUnitVarianceAtEveryStage) {
 
 TEST(Gate, SendsIllConditionedModelsToTheLattice) {
   EXPECT_EQ(ArFilter(resonance(0.9, 1.0)).form(), ArFilter::Form::kFloat);
-  // Forty poles crowded at one place: the predictor's coefficients grow like binomials.
+  // Forty poles lie close together, so the predictor's coefficients become as large as binomial coefficients.
   std::vector<double> a = {1.0};
   for (int i = 0; i < 40; ++i) {
     std::vector<double> next(a.size() + 1, 0.0);

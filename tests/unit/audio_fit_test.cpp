@@ -16,7 +16,8 @@ using ::testing::HasSubstr;
 
 constexpr std::size_t kLength = 100000;
 
-// Asymptotic covariance of an AR(2) estimate (Box & Jenkins): var a1 = var a2 = (1 − a2²)/n.
+// Compares with the asymptotic variance of the estimated AR(2) coefficients (Box & Jenkins): var a1 = var a2 = (1 −
+// a2²)/n.
 void expect_recovery(Estimate (*estimate)(std::span<const double>)) {
   const ArModel truth = resonance(0.9, 0.7);
   const auto a = step_up(truth.reflection);
@@ -71,7 +72,8 @@ TEST(Burg, WithAWindowStillRecoversTheModel) {
 }
 
 TEST(ModifiedCovariance, ThatComesOutUnstableIsReplacedByTheStableModelOfItsSpectrum) {
-  // A growing oscillation of few samples: least squares puts poles outside the circle.
+  // The sound is a growing oscillation of few samples. For such a sound, least squares gives poles outside the unit
+  // circle.
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0, 0.02);
   int replaced = 0;
@@ -92,7 +94,7 @@ TEST(Criteria, ChooseTheTrueOrder) {
   const auto x = sound_of(truth, 20000, 7);
   const auto estimate = burg(x, 40);
   EXPECT_EQ(best_order(estimate.by_order, x.size(), Criterion::kBayes), 6u);
-  // Akaike's may take a few more, never fewer.
+  // Akaike's criterion may choose a higher order, but never a lower one.
   const auto akaike = best_order(estimate.by_order, x.size(), Criterion::kAkaike);
   EXPECT_GE(akaike, 6u);
   EXPECT_LE(akaike, 16u);
@@ -226,7 +228,7 @@ TEST_F(Recording, FittedAtAHigherRateStaysStableThoughTheUpperBandIsEmpty) {
   EXPECT_NEAR(10 * std::log10(power_of(report.model)), report.level_dB, 0.1);
 }
 
-/// A drill that runs up, idles, works twice under 5 dB more, idles and runs down.
+/// Returns the sound of a drill that starts, idles, works twice at 5 dB more, idles and stops.
 std::vector<double> session() {
   std::vector<double> x = sound_of(resonance(0.6, 1.0, 0.02), 10 * 48000, 9);
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -270,8 +272,8 @@ TEST_F(Recording, ThatIsNotSteadyIsFittedWithAWarning) {
   EXPECT_EQ(fit(sound_of(resonance(0.6, 1.0, 0.02), 3 * 48000, 1)).model.notes, "");
 }
 
-/// A whistle of mean amplitude 0.05 over a hiss. Its amplitude varies by `varies` (of its mean), its frequency by
-/// `wanders` Hz, both slowly.
+/// Returns a whistle with a mean amplitude of 0.05 over noise. Its amplitude varies slowly by the fraction `varies`,
+/// and its frequency by `wanders` (Hz).
 std::vector<double> whistle(double frequency, double varies, double wanders, std::uint64_t seed) {
   std::vector<double> x = sound_of(resonance(0.6, 1.0, 0.004), 6 * 48000, seed);
   const double slow = 0.999;  // about 8 Hz: faster than a drift
@@ -328,7 +330,7 @@ TEST_F(Recording, TellsTheRotorByItsHarmonicSeries) {
   EXPECT_EQ(fit(sound_of(resonance(0.6, 1.0, 0.02), 3 * 48000, 1)).model.spindle, 0);
 }
 
-// The two recordings in assets/sounds: the paper's order against what was recorded.
+// Compares the model of the paper's order with the two recordings in assets/sounds.
 TEST(ShippedRecordings, AreMatchedWithinHalfADecibelUpTo16kHz) {
   FitOptions options;
   const auto micromotor = fit_recording("assets/sounds/micromotor_steady.wav", options);

@@ -17,7 +17,7 @@ namespace {
 using namespace typodont::test;
 using ::testing::HasSubstr;
 
-/// Marks the sample nearest to each of a list of times.
+/// A source that marks the sample nearest to each of a list of times.
 struct Marker {
   std::vector<Nanos> ticks;
   double rate = 48000;
@@ -40,7 +40,7 @@ struct Marker {
   AudioSource source() { return {this, &render, &rate_changed}; }
 };
 
-/// A card whose clock and failures are ours.
+/// An emulated sound card. The test controls its clock and its failures.
 struct Card {
   StreamRequest request;
   double rate = 48000;
@@ -111,7 +111,8 @@ TEST(Output, ToAFileContainsEverySampleAndTicksAtTheirTimes) {
 }
 
 TEST(Output, OnADeviceATickSoundsWithinOneBufferAndTwoMilliseconds) {
-  // Callbacks of a card 40 ppm off, that the scheduler delays by 0.1 ms on average and 2 ms at times.
+  // The card's clock is wrong by 40 ppm. The scheduler delays its callbacks by 0.1 ms on average, and sometimes by 2
+  // ms.
   Card card;
   DeviceOutput output(std::make_unique<FakeBackend>(card), "", {});
   Marker marker;
@@ -139,7 +140,8 @@ TEST(Output, OnADeviceATickSoundsWithinOneBufferAndTwoMilliseconds) {
   }
   ASSERT_GT(delays.size(), 10000u);
   const double mean = std::accumulate(delays.begin(), delays.end(), 0.0) / static_cast<double>(delays.size());
-  // The session's zero lay between `start` and `begun`: how long that took on a busy machine is not the output's delay.
+  // The session's time zero is between `start` and `begun`. On a busy machine this may take long, but it is not a delay
+  // of the output.
   EXPECT_LT(mean - to_seconds(begun - start), 256 / 48000.0 + 2e-3);
   EXPECT_GT(mean, 256 / 48000.0);
   for (const double d : delays) EXPECT_NEAR(d, mean, 1e-4);

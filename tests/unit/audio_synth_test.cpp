@@ -21,7 +21,7 @@ using namespace typodont::test;
 constexpr double kRate = 48000;
 constexpr double kFree = 300 * kKrpm;
 
-/// A drill with one clear line at 3 kHz over a broad hill.
+/// Returns a drill whose sound is one clear line at 3 kHz over a broad maximum.
 SoundModels drill() {
   SoundModels models;
   const double line = 2 * kPi * 3000 / kRate, hill = 2 * kPi * 6000 / kRate;
@@ -35,7 +35,8 @@ SoundModels drill() {
     }
     a = next;
   }
-  // Step-down by hand of the tests' own predictor, through the model's stated convention.
+  // Converts the predictor's coefficients to reflection coefficients by the step-down recursion. This test has its own
+  // version of it, which uses the convention that the model states.
   std::vector<double> k(a.begin() + 1, a.end());
   models.idle = model_of({}, 0.002);
   for (std::size_t m = k.size(); m-- > 0;) {
@@ -49,7 +50,8 @@ SoundModels drill() {
   return models;
 }
 
-/// The same without the line, whose slow swelling would hide what the rest does.
+/// Returns the same sound without the line, because the line's slow variation would hide the effects that a test looks
+/// for.
 SoundModels hiss() {
   SoundModels models;
   models.idle = resonance(0.5, 0.9, 0.03);
@@ -97,7 +99,7 @@ double strongest_line(const std::vector<float>& y, double from, double to) {
   return lines.empty() ? 0 : lines.front().frequency;
 }
 
-/// Level in dB of a part of the sound between two frequencies in Hz.
+/// Returns the level (dB) of a sound between two frequencies (Hz).
 double band_dB(const std::vector<float>& y, double from, double to, double low, double high) {
   constexpr std::size_t kPoints = 2048;
   const auto power = welch(part(y, from, to), kPoints, kRate);
@@ -140,7 +142,7 @@ TEST(DrillSynth, IdlesWithTheSpectrumAndLevelOfItsModel) {
   EXPECT_LT(std::sqrt(squares / counted), 1.0);
 }
 
-/// hiss() with a whistle at 3.2 kHz whose amplitude varies by 0.17 and whose frequency by 6 Hz.
+/// Returns hiss() with a whistle at 3.2 kHz. Its amplitude varies by the fraction 0.17, and its frequency by 6 Hz.
 SoundModels whistling() {
   SoundModels models = hiss();
   models.idle.lines = {
@@ -156,7 +158,8 @@ TEST(DrillSynth, SoundsALineAsASinusoidThatVariesAsMuchAsTheModels) {
   EXPECT_NEAR(heard.own_variation(), 0.17, 0.034);  // within 20 %; noise of the same spectrum varies by 0.52
 }
 
-// The lines of a real drill: each varies in the output as it does in the recording, both measured in the same way.
+// Each line of a real drill's sound must vary in the output as much as in the recording. Both are measured in the same
+// way.
 TEST(DrillSynth, SoundsEachLineOfTheMicromotorAsUnsteadyAsItsRecording) {
   const FitReport report = fit_recording("assets/sounds/micromotor_steady.wav", {});
   ASSERT_GE(report.model.lines.size(), 8u);
@@ -224,7 +227,7 @@ TEST(DrillSynth, GrowsBrighterWithForce) {
   EXPECT_GT(centroid(hard, 0, 3), centroid(soft, 0, 3) + 100);
 }
 
-/// Bursts a second: maxima of the power in windows of 2 ms that are three times the mean.
+/// Returns the number of bursts per second: maxima of the power, in windows of 2 ms, that are three times the mean.
 double bursts_per_second(const std::vector<float>& y, double from, double to) {
   const auto window = static_cast<std::size_t>(0.002 * kRate);
   std::vector<double> power;
@@ -407,7 +410,8 @@ TEST(DrillSynth, SuctionGurglesBelowThreeKilohertzAndIsQuieterThanTheTurbine) {
   EXPECT_GT(band_dB(sucked, 0.5, 3, 300, 3000), all - 1.5);
 }
 
-// What the voice file says that was measured on a real turbine, in the sound itself.
+// The voice file contains the difference that was measured on a real turbine. The sound itself must have this
+// difference.
 TEST(DrillSynth, TheTurbineAtOneNewtonIsLouderThanIdlingAsARealOne) {
   const SoundModels turbine = load_sound_models("assets/sounds/air_turbine.json");
   SoundState idle, work;

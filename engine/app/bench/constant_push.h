@@ -43,7 +43,7 @@ struct PushSteps {
   double over = 0;  // N, largest excess of a step over the limit that PushSteps describes
 };
 struct PushResult {
-  PushSteps any;             // largest steps in all ticks
+  PushSteps any;             // largest force steps in all ticks
   PushSteps after_landing;   // largest steps in the ticks that came later than kPushLanding after the last touch
   double least_energy = 0;   // J, lowest value of the energy ledger in the run
   std::uint32_t faults = 0;  // bits of enum Fault that any tick set

@@ -265,7 +265,7 @@ struct Contourer::Scratch {
   struct Cell {
     glm::u8vec3 at;
     std::uint16_t shape;
-    std::uint16_t first;  // index of the cell's first patch
+    std::uint16_t first;  // index of the cell's first patch (piece of surface)
   };
 
   const FieldBrick* brick = nullptr;

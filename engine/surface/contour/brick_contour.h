@@ -28,7 +28,7 @@ struct BrickContour {
   static constexpr int cell_index(int x, int y, int z) { return (x * kCells + y) * kCells + z; }
 
   struct Cell {
-    std::uint16_t vertex;  // index of the cell's first patch
+    std::uint16_t vertex;  // index of the cell's first patch (piece of surface)
     std::uint16_t shape;   // index of the cell's shape in CellShapes
   };
   /// An edge of the grid that the surface crosses. Its base (lower end) is the corner `cell` of this brick.

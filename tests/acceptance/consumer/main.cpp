@@ -31,7 +31,7 @@ int main() {
     if (i % 100 == 99) std::printf("force_N %.6f\n", tick.f_T_W.z);
     if (i == 999) std::printf("pressed_N %.6f %.6f\n", tick.f_T_W.z, 1000 * kDepth);
   }
-  // What the ball and the bur where it is held, `d` apart, have in common: a lens.
+  // Ball and bur are held at the distance d. They have a lens in common.
   const double r = settings.tool.radius(), d = tick.X_WG.p.z, away = kRadius + r - d;
   const double lens =
       kPi * away * away * (d * d + 2 * d * (r + kRadius) - 3 * (kRadius - r) * (kRadius - r)) / (12 * d);

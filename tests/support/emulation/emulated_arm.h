@@ -21,7 +21,8 @@ class EmulatedArm {
 
   /// Angles of the arm's bodies at which the hand holds the arm, as a function of the true time in seconds.
   std::function<dvec3(double)> hand;
-  /// Angles of the stylus joints D, E, F; empty: as in the home position.
+  /// Returns the angles of the stylus joints D, E and F as a function of time. If it is empty, the joints stay as in
+  /// the home position.
   std::function<dvec3(double)> stylus;
 
   /// Creates a link to the board; several may exist.

@@ -14,7 +14,8 @@ namespace typodont::test {
 
 namespace {
 
-/// Angles that put the tip of a serial arm at `tip` with the elbow up: the law of cosines for the two links.
+/// Returns the angles that put the tip of a serial arm at `tip` with the elbow up. Uses the law of cosines for the two
+/// links.
 dvec3 angles_for(const haptics::Arm& arm, const dvec3& tip) {
   const dvec3 p = tip + arm.origin;
   const double r = std::hypot(p.x, p.y), w = p.z - arm.La, d2 = r * r + w * w, d = std::sqrt(d2);

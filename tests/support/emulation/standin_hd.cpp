@@ -101,7 +101,7 @@ void standin_hd_press(int mask) {
 void standin_hd_fail(unsigned int code) {
   error = code;
 }
-// One turn of the scheduler. False if nothing is scheduled.
+// Runs one turn of the scheduler. Returns false if nothing is scheduled.
 bool standin_hd_step() {
   if (!running) return false;
   bool any = false;

@@ -201,7 +201,7 @@ XRAPI_ATTR XrResult XRAPI_CALL sync(XrSession session, const XrActionsSyncInfo* 
   return s.synced ? XR_SUCCESS : XR_SESSION_NOT_FOCUSED;
 }
 
-/// The present state of the hand; null if actions are not active.
+/// Returns the present state of the hand, or null if actions are not active.
 const HandKey* hand_now(int side) {
   const Runtime& r = runtime();
   const auto& keys = r.script.hands[static_cast<std::size_t>(side)];
@@ -212,7 +212,8 @@ const HandKey* hand_now(int side) {
   return last->tracked ? last : nullptr;
 }
 
-/// The scripted value of an action for a hand; nothing if no binding of the present profile provides it.
+/// Sets `value` to the scripted value of an action for a hand. Returns false if no binding of the present profile
+/// provides it.
 bool value_of(XrAction action, int side, float& value) {
   const HandKey* key = hand_now(side);
   if (!key) return false;

@@ -422,7 +422,7 @@ XRAPI_ATTR XrResult XRAPI_CALL graphics_requirements(XrInstance, XrSystemId id,
   if (!typed(requirements, XR_TYPE_GRAPHICS_REQUIREMENTS_VULKAN_KHR, "xrGetVulkanGraphicsRequirements2KHR", "data"))
     return XR_ERROR_VALIDATION_FAILURE;
   requirements->minApiVersionSupported = XR_MAKE_VERSION(1, 0, 0);
-  // the highest tested version: information, not a limit
+  // This is the highest version that was tested. It is information for the program and not a limit.
   requirements->maxApiVersionSupported = XR_MAKE_VERSION(1, 2, 0);
   runtime().requirements_asked = true;
   return XR_SUCCESS;

@@ -23,7 +23,8 @@ static int changes_of_all_bricks() {
   return changes;
 }
 
-/// Every vertex lies on the ball of 3 mm, and every triangle faces outwards in Unreal's left-handed axes.
+/// Checks that every vertex lies on the ball of 3 mm, and that every triangle faces outwards in Unreal's left-handed
+/// axes. Returns the number of bricks.
 static int checked_bricks(bool whole) {
   int bricks = 0;
   for (const auto& object : all_objects()) {
@@ -46,7 +47,7 @@ static int checked_bricks(bool whole) {
 
 constexpr double kX = 0.04, kY = -0.06;  // cm, place of the hand in the actor's frame
 
-/// The middle of the vertices that lie clearly inside the former ball.
+/// Returns the mean position of the vertices that lie clearly inside the former ball.
 static FVector pit() {
   FVector sum;
   int count = 0;
@@ -77,7 +78,7 @@ int main() {
       "{\"tissue\": {\"voxel_mm\": 0.1, \"solids\": [{\"tissue\": \"enamel\", \"solid\": {\"sphere\": {\"radius_mm\": "
       "3}}}]},"
       " \"tool\": \"round_012\", \"spindle_krpm\": 300}");
-  // The actor lies on its side, ten times as large: its z axis is the level's x axis.
+  // The actor is ten times as large, and lies on its side: its z axis is the level's x axis.
   const double half = std::sqrt(0.5);
   tooth->SetActorTransform(FTransform(FQuat(0, half, 0, half), FVector(50, 0, 0), 10));
   tooth->Hand = hand;
