@@ -88,10 +88,10 @@ class Film {
   /// suction_rate·(v/suction_speed)², where v is the speed of the air at the cell.
   void step(double dt, const Suction* suction = nullptr);
 
-  std::size_t loaded() const;           // returns the number of cells with water or solids
+  std::size_t loaded() const;  // returns the number of cells with water or solids
   // returns the number of computed cells: a cell that is computed in three substeps counts three times
   std::uint64_t cells_stepped() const;
-  std::size_t cells() const;            // returns the number of cells of the film
+  std::size_t cells() const;  // returns the number of cells of the film
   // returns the cell of a sample; its area is 0 if the sample has no cell
   FilmCell cell(const glm::ivec3& sample) const;
   bool has_cell(const glm::ivec3& sample) const;

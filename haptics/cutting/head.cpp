@@ -23,7 +23,7 @@ struct HeadBlock {
   const Tissue* tissue;
   std::ptrdiff_t at, stride_x, stride_y;  // index of the block's first sample, which may lie outside the array
   int from[3], to[3];  // range of the samples in the block of samples that are processed, for x, y and z
-  glm::ivec3 first;  // first sample of the block of samples, relative to the base voxel of the pose
+  glm::ivec3 first;    // first sample of the block of samples, relative to the base voxel of the pose
   // A linear function of the position, which is an upper bound of the depth of every sample in the block of samples:
   // its value at the centre and its three slopes. Such a function exists because the distance from a convex head is a
   // convex function.
@@ -32,7 +32,7 @@ struct HeadBlock {
   // the meridian piece that is nearest to all samples, if the nearest points lie between its ends; otherwise
   // kManyPieces plus a set of pieces
   int kind;
-  bool beside;    // true if some samples may have been deeper in the head during the motion than at its end
+  bool beside;  // true if some samples may have been deeper in the head during the motion than at its end
   // voxels, smallest distance by which the head approaches a sample of the block of samples during the motion
   float slowest;
 

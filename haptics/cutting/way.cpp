@@ -30,7 +30,7 @@ namespace {
 
 namespace {
 
-constexpr int kSteps = 24;           // upper limit of the steps of one search; almost every search needs fewer than ten
+constexpr int kSteps = 24;  // upper limit of the steps of one search; almost every search needs fewer than ten
 // voxels, upper bound of the error when a block of samples is evaluated at its centre
 constexpr float kBesideSlip = 0.5f;
 

@@ -183,8 +183,8 @@ constexpr std::array kOtherWays{Way{"exit"},
   for (const Way& way : kOtherWays) {
     if (way.signal != 0) ::signal(way.signal, SIG_DFL);  // whatever started us ignores
   }
-  // Registered after the guard's own function, so it runs before that function's libraries. Some libraries wait for
-  // threads that do not exist after a fork, and exit() would hang.
+  // Runs after the guard's exit function, and ends the process there. Otherwise exit() would hang in libraries that
+  // wait for threads, because a forked process does not have these threads.
   std::atexit(+[] { ::_exit(0); });
   static SafeDevice* hand = nullptr;  // never destroyed: it shall not be what lets go
   try {

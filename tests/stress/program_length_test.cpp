@@ -47,8 +47,8 @@ TEST(LongSession, TwiceTheTimeNeedsNoMoreMemoryHandlesOrThreadsAndTwiceTheFileSi
   folder.write("scene.json",
                R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"sphere": {"radius_mm": 4}}}]},
     "tool": "round_012", "spindle_krpm": 300})");
-  // Returns the most frequent value in the second half of the run. In the first half, the scene's file is open for a
-  // moment, which one run may count and another may not.
+  // Returns the median of the counts in the second half of the run. In the first half, the scene's file is open for a
+  // moment, which one look counts and another does not.
   const auto mostly = [](std::vector<std::ptrdiff_t> counts) {
     if (counts.empty()) return std::ptrdiff_t{0};
     const auto middle = counts.begin() + static_cast<std::ptrdiff_t>(3 * counts.size() / 4);

@@ -28,7 +28,7 @@ TEST(MouseHand, AClickShorterThanAFrameReachesTheServo) {
   Pointer pointer(rig_named("window.json"), {0, 0, 0}, 0.15_mm);
   display::UserInput input;
   EXPECT_EQ(pointer.follow(input, kFrame).pedal, 0);
-  input.left = true;  // input.left is true if the button was pressed and released between two frames
+  input.left = true;  // the window also reports a button that was pressed and released between two frames
   EXPECT_EQ(pointer.follow(input, 2 * kFrame).pedal, 1);
   input.left = false;
   // The next call may come so early that a servo at 1 kHz has not read the last result. So the pedal must still be

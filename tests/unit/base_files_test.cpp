@@ -281,7 +281,7 @@ TEST_F(Outputs, HaveUnpredictableNamesWhileIncomplete) {
   EXPECT_EQ(fs::file_size(a.path()), 0u) << "made, so that nobody else can make it";
 }
 
-/// The exit status of a child that does this; what it says is thrown away.
+/// Runs `work` in a child process and returns the child's exit status. The child's messages are discarded.
 int status_of(const std::function<void()>& work) {
   const pid_t child = ::fork();
   if (child == 0) {

@@ -125,8 +125,8 @@ TEST(Eyes, AlignmentsAtOneDepthDoNotDetermineTheDistance) {
   for (int i = 0; i < 40; ++i) {
     const bool right = i % 2;
     const dvec3 eye = right ? rig.eyes.right_eye() : rig.eyes.left_eye();
-    // All tips are within a millimetre of the panel's image, so the distances do not determine the direction of the
-    // line of sight.
+    // All touched points are within a millimetre of the panel's image. So these alignments do not determine the
+    // direction in which the eye sees.
     const PanelPoint dot{random.uniform(0.45, 0.55), random.uniform(0.45, 0.55)};
     const dvec3 image = rig.appears(dot.u, dot.v);
     alignments.push_back({right, dot, image + 1e-3 * glm::normalize(eye - image) + random.normal3(2e-4)});

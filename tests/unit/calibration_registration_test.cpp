@@ -94,7 +94,8 @@ TEST(Registration, CollinearPointsAreReportedWithTheirDirection) {
       ASSERT_EQ(result.degeneracy.undetermined_H.size(), 1u);
       EXPECT_GT(std::abs(glm::dot(result.degeneracy.undetermined_H[0], line)), 0.999);
       EXPECT_GE(result.condition, 1e16);
-      // A point off the line may be anywhere on its circle, and the prediction says so.
+      // All touches are on one line. A point beside the line may be anywhere on a circle about it, so the predicted
+      // error must be large.
       const dvec3 off = pairs.H[5] + glm::normalize(glm::cross(line, dvec3(0, 0, 1))) * scale;
       EXPECT_GT(predicted_tre(result, off), scale);
     }
@@ -175,7 +176,7 @@ TEST(Registration, EmptyAndUnequalListsAreErrors) {
 }
 
 TEST(Registration, TheSuggestedTouchReducesTheErrorMost) {
-  // Three touches near the middle: the far corner helps more than the middle.
+  // Three touches are near the middle. So a touch in the far corner helps more than another touch in the middle.
   const std::vector<dvec3> touched{{0, 0, 0}, {0.01, 0, 0}, {0, 0.01, 0}};
   const std::vector<dvec3> candidates{{0.002, 0.002, 0.002}, {0.04, 0.04, 0.04}, {0.01, 0.01, 0}};
   EXPECT_EQ(most_useful_touch(touched, candidates, {dvec3(-0.04), dvec3(0.04)}), 1u);

@@ -21,7 +21,7 @@ MaterialTable table() {
   return materials;
 }
 
-// The head at the origin, shank up, cutting a floor below it at 300 krpm.
+// Returns a cut by a head at the origin with its shank up. It cuts a floor below it at 300 krpm.
 Cut cut_of(std::uint64_t index, double enamel_mm3, double dentin_mm3 = 0) {
   Cut cut;
   cut.index = index;
@@ -32,7 +32,7 @@ Cut cut_of(std::uint64_t index, double enamel_mm3, double dentin_mm3 = 0) {
   return cut;
 }
 
-// Solid below z = −2 mm; samples every half millimetre.
+// A floor that is solid below z = −2 mm. Its samples are half a millimetre apart.
 class Floor {
  public:
   Floor() : samples_(41 * 41 * 41) {
@@ -120,7 +120,7 @@ TEST(Debris, RimOfACommonTurbineThrowsAtTwentyFiveMetresASecond) {
 }
 
 TEST(Drag, IsSchillerAndNaumanns) {
-  // 50 µm enamel at rest: Stokes relaxation time ρd²/18μ = 22 ms.
+  // For 50 µm of enamel in air at rest, Stokes' law gives the relaxation time ρd²/18μ = 22 ms.
   EXPECT_NEAR(1 / drag_rate(0, 50e-6, 2900, 1.2, 1.8e-5), 0.0224, 1e-4);
   // At Re = 100 the drag is 1 + 0.15·100^0.687 = 4.55 times Stokes'.
   const double speed = 100 * 1.8e-5 / (1.2 * 50e-6);
@@ -142,7 +142,7 @@ TEST(Debris, FallsAtTheSpeedWhereDragEqualsWeight) {
 }
 
 TEST(Debris, FlightFollowsTheEquationOfMotion) {
-  // One chip against a fine integration of dv/dt = g − rate(|v|) v.
+  // Compares the motion of one chip with a fine integration of dv/dt = g − rate(|v|) v.
   Debris debris({.scatter = 0});
   Cut cut = cut_of(1, 1e-4);
   cut.n_C_W = {1, 0, 0};
@@ -204,7 +204,7 @@ TEST(Debris, SuctionDrawsTheDustIn) {
 }
 
 TEST(Debris, SuctionDoesNotDependOnTheTimeStep) {
-  // Air near a nozzle is so quick that a step as long as a picture would carry chips past it.
+  // Air near a nozzle is so fast that a chip would miss the nozzle if one step took as long as one picture.
   const Floor floor;
   const Suction suction{{0, 0.009, 0.003}, 5e-3, 2e-3};
   double sucked[2];
@@ -217,13 +217,13 @@ TEST(Debris, SuctionDoesNotDependOnTheTimeStep) {
     for (int i = 0; i < (tiny ? 600 : 6); ++i) debris.step(tiny ? 1.0 / 3600 : 1.0 / 36, floor.field, &suction);
     sucked[tiny] = debris.ledger().sucked / total(debris.ledger().born);
   }
-  // The first of the long steps goes by the drag of air at rest.
+  // The first long step still uses the drag of air at rest, so the results may differ.
   EXPECT_GT(sucked[1], 0.1);
   EXPECT_NEAR(sucked[0], sucked[1], 0.25 * sucked[1]);
 }
 
 TEST(Debris, DragIsRelativeToTheSuctionFlow) {
-  // Far from tissue, in air that is drawn sideways, light dust takes the speed of the air.
+  // Far from tissue, suction draws air sideways. Light dust must then have the speed of the air.
   Debris debris({.least_chip = 6e-6, .greatest_chip = 6e-6, .gravity_W = {0, 0, 0}, .scatter = 0});
   Cut cut = cut_of(1, 1e-4);
   cut.spindle = 0;

@@ -32,7 +32,8 @@ TEST(Arm, WoodenHapticsHasItsPublishedHomePosition) {
 }
 
 TEST(Arm, PolhemInItsInkwellIsCloseToTheBaseAndToTheSide) {
-  // Worked by hand from the five-bar equations: θ = 120.4°, 124.8°, 238.5°, λ = -30°, ρ = 36 mm.
+  // The expected angles were computed by hand from the five-bar equations: θ = 120.4°, 124.8°, 238.5°, λ = -30°, ρ = 36
+  // mm.
   const Arm arm = read_arm(kPresets[2]);
   const dvec3 theta = body_angles(arm, home_of(arm));
   EXPECT_NEAR(theta.x / kDegree, 120.4, 0.2);
@@ -64,7 +65,7 @@ TEST(Arm, JacobianIsTheDerivativeOfThePosition) {
 }
 
 TEST(Arm, MotorWorkEqualsTheWorkOnTheHand) {
-  // τ·dθ = F·dp for any signs and ratios: the power of the motors equals the power at the tip.
+  // The power of the motors must equal the power at the tip (τ·dθ = F·dp) for any signs and ratios of the transmission.
   std::mt19937 random(2);
   std::normal_distribution<double> normal;
   for (const char* preset : kPresets) {

@@ -34,7 +34,7 @@ namespace {
 
 using test::HaplyService;
 
-/// A serial board at the other end of a pseudo terminal: answers each line of currents with its counters.
+/// A serial board at the other end of a pseudo-terminal. It answers each line of currents with its counters.
 class SerialBoard {
  public:
   SerialBoard() {
@@ -219,7 +219,7 @@ TEST(HidArm, ItsOwnWatchdogSetsZeroHalfASecondAfterTheHostWasKilled) {
   EXPECT_EQ(glm::length(board.force()), 0);
 }
 
-/// The Haply service on a real loopback socket.
+/// Emulates the Haply service on a real loopback socket.
 class HaplyServer {
  public:
   HaplyServer() : listener_(::socket(AF_INET, SOCK_STREAM, 0)) {
@@ -280,7 +280,7 @@ TEST(Haply, OnlyOneProgramAtATimeUsesTheService) {
   claim("haply-test", "the service");
 }
 
-/// The same service in memory and in simulated time.
+/// Emulates the same service in memory and in simulated time.
 class HaplyLink : public Link {
  public:
   HaplyLink(test::SimTime& time, HaplyService& service) : time_(time), service_(service) {}
@@ -395,7 +395,7 @@ TEST(SpaceMouse, RateControlMovesAtItsSpeedAndStopsWhenTheReportsEnd) {
   EXPECT_NEAR(sample.X_WT.p.x, rest, 1e-6);
 }
 
-/// A mouse that never stops sending, a report every hundredth of a millisecond.
+/// A mouse that never stops sending: it sends a report every hundredth of a millisecond.
 class FloodLink : public Link {
  public:
   explicit FloodLink(test::SimTime& time) : time_(time) {}

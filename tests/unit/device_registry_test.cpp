@@ -70,7 +70,8 @@ TEST(DeviceWatch, ReportsConnectedAndDisconnectedDevices) {
 }
 
 TEST(Mounting, PowerIsTheSameInTheWorkbenchAndInTheBase) {
-  // A device that turns by ω and moves by v receives f·v + τ·ω, whichever frame and point they are written in.
+  // A device that rotates by ω and moves by v receives the power f·v + τ·ω. This number must be the same in every frame
+  // and for every reference point.
   struct Moving : HapticDevice {
     DeviceInfo info_;
     HandSample now_;

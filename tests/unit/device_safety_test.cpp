@@ -18,7 +18,7 @@
 namespace typodont::haptics {
 namespace {
 
-/// A device that does as it is told and remembers what it was told, one sample a millisecond.
+/// A device that carries out every command and stores it, with one sample per millisecond.
 struct Told {
   Nanos t = 0;
   HandSample next{0, {}, 0};
@@ -90,8 +90,8 @@ TEST_F(Safety, NoForceBeforeTheHandWasFree) {
 }
 
 TEST_F(Safety, AHandInTissueWithoutForceDoesNotCountAsFree) {
-  // deep in tissue, or before there is a field, or with a force factor of zero: there is no force, but the hand is not
-  // free
+  // contact(true) means that the hand is deep in tissue, or that there is no field yet, or that the force factor is
+  // zero. Then there is no force, but the hand is not free.
   hand->contact(true);
   ticks(500, dvec3(0));
   EXPECT_FALSE(hand->armed());

@@ -106,8 +106,8 @@ TEST(VelocityEstimator, HasATwentiethOfTheNoiseOfADifferenceInSlowMotion) {
 }
 
 TEST(VelocityEstimator, ItsLagIsItsStatedLag) {
-  // In a fast oscillation, the estimate is the true velocity at the time `lag` before. It is far from the present
-  // velocity where the lag matters.
+  // The estimate must be the true velocity at the time `lag` before now. In a fast oscillation, this differs much from
+  // the present velocity.
   VelocityEstimator estimator(kStep);
   double error_at_lag = 0, error_now = 0, longest = 0;
   int n = 0;

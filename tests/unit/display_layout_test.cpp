@@ -69,8 +69,8 @@ TEST_F(Layouts, MonoShowsOneView) {
   EXPECT_EQ(compare(stage.screen, stage.eye(0), 0).pixels, 0);
 }
 
-// The processor's own way of composing, against the shader's: every layout, pictures that fit and pictures that are
-// stretched, whole and in parts.
+// The CPU and the shader must compose the same picture: in every layout, with pictures that fit or are stretched, whole
+// and in parts.
 TEST_F(Layouts, CpuAndShaderComposeTheSamePicture) {
   std::vector<std::uint8_t> memory;
   for (const double scale : {1.0, 0.4, 0.73}) {
@@ -100,7 +100,7 @@ TEST_F(Layouts, CpuAndShaderComposeTheSamePicture) {
         EXPECT_EQ(d.pixels, 0) << "layout " << static_cast<int>(layout) << " scale " << scale << " worst " << d.worst;
       };
       compose(nullptr);
-      // What lies outside the parts is not looked at again.
+      // Only the given parts may be composed again; the rest of the screen must stay as it was.
       const std::array<std::vector<display::Part>, 2> none, some{{{{3, 5, 31, 17}, {20, 40, 9, 5}}, {{7, 11, 13, 23}}}};
       compose(&none);
       const std::vector<std::uint8_t> old = memory;
@@ -118,7 +118,7 @@ TEST_F(Layouts, CpuAndShaderComposeTheSamePicture) {
         ASSERT_EQ(memory[i], old[i]) << "layout " << static_cast<int>(layout) << " byte " << i;
       }
       EXPECT_GT(written, 1000);
-      // A panel that a part touches is written wholly.
+      // If a part touches a panel, the whole panel is written. All other panels must not be written.
       EXPECT_LT(written, static_cast<int>(memory.size()) * 2 / 3);
     }
   }

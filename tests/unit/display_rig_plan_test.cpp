@@ -1,4 +1,4 @@
-// Tests the plan of a mirror bench against geometry that was computed by hand.
+// Compares the plan of a mirror bench with geometry that was computed by hand.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace typodont::display {
 namespace {
 
-/// A panel above a flat mirror; the user looks straight down.
+/// Returns a bench with a panel above a flat mirror. The user looks straight down.
 BenchSpec straight_down() {
   BenchSpec spec;
   spec.panel_width = 0.4, spec.panel_height = 0.3;
@@ -32,8 +32,8 @@ TEST(RigPlan, ThePanelIsTheMirrorImageOfThePicture) {
       BenchSpec spec = straight_down();
       spec.mirror_tilt = mirror * kDegree, spec.picture_tilt = picture * kDegree;
       const BenchPlan plan = plan_bench(spec);
-      // The mirror turns the picture's up (0, cos p, sin p) into (0, cos(2m - p), sin(2m - p)), and its middle to twice
-      // the glass's foot.
+      // p: tilt of the picture, m: tilt of the mirror. The mirror maps the picture's up direction (0, cos p, sin p) to
+      // (0, cos(2m - p), sin(2m - p)), and the picture's middle to twice the foot of the glass.
       const double tilt = (2 * mirror - picture) * kDegree, m = mirror * kDegree;
       const dvec3 up(0, std::cos(tilt), std::sin(tilt)), middle = 0.4 * dvec3(0, -std::sin(m), std::cos(m));
       const Screen& panel = plan.rig.screen;
@@ -88,12 +88,14 @@ TEST(RigPlan, TheWorkspaceOfASmallArmIsItsWholeReach) {
 }
 
 TEST(RigPlan, TheWorkspaceOfOneEyeAboveThePictureIsTheLargestBoxOfThePyramid) {
-  // Above the picture by a, below by b at most: the box of width w(1 - a/d), since all of it is seen through the
-  // picture. Volume ~ (1 - a/d)² (a + b): the largest for a = (d - 2b)/3, where comfort allows that much.
+  // The workspace reaches by a above the picture and by b below it. At the height a, only a width of w(1 - a/d) is seen
+  // through the picture (d: distance of the eye). The volume is proportional to (1 - a/d)² (a + b), and is the largest
+  // for a = (d - 2b)/3, if comfort allows this height.
   BenchSpec spec = straight_down();
   spec.glass_above_work = 0.5;
   spec.arm_box = {2, 2, 0.5};  // down to 0.25 below
-  spec.comfort = 3;            // farthest never, nearest 1/(1/0.6 + 3) = 0.214: up to 0.386 above
+  // 1/m; the farthest point is at infinity, the nearest at 1/(1/0.6 + 3) = 0.214 m, which is 0.386 m above
+  spec.comfort = 3;
   const BenchPlan plan = plan_bench(spec);
   const double d = 0.6, b = 0.25, a = (d - 2 * b) / 3;
   EXPECT_NEAR(plan.low.z, -b, 1e-6);

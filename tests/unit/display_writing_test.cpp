@@ -28,7 +28,7 @@ int letters(const Writing::Panel& panel) {
 }
 
 TEST(Writing, IsTheSameAtEveryStepOfTheQualityLadder) {
-  // Nothing is drawn beneath it, so that only the writing can differ.
+  // Nothing is drawn below the text, so that only the text can differ.
   render::Frame nothing = frame_of(desk(0.03, 0.024, 0.35));
   nothing.background = render::Background::kBlack;
   std::vector<render::Picture> screens;
@@ -100,7 +100,8 @@ TEST(Writing, FitsSmallPicturesWithLettersThatCanBeRead) {
       EXPECT_GE(panel.box.lo.y, 0);
       EXPECT_LE(panel.box.lo.y + panel.box.size.y, place.y);
     }
-    // Two lines; the first may be narrowed to fit the picture, but where there is room it is 13 pixels high.
+    // The text has two lines. The first one may be narrowed to fit the picture. In a picture that is wide enough it is
+    // 13 pixels high.
     if (place.x >= 320) {
       EXPECT_GE(writing.panels()[0].box.size.y, 2 * 13) << place.x;
     }
@@ -112,7 +113,8 @@ TEST(Writing, SmallLettersSubtendTwentyMinutesOfArcOnEveryMirror) {
   for (const double distance : {0.7, 1.0, 1.6, 2.5}) {  // of the eyes, over the shipped rig's distance
     display::DisplayRig rig = shipped;
     rig.head.eye_center *= distance;
-    // The angle from the geometry alone: the seen screen, and its pixels between the baseline and the top of an x.
+    // The expected angle is computed from the geometry alone: from the seen screen, and from the number of pixels
+    // between the baseline and the top of the letter x.
     const display::Screen seen = display::reflect(*rig.mirror, rig.screen);
     const glm::dvec3 middle = 0.5 * (seen.upper_left + seen.lower_right), sight = middle - rig.head.eye_center;
     const glm::dvec3 pixel = (seen.upper_left - seen.lower_left) / static_cast<double>(rig.screen.pixels.y);
@@ -125,7 +127,7 @@ TEST(Writing, SmallLettersSubtendTwentyMinutesOfArcOnEveryMirror) {
     says.aspect = 16.0 / 9;
     says.least_letters = display::readable_letters(rig);
     writing.write(says, rig.screen.pixels);
-    // The letters stand in the left half of the panel: the tool's name. Rows in which a letter has ink:
+    // The tool's name is in the left half of the panel. Counts the rows in which a letter of it has ink.
     const Writing::Panel& panel = writing.panels()[0];
     int rows = 0;
     for (int y = 0; y < panel.box.size.y; ++y) {

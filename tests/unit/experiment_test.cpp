@@ -30,7 +30,7 @@ ExperimentPlan stiffness_plan(std::uint64_t seed) {
   return plan;
 }
 
-/// An experiment with an observer who feels what each stimulus is meant to be.
+/// Carries out an experiment with an observer who feels each stimulus exactly as it is planned.
 Experiment done(const ExperimentPlan& plan, const Psychometric& truth) {
   Experiment experiment(plan);
   SimulatedObserver observer(truth, plan.seed + 1000);
@@ -66,7 +66,8 @@ TEST(Staircase, NeverLeavesItsRange) {
   EXPECT_EQ(down.level(), 2);
 }
 
-/// Share of right answers at the level where long staircases of this rule settle, by the observer's own function.
+/// Returns the fraction of correct answers at the level at which long staircases of this rule settle. It is computed
+/// with the observer's own psychometric function.
 double settles_at(const StaircaseRule& rule) {
   const Psychometric truth{0, 20, 0};
   ExperimentPlan plan = stiffness_plan(1);
@@ -140,13 +141,13 @@ TEST(Psychometric, AnswersByChanceDoNotBoundTheThresholdFromAbove) {
   EXPECT_GT(fit.jnd.low, 0);
 }
 
-// The claim of the whole command: what comes out is the observer's threshold, as surely as it says.
+// What the whole command claims: its result is the observer's threshold, with the uncertainty that it states.
 TEST(Psychometric, TheIntervalHoldsTheObserversThresholdInNineteenOfTwentyExperiments) {
   constexpr int kExperiments = 120;
   int held = 0, bias_held = 0;
   double logs = 0;
   for (int i = 0; i < kExperiments; ++i) {
-    // Thresholds from 4 to 25 %, order biases up to a third of that, lapses up to 4 %.
+    // Thresholds are from 4 to 25 %, biases of the order up to a third of the threshold, and lapses up to 4 %.
     const double jnd = 4 + 21.0 * (i % 10) / 9;
     const Psychometric truth{jnd / 3 * (i % 3 - 1), Psychometric::width_of_jnd(jnd), 0.02 * (i % 3)};
     const Experiment experiment = done(stiffness_plan(100 + static_cast<std::uint64_t>(i)), truth);
@@ -155,7 +156,8 @@ TEST(Psychometric, TheIntervalHoldsTheObserversThresholdInNineteenOfTwentyExperi
     bias_held += result.fit->bias.low <= truth.bias && truth.bias <= result.fit->bias.high;
     logs += std::log(result.fit->jnd.value / jnd);
   }
-  // At least 95 % are meant; fewer than 106 of 120 then come up once in a thousand times.
+  // The interval is meant to contain the true value in at least 95 % of the experiments. Then fewer than 106 of 120
+  // occur only once in a thousand times.
   EXPECT_GE(held, 106);
   EXPECT_GE(bias_held, 106);
   EXPECT_NEAR(logs / kExperiments, 0, 0.15) << "mean error of the threshold";
@@ -289,7 +291,8 @@ TEST_F(Touch, APathThatBeginsInTheTissueIsRefused) {
   EXPECT_THROW(touch.feel({}), Error);
 }
 
-/// A hand that presses on a wall at z = 0 with a cosine, in mm: its ticks as a servo without delay would give them.
+/// Returns a tick of a hand that presses on a wall at z = 0. The hand moves as a cosine of amplitude `reach_mm`. The
+/// force is that of a servo without delay.
 ServoTick pressed(double t, double reach_mm, double stiffness) {
   ServoTick tick;
   tick.t = from_seconds(t);
@@ -317,7 +320,7 @@ TEST(ForceDelay, TheForceComesLaterByWhatWasAskedWhileTheHandPressesIn) {
   }
 }
 
-// A delayed spring gives more on the way out than it took on the way in; the ledger does not let it.
+// A delayed spring gives more energy on the way out than it took on the way in. The energy ledger must prevent this.
 TEST(ForceDelay, NeverGivesTheHandMoreEnergyThanItTook) {
   for (const double ms : {5.0, 20.0, 60.0, 100.0}) {
     haptics::ForceDelay delay(haptics::ServoSettings{}, 0.1);
@@ -348,8 +351,8 @@ TEST(Abx, PresentsEachSoundHalfOfTheTimeInAnOrderThatTheSeedDecides) {
   EXPECT_LE(same, 1);
 }
 
-// Listeners of known hearing: one who hears nothing is rarely called a listener who does, and one who is right in
-// nine trials of ten is nearly always found.
+// The listeners have known hearing. A listener who hears nothing may rarely be reported as one who hears a difference.
+// A listener who is right in nine of ten trials must nearly always be found.
 TEST(Abx, TellsListenersWhoHearADifferenceFromThoseWhoGuess) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> u(0, 1);

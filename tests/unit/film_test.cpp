@@ -19,7 +19,7 @@ using namespace typodont::literals;
 
 constexpr double kSpacing = 0.3e-3;  // m
 
-/// Tissue given by a distance function, sampled on a cube about the origin.
+/// Tissue that is given by a distance function, sampled on a cube about the origin.
 class Body {
  public:
   explicit Body(std::function<double(const dvec3&)> distance, int side = 41)
@@ -85,7 +85,7 @@ TEST(Film, CellsOfAPlaneHaveTheAreaOfThePlane) {
   for (const dvec3 n : {dvec3(0, 0, 1), dvec3(0.3, 0, 1), dvec3(0.5, 0.4, 1), dvec3(1, 0.9, 0.8)}) {
     const Body body(plane(n));
     const Film film(body.field, table());
-    // Only cells within a ball, which the cube contains completely.
+    // Counts only cells within a ball that the cube contains completely.
     constexpr double kRadius = 5e-3;
     double area = 0;
     for (const FilmCell& cell : cells_of(film, body.field)) {
@@ -105,7 +105,8 @@ TEST(Film, FlowsDownAnInclineAtTheSpeedOfAViscousFilm) {
       Film film(body.field, table(), {.clinging = 0, .drying = 0, .most_substeps = 1000});
       for (const FilmCell& cell : cells_of(film, body.field))
         if (glm::length(cell.p_W) < 3.5e-3) film.deposit(cell.p_W, {.water = 1000 * kHeight * cell.area, .solids = {}});
-      // Mean flux per width of a laminar film (Nusselt 1916) divided by its height: the speed of its centre of mass.
+      // The speed of the centre of mass of a laminar film (Nusselt 1916): the flux per width, divided by the film's
+      // height.
       const double speed = 1000 * 9.81 * std::sin(a) * kHeight * kHeight / (3 * 1e-3);
       const dvec3 down = glm::normalize(dvec3(std::cos(a) * std::cos(b), std::cos(a) * std::sin(b), -std::sin(a)));
       const auto centre = [&] {
@@ -189,7 +190,8 @@ TEST(Film, SuctionTakesItAtTheStatedRateForEveryStepLength) {
     load.solids[1] = 2e-9;
     film.deposit({0, 0, 0.01e-3}, load);
     for (int i = 0; i < std::lround(0.5 / dt); ++i) film.step(dt, &suction);
-    // v = Q/(4π r²) at 7.99 mm; the mass decays with the rate suction_rate · (v/suction_speed)².
+    // At 7.99 mm from the nozzle, the air has the speed v = Q/(4π r²). The mass decays with the rate suction_rate ·
+    // (v/suction_speed)².
     const double r = 8e-3 - 0.01e-3, v = 5e-3 / (4 * kPi * r * r);
     const double left = std::exp(-options.suction_rate * v * v / (options.suction_speed * options.suction_speed) * 0.5);
     EXPECT_NEAR(film.ledger().on_surface.water, 1e-8 * left, 1e-4 * 1e-8 * left) << dt;
@@ -286,7 +288,7 @@ TEST(Spray, ItsWaterIsTheFlowOfTheNozzlesAndEveryDropIsAccountedFor) {
     EXPECT_NEAR(s.flung.water, f.flung.water, 1e-12 * sprayed);
     EXPECT_NEAR(s.deposited.water, f.deposited.water, 1e-12 * sprayed);
     expect_balance(f);
-    // The solids: chips that the film took, flung as slurry, landed again.
+    // The solids are chips that the film took; some were thrown off as slurry and landed again.
     const double born = total(d.born);
     EXPECT_NEAR(d.alive + d.decayed + d.sucked + d.dropped + d.deposited, born, 1e-6 * born);
     EXPECT_GT(d.deposited, 0);

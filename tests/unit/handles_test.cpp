@@ -41,7 +41,7 @@ TEST(Handles, NumbersThatNobodyWasGivenAreBadHandles) {
   void* const real = new_handle(Kind::kHand, &object);
   std::mt19937_64 random(7);
   for (int i = 0; i < 200'000; ++i) {
-    // Any number at all, and numbers near to the real one.
+    // Tries random numbers, and numbers that differ from the real handle by one bit.
     const std::uint64_t forged =
         i % 2 ? random() : reinterpret_cast<std::uintptr_t>(real) ^ (std::uint64_t{1} << (random() % 64));
     for (int kind = 1; kind <= 6; ++kind) {
@@ -65,7 +65,7 @@ TEST(Handles, TheTableIsFullAt4096AndHasRoomAgainForEachThatIsFreed) {
   for (void* const handle : handles) EXPECT_EQ(HeldHandle(handle, Kind::kScene).drop(), &object);
 }
 
-// Under ThreadSanitizer a second thread inside an object would be a race on its plain numbers.
+// If a second thread could get into an object, ThreadSanitizer would report a race on the object's plain numbers.
 TEST(Handles, AnObjectServesOneThreadAtATimeAndIsGoneForAllOnceItIsFreed) {
   struct Object {
     std::uint64_t uses = 0;

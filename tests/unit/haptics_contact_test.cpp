@@ -78,7 +78,8 @@ TEST(Contact, HalvingTheVoxelQuartersTheDirectionErrorAndCutsTheMagnitudeErrorEi
 }
 
 TEST(Contact, AVGrooveSeatsTheBallOnBothWalls) {
-  // A groove along y, half-angle 45 degrees, its bottom at the origin: the centre rests at rho / sin(alpha).
+  // A groove along y with a half-angle of 45 degrees has its bottom at the origin. The centre of a ball of radius rho
+  // must rest at the height rho / sin(alpha).
   const char* groove = R"({"voxel_mm": 0.1, "domain_mm": [[-4,-3,-3],[4,3,4]], "solids": [
     {"tissue": "enamel", "solid": {"halfspace": {"normal": [1, 0, 1], "offset_mm": 0}}},
     {"tissue": "enamel", "solid": {"halfspace": {"normal": [-1, 0, 1], "offset_mm": 0}}}]})";
@@ -144,7 +145,7 @@ TEST(Contact, AToolThatStartsInsideTissueIsLedOutWithin50MillisecondsWithoutAFor
   EXPECT_EQ(bench.last.faults, 0u);
 }
 
-/// A probe that feels the surface that a tool has cut. The cuts are made by the carver; the probe starts on a new
+/// A probe that feels the surface that another tool has cut. The carver makes the cuts, and the probe starts on a new
 /// patch.
 struct CutThenProbe {
   HapticBench bench;
@@ -231,7 +232,8 @@ TEST(Contact, ACutDoesNotReduceTheAccuracyOnTheSurfaceBesideIt) {
   bur.diameter = bur.length = 1.0_mm;
   const Pose pit[] = {{{0, 0, 5.4_mm}}, {{0, 0, 5.0_mm}}};
   CutThenProbe scene(sphere(0.1), bur, pit, 1.0_mm);
-  // From the far side towards the pit: correct to a hundredth of a degree until the head is near the pit.
+  // Moves from the far side of the ball towards the pit. Until the head is near the pit, the direction must be correct
+  // to a hundredth of a degree.
   for (double a = 90.0_deg; a > 50.0_deg; a -= 0.5_deg) {
     const dvec3 u(std::sin(a), 0, std::cos(a));
     if (a == 90.0_deg) scene.probe(6.0_mm * u, 5.2_mm * u);
@@ -307,7 +309,8 @@ TEST(Servo, AHandLostInContactFeelsNormalContactWhenItReturnsElsewhere) {
       ASSERT_EQ(bench.last.f_T_W, dvec3(0));
       ASSERT_EQ(bench.last.faults, bits(gone));
     }
-    // Back at the resting position, 30 mm away. With the last force, this jump would have created a debt of 12 mJ.
+    // The hand is back at the resting position, 30 mm away. If the servo had still given the last force during this
+    // jump, the energy debt would be 12 mJ.
     for (int i = 0; i < 100; ++i) bench.tick({{30.0_mm, 0, 7.0_mm}});
     EXPECT_EQ(bench.last.f_T_W, dvec3(0));
     for (double x = 30.0_mm; x > 0; x -= 0.1_mm) bench.tick({{x, 0, 7.0_mm}});
@@ -340,10 +343,11 @@ TEST(Servo, AfterAPauseOrAFaultInContactTheNextContactIsNormal) {
 
 TEST(Servo, ADamperThatKnowsTheEncoderResolutionDoesNotBuzz) {
   constexpr double kStep = 0.055e-3;
-  const auto buzz = [&](double told) {  // N, the largest change of force between two ticks beyond a count's own
+  // N, the largest change of force between two ticks, apart from the change that one encoder count causes
+  const auto buzz = [&](double told) {
     ServoSettings s = settings(1.0_mm);
     s.position_step = told;
-    s.passivity = false;  // passivity would give nearly no force to a hand that seems to jump
+    s.passivity = false;  // the ledger would give nearly no force to a hand whose position changes in steps
     HapticBench bench(sphere(0.1), s);
     double worst = 0, last = 0;
     for (int i = 0; i < 2000; ++i) {

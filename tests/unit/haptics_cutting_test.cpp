@@ -216,8 +216,8 @@ TEST(Carving, LongSweepsRemoveTheSameInAnyOrderAndGivePatchAndVolumeTheSameBits)
   }
 }
 
-/// Compares a head that moves along a path in short steps, of which each continues the previous one, with single cuts
-/// at all poses of the path.
+/// Moves a head along a path in short steps, each of which continues the previous one. The tissue must be the same as
+/// after single cuts at all poses of the path.
 void expect_short_steps_leave_what_all_poses_do(const haptics::Tool& tool, double turn) {
   HapticBench bench(box(0.1), [&] {
     ServoSettings s = drill(1.2_mm, 1000);
@@ -265,7 +265,8 @@ TEST(Carving, ConsecutiveShortStepsEqualTheUnionOfTheirPosesForEveryHead) {
 }
 
 TEST(Carving, SkippedLeavesWouldNotHaveChanged) {
-  // Compares with a copy that is made before each sweep and so does not know when a leaf is due.
+  // Compares with a copy that is made before each sweep. The copy does not know which leaves can be skipped, so it
+  // looks at all of them.
   constexpr const char* kSmall =
       R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [2.4, 2.4, 1.8]}}}]})";
   const haptics::DenseTissue block = haptics::read_solids(Json::parse(kSmall, "tissue"));
@@ -279,8 +280,8 @@ TEST(Carving, SkippedLeavesWouldNotHaveChanged) {
     Pose X{{0, 0, 0.91_mm + tool.length / 2}, glm::normalize(dquat(1, 0.1, 0.2, 0))};
     for (int i = 0; i < 120; ++i) {
       const auto wobble = [&](double rate) { return std::sin(rate * i + static_cast<int>(head)); };
-      // Moves into the block and out of it, in tiny and large steps, continuing the previous sweep or not, with cuts of
-      // the other head in between.
+      // The head moves into the block and out of it in tiny and large steps. Some steps do not continue the previous
+      // sweep, and sometimes the other head cuts in between.
       const double step = i / 20 % 4 == 3 ? 40.0_um : i / 20 % 4 == 2 ? 0.1_um : 4.0_um;
       const dvec3 v = glm::normalize(dvec3(wobble(1.3), wobble(2.1), (i < 90 ? -2 : 2) + wobble(3.7)));
       const dquat turn(1, 1e-3 * wobble(0.7), 1e-3 * wobble(1.9), 1e-3 * wobble(2.9));
@@ -302,8 +303,8 @@ TEST(Carving, SkippedLeavesWouldNotHaveChanged) {
 }
 
 TEST(Carving, TheActiveFrontListsChangeNoBitOfACut) {
-  // Tiny, medium and large steps, with and without rotation, continuing the previous sweep or not, with work elsewhere
-  // in between, in two patches.
+  // The steps are tiny, medium and large, with and without rotation. Some steps do not continue the previous sweep, and
+  // between some of them work is done elsewhere or in the other patch.
   const haptics::DenseTissue block = haptics::read_solids(Json::parse(box(0.1), "tissue"));
   for (const haptics::HeadShape head : haptics::head_shapes()) {
     const int shape = static_cast<int>(head);
@@ -379,7 +380,7 @@ TEST(Carver, TheVolumeHoldsTheSameBitsAsThePatch) {
   bench.carver.volume().copy(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data());
   std::size_t different = 0;
   for (std::size_t i = 0; i < patch.distance.size(); ++i) {
-    // Beyond the margin of the cuts both keep what they had; nearer they must agree to the bit.
+    // Beyond the margin of the cuts, both fields keep their old values. Nearer to the surface, all bits must agree.
     different += patch.distance[i] != mine.distance[i];
   }
   EXPECT_EQ(different, 0u);

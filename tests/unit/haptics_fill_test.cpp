@@ -27,7 +27,7 @@ using test::HapticBench;
 
 constexpr std::size_t kFilled = static_cast<std::size_t>(Tissue::kComposite);
 
-/// A block of dentin with a round cavity, 3 mm wide and 2.5 mm deep, from z = 2 mm down.
+/// A block of dentin with a round cavity, 3 mm wide and 2.5 mm deep. Its opening is at z = 2 mm.
 constexpr const char* kCavity = R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"difference": [
   {"box": {"size_mm": [7,7,4]}}, {"cylinder": {"center_mm": [0,0,1.5], "axis": [0,0,1], "radius_mm": 1.5, "height_mm": 4}}]}}]})";
 
@@ -54,7 +54,7 @@ ServoSettings filling() {
   return s;
 }
 
-/// The instrument's end at height z in the cavity, whose floor is at -0.5 mm.
+/// Returns the pose of the instrument whose end is at height z in the cavity. The cavity's floor is at -0.5 mm.
 Pose end_at(double x, double z) {
   return {{x, 0, z + 1.5_mm}, {1, 0, 0, 0}};
 }
@@ -121,7 +121,7 @@ TEST(Filling, TheRequestedVolumeIsAddedWithEveryInstrumentAtRestOrMoving) {
 }
 
 TEST(Filling, MaterialWithoutRoomIsReportedAndCrossesNoWall) {
-  // A pit that the instrument nearly fills, in a block whose sides are two millimetres away.
+  // The instrument nearly fills the pit. The sides of the block are two millimetres away.
   ServoSettings s = filling();
   s.tools[0].fill_within = s.tool.fill_within =
       haptics::read_solid(Json::parse(R"({"box": {"center_mm": [0, 0, -5], "size_mm": [40, 40, 14]}})", "within"));
@@ -202,7 +202,9 @@ TEST(Filling, PatchAndVolumeHoldTheSameBitsAndTheVolumeIsBalanced) {
   EXPECT_NEAR(grown, told, 1e-3 * told);
   EXPECT_EQ(-bench.last.removed[kFilled], told) << "all of it is the filling's";
   EXPECT_NEAR(after[kFilled], told,
-              0.2 * told);  // a voxel has only one label, so filling in a voxel that is half dentin counts as dentin
+              // tolerance of 20 %: a voxel has only one label, so filling in a voxel that is half dentin counts as
+              // dentin
+              0.2 * told);
 }
 
 TEST(Filling, GrowsUpToTheHeadAndNeverPushesTheHand) {
@@ -371,7 +373,7 @@ TEST(Filling, FillingAndEmptyingRestoresTheLabelsAlsoAfterUndoAndFromAFile) {
     volume.copy_for_patch(lo, hi - lo + 1, nullptr, labels.data());
     return labels;
   };
-  // Enamel over dentin, and a pocket across both.
+  // A block of enamel over dentin, with a pocket that reaches into both.
   constexpr const char* kLayers =
       R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [4,4,3]}}},
     {"tissue": "dentin", "solid": {"box": {"center_mm": [0,0,-0.5], "size_mm": [4,4,2]}}}]})";

@@ -37,7 +37,7 @@ using test::HapticBench;
 constexpr auto kDentin = static_cast<std::size_t>(Tissue::kDentin);
 constexpr double kDentinEnergy = 8e9;  // J/m³, of test::plain_materials()
 
-/// A block of dentin, its top at z = 2.5 mm. Empty: nothing is said of hardness.
+/// Returns a block of dentin with its top at z = 2.5 mm. If `hardness` is empty, the block's JSON has no hardness.
 std::string block(const std::string& hardness = "") {
   return fmt::format(
       R"({{"voxel_mm": 0.1, "solids": [{{"tissue": "dentin"{}, "solid": {{"box": {{"size_mm": [5, 5, 5]}}}}}}]}})",
@@ -145,8 +145,8 @@ TEST(Hardness, HalfTheHardnessGivesTwiceTheVolumePerJouleAndPerSecond) {
 }
 
 TEST(Hardness, TheVolumePerJouleInThreeLayersIsInverselyProportionalToTheirHardness) {
-  // Through the layers in one go: while the bur's end is in the middle of a layer it cuts that one alone, but for what
-  // its flank takes of the one above: at most 0.6 mm up.
+  // Drills through all layers in one run. While the bur's end is in the middle of a layer, the bur cuts nearly only
+  // this layer. Only its flank, which reaches at most 0.6 mm up, also cuts the layer above.
   double last = 1e300;
   for (std::size_t i = 0; i < kLayers.size(); ++i) {
     const double top = 2.5_mm - 1.2_mm * static_cast<double>(i);
@@ -170,7 +170,7 @@ TEST(Hardness, IsSampledWithTheTrilinearWeightsOfTheLabels) {
   const VoxelFrame& frame = carver.volume().frame();
   for (int i = 0; i < 1000; ++i) {
     const dvec3 p_V = frame.to_voxels(dvec3(within(random), within(random), within(random)) * kMillimetre);
-    // A trilinear sample reproduces what is linear.
+    // Trilinear interpolation reproduces a linear hardness exactly.
     EXPECT_NEAR(sample_hardness(patch, p_V)[kDentin], (10 + p_V.z) / 255, 1e-12);
     EXPECT_EQ(sample_tissue(patch, p_V)[kDentin], 1);
     EXPECT_NEAR(hardness_at(patch, p_V), (10 + std::floor(p_V.z + 0.5)) / 255, 1e-12);
@@ -247,7 +247,7 @@ TEST(Hardness, TheCostOfACutIsTheSumOverAllSamplesForEveryHeadPathAndFilling) {
       Pose at{{0, 0, 2.5_mm + bur.half()}};
       double most = 0;
       for (int i = 0; i < 60; ++i) {
-        // Slow cuts with lists, then fast ones that turn the head.
+        // First makes slow cuts, which use the lists of active samples; then fast cuts that rotate the head.
         const double step = i < 30 ? 0.003_mm : i < 45 ? 0.03_mm : 0.3_mm;
         Pose to = at;
         to.p += step * dvec3(within(random), within(random), within(random) - (i < 45 ? 0.6 : 0));
@@ -353,13 +353,13 @@ TEST_F(HardnessFile, StoresEveryValueAlsoDeepInside) {
     double hardness;
   };
   const Case cases[] = {{layered(), {0, 0, 0}, 1},
-                        // Leaves within one tile, and others beside it.
+                        // Some leaves are within one tile of the volume, others beside it.
                         {R"({"voxel_mm": 0.1, "band_mm": 0.4, "solids": [
           {"tissue": "dentin", "hardness": 0.7, "solid": {"box": {"size_mm": [10, 10, 10]}}},
           {"tissue": "caries", "hardness": 0.2, "solid": {"sphere": {"radius_mm": 0.35}}}]})",
                          {0, 0, 0},
                          0.2},
-                        // 128³ voxels below a surface at x = 14 mm are a single tile.
+                        // 128³ voxels below a surface at x = 14 mm. The volume stores them as a single tile.
                         {R"({"voxel_mm": 0.1, "band_mm": 0.4, "domain_mm": [[0, 0, 0], [14.4, 12.7, 12.7]], "solids": [
           {"tissue": "dentin", "hardness": 0.7, "solid": {"halfspace": {"normal": [1, 0, 0], "offset_mm": 14}}}]})",
                          {6.0_mm, 6.0_mm, 6.0_mm},
@@ -499,7 +499,7 @@ TEST(Hardness, AFillingHasItsOwnHardnessAndCuttingItOutRestoresTheTissues) {
   carver.volume().copy(glm::ivec3(glm::round(in_filling)), glm::ivec3(1), nullptr, nullptr, &filled);
   EXPECT_EQ(filled, kOwnHardness);
 
-  // From a file, and cut out again, in the patch and in the volume.
+  // The volume comes from a file. It is then cut, in the patch and in the volume.
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() / fmt::format("typodont_hardness_filled_{}.vdb", getpid());
   carver.volume().save(file);
@@ -545,7 +545,8 @@ TEST(Hardness, AnUpdatedPatchHasTheValuesOfANewlyExtractedOne) {
 }
 
 TEST(Servo, TheForceLimitIs200NewtonIfTheSceneAllowsItAndElseTwenty) {
-  // A probe of 3 mm in radius, 2 mm deep in a ball of 20 mm: 100 N/mm × 2 mm along the line of centres.
+  // A probe with a radius of 3 mm is 2 mm deep in a ball of 20 mm. So its force is 100 N/mm × 2 mm along the line
+  // between the centres.
   for (const double limit : {20.0, 300.0}) {
     ServoSettings s = probe();
     s.tool.diameter = s.tool.length = 6.0_mm;

@@ -96,7 +96,8 @@ TEST(VoxelPenalty, ItsDirectionHasErrorsOfDegreesWhereTheOffsetSurfaceIsExact) {
 }
 
 TEST(VoxelPenalty, TheTorqueIsTheSumOfTheSamplesLeverTimesForce) {
-  // A cylinder that lies flat on a block's edge, with its middle 1 mm beyond: the block pushes on one half only.
+  // A cylinder lies flat on the edge of a block, with its middle 1 mm beyond the edge. So the block pushes on one half
+  // of the cylinder only.
   haptics::ServoSettings settings = probe_settings("voxel_penalty");
   settings.tool.shape = haptics::HeadShape::kCylinder;
   settings.tool.diameter = 1.0_mm;
@@ -129,8 +130,8 @@ TEST(VoxelPenalty, AWallHasTheScenesStiffnessUpToADepthOfTheHeadsRadius) {
   for (const double mm : {0.3, 0.4, 0.5}) EXPECT_NEAR(pushed_back(mm), mm, 0.15 * mm) << mm << " mm at 1 N/mm";
 }
 
-// Without a proxy, no penalty model can stop a head whose pushing force needs a depth larger than its radius. At larger
-// depths, the samples on the far side push the head forward.
+// Without a proxy, a penalty model holds a head only up to a depth of about the head's radius. At larger depths, the
+// samples on the far side push the head forward.
 TEST(VoxelPenalty, HoldsNoMoreThanItsStiffnessTimesTheHeadsRadius) {
   double most = 0;
   for (double mm = 0.1; mm < 1.3; mm += 0.1) most = std::max(most, pushed_back(mm));

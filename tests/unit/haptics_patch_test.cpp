@@ -137,7 +137,7 @@ TEST(SurfacePatch, AMovedPatchHasTheBitsOfANewlyExtractedOne) {
       }
       carver.apply(cut);
       const haptics::Sweep sweep(tools[0], cut.X_WA, cut.X_WB, carver.volume().frame());
-      haptics::carve(patch, sweep);  // a cut that the carver does not have, so the owner's changes must be copied again
+      haptics::carve(patch, sweep);  // the carver does not make this cut, so it must copy the owner's changes again
     }
     if (round % 7 == 6) undone += carver.undo();
     const double step = round % 5 == 4 ? 12 : round % 2 ? 0.7 : 0.1;  // mm
@@ -228,7 +228,7 @@ TEST(PatchExchange, TheServoTakesACompletePatchAndLeavesOthersToTheCarverFirst) 
   EXPECT_FALSE(exchange.keep_up(bench.carver, tick.patch));
   carve();
 
-  // The exchange does not wait for ever for a carver that is too slow.
+  // The exchange must not wait for ever for a carver that is too slow.
   exchange.offer(bench.carver, {0, 0, 2.5_mm});
   drill(3);
   EXPECT_FALSE(take(1'000'000));
@@ -281,7 +281,7 @@ TEST(PatchExchange, TheCarverCopiesIntoThePatchThatTheServoReplacedLast) {
   EXPECT_EQ(memory.size(), 2u);
 }
 
-/// What a live session records of its patches.
+/// A patch as a live session records it.
 struct Use {
   std::uint64_t tick, cuts;
   std::uint32_t number;

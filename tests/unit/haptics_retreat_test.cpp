@@ -35,7 +35,7 @@ struct Hand {
   std::uint32_t faults = 0;
 
   explicit Hand(const haptics::ServoSettings& settings) : bench(kBlock, settings) {}
-  /// Moves to `to` in a straight line. `speed`: m/s.
+  /// Moves to `to` in a straight line. `speed` is in m/s.
   void go(const dvec3& to, double pedal, double speed = 10e-3) {
     const int ticks = std::max(1, static_cast<int>(glm::length(to - at) / (speed * 1e-3)));
     const dvec3 from = at;
@@ -110,7 +110,7 @@ TEST(Retreat, AHandThatPushesIntoAWallIsHeldHoweverLong) {
 }
 
 TEST(Retreat, AMissingPathBackIsReportedToTheUser) {
-  // The session begins inside a closed hollow, so there is no path that led there.
+  // The session begins inside a closed hollow, so the tool did not come in on any path.
   HapticBench bench(
       R"({"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"difference": [
            {"box": {"size_mm": [6, 6, 6]}}, {"sphere": {"radius_mm": 1.2}}]}}]})",

@@ -40,11 +40,11 @@ ServoSettings settings(const Tool& tool, double damping = 0) {
   return s;
 }
 
-/// A wall whose face lies at x = 0, from z = 3 mm up: beside the shank, and out of the head's reach below.
+/// A wall with its face at x = 0, above z = 3 mm. It is beside the shank, and the head below cannot reach it.
 constexpr const char* kWall = R"({"voxel_mm": 0.1, "solids": [
   {"tissue": "enamel", "solid": {"box": {"center_mm": [2.5, 0, 6], "size_mm": [5, 8, 6]}}}]})";
 
-/// The tool's axis is along z and its head at the height of the origin. Moves the tool in x to `x` at 20 mm/s.
+/// Moves an upright tool in x to `x` at 20 mm/s. The tool's head is at the height of the origin.
 void lean(HapticBench& bench, double x, double pedal = 0, int hold = 200) {
   const double from = -1.2_mm;
   for (double at = from; at < x; at += 20e-6) bench.tick({{at, 0, 0}}, pedal);
@@ -58,7 +58,7 @@ TEST(Shank, PushesBackWithStiffnessTimesDepthAndTurnsTheToolAboutItsHead) {
   EXPECT_NEAR(glm::length(bench.last.f_T_W), 0.2, 5e-3);
   EXPECT_EQ(bench.last.tissue, Tissue::kEnamel);
   EXPECT_NEAR(bench.last.X_WG.p.x, -0.8_mm, 5e-6);
-  // The wall touches it from 3 mm up: the torque about the head is force × that height, or more.
+  // The wall touches the shank above z = 3 mm. So the torque about the head is at least the force times this height.
   EXPECT_NEAR(bench.last.tau_T_W.x, 0, 1e-5);
   EXPECT_LT(bench.last.tau_T_W.y, -0.2 * 2.9e-3);
   EXPECT_GT(bench.last.tau_T_W.y, -0.2 * 8.6e-3);
@@ -94,8 +94,8 @@ TEST(Shank, StopsABurThatWouldCutDeeper) {
     z = std::max(z - 5e-6, 2.0_mm);
     bench.tick({{0, 0, z}}, 1);
   }
-  // The shank is 1.2 mm wide 0.6 mm above its lower end at 0.4 mm: there the rim of the groove, at z = 4 mm, holds it.
-  // The rim of a difference is known to a tenth of a millimetre, which along so slim a cone is more than twice that.
+  // The shank is 1.2 mm wide at 1.0 mm above the head. There the rim of the groove, at z = 4 mm, holds the shank. The
+  // position of a rim has an error of a tenth of a millimetre; along such a slim cone, this is more than 0.2 mm.
   EXPECT_NEAR(bench.last.X_WG.p.z, 3.0_mm, 0.3_mm);
   EXPECT_GT(bench.last.f_T_W.z, 0.3);
   EXPECT_EQ(total(bench.last.removed), 0);
@@ -124,15 +124,15 @@ TEST(Shank, FollowsTheHeadIntoTheHoleItDrills) {
 }
 
 TEST(Shank, IsFeltWhereverTheToolIsTilted) {
-  // Lying on the edge of a block: head in the air beyond, shank across the edge.
+  // The tool lies on the edge of a block: the head is in the air beyond the edge, and the shank lies across it.
   constexpr const char* kBlock =
       R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"center_mm": [4, 0, -2], "size_mm": [6, 8, 4]}}}]})";
   for (const double tilt : {60.0, 75.0, 90.0}) {
     HapticBench bench(kBlock, settings(bur_with_shank()));
     const double a = tilt * kPi / 180;
     const dquat R = glm::angleAxis(a, dvec3(0, 1, 0));  // +z towards +x
-    // The axis passes the edge (1, ·, 0) at the height at which the shank, 0.8 mm in radius 4 mm up, would sink 0.2 mm
-    // in.
+    // The pose is chosen so that the shank sinks 0.2 mm into the edge at (1, ·, 0). It touches the edge 4 mm above its
+    // lower end, where its radius is 0.8 mm.
     const dvec3 axis(std::sin(a), 0, std::cos(a)), out(-std::cos(a), 0, std::sin(a));
     const dvec3 end = dvec3(1.0_mm, 0, 0) + (0.8_mm - 0.2_mm) * out - 4.4_mm * axis;
     for (int i = 0; i <= 400; ++i) bench.tick({end + (1.0_mm - 5e-6 * std::min(i, 200)) * out, R}, 0);
@@ -189,7 +189,7 @@ TEST(Shank, IsNotTestedFarFromTheSurface) {
       settings(tool));
   bench.tick({{0, 0, 0}});
   haptics::NonCuttingContacts contacts(tool, 0.1_mm);
-  // The search ignores contacts at more than 0.8 voxels.
+  // The contact is farther away than 0.8 voxels, so the search ignores it.
   EXPECT_GT(contacts.room(bench.patch(), {bench.settings.frame.to_voxels(dvec3(0)), {1, 0, 0, 0}}), 2.0);
 }
 

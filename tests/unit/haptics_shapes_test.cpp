@@ -35,8 +35,8 @@ struct Error {
   double magnitude = 0;  // relative, worst
 };
 
-/// The probe is led to hand(0) from `from` and along hand(s), s from 0 to 1; `pushed`: what a hand there should feel at
-/// 1 N/mm, by the shape's formula.
+/// Moves the probe from `from` to hand(0) and along hand(s), with s from 0 to 1. `pushed`: returns the displacement of
+/// the hand by the shape's formula; at 1 N/mm, it is also the force.
 Error slide(const std::string& tissue, const dvec3& from, const std::function<dvec3(double)>& hand,
             const std::function<dvec3(const dvec3&)>& pushed) {
   HapticBench bench(tissue, probe());
@@ -52,7 +52,8 @@ Error slide(const std::string& tissue, const dvec3& from, const std::function<dv
   return worst;
 }
 
-/// Over one edge of a box of 6 mm, from face to face, `deep` of the ball's radius inside the surface that it feels.
+/// Moves a ball over one edge of a box of 6 mm, from face to face. The hand is inside the surface by the fraction
+/// `deep` of the ball's radius.
 Error over_edge(double voxel_mm, double deep) {
   const dvec3 middle(0.13_mm, -0.07_mm, 0.21_mm);
   const double half = 3.0_mm, g = kBall * (1 - deep);
@@ -90,7 +91,7 @@ TEST(Contact, OverABoxsCornerTheForceErrorIsAtMostTwoHundredthsOfADegree) {
   EXPECT_LT(error.magnitude, 2e-4);
 }
 
-/// Round in a bore, along its axis meanwhile.
+/// Moves a ball around in a bore and along the bore's axis at the same time.
 Error round_in(double voxel_mm, double radius) {
   const dvec3 axis = glm::normalize(dvec3(0.2, -0.1, 1)), u = glm::normalize(glm::cross(axis, dvec3(0, 1, 0))),
               v = glm::cross(axis, u);
@@ -127,7 +128,8 @@ TEST(Contact, InANarrowBoreTheForceErrorIsAtMostTwoHundredthsOfADegreeFromEightV
 }
 
 TEST(Contact, InATaperedHoleTheForceErrorIsAtMostTwoHundredthsOfADegree) {
-  // Walls 8° from the axis: 1.9 mm at the middle of the block, less below.
+  // The walls of the hole have an angle of 8° to its axis. The hole's radius is 1.9 mm in the middle of the block and
+  // smaller below.
   const double slope = std::tan(8.0_deg), middle = 1.9_mm;
   const std::string solid = fmt::format(R"({{"difference": [{{"box": {{"size_mm": [9, 9, 8]}}}},
       {{"cone": {{"radius_mm": {}, "top_radius_mm": {}, "height_mm": 12}}}}]}})",

@@ -41,7 +41,7 @@ struct Pressed {
 
   Pressed(const Tool& tool, std::shared_ptr<const SoftSurface> layer)
       : tools{tool}, surface(std::move(layer)), tissue(surface, tools, kCoupling) {}
-  /// Holds the tool's lowest point at height z (m) above the layer for `seconds`.
+  /// Holds the lowest point of the tool at the height z (m) over the layer for `seconds`.
   void hold(double z, double seconds, double cutting = 0, dvec3 at = dvec3(0)) {
     for (int i = 0; i < static_cast<int>(std::lround(seconds * 1000)); ++i, t += 1'000'000) {
       const Pose X_WG{at + dvec3(0, 0, z + tools[0].half())};
@@ -149,7 +149,8 @@ TEST(SoftTissue, TheDentAroundATipIsThatOfAPasternakFoundation) {
   Pressed layer(ball_probe(0.4_mm), flat_layer(law, 2.1e-3));
   layer.move(0, -0.6_mm, 2e-3);
   layer.hold(-0.6_mm, 3);
-  // w(r) ~ K0(r / l) with l² = T / κ, T = E h / 27 (N/m) and κ = E / h (N/m³)
+  // The inward displacement w at the distance r is proportional to K0(r / l), with l² = T / κ, T = E h / 27 (N/m) and κ
+  // = E / h (N/m³).
   const double l = layer.surface->points()[0].thickness / std::sqrt(27.0);
   const auto inward = [&](double r) { return layer.tissue.inward(layer.nearest({r, 0.075_mm, 0})); };
   const double r1 = 0.375_mm, r2 = 0.825_mm;

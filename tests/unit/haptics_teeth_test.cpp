@@ -12,7 +12,8 @@ namespace {
 
 using namespace literals;
 
-/// What the hand feels after a bur, whose side has pressed on a wall of enamel for half a second, left it at 50 mm/s.
+/// Describes the force on the hand after a bur has left a wall of enamel at 50 mm/s. Before, the bur's side pressed on
+/// the wall for half a second.
 struct Leaving {
   double last_touch = 0;           // N, in the last tick of the contact
   std::vector<double> free_force;  // N, in the ticks after it

@@ -27,7 +27,7 @@ Tool ball(double diameter, bool cuts = true) {
   return tool;
 }
 
-/// Round burs of 1.2 mm and 1.6 mm, a cylinder of 1 mm × 4 mm, a probe of 0.5 mm.
+/// Returns settings with four tools: round burs of 1.2 mm and 1.6 mm, a cylinder of 1 mm × 4 mm, and a probe of 0.5 mm.
 ServoSettings four_tools() {
   ServoSettings s;
   s.tools = {ball(1.2_mm), ball(1.6_mm), ball(1.0_mm), ball(0.5_mm, false)};
@@ -40,7 +40,7 @@ ServoSettings four_tools() {
   return s;
 }
 
-/// Moves to height z at 25 mm/s or less and stays there, for `ticks` ticks in all.
+/// Moves to height z at 25 mm/s or less, and stays there until `ticks` ticks are over.
 void run(HapticBench& bench, int ticks, double z, double pedal, std::uint32_t tool) {
   const double z0 = bench.t == 0 ? z : bench.last.X_WT.p.z;
   for (int i = 1; i <= ticks; ++i) {
@@ -127,7 +127,8 @@ TEST(ToolTray, ConstantChangesOfToolGiveNoForceStepAndEqualBitsInPatchAndVolume)
   }
   EXPECT_EQ(seen, 15u);
   EXPECT_GT(bench.last.cuts, 500u);
-  // The fastest way in is 10 mm/s through a coupling of 0.5 N/mm: 5 mN a tick, and the damper's share of 20 mN.
+  // The hand moves in at 10 mm/s or less. With a coupling of 0.5 N/mm, this changes the force by 5 mN per tick. The
+  // damper adds up to 20 mN.
   EXPECT_LT(jump, 0.05);
   const haptics::SurfacePatch& patch = bench.patch();
   std::vector<float> volume(patch.distance.size());

@@ -66,14 +66,15 @@ TEST_F(VdbGuard, AnyChangedByteOfASealedFileIsNoticed) {
 }
 
 TEST_F(VdbGuard, WithoutRoomForACopyAnIntactVolumeIsNotReportedAsDamaged) {
-  // The process that reads says so by its exit status: /dev/full takes nothing …
+  // The process that reads the volume reports the reason by its exit status. Here it is a full disk: nothing can be
+  // written to /dev/full.
   const std::string reader =
       (std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "typodont-volume-reader").string();
   ASSERT_TRUE(std::filesystem::exists(reader)) << reader;
   const int status =
       std::system(fmt::format("{} {} /dev/full distance >/dev/null 2>&1", reader, file_.string()).c_str());
   EXPECT_EQ(WEXITSTATUS(status), 3);
-  // … and the program, whose temporary folder is full, passes it on.
+  // The program must show the same reason if its temporary folder is full.
   const std::string cache = file_.string() + ".cache";  // an empty one: what is kept needs no copy
   ::setenv("TYPODONT_CACHE", cache.c_str(), 1);
   const std::string stand_in = file_.string() + ".reader";
@@ -104,7 +105,8 @@ TEST_F(VdbGuard, UnderASmallLimitOfTheFileSizeAnIntactVolumeIsNotReportedAsDamag
   std::filesystem::remove_all(cache);
 }
 
-/// Time and memory of a session grow with the box around the tissue. One far voxel took 45 s and 7 GB.
+/// Time and memory of a session grow with the box around the tissue. Before volumes were checked, one far voxel cost 45
+/// s and 7 GB.
 TEST_F(VdbGuard, AVolumeWithAFarVoxelIsRefused) {
   openvdb::initialize();
   openvdb::io::File in(file_.string());
@@ -130,7 +132,7 @@ TEST_F(VdbGuard, AVolumeWithAFarVoxelIsRefused) {
       HasSubstr("spread over"));
   EXPECT_THAT(message_with([](auto&, auto& labels) { labels.tree().addTile(3, openvdb::Coord(0, 0, 4096), 1, true); }),
               HasSubstr("spread over"));
-  // A second piece at the distance of another tooth is legal.
+  // A second piece of tissue may be as far away as another tooth.
   EXPECT_EQ(message_with([](auto& field, auto& labels) {
               field.tree().setValue(openvdb::Coord(200, 0, 0), 0.1f);
               labels.tree().setValue(openvdb::Coord(200, 0, 0), 1);
@@ -184,8 +186,8 @@ TEST_F(VdbGuard, TheProcessThatReadsHasLittleMemory) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "a sanitizer's own memory has no limit (guarded_process.cpp)";
 #endif
-  // A thousand times the memory that a file of its size may take, in counts that the file does not hold: every length
-  // of every block is tried as a huge number.
+  // Writes huge numbers in place of every length of every block. The file would then need a thousand times the memory
+  // that a file of its size may need.
   std::string damaged = bytes_.substr(0, bytes_.size() - kSealBytes);
   const std::size_t tree = damaged.find("background");
   for (std::size_t at = tree == std::string::npos ? 200 : tree; at + 4 < damaged.size() && at < 3000; at += 127) {

@@ -27,7 +27,7 @@ std::vector<std::byte> packet(std::array<double, 6> numbers) {
   return bytes;
 }
 
-/// A socket that sends to a port of this machine.
+/// A socket that sends packets to a port of this machine.
 class Sender {
  public:
   explicit Sender(std::uint16_t port) : socket_(::socket(AF_INET, SOCK_DGRAM, 0)) {
@@ -46,7 +46,7 @@ class Sender {
   sockaddr_in to_{};
 };
 
-/// A tracker on the first free port, and that port.
+/// Starts a tracker on the first free port. Sets `port` to this port.
 std::unique_ptr<HeadTracker> listen(DisplayRig rig, std::uint16_t& port) {
   for (port = 24200; port < 24300; ++port) {
     rig.head.tracker = "opentrack:" + std::to_string(port);
@@ -202,7 +202,7 @@ TEST(HeadTracker, TurnsTheLineOfTheEyesWithTheHead) {
   }
   const Head head = tracker->at(now());
   EXPECT_LT(glm::distance(head.eye_center, dvec3(0.03, -0.02, 0.65)), 1e-6);
-  // Yaw to the left: the right eye comes nearer to the picture.
+  // The head has turned to the left, so the right eye is nearer to the picture.
   EXPECT_LT(glm::distance(head.right, dvec3(std::cos(kPi / 6), 0, -std::sin(kPi / 6))), 1e-6);
   EXPECT_EQ(head.ipd, rig.head.ipd);
 }

@@ -94,7 +94,7 @@ TEST(Corrections, TheBrushAddsTissueWhereItMay) {
   EXPECT_LT(distance_at(made, {kBall + 0.7e-3, 0, 0}), 0);
   EXPECT_GT(distance_at(made, {kBall + 1.3e-3, 0, 0}), 0);
   EXPECT_GT(total(volumes(made)), ball_volume(kBall) + 0.4 * ball_volume(1e-3));
-  // Outside the box nothing is added, and at its walls there is a surface.
+  // Outside the box nothing may be added, and the tissue must end at the walls of the box.
   stroke.path = {dvec3(5.4e-3, 0, 0)};
   correct(made, stroke);
   const DenseTissue& t = made.tissue;
@@ -108,7 +108,7 @@ TEST(Corrections, ASeedSpreadsThroughSimilarGreyValuesOnly) {
   EXPECT_NEAR(volume(made, Tissue::kEnamel), ball_volume(kCore), 0.05 * ball_volume(kCore));
   EXPECT_NEAR(volume(made, Tissue::kCancellousBone), ball_volume(kBall) - ball_volume(kCore),
               0.02 * ball_volume(kBall));
-  // The relabelled region ends at the limit of its reach.
+  // The label may not change beyond the reach of 1 mm.
   made = ball();
   correct(made, LabelSeed{LabelKind::kMetal, dvec3(0, 0, 0), 1e-3, 0.3});
   EXPECT_NEAR(volume(made, Tissue::kAmalgam), ball_volume(1e-3), 0.15 * ball_volume(1e-3));

@@ -32,7 +32,7 @@ constexpr double kVoxel = 0.25;                                                 
 const glm::ivec3 kSize(30, 26, 28);                                               // of the scan
 const dvec3 kCenter(3.4, 3.1, 3.6), kLump(5.6, 3.1, 4.4), kOrigin(-20, 35, 112);  // mm
 
-/// A ball like a tooth, with a lump towards the patient's left and slightly upwards.
+/// Returns the grey values of a ball like a tooth, with a lump towards the patient's left and slightly upwards.
 std::vector<double> greys_of(const Placed& placed, const glm::ivec3& size, const dvec3& spacing) {
   test::Phantom p;
   p.size = size;
@@ -194,7 +194,7 @@ TEST(ImportDicom, LeftStaysLeftHoweverTheSlicesLie) {
 
 TEST(ImportDicom, GantryTiltIsCorrected) {
   constexpr double kTilt = -18.5 * kPi / 180;
-  // Slices leaned back, stacked along the table.
+  // The slices lean back and are stacked along the table.
   Placed placed;
   placed.y = dvec3(0, std::cos(kTilt), std::sin(kTilt));
   placed.origin = kOrigin + dvec3(0, -1, -1);
@@ -319,7 +319,7 @@ TEST(ImportDicom, NoPersonalDataAreWritten) {
   const Imported i = import_tissue(test::write_series("person", images), {});
   std::vector<std::string> said = i.report.notes;
   said.insert(said.end(), {i.report.format, i.report.space});
-  // Errors, too, although they are about single files.
+  // Error messages must not contain personal data either, although they are about single files.
   std::vector<DicomImage> missing = images;
   missing.erase(missing.begin() + 5);
   said.push_back(message_of(test::write_series("person_missing", missing)));

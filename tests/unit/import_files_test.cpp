@@ -263,7 +263,7 @@ TEST(ImportOrientation, FlippedAxesKeepPlaceAndHandedness) {
 }
 
 TEST(ImportLabels, LabelsLieAtTheTissueOfTheScanInBothFormats) {
-  // An oblique scan in RAS, its body turned afterwards.
+  // An oblique scan in RAS coordinates. Its body is rotated, too.
   const double a = 20 * kPi / 180;
   const dvec3 x(0.25 * std::cos(a), 0.25 * std::sin(a), 0), y(-0.25 * std::sin(a), 0.25 * std::cos(a), 0);
   write(scratch("labelled.nrrd"),

@@ -102,7 +102,7 @@ TEST(ImportShells, OverlappingShellsAreUnitedForAnyOrientation) {
 }
 
 TEST(ImportShells, DistanceInTheOverlapIsThatToTheUnionsSurface) {
-  // Large triangles, half of each within the other box.
+  // Two boxes overlap. Their triangles are large, and half of each triangle is within the other box.
   Soup s = box({0, 0, 0}, {10, 6, 6});
   s.add(box({5, 0, 0}, {15, 6, 6}));
   const Imported i = import_tissue(s.write("boxes.stl"), bone());
@@ -174,7 +174,7 @@ TEST(ImportParts, OneFilePerTissueGivesEachItsOwnLabel) {
   EXPECT_NEAR(volume(i, Tissue::kDentin) / (sphere(3) - sphere(1)), 1, 0.02);
   EXPECT_NEAR(volume(i, Tissue::kPulp) / sphere(1), 1, 0.05);
   EXPECT_EQ(i.report.bodies_kept, 1);
-  // Deep inside, the surface of a single tissue has no effect.
+  // Deep in the tissue, the distance must not depend on the surface that separates single tissues.
   const DenseTissue& t = i.tissue;
   const glm::ivec3 p(glm::round(t.frame.to_voxels(dvec3(3e-3, 0, 0))));
   EXPECT_NEAR(t.distance[t.at(p.x, p.y, p.z)], -1e-3, 0.05e-3);
@@ -263,7 +263,7 @@ struct Arch {
     const double r = kRadius + across, z = height(angle, across);
     return {{r * std::cos(angle), r * std::sin(angle), z}, z < kNeck};
   }
-  /// Coloured PLY with its triangles; `scale`: units per mm.
+  /// Returns the arch as a PLY file with its triangles, and with colours if `colors` is true. `scale`: units per mm.
   static std::string ply(double scale, bool colors, bool turned, double bottom_shift = 0) {
     constexpr int kAlong = 160, kAcross = 60;
     std::string points, faces;
@@ -357,12 +357,13 @@ TEST(ImportArch, WithoutColoursTheGumIsFoundByHeightWithAMessage) {
   EXPECT_GT(volume(i, Tissue::kGingiva), 50);
 }
 
-/// A cast: teeth along half a circle, a flat floor 13 mm below their cusps inside it and around it. Lengths in mm.
+/// A cast of a jaw: teeth along half a circle, and a flat floor 13 mm below their cusps inside the circle and around
+/// it. Lengths are in mm.
 struct Cast {
   static constexpr int kAcross = 140, kDeep = 90;
   static constexpr double kStep = 0.5, kRow = 24, kBase = 8;
   static double height(double x, double y) { return 13 * std::exp(-std::pow((std::hypot(x, y) - kRow) / 4.5, 4)); }
-  /// A closed cast has walls and a flat base kBase below the floor.
+  /// Returns the cast as a PLY file. A closed cast has walls, and a flat base kBase below the floor.
   static std::string ply(bool closed, const glm::dmat3& turn = glm::dmat3(1)) {
     std::string points, faces;
     int count = 0;

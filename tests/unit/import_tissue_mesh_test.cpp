@@ -113,7 +113,7 @@ TEST(TissueMesh, AnInsideOutMeshIsReversedWithAMessage) {
 TEST(TissueMesh, BadTrianglesAreDroppedWithAMessage) {
   const ReadTissueMesh read =
       read_tissue_mesh(write("bad.obj", obj() + "f 1 1 2\nf 3 2 1\nf 1 3 2\n"), 1e-3, Tissue::kEnamel);
-  // (1 3 2) is a second copy; (3 2 1) is that face turned, so it stays.
+  // The face (1 3 2) is a second copy of a face. (3 2 1) is the same face in the opposite direction, so it stays.
   EXPECT_THAT(read.repairs,
               testing::ElementsAre(HasSubstr("1 triangles with two equal corners"), HasSubstr("2 second copies")));
 }
@@ -150,7 +150,8 @@ TEST(TissueMesh, InvalidMeshesAreRefusedWithAReason) {
   }
 }
 
-/// A ball made of latitudes and longitudes, without the triangles above `cut` (ratio of height to radius).
+/// Returns a ball that is divided along latitudes and longitudes, without the triangles above the height `cut` (in
+/// radii).
 TissueMesh ball(const dvec3& center, double radius, double cut = 2) {
   constexpr int kRings = 48, kSectors = 96;
   TissueMesh mesh;
@@ -215,7 +216,7 @@ TEST(TissueMesh, OverlappingPartsAreOneBody) {
 TEST(TissueMesh, AnOpenMeshIsClosedByACap) {
   const TissueMesh mesh = ball({0, 0, 0}, 2e-3, 0.8);
   const double h = 0.2 * 2e-3, missing = kPi * h * h * (2e-3 - h / 3), whole = 4 * kPi / 3 * 8e-9;
-  // The cap lies where the winding number is a half, somewhere about the opening.
+  // The cap is where the winding number is one half, near the opening. So the volume is only known approximately.
   const double volume = rasterized_volume(mesh, false);
   EXPECT_LT(volume, whole);
   EXPECT_GT(volume, whole - 3 * missing);

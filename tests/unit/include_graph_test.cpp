@@ -75,7 +75,8 @@ TEST(IncludeGraph, EveryModuleIncludesOnlyWhatTheArchitectureAllows) {
   EXPECT_GT(files, 40u);
 }
 
-/// The module whose private header this is: one in a subfolder. Empty for a module's interface and for anything else.
+/// Returns the module to which this header is private, that is, in whose subfolder it is. Returns an empty text for a
+/// header of a module's interface and for all other files.
 std::string inside_of(const std::string& included) {
   const std::string module = module_of(included);
   return module.empty() || fs::path(included).parent_path() == module ? "" : module;
@@ -90,10 +91,10 @@ TEST(IncludeGraph, AHeaderInASubfolderIsIncludedByItsOwnModuleOnly) {
   });
 }
 
-// A test may look inside the module that it tests, and inside no other.
+// A test may include private headers of the module that it tests, and of no other module.
 TEST(IncludeGraph, ATestIncludesPrivateHeadersOfOneModuleOnly) {
-  // One file drives the parsers of every module. Faults arise in the session's threads and in the safety layer. The
-  // program's passes on a GPU are held against those of the contact model.
+  // These tests need several modules: one file calls the parsers of every module; faults arise in the session's threads
+  // and in the safety layer; and the program's passes on a GPU are compared with those of the contact model.
   const std::set<std::string> several = {"tests/fuzz/targets.cpp", "tests/stress/faults_test.cpp",
                                          "tests/property/packing_gpu_test.cpp"};
   std::map<std::string, std::set<std::string>> looked_into;
@@ -110,8 +111,8 @@ TEST(IncludeGraph, ATestIncludesPrivateHeadersOfOneModuleOnly) {
   }
 }
 
-/// The order in engine/app/README.md: from each name to its row. "hands/" is a folder, "scene" are scene.h and
-/// scene.cpp.
+/// Reads the order of the table in engine/app/README.md. Returns the row of each name. "hands/" is a folder; "scene"
+/// stands for scene.h and scene.cpp.
 std::map<std::string, int> app_order() {
   std::map<std::string, int> rows;
   std::ifstream in("engine/app/README.md");

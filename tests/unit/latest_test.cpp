@@ -57,7 +57,7 @@ TEST(Latest, NoBufferIsEverHeldByTwoThreads) {
   std::atomic<std::uint64_t> given_back = 0;
   std::jthread writer([&](const std::stop_token& stop) {
     for (std::uint64_t i = 2; i <= kLast; ++i) {
-      // On one core the reader may have had no turn till now.
+      // On one core, the reader may not have had a turn until now. So the writer waits for it once.
       while (i == kLast / 2 && given_back == 0 && !stop.stop_requested()) std::this_thread::yield();
       const bool mine = latest.take_back();
       for (auto& w : latest.back().words) {
@@ -121,7 +121,7 @@ TEST(Latest, ASlotBelongsToOneThreadWhenSlotsAreReturned) {
   }
 }
 
-// The value is next to nothing, so that the two threads meet where one looks and the other takes back.
+// The value is so small that the two threads often meet at the moment when one reads it and the other withdraws it.
 TEST(Latest, AWithdrawnValueIsNeverRead) {
   constexpr std::uint64_t kLast = 100'000;
   for (int round = 0; round < 10; ++round) {

@@ -247,7 +247,7 @@ TEST(EditableMesh, WithoutRoomNothingIsSplit) {
 }
 
 TEST(EditableMesh, NonManifoldEdgesAndVerticesAreSplit) {
-  // Three triangles on one edge, and two that touch in one vertex.
+  // Three triangles have one edge in common, and two triangles have one vertex in common.
   TissueMesh fin;
   fin.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}};
   fin.triangles = {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}};

@@ -24,7 +24,7 @@ ModelTissue tissue_named(const std::string& name) {
   throw std::logic_error("no tissue " + name);
 }
 
-/// The ball is led from `from` to `to` in `steps`; where it rests then.
+/// Moves the ball from `from` to `to` in `steps` steps. Returns the position at which it rests.
 dvec3 led(const ModelTissue& tissue, const dvec3& from, const dvec3& to, int steps) {
   ReferenceContact contact(tissue.shape, kProbeRadius);
   contact.place(from);
@@ -39,13 +39,14 @@ TEST(ReferenceContact, OnABallTheCentreLiesOnTheLineToTheHand) {
 }
 
 TEST(ReferenceContact, InAGrooveTheBallTouchesBothWalls) {
-  // Half an angle of 30 degrees: the centre rests r / sin 30 above the bottom, wherever the hand is below it.
+  // The groove has a half-angle of 30 degrees. The centre rests at r / sin 30 above the bottom, wherever the hand is
+  // below it.
   const dvec3 rest = led(tissue_named("groove"), {0, 0.4_mm, 1.0_mm}, {0.05_mm, 0.4_mm, -1.3_mm}, 100);
   EXPECT_LT(glm::distance(rest, dvec3(0, 0.4_mm, -2.0_mm + kProbeRadius / std::sin(30 * kDegree))), 1e-9);
 }
 
 TEST(ReferenceContact, RoundAnEdgeTheCentreKeepsTheRadiusFromIt) {
-  // Hand beside and above the edge x = 3, z = 2 of the box: the nearest surface point is on the edge.
+  // The hand is beside and above the edge x = 3, z = 2 of the box. So the nearest point of the surface is on the edge.
   const dvec3 hand(3.2_mm, 0.1_mm, 2.3_mm);
   const dvec3 rest = led(tissue_named("box edges"), {3.6_mm, 0.1_mm, 2.9_mm}, hand, 50);
   const dvec3 edge(3.0_mm, 0.1_mm, 2.0_mm);
@@ -72,7 +73,7 @@ TEST(ReferenceContact, AlongEveryPathTheBallStaysOutsideTheTissue) {
 }
 
 TEST(SweptVolume, OfACapInABallIsTheFormulaToAPercent) {
-  // The lens of two balls whose centres are d apart.
+  // Two balls whose centres are d apart have a lens in common.
   const double R = 4.0_mm, r = kProbeRadius, d = 4.2_mm;
   const double lens = kPi * std::pow(R + r - d, 2) * (d * d + 2 * d * (R + r) - 3 * std::pow(R - r, 2)) / (12 * d);
   const dvec3 c(0, 0, d);
@@ -90,7 +91,7 @@ const std::vector<BenchRow>& rows() {
   return all;
 }
 
-/// The least error of a model over its settings.
+/// Returns the smallest error of a model over its settings.
 double least(const std::string& name, const std::string& unit) {
   double error = INFINITY;
   for (const BenchRow& row : rows())

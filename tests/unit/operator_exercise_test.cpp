@@ -45,7 +45,7 @@ TEST_F(Exercise, ContainsThePaintAtItsPosition) {
   const Scene scene = read_scene(file);
   EXPECT_EQ(scene.name, "My caries");
   const double painted = load_tissue(scene).volumes()[static_cast<std::size_t>(Tissue::kCaries)];
-  // A ball swept by its radius: 4/3 π + π mm³.
+  // The volume of a ball that is moved by its own radius: 4/3 π + π mm³.
   EXPECT_NEAR(painted / kCubicMillimetre, (4.0 / 3 + 1) * kPi, 0.3);
 
   std::vector<std::filesystem::path> pictures;
@@ -65,7 +65,7 @@ TEST_F(Exercise, EveryStrokeKeepsTheHardnessItWasPaintedWith) {
   paint(expected, strokes);
   EXPECT_EQ(tissue.hash(), expected.hash());
   EXPECT_TRUE(tissue.graded());
-  // Two balls, the smaller within the larger, each with its own.
+  // There are two balls, the smaller one inside the larger one, with different hardness.
   const auto caries = static_cast<std::size_t>(Tissue::kCaries);
   const double mean = tissue.hardness_volumes()[caries] / tissue.volumes()[caries];
   EXPECT_NEAR(mean, (0.8 * 7 + 0.2) / 8, 0.02);
@@ -105,7 +105,7 @@ TEST_F(Exercise, TheSceneHasTheInstructorsStiffnessColourStepsAndRules) {
   EXPECT_EQ(rules[0].tolerance, 2);
   EXPECT_EQ(rules[0].weight, 70);
 
-  // Made anew from that, it starts from the same rules.
+  // An exercise that is made again from this scene must start with the same rules.
   const auto again = rule_choices(scene);
   for (const RuleChoice& rule : again) EXPECT_EQ(rule.counts, rule.name == "residual_caries_mm3");
 }
@@ -184,7 +184,7 @@ TEST_F(Exercise, AnInvalidRuleIsNamedWithItsDisplayedNameAndNothingIsWritten) {
 
 TEST_F(Exercise, AMeshCanBeTheIdealAndAnInvalidOneIsRefusedBeforeAnyFileIsWritten) {
   const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
-  // The block with its top taken down to 2 mm.
+  // Writes the block with its top cut down to z = 2 mm.
   std::string obj;
   for (const auto& v : {"-3 -3 -3", "3 -3 -3", "3 3 -3", "-3 3 -3", "-3 -3 2", "3 -3 2", "3 3 2", "-3 3 2"})
     obj += fmt::format("v {}\n", v);
@@ -225,7 +225,7 @@ TEST_F(Exercise, ARuleWithoutATargetIsRefusedWithItsNameAndReplacesNothing) {
   };
   const auto file = saved({.name = "Pit", .goal = "First.", .base = &base, .rules = counting("floor_depth_mm", false)});
   const std::string first = test::read_text(file.string());
-  // No ideal at all; then one where nothing was taken away.
+  // First there is no ideal at all; then there is an ideal in which nothing was removed.
   EXPECT_NE(refused({.name = "Pit", .goal = "Second.", .base = &base, .rules = counting("floor_depth_mm", true)})
                 .find("floor_depth_mm"),
             std::string::npos);
@@ -239,7 +239,7 @@ TEST_F(Exercise, ARuleWithoutATargetIsRefusedWithItsNameAndReplacesNothing) {
   for (const auto& entry : std::filesystem::directory_iterator(folder.path() / "scenes"))
     there.push_back(entry.path().filename().string());
   EXPECT_EQ(there, std::vector<std::string>{"pit.json"});
-  // What the hand did has a usual target, and is there to begin with.
+  // Rules about the hand's forces have a usual target from the start.
   for (const RuleChoice& rule : rule_choices(base)) {
     if (rule.name == "force_max_N") {
       EXPECT_EQ(rule.target, 3);
@@ -248,7 +248,7 @@ TEST_F(Exercise, ARuleWithoutATargetIsRefusedWithItsNameAndReplacesNothing) {
 }
 
 TEST_F(Exercise, AnImportedToothIsUprightAtTheCentreOfTheRigsView) {
-  // A box 2 × 3 × 8 mm whose crown points along −y.
+  // Writes a box of 2 × 3 × 8 mm whose crown points along −y.
   std::string obj;
   for (const auto& v : {"50 0 0", "52 0 0", "52 8 0", "50 8 0", "50 0 3", "52 0 3", "52 8 3", "50 8 3"})
     obj += fmt::format("v {}\n", v);
@@ -330,7 +330,8 @@ TEST_F(Exercise, AMeshMayBeInMetresOrInches) {
   }
 }
 
-/// An open sheet of 12 × 8 units at z = 0, its face up, as an OBJ; each coordinate times `scale`.
+/// Returns an open sheet of 12 × 8 units at z = 0 as an OBJ file. Its face points up. Each coordinate is multiplied by
+/// `scale`.
 std::string open_sheet(double scale) {
   std::string obj;
   for (int x = 0; x < 4; ++x)
@@ -367,7 +368,7 @@ TEST_F(Exercise, AScannedSurfaceStaysOpenAndIsCarvedAsTheMeshItIs) {
 }
 
 TEST_F(Exercise, TheHighestPointOfAScannedArchIsAtTheCentreOfTheRigsView) {
-  // Two triangles 40 mm apart, nothing between them.
+  // Two triangles are 40 mm apart, with nothing between them.
   folder.write("arch.obj", "v 0 0 0\nv 5 0 0\nv 0 5 1\nv 40 0 0\nv 45 0 3\nv 40 5 0\nf 1 2 3\nf 4 5 6\n");
   Progress progress;
   const haptics::TissueVolume volume = load_tissue(
@@ -428,7 +429,7 @@ TEST_F(Exercise, FilesOfTheRequestedKindAreListedAndAnUnreadableFolderIsEmpty) {
   EXPECT_TRUE(chooser.files.empty());
 }
 
-/// A recording of a second, as the trainee's of that folder.
+/// Writes a recording of one second into this folder, as for the trainee to whom the folder belongs.
 std::filesystem::path session_of(const std::filesystem::path& folder, const std::string& file,
                                  const std::string& scene) {
   std::filesystem::create_directories(folder);

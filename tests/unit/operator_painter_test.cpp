@@ -14,7 +14,7 @@ using Parts = std::optional<std::vector<display::Part>>;
 
 constexpr display::ivec2 kSize{400, 300};
 
-/// An interface of Dear ImGui in memory, drawn twice: where it differs, and whole.
+/// An interface of Dear ImGui in memory. It is drawn twice: once only where it differs, and once completely.
 struct Painter : testing::Test {
   void SetUp() override {
     ImGui::CreateContext();
@@ -57,7 +57,7 @@ struct Painter : testing::Test {
     ring.submit(device, target.ready, target.done);
     return parts;
   }
-  /// Some writing, a bar, a panel that moves, a picture.
+  /// Returns a frame with some text, a bar, a panel that moves, and a picture.
   Parts frame(const std::string& clock, float bar, ImVec2 panel, bool with_picture) {
     painter->new_frame();
     ImGui::NewFrame();

@@ -27,7 +27,7 @@ TEST(Shortcuts, AKeyHasTheSameActionOnEveryPageAndEachActionHasOneKey) {
   EXPECT_EQ(shortcut(Ask::kStart).name, shortcut(Ask::kAgain).name);
 }
 
-/// A letter is as wide as it has columns: Latin one, Chinese two.
+/// Returns the width of a text. A Latin letter is one column wide, a Chinese character two.
 float columns(std::string_view text) {
   float sum = 0;
   for (std::size_t i = 0; i < text.size(); ++i) {

@@ -55,7 +55,7 @@ TEST(Readme, EveryLinkLeadsToAFile) {
   EXPECT_GT(links, 30u);
 }
 
-/// The anchor that a page's heading gets: lower case, spaces to hyphens, punctuation left out.
+/// Returns the anchor that a page's heading gets: lower case, with hyphens in place of spaces, and without punctuation.
 std::string anchor_of(const std::string& heading) {
   std::string anchor;
   for (std::size_t i = 0; i < heading.size(); ++i) {
@@ -87,7 +87,7 @@ TEST(Readme, EveryAnchorOfALinkIsAHeading) {
 }
 
 TEST(Readme, TheReadmeLeadsToEveryPageForPeople) {
-  // From page to page by their links, as a reader goes.
+  // Follows the links from page to page, as a reader does.
   static const std::regex link(R"(\]\(([^)#:\s]+)(#[^)]*)?\))");
   std::set<fs::path> reached;
   std::vector<fs::path> to_read{"README.md"};
@@ -117,7 +117,7 @@ TEST(Readme, EveryPathThatAPageNamesExists) {
   EXPECT_GT(paths, 30u);
 }
 
-/// Pages for people that no command writes.
+/// Returns all pages that a person wrote. The other pages are written by a command.
 std::vector<fs::path> written_pages() {
   std::vector<fs::path> written = pages();
   std::erase_if(written, [](const fs::path& page) {
@@ -126,7 +126,8 @@ std::vector<fs::path> written_pages() {
   return written;
 }
 
-/// The lines of a page that are plain text: no code, tables, headings, pictures, links to headings, HTML.
+/// Returns the lines of a page that are plain text: without code, tables, headings, pictures, links to headings and
+/// HTML.
 std::vector<std::string> prose(const fs::path& page) {
   std::vector<std::string> lines;
   std::ifstream in(page);
@@ -159,7 +160,7 @@ TEST(Readme, APageOfMoreThan1500WordsBeginsWithATableOfContents) {
 }
 
 TEST(Readme, EveryTypeAndFunctionThatAPageNamesIsInTheCode) {
-  // `CamelCase`, `name()` and `a::b`, without what belongs to others (std, other programs' names have no two humps).
+  // Finds `CamelCase`, `name()` and `a::b`. Names of other programs with a single capital letter are not found.
   static const std::regex named(
       R"re(`((?:[a-z_]+::)*(?:[A-Z][a-z0-9]+[A-Z]\w*|[A-Za-z_]\w*\(\)|\w+::\w+)[\w:]*(?:\(\))?)`)re"),
       word(R"(([A-Za-z_]\w+))");
@@ -196,7 +197,7 @@ TEST(Readme, EveryTestThatAPageNamesExists) {
   for (const fs::path& page : pages())
     for (const std::string& name : all(text_of(page), named)) {
       if (!suites.contains(name.substr(0, name.find('.')))) continue;
-      // A page may give only the beginning of a title.
+      // A page may give only the beginning of the name of a test.
       const auto first = titles.lower_bound(name);
       EXPECT_TRUE(first != titles.end() && first->starts_with(name)) << page << ": " << name;
       ++names;
@@ -206,8 +207,8 @@ TEST(Readme, EveryTestThatAPageNamesExists) {
 
 const std::regex kNamedOption(R"re((?:^|[\s`[(])(--[a-z][a-z-]*\w))re");
 
-/// What the source of a command (COMMAND.cpp, a hyphen of its name an underscore) declares; --json, which every command
-/// has alike, aside.
+/// Returns the options that the source file of each command declares. (The file is COMMAND.cpp, with an underscore for
+/// each hyphen.) The option --json is left out, because every command has it.
 std::map<std::string, std::set<std::string>> options_by_command() {
   static const std::regex string(R"re("((?:-\w,)?--[a-z][a-z-]+(?:,[\w-]+)*)")re"), option(R"((--[a-z][a-z-]*\w))");
   std::map<std::string, std::set<std::string>> found;

@@ -81,9 +81,8 @@ TEST(PictureDifference, EqualPicturesDifferByZero) {
 
 TEST(PictureDifference, PlainPicturesHaveTheFlipOfTheirColors) {
   const glm::ivec2 size{24, 17};
-  // Green and blue are the greatest difference by definition. Black and white: |dL| = 100, so
-  // 0.95 + 0.05 (100^0.7 - 0.4 G) / (0.6 G) with G = 203.3^0.7, worked out by hand from the Lab values of the
-  // primaries.
+  // Green and blue have the largest difference by definition: 1. For black and white, |dL| = 100, so the value is 0.95
+  // + 0.05 (100^0.7 - 0.4 G) / (0.6 G). G = 203.3^0.7 was computed by hand from the Lab values of the primary colours.
   EXPECT_NEAR(mean_flip(plain(size, {0, 255, 0}), plain(size, {0, 0, 255})), 1, 1e-9);
   EXPECT_NEAR(mean_flip(plain(size, {0, 0, 0}), plain(size, {255, 255, 255})), 0.9674, 1e-3);
 }

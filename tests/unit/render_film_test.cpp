@@ -8,7 +8,7 @@
 namespace typodont::test {
 namespace {
 
-/// A grid about the tooth, and texels for all of it.
+/// A grid around the tooth, with a texel for each of its cells.
 struct Film {
   Film() {
     grid.spacing = 0.5e-3;
@@ -30,7 +30,7 @@ struct Film {
 constexpr render::FilmTexel kSlurry{.water = 200, .cover = 220, .colour = 255, .blood = 0};
 
 TEST(FilmOfTheFrame, ChangesTheLookAtEveryQualityAndLeavesNoTraceWhenItIsGone) {
-  // Light per pixel, light per corner, and the lowest level.
+  // Tests three quality levels: with light per pixel, with light per corner, and the lowest level.
   for (const std::size_t step : {std::size_t{0}, std::size_t{2}, std::size(render::kQualityLadder) - 1}) {
     const render::Quality& quality = render::kQualityLadder[step];
     Stage stage({160, 128}, quality);

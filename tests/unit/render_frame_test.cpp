@@ -30,7 +30,8 @@ TEST(Frame, AFullFrameIsCleanUnderTheValidationLayer) {
     const render::FrameStats stats = stage.draw(full_frame(desk(0.03, 0.024, 0.35), particles));
     EXPECT_TRUE(stats.drawn);
     EXPECT_GT(stats.bricks_drawn, 0);
-    // The lamp's, the eyes', and where a picture has one sample what lies over each eye's scene.
+    // One pass draws the lamp's shadow map; one or two draw the eyes' pictures. If a picture has one sample per pixel,
+    // a further pass per eye draws what lies over the scene.
     const int shadow = quality.shadow_map > 0 ? 1 : 0, over = stage.device.multiview || quality.samples > 1 ? 0 : 2;
     EXPECT_EQ(stats.passes, shadow + (stage.device.multiview ? 1 : 2) + over) << quality.name;
     EXPECT_EQ(stats.pipelines, 5 + shadow) << quality.name;  // two for the surface: of sound tissue and with decay
@@ -125,7 +126,8 @@ TEST(Frame, ABodyIsVisibleDirectlyInAMirrorOrByItsShadow) {
   // Between the lamp and what is seen.
   EXPECT_TRUE(render::in_sight(frame, at(30e-3 * frame.lights.key)));
   EXPECT_FALSE(render::in_sight(frame, at(beside + 30e-3 * frame.lights.key)));
-  // A mirror in the middle of the picture that shows what is to the right of it; also its back.
+  // A mirror in the middle of the picture shows what is to the right of the picture. Then the mirror is turned, so that
+  // the picture shows its back.
   const dvec3 half_way = glm::normalize(toward + dvec3(1, 0, 0));
   frame.mirror = {{dvec3(0), rotation_between({0, 0, 1}, half_way)}, 16e-3, 0};
   EXPECT_TRUE(render::in_sight(frame, at(beside)));
@@ -170,7 +172,8 @@ TEST(Frame, OnlyChangedBricksAreUploaded) {
   const render::FrameStats first = stage.draw(frame);
   EXPECT_EQ(first.bricks_uploaded, static_cast<int>(sound.size()));
 
-  // What the cut changed, brick by brick, must end in the same picture as drawing the cut tooth at once.
+  // Sends only the bricks that the cut changed. The picture must equal the picture in which the whole cut tooth is
+  // drawn at once.
   std::vector<render::MeshUpdate> changed;
   for (const auto& b : cut) {
     const auto old = std::find_if(sound.begin(), sound.end(), [&](const auto& s) { return s.brick == b.brick; });
@@ -266,7 +269,7 @@ TEST(Frame, TheNeckJoinsHeadAndShankHoweverLargeAPixelIs) {
     Stage stage({320, 256}, quality);
     stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 0.8e-3, 0)));
     for (int i = 0; i < 6; ++i) {
-      // The size of a pixel is from a third of the neck's width to three times this width, and the tool is anywhere
+      // A pixel is as large as a third of the neck's width up to three times this width. The tool is at any position
       // between pixels.
       const double width = 0.02 * std::pow(2, i);
       render::Frame frame = frame_of(desk(width, 0.8 * width, 0.35));
@@ -296,7 +299,7 @@ TEST(Frame, TheNeckJoinsHeadAndShankHoweverLargeAPixelIs) {
       }
       EXPECT_TRUE(left.empty()) << quality.name << ", a picture of " << 1e3 * width << " mm: " << left.size()
                                 << " pixels apart from the others";
-      // The tool's head is among the bright pixels.
+      // The tool's head must be among the bright pixels.
       const glm::dvec4 c = frame.eyes[0].projection * frame.eyes[0].view * glm::dvec4(frame.tool.X_WG.p, 1);
       const glm::ivec2 head((0.5 + 0.5 * glm::dvec2(c) / c.w) * glm::dvec2(picture.size));
       bool there = false;
@@ -315,7 +318,7 @@ TEST(Frame, TheCursorsRingIsDrawnOnTheFirstSurfaceAlongItsLine) {
     frame.views = 1;
     stage.draw(frame);
     const render::Picture without = stage.eye(0);
-    // Along the line of sight the ring is a circle, whatever the surface is like.
+    // Along the line of sight, the ring must be a circle, whatever shape the surface has.
     const dvec3 eye = frame.eyes[0].position, toward = glm::normalize(eye);
     frame.cursor = {true, 8e-3 * toward, glm::normalize(8e-3 * toward - eye), 2e-3};
     EXPECT_TRUE(stage.draw(frame).drawn);
@@ -338,7 +341,7 @@ TEST(Frame, TheCursorsRingIsDrawnOnTheFirstSurfaceAlongItsLine) {
         octants.insert(static_cast<int>(std::floor((std::atan2(d.y, d.x) + kPi) / (kPi / 4))) % 8);
       }
     EXPECT_EQ(octants.size(), 8u) << "all round";
-    // From inside or behind, the cursor's line only leaves the body.
+    // If the cursor is inside or behind the body, its line does not enter the body. Then no ring may be drawn.
     frame.cursor.p = -8e-3 * toward;
     frame.cursor.down = toward;
     stage.draw(frame);
@@ -367,7 +370,7 @@ TEST(Frame, AbsentPartsHaveNoPipeline) {
 }
 
 TEST(Frame, BothEyesTogetherEqualEachEyeAlone) {
-  // Close up, so that triangles cross every edge of the picture.
+  // The camera is so close that triangles cross every edge of the picture.
   for (const render::Quality& quality : {render::kQualityLadder[0], render::kQualityLadder[2]}) {
     Stage stage({200, 160}, quality);
     stage.renderer->update(0, tooth_mesh(2e-3, 0.8e-3));
@@ -388,7 +391,7 @@ TEST(Frame, BothEyesTogetherEqualEachEyeAlone) {
 }
 
 TEST(Frame, OnePassForBothEyesDrawsWhatTwoPassesDraw) {
-  // Where nothing crosses the picture's edge and nothing is multisampled, multiview is right on every driver.
+  // If nothing crosses the picture's edge and there is no multisampling, multiview is right on every driver.
   render::Picture pictures[2][2];
   for (int one_pass = 0; one_pass < 2; ++one_pass) {
     Stage stage({200, 160}, render::kQualityLadder[2], one_pass ? test::Passes::kOne : test::Passes::kTwo);
@@ -404,7 +407,8 @@ TEST(Frame, OnePassForBothEyesDrawsWhatTwoPassesDraw) {
 }
 
 TEST(Frame, BothEyesAreResolvedFromTheirSamples) {
-  // A device that resolves only the first layer leaves the second eye black; both must hold the tooth.
+  // A device that resolves only the first layer would leave the second eye's picture black. Both pictures must contain
+  // the tooth.
   Stage stage({160, 128});
   stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
   render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
@@ -420,7 +424,7 @@ TEST(Frame, BothEyesAreResolvedFromTheirSamples) {
     long lit = 0, softened = 0;
     for (std::size_t i = 0; i < p.rgba.size(); i += 4) {
       lit += p.rgba[i] > 70;
-      // Black by its one sample, grey by its four.
+      // Counts pixels that are black with one sample and grey with four samples.
       softened += single.rgba[i] == 0 && p.rgba[i] > 60;
     }
     EXPECT_GT(lit, 160 * 128 / 10) << e;

@@ -15,7 +15,7 @@ using render::LightScene;
 using render::LightSources;
 using render::LitTriangle;
 
-/// Two triangles; the side from which a, b, c, d run counter-clockwise is the front.
+/// Adds a plate of two triangles. Its front is the side from which a, b, c, d run counter-clockwise.
 void add_plate(std::vector<LitTriangle>& all, const glm::vec3& a, const glm::vec3& b, const glm::vec3& c,
                const glm::vec3& d, const glm::vec3& albedo) {
   all.push_back({{a, b, c}, albedo});
@@ -57,7 +57,7 @@ TEST(LightScene, WhiteBodiesInAUniformRoomAreAsBrightAsTheRoomAlsoInTheGapBetwee
   shines({3e-3, 4e-3, 5e-3}, kUp);
   shines({6e-3, 4e-3, 4e-3}, {1, 0, 0});
   shines({6e-3, 4e-3, 2.5e-3}, {1, 0, 0});
-  // Black bodies hide the room from each other: the gap is darker.
+  // Now the bodies are black and hide the room from each other. So the gap between them must be darker.
   for (LitTriangle& t : all) t.albedo = glm::vec3(0);
   const LightScene dark(all, {dvec3(-2e-3), dvec3(16e-3, 10e-3, 7e-3)}, 1e-3);
   EXPECT_LT(render::light_at(dark.light(room_of(room)), {6e-3, 4e-3, 2.5e-3}, {1, 0, 0}).x, 0.6f * room.x);
@@ -74,7 +74,7 @@ TEST(LightScene, ALitDiscGivesTheLightOfItsFormFactor) {
     };
     all.push_back({{glm::vec3(0), rim(i), rim(i + 1)}, glm::vec3(kAlbedo)});
   }
-  // A small black receiver that faces the disc, so that samples exist there.
+  // Adds a small black triangle that faces the disc, because the grid has samples only near surfaces.
   const float s = 0.05e-3f;
   all.push_back({{glm::vec3(0, 0, kHeight), {0, s, kHeight}, {s, 0, kHeight}}, glm::vec3(0)});
   const LightScene scene(all, {dvec3(-2e-3), dvec3(2e-3, 2e-3, 12e-3)}, 0.5e-3);

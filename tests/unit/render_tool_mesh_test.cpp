@@ -30,7 +30,7 @@ TEST(ToolMesh, EveryShapeStaysWithinItsDiameter) {
 TEST(ToolMesh, TrianglesFaceOutwards) {
   for (const char* shape : kShapes) {
     const ToolMesh mesh = make_tool_mesh(tool_shape(shape, 1.2e-3, 4e-3));
-    // Signed volume of the hull: positive when its triangles wind counter-clockwise seen from outside.
+    // The signed volume of the hull is positive if its triangles run counter-clockwise when seen from outside.
     double volume = 0;
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
       const glm::dvec3 a(mesh.vertices[mesh.indices[i]].hull_p), b(mesh.vertices[mesh.indices[i + 1]].hull_p),

@@ -63,7 +63,7 @@ TEST_F(Views, ASectionRemovesTissueInFrontOfThePlane) {
       for (int x = 0; x < p.size.x; ++x) n += p.at(x, y)[0] > 70;
     return n;
   };
-  // The remaining disc has a radius of √(25 − 4) mm; the ball has a radius of 5 mm.
+  // The plane cuts the ball of 5 mm radius at a height of 2 mm. The remaining disc has a radius of √(25 − 4) mm.
   EXPECT_NEAR(covered(cut_picture) / static_cast<double>(covered(whole)), 21.0 / 25, 0.05);
 }
 
@@ -85,7 +85,7 @@ TEST_F(Views, DifferenceIsBlueForTissueToRemoveAndRedForMissingTissue) {
 TEST_F(Views, TheBackOfAnOpenSurfaceIsDullAndBlueGreyAndThatOfAClosedOneIsNotDrawn) {
   frame.background = render::Background::kBlack;
   stage.renderer->remove(render::kInsidePulp);
-  // A bowl whose inside is seen: a sheet that faces away from the eye.
+  // The sheet faces away from the eye, like a bowl whose inside is seen.
   render::MeshUpdate sheet;
   sheet.brick = 1;
   for (const glm::vec3 p : {glm::vec3(-4e-3f, -4e-3f, 0), {4e-3f, -4e-3f, 0}, {4e-3f, 4e-3f, 0}, {-4e-3f, 4e-3f, 0}}) {

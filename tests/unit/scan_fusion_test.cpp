@@ -39,7 +39,7 @@ TEST(SurfacePicture, AClickFindsTheNearestPointOfTheSurface) {
     EXPECT_EQ(color[0] > color[1], p.z == 0);
   }
   EXPECT_FALSE(picture.at({0.01, 0.5}));
-  // From behind, the lower square is nearer.
+  // Seen from behind, the lower square is nearer.
   picture.look_along({0, 0, 1}, {0, 1, 0});
   (void)picture.draw(kPixels);
   const auto behind = picture.at(picture.place_of({4e-3, -7e-3, 0}));
@@ -92,7 +92,7 @@ TEST(ScanFusion, ThreePicksLayTheScanOnTheTeethAndReplaceTheCrowns) {
   const haptics::Fused fused = fusion.fused(progress);
   EXPECT_EQ(fused.tissue.size, ct->size);
   EXPECT_GT(fused.report.covered_area, 50 * kSquareMillimetre);
-  // A new point belongs to a new registration.
+  // After a point has changed, the old registration is no longer valid.
   fusion.drop_last();
   EXPECT_FALSE(fusion.registration());
 }

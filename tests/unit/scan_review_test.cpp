@@ -15,7 +15,7 @@ using haptics::ScanVolume;
 constexpr dvec3 kLarge(5e-3, 7e-3, 8e-3), kSmall(15.5e-3, 7.5e-3, 8e-3);  // m, centres of two teeth
 constexpr double kVoxel = 0.25e-3;
 
-/// Two balls of dentin with shells of enamel, one larger than the other.
+/// Writes a scan of two balls of dentin with shells of enamel. One ball is larger than the other.
 std::filesystem::path write_scan(const std::string& name, const std::string& space) {
   test::Phantom p;
   p.size = {80, 60, 64};
@@ -42,7 +42,7 @@ std::shared_ptr<const ScanVolume> scan() {
   return volume;
 }
 
-/// Computes what the review requests, as the window's worker does.
+/// Computes what the review requests, as the worker thread of the window does.
 void compute(ScanReview& review) {
   while (const auto request = review.request()) review.take(*request, scan()->import(request->options));
 }
@@ -57,7 +57,7 @@ haptics::ImportRegion around_small() {
 }
 
 TEST(ScanReview, TheRegionIsImportedWithTheGreyValuesOfTheWholeScan) {
-  // Of the whole scan the larger tooth is kept, of the region the smaller one.
+  // The import keeps the largest tooth: the larger one of the whole scan, and the smaller one of the region.
   haptics::ImportOptions options;
   const double dentin_of_large = ball(3.2e-3), dentin_of_small = ball(2.2e-3);
   EXPECT_NEAR(scan()->import(options).report.volume[static_cast<std::size_t>(Tissue::kDentin)], dentin_of_large,
@@ -68,7 +68,7 @@ TEST(ScanReview, TheRegionIsImportedWithTheGreyValuesOfTheWholeScan) {
   const double enamel = ball(3.2e-3) - dentin_of_small;
   EXPECT_NEAR(small.report.volume[static_cast<std::size_t>(Tissue::kEnamel)], enamel, 0.04 * enamel);
   EXPECT_NEAR(glm::length(0.5 * (small.report.lo + small.report.hi) - kSmall), 0, 0.1e-3);
-  // A region without any surroundings lacks their grey value; the whole scan has it.
+  // This region contains no surroundings of the tooth, so their grey value is taken from the whole scan.
   options.region = {kSmall - 1.5e-3, kSmall + 1.5e-3};
   EXPECT_NEAR(total(scan()->import(options).report.volume), std::pow(3.25e-3, 3), 0.1 * std::pow(3.25e-3, 3));
   // The command imports the same.
@@ -112,7 +112,7 @@ TEST(ScanReview, LabelsAreCoarseWhileAWallIsDraggedAndFullOnRelease) {
   EXPECT_TRUE(review.can_correct());
   const double dentin = ball(2.2e-3);
   EXPECT_NEAR(volume(review, Tissue::kDentin), dentin, 0.04 * dentin);
-  // A cancelled computation is not begun again by itself, but on request for another region.
+  // A computation that was cancelled must not start again by itself. It starts when another region is requested.
   review.set_region(around_small());
   compute(review);
   review.want_full();
@@ -173,7 +173,7 @@ TEST(ScanReview, CorrectionsAreUndoneRedoneAndKeptForAnotherRegion) {
   review.redo();
   for (std::size_t t = 0; t < painted.size(); ++t) EXPECT_NEAR(review.volumes()[t], painted[t], 1e-15);
   EXPECT_EQ(review.corrections().size(), 2u);
-  // The volumes follow the corrections as a count of all samples does.
+  // After corrections, the volumes must equal a count of all samples.
   const haptics::DenseTissue& tissue = review.labels()->tissue;
   const PerTissue counted = haptics::volumes_in(tissue, {glm::ivec3(0), tissue.size - 1});
   for (std::size_t t = 1; t < painted.size(); ++t) EXPECT_NEAR(review.volumes()[t], counted[t], 1e-6 * total(counted));
@@ -197,7 +197,7 @@ TEST(ScanReview, ThePatientsLeftIsAtTheRightOfTheSections) {
     EXPECT_EQ(review.sides(0)[1], "L");
     const SectionPlane plane = review.planes()[0];
     EXPECT_EQ(glm::dot(kSmall - kLarge, plane.right_W) > 0, left) << space;
-    // The front is above in the axial section, the head in the others.
+    // In the axial section the patient's front is at the top; in the other sections the head is at the top.
     EXPECT_EQ(plane.up_W.y < 0, left);
     for (const std::size_t i : {1, 2}) EXPECT_EQ(review.planes()[i].up_W, dvec3(0, 0, 1));
     for (const SectionPlane& p : review.planes()) EXPECT_EQ(glm::dot(p.right_W, p.up_W), 0);

@@ -63,8 +63,8 @@ TEST(Cavity, OfABoxHasItsVolumeDepthFlatnessAndWidth) {
 }
 
 TEST(Cavity, WithAFloorOfUnevenPassesUnderASlopeHasTheMeanDepthOfAllPasses) {
-  // One half of the floor is flat, the other consists of passes that differ in depth by 0.02 mm. The old surface has a
-  // slope of 0.4, so the flat half alone has another depth: 0.3 mm less.
+  // One half of the floor is flat; the other half consists of passes that differ in depth by 0.02 mm. The old surface
+  // has a slope of 0.4. So the depth of the flat half alone differs from the mean depth: it is 0.3 mm less.
   const glm::dvec2 half(1.5e-3, 1e-3);
   Preparation in = a_block();
   const double cosine = std::cos(std::atan(0.4));
@@ -121,7 +121,8 @@ TEST(Cavity, OfATiltedFloorIsFlatAndTiltedAndADomedOneIsNot) {
   });
   EXPECT_LT(tilted.floor_flatness.value(), 3 * kUm);
   EXPECT_NEAR(tilted.floor_tilt.value(), tilt, 0.2 * kDegree);
-  // A floor cut with a ball of 3 mm: a cap is sagitta/√12 rms from its mean plane, a little less without its edge.
+  // The floor is cut with a ball of 3 mm radius. The rms distance of such a cap from its mean plane is sagitta/√12.
+  // Without its edge it is slightly less.
   const double radius = 3e-3, half = 1.2e-3, sag = radius - std::sqrt(radius * radius - half * half);
   const auto domed = measure_hole([&](const dvec3& p) {
     return std::max(std::hypot(p.x - kMiddle.x, p.y - kMiddle.y) - half,
@@ -192,7 +193,8 @@ TEST(Cavity, APoreInAFillingCountsInItsVolumeAndNotInItsSurface) {
   Preparation in = a_block();
   in.ideal = in.before;
   in.before = without(tapered_box({1e-3, 1e-3}, 1.5e-3, 0));
-  const auto measure = [&](double mouth) {  // a pore 0.8 mm deep, and a channel of this half width from it to the top
+  // a pore 0.8 mm deep, and a channel from it to the top with the half width `mouth`
+  const auto measure = [&](double mouth) {
     const dvec3 middle = kMiddle - dvec3(0, 0, 1e-3);
     const auto pore = ball(middle, 0.2e-3);
     in.after = without([&](const dvec3& p) {
@@ -245,13 +247,13 @@ TEST(Cavity, DistanceToThePulpIsThatOfTheNearestPointAndZeroOnceExposed) {
   in.after = without(tapered_hole(0.8e-3, 2.3e-3, 0));
   m = measure_cavity(in);
   EXPECT_LT(m.pulp_distance.value(), 0.06e-3);
-  // A plane 0.1 mm above the middle of a ball of 0.5 mm.
+  // The plane is 0.1 mm above the middle of a ball of 0.5 mm radius. They have a disc in common.
   EXPECT_NEAR(m.pulp_exposed.value(), kPi * (0.25 - 0.01) * 1e-6, 0.08e-6);
 }
 
 TEST(Cavity, WallThicknessIsTheTissueBehindTheWall) {
   Preparation in = a_block();
-  // The block ends at x = 6 mm; the hole's edge comes within 0.4 mm of that.
+  // The block ends at x = 6 mm. The edge of the hole is 0.4 mm away from this end.
   const auto ending = [](const dvec3& p) { return std::max(block(p), p.x - 6e-3); };
   in.before = sampled(kBlock, ending);
   in.after = sampled(kBlock, [&](const dvec3& p) {

@@ -32,7 +32,7 @@ std::string message_of(const std::function<void()>& work) {
   return "";
 }
 
-/// A whole session: 600 ticks, 40 cuts, 4 patches, two events.
+/// A complete session file with 600 ticks, 40 cuts, 4 patches and two events.
 class HostileFile : public testing::Test {
  protected:
   HostileFile() {

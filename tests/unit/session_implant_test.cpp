@@ -176,7 +176,8 @@ TEST(ImplantMeter, TheBoneWarmsAndCoolsAsTheModelSays) {
   constexpr double kPower = 0.2, kDepth = 6e-3, r = 1.1e-3, s = HeatModel::shell;
   for (int i = 0; i < 1001; ++i) hand.at({0, 0, -kDepth}, kPilot, implant_level::kDrilling, 70, kPower);
   const double mass = kPi * ((r + s) * (r + s) - r * r) * kDepth * HeatModel::heat_capacity;  // J/K
-  // P/C against T/time, for a second; this task's phases are dry.
+  // The temperature approaches power × time constant / heat capacity exponentially. The test lasts one second, in which
+  // the phase is dry.
   const double steady = HeatModel::fraction * kPower * HeatModel::dry_time / mass;
   EXPECT_NEAR(hand.meter.temperature() - HeatModel::body, steady * (1 - std::exp(-1 / HeatModel::dry_time)), 0.02);
   const double hot = hand.meter.temperature();

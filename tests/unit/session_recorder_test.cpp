@@ -388,7 +388,8 @@ TEST(SessionWriter, WhenTheDiskHasRoomAgainItGoesOnAndTheGapIsAnEvent) {
   std::uint64_t free = 1u << 30;
   WriterOptions options;
   options.free_bytes = [&] { return free; };
-  constexpr std::size_t kChunk = 450;  // ticks that are written together: nine tenths of half a second at 1 kHz
+  // number of ticks that are written together: nine tenths of half a second at 1 kHz
+  constexpr std::size_t kChunk = 450;
   const auto ticks = random_ticks(3 * kChunk, 30);
   {
     SessionWriter writer(folder / "s.h5", some_header(), options);

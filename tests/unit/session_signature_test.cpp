@@ -85,7 +85,7 @@ TEST(Signature, AnotherKeyOrAForgedSignatureIsRefused) {
   EXPECT_THAT(what_is_wrong_with_signature(folder / "s.h5", b), HasSubstr("of another key"));
   std::ifstream in(folder / "s.h5.sig");
   std::string text{std::istreambuf_iterator<char>(in), {}};
-  // With the name of the other key, the code still does not match.
+  // If the file only states the other key's name, its code still does not match.
   text.replace(text.find(a.id()), 16, b.id());
   write(folder / "s.h5.sig", text);
   EXPECT_EQ(what_is_wrong_with_signature(folder / "s.h5", b), "the file changed after it was signed");

@@ -37,7 +37,7 @@ sockaddr_in loopback(int port) {
 class Client {
  public:
   explicit Client(int port) : fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
-    // Small, so that a reader that does not read is full soon.
+    // The buffer is so small that it is full soon if the reader does not read.
     const int size = 4096;
     ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &size, sizeof size);
     const sockaddr_in address = loopback(port);
@@ -52,7 +52,7 @@ class Client {
     say("GET / HTTP/1.1\r\nHost: here\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n" + more +
         "sec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n");
   }
-  /// As much of what no reader has to say as fits now.
+  /// Sends as many bytes as fit now. A real reader has nothing to say.
   void chatter() {
     const std::string text(65536, 'x');
     (void)::send(fd_, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
@@ -67,7 +67,7 @@ class Client {
     read();
     return in_.substr(0, in_.find("\r\n"));
   }
-  /// The whole messages that came after the handshake.
+  /// Returns the complete messages that came after the handshake.
   Messages messages() {
     read();
     const std::size_t head = in_.find("\r\n\r\n");
@@ -91,7 +91,7 @@ class Client {
   std::string in_;
 };
 
-/// Until what was sent over loopback is there.
+/// Gives the stream turns until `done` returns true, because data needs some time even over loopback.
 template <class Done>
 void turn_until(StateStream& stream, Done&& done) {
   for (int i = 0; i < 20'000 && !done(); ++i) {
@@ -145,7 +145,8 @@ TEST(StateStream, AReaderThatNeverReadsLosesMessagesAndDelaysNeitherTheSenderNor
   alive.greet();
   turn_until(stream, [&] { return stream.counts().readers == 2; });
   stream.begin(now());
-  // Far more than any buffer of the system holds: a sender that waited for the dead reader would never come to the end.
+  // These are far more messages than the buffers of the system hold. If the sender waited for the reader that does not
+  // read, this loop would never end.
   constexpr int kStates = 20'000;
   for (int i = 1; i <= kStates; ++i) {
     stream.state(a_tick(i * Nanos{1'000'000}), 0);

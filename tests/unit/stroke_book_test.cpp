@@ -67,7 +67,7 @@ TEST(StrokeHistory, RemovalAndPaintAreUndoneAndRedoneWithTheStrokes) {
   EXPECT_EQ(book.state(volume.strokes()).redone, 1u);
   EXPECT_GT(book.state(volume.strokes()).version, version);
 
-  // Another stroke forgets what was taken back.
+  // After a new stroke, the strokes that were undone cannot be redone.
   volume.begin_stroke();
   cut(8);
   EXPECT_NEAR(removed(), 11, 1e-9);

@@ -48,7 +48,7 @@ TEST(CellShapes, FlippingAnAmbiguousFaceSplitsThePatchThatTouchedItTwice) {
   EXPECT_GT(doubtful, 0);
 }
 
-// Samples of a field along and across one edge, as cross_edge reads them.
+// Samples of a field along and across one edge of the lattice, in the order in which cross_edge() reads them.
 struct Stencil {
   float samples[4 * 3 * 3];
   static constexpr int kA = 9, kB = 3, kC = 1;
@@ -77,7 +77,7 @@ TEST(Crossing, OfAPlaneIsExact) {
 }
 
 TEST(Crossing, OfAPlaneIsExactUpToTheCreaseOfABox) {
-  // The solid max(a - 0.3, b - 0.2): the sample at the edge's base sees the side, the one at its end the front.
+  // A solid with a crease: at the base of the edge the nearest surface is the side, and at its end it is the front.
   const Stencil stencil([](double a, double b, double) { return std::max(a - 0.3, b + 0.2); });
   const LocalCrossing at = stencil.cross();
   EXPECT_NEAR(at.t, 0.3, 1e-6);
@@ -89,7 +89,7 @@ TEST(Crossing, OfASphereHasAnErrorOfSecondOrder) {
   double error[2];
   for (int i = 0; i < 2; ++i) {
     const double radius = i ? 40 : 20;
-    // Centre such that the edge is crossed at a = 0.4 with normal (0.6, 0.8, 0).
+    // The ball's centre is chosen so that the surface crosses the edge at a = 0.4 with the normal (0.6, 0.8, 0).
     const double ca = 0.4 - 0.6 * radius, cb = -0.8 * radius;
     const Stencil stencil([&](double a, double b, double c) { return std::hypot(a - ca, b - cb, c) - radius; });
     const LocalCrossing at = stencil.cross();

@@ -1,4 +1,4 @@
-// The controller as a hand: nothing it does may make the tool jump.
+// Tests the controller of a headset as a hand: no motion or loss of it may make the tool jump.
 #include "engine/app/headset/xr_hand.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ XrHandSample at(dvec3 p, double pedal = 0) {
   return {{p, {1, 0, 0, 0}}, pedal, true, 0};
 }
 
-/// Runs the filter; returns the longest step of the tool in m.
+/// Runs the filter for `ticks` ticks. Returns the longest step (m) of the tool in one tick.
 double run(XrHandFilter& filter, const XrHandSample& wanted, bool seen, int ticks, haptics::HandSample& last,
            dvec3 force = dvec3(0)) {
   double longest = 0;
@@ -35,7 +35,7 @@ TEST(XrHand, LosingTheControllerFreezesTheToolAndStopsTheDrill) {
   run(filter, at({0.01, 0, 0}, 1), true, 100, last);
   EXPECT_EQ(last.pedal, 1);
   const dvec3 held = last.X_WT.p;
-  // What the runtime says of a lost controller is not looked at.
+  // If the controller is lost, the filter must ignore the pose that the runtime still reports.
   run(filter, {{dvec3(5, 5, 5), {1, 0, 0, 0}}, 1, false, 0}, false, 500, last);
   EXPECT_EQ(last.X_WT.p, held);
   EXPECT_EQ(last.pedal, 0);
@@ -68,7 +68,7 @@ TEST(XrHand, ALostHandMovesBackUntilTheForceIsZero) {
   XrHandFilter filter({});
   haptics::HandSample last{};
   run(filter, at({0, 0, -2e-3}), true, 1500, last);
-  // A wall at z = 0 of 1 N/mm pushes back for as long as the tool is in it.
+  // A wall at z = 0 with 1 N/mm pushes the tool back as long as the tool is in the wall.
   double force = 0, before = 1e9;
   for (int i = 0; i < 1000; ++i) {
     force = std::max(0.0, -last.X_WT.p.z) * 1000;
@@ -108,7 +108,7 @@ TEST(HeadsetRig, UsesTheInverseOfTheRegistrationThatTheCalibrationFound) {
                                    "fre_rms_mm": 0.2})");
   const display::DisplayRig r = rig("\"registration\": \"" + file + "\"");
   const Pose X_DH{{0.1, 0, 0}, glm::normalize(dquat(1, 0, 0, 1))};
-  // A point of the arm, seen by the headset, is that point in the workbench (here W is the arm's base).
+  // A point of the arm that the headset sees must be the same point in the workbench. (Here frame W is the arm's base.)
   const dvec3 p_H(0.01, 0.02, 0.03), p_W = *r.hmd.X_WD * (X_DH * p_H);
   EXPECT_LT(glm::length(p_W - p_H), 1e-9);
 }

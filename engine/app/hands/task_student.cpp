@@ -42,7 +42,7 @@ constexpr double kBridged = 0.4e-3;
 // m, limit: a connection between two passes is straight if it is shorter than this; a longer connection goes over the
 // tissue
 constexpr double kStraight = 3e-3;
-constexpr double kHop = 0.3e-3;   // m, height step of the search for a free path between two strokes
+constexpr double kHop = 0.3e-3;  // m, height step of the search for a free path between two strokes
 // m, threshold: a row of strokes that is longer than this begins with a ramp, on which the bur enters the tissue
 constexpr double kRamp = 0.8e-3;
 // slope (height per length) of a floor; where the floor is steeper than this, it is divided into pieces

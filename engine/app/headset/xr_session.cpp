@@ -37,7 +37,7 @@ using namespace std::chrono_literals;
 // s, duration in which a tool becomes transparent after its tracking is lost, or opaque after it returns
 constexpr double kFadeTime = 0.25;
 constexpr double kLostOpacity = 0.35;
-constexpr double kFullForce = 3;                 // N, force at which the controller vibrates most strongly
+constexpr double kFullForce = 3;  // N, force at which the controller vibrates most strongly
 // Hz, lowest and highest frequency with which the program lets a controller vibrate
 constexpr double kSlowest = 60, kFastest = 320;
 // rad/s, speed of the spindle at which the controller vibrates with its highest frequency

@@ -175,8 +175,8 @@ class OffsetModel : public PatchModel {
   std::uint64_t coarse_cut_ = 0;   // index of the last cut in the coarse patch
 
   struct Filling {
-    double owed = 0;           // m³, filling material that was delivered but is not placed yet
-    double radius = -1;        // voxels, radius of the growing dome; negative: no dome exists
+    double owed = 0;     // m³, filling material that was delivered but is not placed yet
+    double radius = -1;  // voxels, radius of the growing dome; negative: no dome exists
     // fraction of the surface of the dome (the growing deposit of filling) that can still grow, estimated in the last
     // tick
     double free_fraction = 1;
