@@ -86,7 +86,7 @@ struct Contact {
   int count = 0, own = 0;
   bool turns_tool = false;  // true if `lever` and `turn` are valid
   double unit = 1;          // m, unit of length of `lever` and `turn`
-  dvec3 lever{0};           // mean lever arm Σ w (x - c) / Σ w, in `unit`; c: centre of the head
+  dvec3 lever{0};           // mean lever arm of the contacts, Σ w (x - c) / Σ w, in `unit`; c: centre of the head
   dvec3 turn{0};            // sum of torques Σ w (x - c) × n, in `unit`
   dvec3 on_head{0};         // sum Σ w n over the contacts of the head, in `unit`
   // Sum Σ w n over the contacts of the shank and the safe end, in `unit`. The sum of on_head and on_shank is the depth

@@ -67,9 +67,9 @@ std::vector<std::complex<double>> band_about(std::span<const double> x, double r
 /// save memory.
 void replace_band(std::vector<double>& x, double rate, double frequency, double bandwidth, double floor) {
   constexpr std::size_t kPiece = 1 << 20;
-  // After the subtraction of the band, (1 - H) x remains, where H is the band's filter. Noise through a filter of twice
-  // the width replaces the missing power at every frequency: the sum of |1 - H|² and of the power response of the wider
-  // filter is 1 within 0.6 dB.
+  // The function subtracts the band, that is, the sound x filtered by H. So (1 - H) x remains, whose power is too small
+  // near `frequency`. Noise through a filter of twice the width adds the missing power at every frequency: the sum of
+  // |1 - H|² and of the power response of the wider filter is 1 within 0.6 dB.
   const double noise_bandwidth = 2 * bandwidth;
   const std::size_t margin = 3 * half_length(bandwidth, rate) + 3, n = x.size();
   std::vector<double> noise(n);

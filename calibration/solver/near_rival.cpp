@@ -13,7 +13,7 @@ namespace typodont::calibration {
 namespace {
 
 constexpr std::size_t kLeast = 3;      // smallest number of pairs of points that determine a rigid motion
-constexpr std::size_t kSearched = 64;  // limit of the number of pairs that are searched first, if there are more pairs
+constexpr std::size_t kSearched = 64;  // largest number of pairs of points in the first, coarse search
 
 // Two rigid motions from frame H to frame D, and the assignment of the pairs of points to them.
 struct Halves {

@@ -147,7 +147,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const float end = static_cast<float>(block.size_z);
   const bool rises = c.continues && c.abz > 1e-9f, falls = c.continues && c.abz < -1e-9f;
   const float slope = rises || falls ? 1 / c.abz : 0.0f;
-  // upper bound of the rounding error in the test whether a sample is ahead of the plane through A
+  // upper bound of the rounding error in the test whether a sample is ahead of A, the beginning of the sweep
   const float slip = 1e-3f + 1e-6f * outer * length * std::abs(slope);
   const int last_start = narrow ? 0 : block.size_z - 8;
   const auto stride_y = static_cast<std::int32_t>(block.stride_y);
@@ -263,7 +263,7 @@ struct BallBlocks {
   float way;    // path length of the head at the end of this sweep
   float ahead;  // additional path length for which the listed groups of samples stay valid; 0: no groups are listed
   float slip;   // voxels, upper bound of the rounding error of a depth
-  int lanes;    // number of samples in a group of samples
+  int lanes;    // number of samples in a group
   // The lists of the active front consist of parts. Successive layers of blocks of samples along x belong to successive
   // parts, cyclically. `parts`: number of parts; `part`: index of this part; `first_layer`: index of the part that
   // contains the first layer.

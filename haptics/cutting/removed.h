@@ -30,7 +30,7 @@ struct RemovedVolume {
   // voxels³, sum over the voxels of the fraction inside the surface before the cut minus the fraction after it
   PerTissue volume{};
   GradedSamples graded;  // input: the samples with hardness; without hardness, `hardened` stays zero
-  // Removed volume times hardness; the unit is the unit of share.h times a hardness byte. The sums are integers, so
+  // Removed volume times hardness, in 2⁻²³ voxel (share.h) times a hardness byte (1 to 255). The sums are integers, so
   // they do not depend on the order of the samples.
   std::array<std::int64_t, kTissueCount> hardened{};
 

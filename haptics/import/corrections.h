@@ -59,7 +59,7 @@ BoxContent correct(Imported& imported, const Correction& correction);
 /// repeats it.
 void exchange(Imported& imported, BoxContent& content);
 
-/// Returns the volume (m³) of each tissue in a box, computed as ImportReport::volume.
+/// Returns the volume (m³) of each tissue in a box. Partly filled voxels count as in ImportReport::volume.
 PerTissue volumes_in(const DenseTissue& tissue, const VoxelBox& box);
 PerTissue volumes_in(const BoxContent& content, double voxel);
 

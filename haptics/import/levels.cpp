@@ -114,7 +114,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       merged.push_back(mine);
     } else if (left < 0 || right < 0 || left == right) {
       mine = left >= 0 ? left : right;
-      // at a pass of the histogram, the lower peak ends; it is either a peak of its own or a part of the higher peak
+      // two peaks meet at this bin: the lower one ends, and counts as a peak of its own or as a part of the higher peak
     } else {
       const bool left_higher = h[static_cast<std::size_t>(hills[static_cast<std::size_t>(left)].top)] >=
                                h[static_cast<std::size_t>(hills[static_cast<std::size_t>(right)].top)];

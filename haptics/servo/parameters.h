@@ -48,8 +48,8 @@ struct CouplingParameters {
   static constexpr double tissue_slew = 4;  // N/s, limit of the force change caused by another tissue under the head
   static constexpr double damper_slew = 4;  // N/s, limit of the damper's force change when a tool cuts or fills
   static constexpr double teeth_slew = 4;   // N/s, limit of the change of the teeth's tangential force
-  // N/s, limit of the sum of all normal force changes; tissue and damper may use the part that the change of depth
-  // does not use
+  // N/s, limit of the change of the normal force by all causes together; changes of the tissue and of the damper may
+  // use what the change of the depth leaves
   static constexpr double waiting_slew = 16;
   // N/s, limit of the sum of all force changes; the teeth's force may use the part that the other changes do not use
   static constexpr double total_slew = 18;

@@ -58,7 +58,7 @@ class SessionPlayer {
     const Cut* cut = nullptr;  // the cut; null if the change is an edit
     bool redo = false;
   };
-  /// Data that is needed to undo a change.
+  /// An entry of the list of changes to the tissue, with the data that going back in time needs to revert it.
   struct Done {
     enum class Kind { kStroke, kUndo, kRedo } kind;
     std::size_t first;    // index in deeds_ of the first change that this entry reverts
