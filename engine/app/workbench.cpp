@@ -389,8 +389,8 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
     pressed = over.pressed;
     follow_keys(over);
-    // In the operator's window, score_ticks() passes every tick to the meter of the score. So this line passes only the
-    // newest tick, and only without such a meter.
+    // With a meter of the score (in the operator's window), score_ticks() passes every tick to `implant`. Without it,
+    // the newest tick is sufficient.
     if (implant && !meter) implant->add({&tick, 1});
     edit_tissue(over);
     picture->draw(tick, hint(), summary.work);

@@ -191,8 +191,8 @@ void Film::State::link(std::int32_t i) {
   const glm::dvec3 s = solvable ? glm::inverse(system) * wanted : glm::dvec3(0);
   for (int k = 0; k < cell.count; ++k) {
     const glm::dvec3& q = products[static_cast<std::size_t>(k)];
-    // Limits the ratio. A negative ratio would move water uphill, and a large ratio would move much more water than the
-    // other links.
+    // The ratio of this link's width to the mean width is limited. A negative ratio would move water uphill, and a
+    // large ratio would move much more water through this link than through the others.
     cell.width[static_cast<std::size_t>(k)] =
         static_cast<float>(mean * std::clamp(1 + q.x * s.x + 2 * q.y * s.y + q.z * s.z, 0.05, 4.0));
   }

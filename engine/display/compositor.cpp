@@ -387,7 +387,7 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
     return drawn;
   };
   if (target.memory.first) {
-    // If the slot's previous frame was not composed, everything is drawn.
+    // If the work for this slot's previous frame was never done, its changes are missing, so everything is composed.
     if (m.cpu_jobs[static_cast<std::size_t>(slot)].waits) parts.reset();
     const auto panels = m.panels_over(parts, layout, target);
     m.fetch(commands, pictures, layout, target, slot, first_row, parts, panels);

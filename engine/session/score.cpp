@@ -43,7 +43,7 @@ void HandMeter::add(std::span<const ServoTick> ticks) {
     if (!is_finite(p) || !is_finite(tick.f_T_W)) continue;
     if (first_) {
       t_first_ = tick.t;
-      // the filter starts in the state of a hand at rest, because a jump would look like tremor
+      // the tremor's filter starts as for a hand at rest here, because a jump from the origin would look like tremor
       filter_ = {p, p, dvec3(0), dvec3(0)};
     }
     t_last_ = tick.t;

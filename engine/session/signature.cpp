@@ -141,7 +141,7 @@ namespace {
 void require_replaceable(const std::filesystem::path& file) {
   std::error_code code;
   if (!std::filesystem::exists(file, code) || std::filesystem::file_size(file, code) == 0) return;
-  // the part of the format's text that is the same in the signatures of every version
+  // the beginning of the format's name without the version number, which every version of a signature file has
   constexpr std::string_view kFamily = kFormat.substr(0, kFormat.find('1'));
   std::string head(kFamily.size(), '\0');
   std::ifstream(file, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));

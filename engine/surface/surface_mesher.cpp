@@ -215,7 +215,7 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
           break;
         }
         const BrickContour::Cell entry = contour->cells[static_cast<std::size_t>(found)];
-        // Number of the edge within that cell: the edge's position along the two other axes, in the order of the
+        // Number of the edge within the neighbour's cell: its position along the two other axes, in the order of the
         // axes.
         const int k = axis == 1 ? down_v + 2 * down_u : down_u + 2 * down_v;
         vertex = entry.vertex + shapes[entry.shape].patch[static_cast<std::size_t>(4 * axis + k)];

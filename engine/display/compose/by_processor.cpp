@@ -45,7 +45,7 @@ void between(const std::uint8_t* __restrict a, const std::uint8_t* __restrict b,
     out[i] = static_cast<std::uint8_t>(static_cast<std::uint16_t>(a[i] * v + b[i] * w + 128) >> 8);
 }
 
-/// Takes red from one row, and green and blue from the other row.
+/// Mixes two rows for red-cyan glasses: red comes from the row `red`, green and blue come from the row `cyan`.
 TYPODONT_VERSIONS
 void mix_colors(const std::uint32_t* __restrict red, const std::uint32_t* __restrict cyan,
                 std::uint32_t* __restrict out, int count) {

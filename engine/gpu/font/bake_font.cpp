@@ -77,7 +77,7 @@ int main(int argc, char** argv) {
   if (!latin.open(argv[1]) || (argc > 3 && !chinese.open(argv[3]))) return 2;
   constexpr int kSize = 36, kPadding = 5, kWidth = 512;
   const float latin_scale = stbtt_ScaleForPixelHeight(&latin.info, kSize);
-  // The Latin and the Chinese font get the same size of the em square.
+  // Both fonts get the same em size, so that Latin and Chinese characters match.
   const float em = latin_scale / stbtt_ScaleForMappingEmToPixels(&latin.info, 1);
   const float chinese_scale = argc > 3 ? stbtt_ScaleForMappingEmToPixels(&chinese.info, em) : 0;
   std::set<int> drawn_in_chinese;

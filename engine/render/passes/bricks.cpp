@@ -280,7 +280,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
     const float reach = shadow_lookup_reach(data);
     part.lo -= reach;
     part.hi += reach;
-    // Adjacent parts are joined, because they mark mostly the same pixels.
+    // Adjacent parts of the shadow map are joined, because they affect mostly the same pixels of the picture.
     if (!in_map.empty() && in_map.back().meets(part))
       in_map.back().take(part);
     else
