@@ -57,7 +57,7 @@ struct Renderer::Impl {
   BrickStore bricks;
   FilmStore film;
   VolumeImage light;     // image of LightGrid::faces; without a grid, one empty texel, which the descriptor sets need
-  LightGrid light_grid;  // the grid without its faces, which are only in the image
+  LightGrid light_grid;  // `faces` is empty here, because only `light` holds the faces
   std::optional<SceneBounds> bounds;  // bounds of this frame's scene
   std::uint64_t bounds_version = 0;   // version of the bricks for which `bounds` was computed
 

@@ -115,7 +115,8 @@ TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, RemovedVolu
 }
 
 /// Input of may_be_deeper(), which tests whether samples may have been deeper in the head during the motion than at its
-/// end. Each struct below computes the depth below one kind of meridian piece, for consecutive groups of samples.
+/// end. Each struct that follows Passed computes the depth below one kind of meridian piece, for consecutive groups of
+/// samples.
 struct Passed {
   Floats way_rho, way_z, least;
 };

@@ -392,7 +392,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   out.frame = {origin + working * placement.offset, voxel};
   const DistanceField field =
       same_grid ? std::move(s.surface) : signed_distance(s.phi, out.size, placement, band, band);
-  // index of a sample in the segmentation's distance field minus its index in the result
+  // (index of a sample in the segmentation's distance field) - (index of the same sample in the result)
   const glm::ivec3 shift = same_grid ? from : glm::ivec3(0);
   progress(0.9);
 

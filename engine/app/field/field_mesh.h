@@ -47,8 +47,9 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
                                                                      const std::array<float, kMeshes>& tolerances,
                                                                      Distance&& distance, Label&& label,
                                                                      Wanted&& wanted) {
-  // These bodies are round, so their meshes must have no creases. The mesher searches for creases only where the slope
-  // of the field is 1. So the field is multiplied by kFlat, which keeps its slope below 1 everywhere.
+  // The bodies that are meshed here are round, so their meshes must have no creases. The mesher searches for creases
+  // only where the slope of the field is 1. So the field is multiplied by kFlat, which keeps its slope below 1
+  // everywhere.
   constexpr float kFlat = 0.3f, kBand = 4 * kFlat;
   const VoxelFrame frame{lo, voxel};
   const glm::ivec3 bricks(glm::ceil((hi - lo) / (voxel * FieldBrick::kCells)));
