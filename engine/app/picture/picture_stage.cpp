@@ -456,7 +456,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
         compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(), output_->first_row(),
                             device_.processor && !uncovered ? &changed : nullptr, huds);
     if (!target->memory.first)
-      // Counts one render pass for each layer of a screen. A target in memory is composed without a render pass.
+      // A screen needs one render pass for each layer. A target in memory is composed without a render pass.
       stats.passes += static_cast<int>(target->layers.size());
     ring_.submit(device_, target->ready, target->done);
     // Time until the frame is visible. It consists of recording and submission on the CPU, drawing on the GPU, and half

@@ -260,7 +260,7 @@ constexpr std::array<int, 12> kEdgeBase = [] {
 
 }  // namespace
 
-// Working memory for one brick. The functions are the steps of contour().
+// Working memory for one brick. Its member functions are the steps of contour().
 struct Contourer::Scratch {
   struct Cell {
     glm::u8vec3 at;
