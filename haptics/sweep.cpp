@@ -42,6 +42,11 @@ bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double rea
 // Voxels, largest allowed deviation of a sample's curved path from a straight line; kBendOfLaws4 is the value for
 // versions 1 to 4 of the force laws. With the larger value, a fast rotation is divided into half as many segments.
 constexpr double kBend = 0.01, kBendOfLaws4 = 0.0025;
+// Voxels, largest such deviation for a head with a round end. The paths of its samples have a second-order term
+// (Straight::bend_turn), so the error is much smaller than the deviation.
+constexpr double kMostBend = 0.03;
+// first version of the force laws in which the path of a head with a round end has a second-order term
+constexpr std::uint32_t kLawsOfBends = 11;
 
 }  // namespace
 
@@ -66,11 +71,15 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     // eighth of the change of its direction vector.
     turn_ = rotation_angle(X_VA_.R, X_VB_.R);
     const double bend = turn_ * (turn_ * (reach + kMargin) + 2 * glm::length(b - a)) / 8;
-    const double most = laws >= 5 ? kBend : kBendOfLaws4, shortest = laws >= 5 ? kShort : kShortOfLaws4;
-    straights_ = std::clamp(static_cast<int>(std::ceil(std::sqrt(bend / most))), 1, 512);
-    if (straights_ == 1 && travel_ <= shortest) straights_ = 0;
     const HeadField head(tool, frame.voxel);
     flatten(head, pieces_);
+    bends_ = laws >= kLawsOfBends && turn_ > 0 && head.count > 1 && has_round_end(pieces_, 1);
+    const double most = bends_      ? kMostBend
+                        : laws >= 5 ? kBend
+                                    : kBendOfLaws4,
+                 shortest = laws >= 5 ? kShort : kShortOfLaws4;
+    straights_ = std::clamp(static_cast<int>(std::ceil(std::sqrt(bend / most))), 1, 512);
+    if (straights_ == 1 && travel_ <= shortest && bend <= kBend) straights_ = 0;
     back_ = straight_way(X_VB_, X_VA_, pieces_, head.count, reach);
     along_axis_ = continues && laws >= kLawsOfAxis && straights_ == 0 && has_rim(pieces_[0], pieces_[1]) &&
                   moves_along_axis(tool, X_VA_, X_VB_, reach);

@@ -51,6 +51,9 @@ class Sweep {
   LeafCut carve_leaf(const glm::ivec3& lo, float* distance) const noexcept;
   static constexpr int kLeaf = 8;
 
+  /// Returns true if the path is long, so that a search along the path is necessary for each sample.
+  bool is_long() const noexcept { return straights_ > 0; }
+
   /// Returns true if both sweeps have the same head.
   bool same_head(const Sweep& other) const noexcept;
   /// Returns an upper bound of the path length of the head's farthest point, from the end of `before` to the end of
@@ -114,6 +117,8 @@ class Sweep {
   // Number of segments into which a long path is divided. In each segment, a sample moves through the head on a
   // straight line. Not used for balls.
   int straights_ = 0;
+  // true if the paths of samples get a second-order term (Straight::bend_turn), so that the path has fewer segments
+  bool bends_ = false;
   double turn_ = 0;  // rad, rotation of the head from A to B
   double reach_;     // voxels, distance from the head's centre to its farthest point
   // Voxels, half the length of the axis of a head that is not a ball. The head lies within radius_ of the axis.

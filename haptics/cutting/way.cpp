@@ -30,9 +30,11 @@ namespace {
 
 namespace {
 
-constexpr int kSteps = 24;  // upper limit of the steps of one search; almost every search needs fewer than ten
-// voxels, upper bound of the error when a block of samples is evaluated at its centre
-constexpr float kBesideSlip = 0.5f;
+// first version of the force laws in which the depth below a single line is computed in closed form
+constexpr std::uint32_t kLawsOfLines = 11;
+constexpr float kRightAngle = 1.001f;  // limit of tan(φ/2) at a corner of the meridian (MeridianPiece::corner_a)
+constexpr int kSteps = 24;           // upper limit of the steps of one search; almost every search needs fewer than ten
+constexpr float kBesideSlip = 0.5f;  // voxels, upper bound of the error when a block is evaluated at its centre
 
 /// Restricts the range `lowest` .. `highest` of z coordinates in a column of blocks of samples. It keeps the blocks
 /// that are nearer than `far` (voxels) to the head's axis. The blocks' centres have the offset `off` (x, y) from a
@@ -65,6 +67,22 @@ TYPODONT_KERNEL Points in_head(const HeadPose& pose, const F8& x, const F8& y, c
           (R[2] * vx + R[5] * vy) + R[8] * vz};
 }
 
+/// Returns the vectors of the paths that start at `from`.
+TYPODONT_KERNEL Points paths_from(const Straight& way, const Points& from) {
+  const float* const T = way.turn;
+  return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + way.shift[0]),
+          (T[1] * from.x + T[4] * from.y) + (T[7] * from.z + way.shift[1]),
+          (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + way.shift[2])};
+}
+
+/// Returns the second-order terms of the paths that start at `from` (Straight::bend_turn).
+TYPODONT_KERNEL Points bends_from(const Straight& way, const Points& from) {
+  const float* const T = way.bend_turn;
+  return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + way.bend_shift[0]),
+          (T[1] * from.x + T[4] * from.y) + (T[7] * from.z + way.bend_shift[1]),
+          (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + way.bend_shift[2])};
+}
+
 /// Depth of samples at a point of their path, and its derivative along the path.
 struct Depth {
   F8 depth, slope;
@@ -75,29 +93,40 @@ struct Depth {
 /// tangents, so the intersection of the tangents on both sides of the maximum is an upper bound. The search point
 /// alternates between this intersection (exact for a corner) and the maximum of a parabola.
 struct Search {
-  unsigned set;  // one bit for each piece of the head's meridian that can be nearest to one of the samples on this path
-  Points from, way;  // `from`: start positions of the samples; `way`: vectors of their paths; both in the head's frame
+  unsigned set;  // one bit for each piece that can be nearest to one of the samples on this path
+  // in the head's frame: start positions of the samples, vectors of their paths, second-order terms of their paths
+  Points from, way, bend;
   // fractions of the path, 0..1: the largest depth of the sample lies between a and b, and is now searched at s
   F8 a, b, s;
   Depth at_a, at_b;
   F8 best, top, needed;
   I8 open;
 
-  TYPODONT_KERNEL Points place(const F8& share) const {
-    return {from.x + share * way.x, from.y + share * way.y, from.z + share * way.z};
+  TYPODONT_KERNEL Points place(const Straight& head, const F8& share) const {
+    Points p{from.x + share * way.x, from.y + share * way.y, from.z + share * way.z};
+    if (head.bent > 0) {
+      const F8 off = share * (share - 1.0f);
+      p.x += off * bend.x, p.y += off * bend.y, p.z += off * bend.z;
+    }
+    return p;
   }
   TYPODONT_KERNEL eight::NearestWithNormal nearest(const Straight& head, const F8& rho, const F8& z) const {
     return eight::nearest_with_normal(head.pieces, set, rho, z);
   }
   TYPODONT_KERNEL Depth at(const Straight& head, const F8& share) const {
-    const Points p = place(share);
+    const Points p = place(head, share);
     const F8 rho = eight::root(p.x * p.x + p.y * p.y);
     const eight::NearestWithNormal found = nearest(head, rho, p.z);
-    return {found.nearest.depth(), found.slope(p.x, p.y, rho, way.x, way.y, way.z)};
+    Points along = way;
+    if (head.bent > 0) {
+      const F8 off = 2.0f * share - 1.0f;
+      along = {way.x + off * bend.x, way.y + off * bend.y, way.z + off * bend.z};
+    }
+    return {found.nearest.depth(), found.slope(p.x, p.y, rho, along.x, along.y, along.z)};
   }
   /// Returns the outward normal at the fraction `share` of the path, in the head's frame.
   TYPODONT_KERNEL Points normal(const Straight& head, const F8& share) const {
-    const Points p = place(share);
+    const Points p = place(head, share);
     const F8 rho = eight::root(p.x * p.x + p.y * p.y), inverse = 1.0f / (rho + 1e-6f);
     F8 n_rho, n_z;
     nearest(head, rho, p.z).normal(n_rho, n_z);
@@ -107,13 +136,11 @@ struct Search {
   /// HeadPose::base of the path's first pose.
   TYPODONT_KERNEL void begin(const Straight& head, unsigned pieces, const F8& x, const F8& y, const F8& z,
                              const F8& least, float share, float most) {
-    const float* const T = head.turn;
     set = pieces;
     from = in_head(head.from, x, y, z);
-    way = {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + head.shift[0]),
-           (T[1] * from.x + T[4] * from.y) + (T[7] * from.z + head.shift[1]),
-           (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + head.shift[2])};
-    needed = least - head.slip;
+    way = paths_from(head, from);
+    bend = head.bent > 0 ? bends_from(head, from) : Points{};
+    needed = least - head.slip - head.bent;
     a = b = F8{} + share;
     at_a = at_b = at(head, a);
     best = at_a.depth;
@@ -140,9 +167,62 @@ struct Search {
   }
 };
 
-/// The centres of eight blocks of samples, and the largest depth of each centre in the head during the motion. The
-/// depth is a concave function of the position. So a linear function of the position (see n_x, n_y, n_z) is an upper
-/// bound of the depth of every sample of a block of samples.
+/// The place on their paths where eight samples are deepest: the fraction 0..1 of the path, and the samples' positions
+/// and depths there.
+struct Deepest {
+  F8 share;
+  Points at;
+  F8 rho, below, depth;  // voxels; below: distance (at most 0) of the position from the end of the flank
+};
+
+/// Returns where eight samples are deepest below one line of the meridian. If the line is the flank of a cylinder with
+/// a round end, the round end is included: the depth is then the radius minus the distance from a half-line on the
+/// axis. The squared distance from the axis, and that from the centre of the round end, are quadratic along the path,
+/// so their minima have a closed form.
+TYPODONT_KERNEL Deepest deepest_below(const Straight& head, int line_index, const Points& from) {
+  const MeridianPiece& line = head.pieces[line_index];
+  const Points way = paths_from(head, from);
+  const F8 none = {}, one = none + 1.0f, least = none + 1e-12f;
+  const F8 across2 = way.x * way.x + way.y * way.y, A = eight::greater(across2, least),
+           B = from.x * way.x + from.y * way.y;
+  F8 s = -B / A;
+  if (line.naz != 0.0f) {
+    // the depth is -nax rho - naz z, and rho² = A t² + C, where t is the distance from the minimum of rho
+    const F8 rises = -line.naz * way.z, steepest = line.nax * line.nax * A - rises * rises;
+    const F8 C = eight::greater(from.x * from.x + from.y * from.y - B * B / A, none);
+    const F8 t = rises * eight::root(C / eight::greater(A * steepest, least));
+    s = steepest > least ? s + t : rises > 0.0f ? one : none;
+  }
+  s = eight::greater(eight::lesser(s, one), none);
+  const bool round = has_round_end(head.pieces, line_index);
+  if (round) {
+    // The distance from a half-line is convex. So the minimum for the centre of the end is valid if it lies below the
+    // centre, and otherwise the minimum for the axis.
+    const F8 above = from.z - line.az;
+    F8 at_end = -(B + above * way.z) / eight::greater(across2 + way.z * way.z, least);
+    at_end = eight::greater(eight::lesser(at_end, one), none);
+    s = above + at_end * way.z <= 0.0f ? at_end : s;
+  }
+  Deepest found{s, {from.x + s * way.x, from.y + s * way.y, from.z + s * way.z}, none, none, none};
+  // The place of the maximum on the straight line has an error, but at a maximum this error has no first-order effect.
+  if (head.bent > 0) {
+    const Points bend = bends_from(head, from);
+    const F8 off = s * (s - 1.0f);
+    found.at = {found.at.x + off * bend.x, found.at.y + off * bend.y, found.at.z + off * bend.z};
+  }
+  found.rho = eight::root(found.at.x * found.at.x + found.at.y * found.at.y);
+  if (round) {
+    found.below = eight::lesser(found.at.z - line.az, none);
+    found.depth = line.ax - eight::root(found.rho * found.rho + found.below * found.below);
+  } else {
+    found.depth = eight::depth_below_line(line, found.rho, found.at.z);
+  }
+  return found;
+}
+
+/// The centres of eight blocks, and the largest depth of each centre in the head during the motion. The depth is a
+/// concave function of the position. So a linear function of the position (see n_x, n_y, n_z) is an upper bound of the
+/// depth of every sample of a block.
 struct Centres {
   unsigned set;  // input: pieces of the head's meridian that can be nearest to any of the centres on the path
   // input, two limits of the depth: if no sample of a block of samples is deeper than `outside`, or all samples are
@@ -178,14 +258,40 @@ void look_at(const Straight* way_at, Centres* centres) {
   centres->share = at_a ? search.a : at_b ? search.b : search.s;
 }
 
+/// Does the same as look_at() for centres of blocks in which line `line` of the meridian alone determines the depth.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void look_at_line(const Straight* way_at, Centres* centres, int line) {
+  const Straight& way = *way_at;
+  const Deepest found = deepest_below(way, line, in_head(way.from, centres->x, centres->y, centres->z));
+  const MeridianPiece& piece = way.pieces[line];
+  const F8 least = F8{} + 1e-6f;
+  F8 nx, ny, nz;
+  if (has_round_end(way.pieces, line)) {
+    const F8 inverse = 1.0f / eight::greater(piece.ax - found.depth, least);
+    nx = found.at.x * inverse, ny = found.at.y * inverse, nz = found.below * inverse;
+  } else {
+    const F8 inverse = piece.nax / eight::greater(found.rho, least);
+    nx = found.at.x * inverse, ny = found.at.y * inverse, nz = F8{} + piece.naz;
+  }
+  const float* const R = way.from.R;
+  centres->n_x = R[0] * nx + R[1] * ny + R[2] * nz;
+  centres->n_y = R[3] * nx + R[4] * ny + R[5] * nz;
+  centres->n_z = R[6] * nx + R[7] * ny + R[8] * nz;
+  centres->best = centres->top = found.depth;
+  centres->share = found.share;
+}
+
 /// Data of the centres at the beginning of the path: their depths in the head, and their distances from each of its
 /// pieces of the head's meridian.
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
   Points at;  // positions of the centres in the head's frame
-  F8 rho;     // voxels, distances of the centres from the head's axis
-  // Mask of the blocks of samples from which the head recedes, at all their samples. The depth is concave along the
-  // path, so each sample of such a block of samples is deepest at the beginning of the path.
+  // Index of the line of the meridian that alone determines the depth of all samples of the block on the whole path, if
+  // the depth is limited to Sweep::kInner; -1: no such line.
+  int line[8];
+  F8 rho;  // voxels, distances of the centres from the head's axis
+  // Mask of the blocks from which the head recedes, at all their samples. The depth is concave along the path, so each
+  // sample of such a block is deepest at the beginning of the path.
   I8 recedes;
 
   /// Returns the pieces of the head's meridian (one bit each) that can be nearest to a sample within `reach` of the
@@ -211,11 +317,8 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
 /// Computes AtStart::recedes for eight centres at once. The method is that of advance_beside(), but only the smallest
 /// n·w is computed. `rounding`: voxels, rounding error of the component of a path along a normal.
 TYPODONT_KERNEL I8 receding(const Straight& way, const AtStart& at, float rounding) {
-  const float* const T = way.turn;
-  const F8 x = at.at.x, y = at.at.y, z = at.at.z, none = {};
-  const F8 wx = (T[0] * x + T[3] * y) + (T[6] * z + way.shift[0]),
-           wy = (T[1] * x + T[4] * y) + (T[7] * z + way.shift[1]),
-           wz = (T[2] * x + T[5] * y) + (T[8] * z + way.shift[2]);
+  const F8 x = at.at.x, y = at.at.y, none = {};
+  const auto [wx, wy, wz] = paths_from(way, at.at);
   // Finds the first and the last normal of the neighbouring meridian pieces that can be nearest to a sample of the
   // block of samples.
   const F8 within = (at.depth > 0.0f ? at.depth : -at.depth) + 2 * kHalf;
@@ -248,6 +351,36 @@ TYPODONT_KERNEL I8 receding(const Straight& way, const AtStart& at, float roundi
   return -approach >= way.turned * kHalf + rounding;
 }
 
+/// Computes AtStart::line for eight centres. Within a block, a depth differs from the depth at the centre by at most
+/// kHalf. A depth below a line is concave along the path, so it is smallest at an end of the path.
+TYPODONT_KERNEL void find_lines(const Straight& way, AtStart& at) {
+  const F8 z = at.at.z;
+  const auto [wx, wy, wz] = paths_from(way, at.at);
+  const F8 end_x = at.at.x + wx, end_y = at.at.y + wy, end_rho = eight::root(end_x * end_x + end_y * end_y);
+  const F8 across = eight::root(wx * wx + wy * wy), up = wz < 0.0f ? -wz : wz;
+  const float beside = (1 + way.turned) * kHalf + kTop;
+  I8 found = I8{} - 1;
+  for (int i = 0; i < way.count; ++i) {
+    const MeridianPiece& line = way.pieces[i];
+    const bool round = has_round_end(way.pieces, i);
+    if (line.radius != 0.0f || (!round && line.corner_a > kRightAngle) || line.corner_b > kRightAngle) continue;
+    // positions along the line, measured from its two ends
+    const F8 from_a = (z - line.az) * line.nax - (at.rho - line.ax) * line.naz, from_b = line.length - from_a;
+    const F8 room = beside + std::abs(line.nax) * up + std::abs(line.naz) * across;
+    I8 alone = from_b > room + Sweep::kInner * line.corner_b;
+    if (!round) alone &= from_a > room + Sweep::kInner * line.corner_a;
+    for (int k = 0; k < way.count; ++k) {
+      const MeridianPiece& other = way.pieces[k];
+      if (std::abs(k - i) < 2) continue;
+      const F8 least =
+          eight::lesser(eight::depth_below_line(other, at.rho, z), eight::depth_below_line(other, end_rho, z + wz));
+      alone = other.radius == 0.0f ? alone & (least > Sweep::kInner + beside) : I8{};
+    }
+    found = alone ? I8{} + i : found;
+  }
+  for (int lane = 0; lane < 8; ++lane) at.line[lane] = found[lane];
+}
+
 /// Computes the distance of each centre from each piece of the meridian. It is called only if a centre is not outside
 /// the head, because most centres are outside.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
@@ -261,6 +394,7 @@ void look_at_pieces(const Straight* way_at, AtStart* found, float rounding) {
     found->to_piece[i] = eight::lesser(depth > 0.0f ? depth : -depth, eight::root(off_rho * off_rho + off_z * off_z));
   }
   found->recedes = receding(way, *found, rounding);
+  find_lines(way, *found);
 }
 
 /// Returns the smallest depth of the samples of a block of samples in the head at the beginning of the path. `first`:
@@ -293,6 +427,8 @@ struct WayBlock {
   float bent;
   float* due;    // receives the path length at which the block of samples is due again; null: the value is not stored
   unsigned set;  // the pieces of the meridian that can be nearest to any sample on the path, one bit for each piece
+  // index of the line that alone determines the depth of the block's samples (AtStart::line); -1: no such line
+  int line;
   bool emptied;
 
   /// A plane bounds the depth in each row of the block of samples. Returns the bound of the row through the centre
@@ -355,6 +491,10 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVo
       Search& search = searches[rows];
       if (block.emptied) {
         search.best = F8{} + Sweep::kInner;
+      } else if (block.line >= 0) {
+        const Points from = in_head(way.from, eight::all(static_cast<float>(block.first.x + ix)),
+                                    eight::all(static_cast<float>(block.first.y + iy)), z);
+        search.best = deepest_below(way, block.line, from).depth;
       } else {
         search.begin(way, block.set, eight::all(static_cast<float>(block.first.x + ix)),
                      eight::all(static_cast<float>(block.first.y + iy)), z, least, block.share, Sweep::kInner);
@@ -457,12 +597,206 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
   return way;
 }
 
+void bend(Straight& way, const Pose& X_VA, const Pose& X_VM, double reach) {
+  const Straight half = straight_way(X_VA, X_VM, way.pieces, way.count, reach);
+  double turned = 0, shifted = 0;
+  for (int i = 0; i < 3; ++i) {
+    way.bend_shift[i] = 4 * (way.shift[i] / 2 - half.shift[i]);
+    shifted += static_cast<double>(way.bend_shift[i]) * static_cast<double>(way.bend_shift[i]);
+  }
+  for (int i = 0; i < 9; ++i) {
+    way.bend_turn[i] = 4 * (way.turn[i] / 2 - half.turn[i]);
+    turned += static_cast<double>(way.bend_turn[i]) * static_cast<double>(way.bend_turn[i]);
+  }
+  const double beyond = reach + static_cast<double>(Sweep::kMargin) + 1;
+  way.bent = static_cast<float>((std::sqrt(shifted) + std::sqrt(turned) * beyond) / 4) + 1e-6f;
+}
+
+bool has_round_end(const MeridianPiece* pieces, int i) {
+  const MeridianPiece& flank = pieces[i];
+  return i > 0 && flank.radius == 0.0f && flank.naz == 0.0f && pieces[i - 1].radius == flank.ax &&
+         pieces[i - 1].cx == 0.0f && pieces[i - 1].cz == flank.az;
+}
+
 float* DueBlocks::row(const glm::ivec3& voxel, int last_z) const noexcept {
   const glm::ivec3 step(kRows, kRows, kDeep), i = voxel / step - first;
   if (i.x < 0 || i.y < 0 || i.z < 0 || i.x >= size.x || i.y >= size.y) return nullptr;
   if (i.z + (last_z - voxel.z) / kDeep >= size.z) return nullptr;
   return due + (i.x * size.y + i.y) * size.z + i.z;
 }
+
+namespace {
+
+/// The blocks around a head that moves on one straight part of its path. They pass through three stages, eight at a
+/// time: choose() omits blocks that cannot change, look() bounds the depth at the centres of the others, and cut()
+/// raises the samples. While the samples of eight blocks are raised, the samples of the next eight are requested from
+/// memory.
+class PathPass {
+ public:
+  /// `part`: the straight part of the path. `cut_before`: true if the tissue inside the head was removed at the
+  /// beginning of this part. `turned`: voxels, bound of the difference between the paths of a sample and of its block's
+  /// centre. `rounding`: voxels, rounding error of the component of a path along a normal. `known` (may be null):
+  /// receives the path length at which each block must be examined again; null if another part of the path follows.
+  PathPass(const Straight& part, bool cut_before, float turned, float rounding, std::uint32_t laws,
+           const HeadTarget& target, RemovedVolume* removed, const DueBlocks* known)
+      : way_(part),
+        cut_before_(cut_before),
+        turned_(turned),
+        rounding_(rounding),
+        laws_(laws),
+        target_(target),
+        removed_(removed),
+        known_(known),
+        outside_(-(Sweep::kMargin + kHalf + kTop + part.slip + part.bent)),
+        emptied_(Sweep::kInner + kHalf + part.slip + part.bent) {}
+
+  /// Adds the block that begins at the voxel `first`. `due` (may be null): where the path length is stored at which the
+  /// block must be examined again.
+  void add(const glm::ivec3& first, float* due) {
+    begun_[started_] = first;
+    due_[started_] = due;
+    put(starts_, started_, glm::vec3(first - way_.from.base) + kMiddle);
+    if (++started_ == 8) choose();
+  }
+  /// Finishes all stages. Returns true if any sample changed.
+  bool finish() {
+    if (started_ > 0) choose();
+    for (int group = 0; group <= HeadField::kMaxPieces; ++group) {
+      if (groups_[group].count > 0) look(group);
+    }
+    for (int i = 0; i < waiting_; ++i) cut(fetched_[i]);
+    return changed_;
+  }
+
+ private:
+  /// Up to eight blocks whose depths are computed in the same way: by the closed form for one line of the meridian, or
+  /// (last group) by a search along the path.
+  struct Group {
+    int count = 0;
+    Centres centres;
+    WayBlock blocks[8];
+  };
+
+  static void put(Centres& to, int lane, const glm::vec3& c) { to.x[lane] = c.x, to.y[lane] = c.y, to.z[lane] = c.z; }
+  static void fill_up(Centres& to, int from) {
+    for (int lane = from; lane < 8; ++lane) to.x[lane] = to.x[0], to.y[lane] = to.y[0], to.z[lane] = to.z[0];
+  }
+  void note(float* at, float slack) const {
+    if (at && known_) *at = known_->way + (slack - known_->slip);
+  }
+
+  /// Omits blocks that are too far from the head on the whole path. If the tissue inside the head was removed at the
+  /// beginning of the path, also omits empty blocks and blocks from which the head recedes.
+  void choose() {
+    fill_up(starts_, started_);
+    AtStart at;
+    look_at_start(&way_, &starts_, &at);
+    bool pieces_seen = false;
+    for (int lane = 0; lane < started_; ++lane) {
+      if (const float top = at.depth[lane] + way_.longest + kBesideSlip; top < outside_) {
+        note(due_[lane], outside_ - top);
+        continue;
+      }
+      const float empty = Sweep::kInner + way_.slip + way_.bent;
+      if (cut_before_ && at.depth[lane] > empty) {
+        const glm::ivec3 in_base = begun_[lane] - way_.from.base;
+        if (at.depth[lane] > emptied_ || least_depth_at_start(&way_, &in_base) > empty) {
+          note(due_[lane], kNoEnd);
+          continue;
+        }
+      }
+      if (!pieces_seen) look_at_pieces(&way_, &at, rounding_);
+      pieces_seen = true;
+      if (cut_before_ && laws_ >= 5 && at.recedes[lane]) continue;
+      const int line = laws_ >= kLawsOfLines ? at.line[lane] : -1;
+      Group& group = groups_[line >= 0 ? line : HeadField::kMaxPieces];
+      WayBlock& block = group.blocks[group.count];
+      place(block, begun_[lane]);
+      block.due = due_[lane];
+      block.line = line;
+      block.set = at.nearest_within(kHalf + way_.longest + kBesideSlip, lane, way_.count);
+      put(group.centres, group.count, {starts_.x[lane], starts_.y[lane], starts_.z[lane]});
+      if (++group.count == 8) look(line >= 0 ? line : HeadField::kMaxPieces);
+    }
+    started_ = 0;
+  }
+  void place(WayBlock& block, const glm::ivec3& first) const {
+    const glm::ivec3 inside = first - target_.lo;
+    const std::ptrdiff_t at = inside.x * target_.stride_x + inside.y * target_.stride_y + inside.z;
+    block.distance = target_.distance + at, block.tissue = target_.tissue ? target_.tissue + at : nullptr;
+    block.stride_x = target_.stride_x, block.stride_y = target_.stride_y;
+    const int size[3] = {kRows, kRows, kDeep};
+    for (int i = 0; i < 3; ++i) {
+      block.from[i] = std::max(-inside[i], 0);
+      block.to[i] = std::min(target_.size[i] - inside[i], size[i]);
+    }
+    block.first = first - way_.from.base;
+  }
+  /// Bounds the depths in the blocks of a group, and requests the rows of those that may change. Meanwhile cuts the
+  /// blocks whose rows were requested before.
+  void look(int which) {
+    Group& group = groups_[which];
+    Centres& centres = group.centres;
+    fill_up(centres, group.count);
+    centres.set = 0;
+    for (int lane = 0; lane < group.count; ++lane) centres.set |= group.blocks[lane].set;
+    centres.outside = outside_, centres.emptied = emptied_;
+    if (which < HeadField::kMaxPieces) {
+      look_at_line(&way_, &centres, which);
+    } else {
+      look_at(&way_, &centres);
+    }
+    int kept[8], keep = 0;
+    for (int lane = 0; lane < group.count; ++lane) {
+      WayBlock& block = group.blocks[lane];
+      if (centres.top[lane] <= outside_) {
+        note(block.due, outside_ - centres.top[lane]);
+        continue;
+      }
+      block.top = centres.top[lane], block.share = centres.share[lane], block.emptied = centres.best[lane] >= emptied_;
+      block.bent = way_.slip + kTop + turned_ + way_.bent;
+      block.n[0] = centres.n_x[lane], block.n[1] = centres.n_y[lane], block.n[2] = centres.n_z[lane];
+      if (!block.may_change()) {
+        note(block.due, -Sweep::kMargin - block.most_of_all());
+        continue;
+      }
+      kept[keep++] = lane;
+    }
+    for (int i = 0; i < std::max(keep, waiting_); ++i) {
+      if (i < keep) fetch(group.blocks[kept[i]]);
+      if (i < waiting_) cut(fetched_[i]);
+    }
+    for (int i = 0; i < keep; ++i) fetched_[i] = group.blocks[kept[i]];
+    waiting_ = keep;
+    group.count = 0;
+  }
+  void cut(const WayBlock& block) {
+    float slack;
+    changed_ |= carve_way_block(&way_, &block, removed_, &slack);
+    note(block.due, slack);
+  }
+
+  const Straight way_;
+  const bool cut_before_;
+  const float turned_, rounding_;
+  const std::uint32_t laws_;
+  const HeadTarget& target_;
+  RemovedVolume* const removed_;
+  const DueBlocks* const known_;
+  // voxels, two limits of the depth at a block's centre: if it is less than `outside_`, the block does not change; if
+  // it is more than `emptied_`, the whole block becomes empty
+  const float outside_, emptied_;
+  bool changed_ = false;
+  int started_ = 0;
+  Centres starts_;
+  glm::ivec3 begun_[8];
+  float* due_[8];
+  Group groups_[HeadField::kMaxPieces + 1];
+  int waiting_ = 0;
+  WayBlock fetched_[8];  // blocks whose rows have been requested from memory
+};
+
+}  // namespace
 
 bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const DueBlocks* known) const noexcept {
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
@@ -476,20 +810,6 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
     const dvec3 axis = axis_of(X), across = glm::sqrt(glm::max(dvec3(1) - axis * axis, dvec3(0)));
     return half_length_ * glm::abs(axis) + radius * across + beside;
   };
-  const auto block_at = [&](const glm::ivec3& first) {
-    WayBlock block;
-    const glm::ivec3 inside = first - target.lo;
-    const std::ptrdiff_t at = inside.x * target.stride_x + inside.y * target.stride_y + inside.z;
-    block.distance = target.distance + at, block.tissue = target.tissue ? target.tissue + at : nullptr;
-    block.stride_x = target.stride_x, block.stride_y = target.stride_y;
-    const int size[3] = {kRows, kRows, kDeep};
-    for (int i = 0; i < 3; ++i) {
-      block.from[i] = std::max(-inside[i], 0);
-      block.to[i] = std::min(target.size[i] - inside[i], size[i]);
-    }
-    block.first = first;
-    return block;
-  };
   const auto is_whole = [&](const glm::ivec3& first) {
     return glm::all(glm::lessThanEqual(target.lo, first)) &&
            glm::all(glm::lessThanEqual(first + glm::ivec3(kRows, kRows, kDeep), target.lo + target.size));
@@ -499,7 +819,8 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
   for (int k = 1; k <= straights_; ++k) {
     const Pose X_VA = X_VB;
     X_VB = k == straights_ ? X_VB_ : interpolate(X_VA_, X_VB_, static_cast<double>(k) / straights_);
-    const Straight way = straight_way(X_VA, X_VB, pieces_, back_.count, reach_);
+    Straight way = straight_way(X_VA, X_VB, pieces_, back_.count, reach_);
+    if (bends_) bend(way, X_VA, interpolate(X_VA, X_VB, 0.5), reach_);
     const dvec3 extent_a = extent(X_VA), extent_b = extent(X_VB);
     const glm::ivec3 lo = glm::max(target.lo, glm::ivec3(glm::ceil(glm::min(X_VA.p - extent_a, X_VB.p - extent_b))));
     const glm::ivec3 last =
@@ -509,87 +830,9 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
     const glm::vec3 axis(axis_of(X_VA)), center(X_VA.p - dvec3(way.from.base));
     const float far = static_cast<float>(radius + beside) + kHalf + way.longest;
     const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep));
-    Centres centres, starts;
-    centres.outside = -(kMargin + kHalf + kTop + way.slip), centres.emptied = kInner + kHalf + way.slip;
-    WayBlock blocks[8];
-    glm::ivec3 begun[8];
-    // for each block of samples: pointer to the stored path length at which it must be examined again; null: the value
-    // is not stored
-    float* due[8];
-    const auto note = [&](float* at, float slack) {
-      // Only the last segment of the path determines the path length at which a block of samples must be examined
-      // again.
-      if (at && k == straights_) *at = known->way + (slack - known->slip);
-    };
-    int lanes = 0, started = 0;
-    const auto put = [](Centres& to, int lane, const glm::vec3& c) {
-      to.x[lane] = c.x, to.y[lane] = c.y, to.z[lane] = c.z;
-    };
-    const auto fill_up = [](Centres& to, int from) {
-      for (int lane = from; lane < 8; ++lane) to.x[lane] = to.x[0], to.y[lane] = to.y[0], to.z[lane] = to.z[0];
-    };
-    const auto carve = [&] {
-      fill_up(centres, lanes);
-      centres.set = 0;
-      for (int lane = 0; lane < lanes; ++lane) centres.set |= blocks[lane].set;
-      look_at(&way, &centres);
-      int kept[8], keep = 0;
-      for (int lane = 0; lane < lanes; ++lane) {
-        WayBlock& block = blocks[lane];
-        if (centres.top[lane] <= centres.outside) {
-          note(block.due, centres.outside - centres.top[lane]);
-          continue;
-        }
-        block.first -= way.from.base;
-        block.top = centres.top[lane], block.share = centres.share[lane],
-        block.emptied = centres.best[lane] >= centres.emptied;
-        block.bent = way.slip + kTop + turned;
-        block.n[0] = centres.n_x[lane], block.n[1] = centres.n_y[lane], block.n[2] = centres.n_z[lane];
-        if (!block.may_change()) {
-          note(block.due, -kMargin - block.most_of_all());
-          continue;
-        }
-        fetch(block);
-        kept[keep++] = lane;
-      }
-      for (int i = 0; i < keep; ++i) {
-        float slack;
-        changed |= carve_way_block(&way, &blocks[kept[i]], removed, &slack);
-        note(blocks[kept[i]].due, slack);
-      }
-      lanes = 0;
-    };
-    // Omits blocks of samples that are too far from the head on the whole path. If the tissue inside the head was
-    // removed at the beginning of the path, also omits empty blocks and blocks from which the head recedes.
-    const bool cut_before = continues_ || k > 1;
-    const auto choose = [&] {
-      fill_up(starts, started);
-      AtStart at;
-      look_at_start(&way, &starts, &at);
-      bool pieces_seen = false;
-      for (int lane = 0; lane < started; ++lane) {
-        if (const float top = at.depth[lane] + way.longest + kBesideSlip; top < centres.outside) {
-          note(due[lane], centres.outside - top);
-          continue;
-        }
-        if (cut_before && at.depth[lane] > kInner + way.slip) {
-          const glm::ivec3 in_base = begun[lane] - way.from.base;
-          if (at.depth[lane] > centres.emptied || least_depth_at_start(&way, &in_base) > kInner + way.slip) {
-            note(due[lane], kNoEnd);
-            continue;
-          }
-        }
-        if (!pieces_seen) look_at_pieces(&way, &at, rounding);
-        pieces_seen = true;
-        if (cut_before && laws_ >= 5 && at.recedes[lane]) continue;
-        blocks[lanes] = block_at(begun[lane]);
-        blocks[lanes].due = due[lane];
-        blocks[lanes].set = at.nearest_within(kHalf + way.longest + kBesideSlip, lane, way.count);
-        put(centres, lanes, {starts.x[lane], starts.y[lane], starts.z[lane]});
-        if (++lanes == 8) carve();
-      }
-      started = 0;
-    };
+    // Only the last part of the path determines the path length at which a block must be examined again.
+    PathPass pass(way, continues_ || k > 1, turned, rounding, laws_, target, removed,
+                  k == straights_ ? known : nullptr);
     for (int x0 = first.x; x0 <= last.x; x0 += kRows) {
       for (int y0 = first.y; y0 <= last.y; y0 += kRows) {
         int lowest = first.z, highest = last.z;
@@ -603,15 +846,11 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
           const glm::ivec3 from(x0, y0, z0);
           float* const noted = row ? row + (z0 - lowest_first) / kDeep : nullptr;
           if (noted && *noted > known->way) continue;
-          begun[started] = from;
-          due[started] = noted && is_whole(from) ? noted : nullptr;
-          put(starts, started, glm::vec3(from - way.from.base) + kMiddle);
-          if (++started == 8) choose();
+          pass.add(from, noted && is_whole(from) ? noted : nullptr);
         }
       }
     }
-    if (started > 0) choose();
-    if (lanes > 0) carve();
+    changed |= pass.finish();
   }
   return changed;
 }

@@ -25,8 +25,18 @@ struct Straight {
   // in the head's frame. Such a sample lies above the rim of the end, and nearer to the flank than to the end, during
   // the whole motion. kNoEnd for every other motion.
   float still_above = kNoEnd, still_beyond = kNoEnd;
+  // Second-order term of a rotating head: at the fraction s of the path, a sample is off the straight line by
+  // s (s - 1) (bend_shift + bend_turn p).
+  float bend_shift[3] = {}, bend_turn[9] = {};
+  float bent =
+      0;  // voxels, largest distance of a sample's path from the straight line; 0 without the second-order term
 };
 Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach);
+
+/// Adds the second-order term to a path that starts at pose A. `X_VM`: pose in the middle of the path.
+void bend(Straight& way, const Pose& X_VA, const Pose& X_VM, double reach);
+/// Returns true if line `i` of the meridian is the flank of a cylinder with a round end below it.
+bool has_round_end(const MeridianPiece* pieces, int i);
 
 /// The path length of the head at which each block of 4 × 4 × 8 voxels must be examined again (CutFront); z is the
 /// fastest index. A sweep that has no information about a block does not change the block's value.

@@ -133,7 +133,8 @@ TEST(Sweeps, TheActiveFrontListsChangeNoBitOfACut) {
 }
 
 TEST(Sweeps, AHeadThatSwingsInItsHoleCutsTheSameBitsWithTheFrontAndVersionsOfTheLawsDifferByAHundredthOfAVoxel) {
-  constexpr std::uint32_t kLaws[] = {4, 5};
+  constexpr std::uint32_t kLaws[] = {4, 5, kServoLaws};  // the first of them has the shortest straight parts
+  constexpr std::size_t kVersions = std::size(kLaws);
   for (const HeadShape shape : kNoBalls) {
     for (unsigned seed = 1; seed <= 2; ++seed) {
       Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};
@@ -142,9 +143,9 @@ TEST(Sweeps, AHeadThatSwingsInItsHoleCutsTheSameBitsWithTheFrontAndVersionsOfThe
       const dquat R = rotation_between({0, 0, 1}, random.direction());
       const dvec3 axis = random.direction(), way = random.scale(0.2, 4) * kVoxel * random.direction();
       const double rate = random.uniform(0.1, 0.4);  // rad, change of the oscillation's phase in a tick
-      SurfacePatch plain[] = {block(tool, 1000), block(tool, 1000)}, known[] = {plain[0], plain[1]};
-      double taken[2] = {};
-      for (std::size_t k = 0; k < 2; ++k) {
+      std::vector<SurfacePatch> plain(kVersions, block(tool, 1000)), known = plain;
+      double taken[kVersions] = {};
+      for (std::size_t k = 0; k < kVersions; ++k) {
         CutFront front(std::span(&tool, 1), kVoxel);
         const auto at = [&](int i) {
           const double swing = std::sin(rate * i) * (i / 40 % 2 ? 0.1 : 1);  // alternately fast and slow
@@ -164,11 +165,14 @@ TEST(Sweeps, AHeadThatSwingsInItsHoleCutsTheSameBitsWithTheFrontAndVersionsOfThe
       }
       // A sample whose distance is beyond kMargin keeps its old value.
       const auto kept = [](float distance) { return std::max(distance, -Sweep::kMargin); };
-      float apart = 0;
-      for (std::size_t i = 0; i < plain[0].distance.size(); ++i)
-        apart = std::max(apart, std::abs(kept(plain[0].distance[i]) - kept(plain[1].distance[i])));
-      EXPECT_LT(apart, 0.0125f) << static_cast<int>(shape) << ", seed " << seed;
-      EXPECT_NEAR(taken[1] / taken[0], 1, 1e-3) << static_cast<int>(shape) << ", seed " << seed;
+      for (std::size_t k = 1; k < kVersions; ++k) {
+        float apart = 0;
+        for (std::size_t i = 0; i < plain[0].distance.size(); ++i)
+          apart = std::max(apart, std::abs(kept(plain[0].distance[i]) - kept(plain[k].distance[i])));
+        EXPECT_LT(apart, 0.0125f) << static_cast<int>(shape) << ", seed " << seed << ", laws " << kLaws[k];
+        EXPECT_NEAR(taken[k] / taken[0], 1, 1e-3)
+            << static_cast<int>(shape) << ", seed " << seed << ", laws " << kLaws[k];
+      }
     }
   }
 }

@@ -123,6 +123,41 @@ TEST(Shank, FollowsTheHeadIntoTheHoleItDrills) {
   EXPECT_NEAR(removed[0], removed[1], 1e-3 * removed[1]) << "the neck is narrower than the hole";
 }
 
+TEST(Shank, WithoutANewSnapshotTheCoarsePatchFollowsAFastDrillWithinFiveTicks) {
+  constexpr const char* kBlock =
+      R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [18, 18, 8]}}}]})";
+  constexpr std::size_t kLater = 5;  // ticks
+  Tool drill = bur_with_shank();
+  drill.shape = HeadShape::kRoundEndCylinder;
+  drill.diameter = 3.0_mm, drill.length = 8.0_mm;
+  MaterialTable soft = test::plain_materials();
+  for (auto& material : soft) material.specific_energy /= 1000;
+  HapticBench bench(haptics::TissueVolume(haptics::read_solids(Json::parse(kBlock, "tissue"))), settings(drill), soft);
+  const double top = 4.0_mm + drill.length / 2;
+  for (int i = 0; i < 600; ++i) bench.tick({{0, 0, top - 6e-3 * i / 600}}, 1);
+  bench.steps.take_snapshot(bench.last.X_WG.p);
+  bench.steps.adopt_snapshot();
+  std::vector<dvec3> empty;  // places near the head's flank; the fine patch shows no tissue there
+  std::size_t fast = 0;
+  for (int i = 0; i < 400; ++i) {  // up to 0.5 m/s and 20 rad/s to and fro
+    const dvec3 before = bench.last.X_WG.p;
+    const double aside = 2.6_mm * std::sin(2 * kPi * 0.030 * i), turn = 0.26 * std::sin(2 * kPi * 0.012 * i);
+    const Pose X_WT{{aside, 0.3 * aside, top - 6e-3}, glm::angleAxis(turn, glm::normalize(dvec3(0.8, 0.6, 0)))};
+    const bool did_cut = bench.steps.tick_servo({bench.t, X_WT, 1, 0, 0}, bench.last, bench.cut);
+    bench.t += from_seconds(bench.settings.tick);
+    const Pose& X = bench.last.X_WG;
+    const dvec3 side = X.p + X.R * dvec3(X.p.x > before.x ? 1.0_mm : -1.0_mm, 0, -1.0_mm);
+    const VoxelFrame& fine = bench.settings.frame;
+    empty.push_back(haptics::sample_linear(bench.patch(), fine.to_voxels(side)) > 2 ? side : dvec3(0, 0, 1));
+    fast += did_cut && glm::length(X.p - before) > 0.3_mm;
+    if (empty.size() <= kLater || empty[empty.size() - 1 - kLater].z == 1) continue;
+    const auto& wide = bench.patch().wide.front();
+    const VoxelFrame frame{fine.origin, fine.voxel * wide.every};
+    ASSERT_GT(haptics::sample_linear(wide, frame.to_voxels(empty[empty.size() - 1 - kLater])), 0) << i;
+  }
+  EXPECT_GT(fast, 10u);
+}
+
 TEST(Shank, IsFeltWhereverTheToolIsTilted) {
   // The tool lies on the edge of a block: the head is in the air beyond the edge, and the shank lies across it.
   constexpr const char* kBlock =

@@ -76,6 +76,7 @@ bool OffsetModel::may_change_tool(std::uint32_t which, const Pose& X_WG) noexcep
 }
 
 void OffsetModel::take_up(std::uint32_t which) noexcept {
+  finish_coarse();
   tool_ = which;
   smooth().forget();
   front_.forget();

@@ -122,7 +122,8 @@ class OffsetModel : public PatchModel {
   /// Removes the sweep of the head from in.X_WG to X_WB in the fine and the coarse patch. Returns true and sets `cut`
   /// if any sample changed.
   bool remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept;
-  void carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues) noexcept;
+  void carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept;
+  void finish_coarse() noexcept;
   PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept override;
   void update_coarse(SurfacePatch& fresh, bool edited) noexcept override;
   void adopted(bool strokes_edited, bool known) noexcept override;
@@ -171,8 +172,14 @@ class OffsetModel : public PatchModel {
   CutFront front_, coarse_front_;  // active fronts (cut_front.h) of the patch and of its coarse patch
   Pose cut_end_;                   // pose at the end of the last cut
   std::uint32_t cut_tool_ = 0;     // tool of the last cut
-  Pose coarse_end_;                // pose at which the last cut in the coarse patch ended
-  std::uint64_t coarse_cut_ = 0;   // index of the last cut in the coarse patch
+  // Cut in the coarse patch, which joins several cuts of the fine patch and may wait for a tick with less work.
+  struct CoarseCut {
+    Pose X_WA, X_WB;         // poses of the head at the start and at the end of the cut
+    std::uint64_t cut = 0;   // index of the last cut of the fine patch that is joined
+    std::uint32_t tool = 0;  // tool of the cut
+    bool goes_on = false;    // true if the last cut in the coarse patch ended at X_WA
+    int waits = 0;           // number of ticks for which the cut has waited; 0: no cut waits
+  } coarse_;
 
   struct Filling {
     double owed = 0;     // m³, filling material that was delivered but is not placed yet

@@ -168,6 +168,10 @@ struct RetreatParameters {
 struct CoarseParameters {
   // coarse voxels; the coarse patch is cut each time the head has moved this far
   static constexpr double cut_step = 0.2;
+  // ticks; a cut of the coarse patch waits at most so long for a tick with less work
+  static constexpr int most_waits = 4;
+  // first version of the force laws in which a cut of the coarse patch may wait
+  static constexpr std::uint32_t laws_of_waiting = 11;
 };
 
 /// Limits for a filling instrument (filling.cpp).

@@ -18,7 +18,9 @@ bool OffsetModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
 /// Removes the sweep of the head along the proxy's motion. Returns true and sets `cut` if any sample changed.
 bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept {
   emptied_ = in.cuts && step_.touching && contacts_.own() > 0 && !step_.deep && !in.must_earn;
-  return emptied_ && remove_sweep(in, {contact.p_WG, in.X_WT.R}, cut, energy);
+  const bool changed = emptied_ && remove_sweep(in, {contact.p_WG, in.X_WT.R}, cut, energy);
+  if (!changed) finish_coarse();
+  return changed;
 }
 
 bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept {
@@ -41,29 +43,48 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
   cut_end_ = X_WB;
   cut_tool_ = tool_;
   log_.add(cut_count_, sweep.lo(), sweep.hi(), {in.X_WG, X_WB, tool_, continues, 0, removed});
-  carve_coarse(in.X_WG, X_WB, continues);
+  carve_coarse(in.X_WG, X_WB, continues, settings_.laws >= CoarseParameters::laws_of_waiting && sweep.is_long());
   return true;
 }
 
 /// Repeats a cut in the coarse patch, from pose A to pose B of the head. Several short cuts are joined into a longer
-/// one, because the coarse samples cannot resolve them.
-void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues) noexcept {
+/// one, because the coarse samples cannot resolve them. `may_wait`: true if the cut in the fine patch took long, so
+/// that the cut in the coarse patch may wait for one of the next ticks. Only the shank touches the coarse patch, and
+/// the shank follows the head.
+void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept {
   if (patch_.wide.empty()) return;
-  const VoxelFrame frame{settings_.frame.origin, voxel() * patch_.wide.front().every};
-  const bool goes_on = continues && coarse_cut_ + 1 >= cut_count_;
-  if (!goes_on) coarse_end_ = X_WA;
+  const bool goes_on = continues && coarse_.cut + 1 >= cut_count_;
+  if (!goes_on) {
+    finish_coarse();
+    coarse_.X_WA = X_WA;
+    coarse_.goes_on = false;
+  }
   // Upper bound of the displacement that the rotation causes: no point of the head moves by more than 2.3 √(2 - 2|cos|)
   // × its reach, where cos is the scalar product of the two quaternions.
-  const double turned = 2.3 * std::sqrt(std::max(0.0, 2 - 2 * std::abs(glm::dot(X_WB.R, coarse_end_.R))));
-  const double moved = glm::length(X_WB.p - coarse_end_.p) + turned * tool().reach();
-  coarse_cut_ = cut_count_;
-  if (goes_on && moved < CoarseParameters::cut_step * frame.voxel) return;
-  carve(patch_.wide.front(), Sweep(tool(), coarse_end_, X_WB, frame, goes_on, settings_.laws), nullptr, &coarse_front_);
-  coarse_end_ = X_WB;
+  const double turned = 2.3 * std::sqrt(std::max(0.0, 2 - 2 * std::abs(glm::dot(X_WB.R, coarse_.X_WA.R))));
+  const double moved = glm::length(X_WB.p - coarse_.X_WA.p) + turned * tool().reach();
+  coarse_.cut = cut_count_;
+  if (goes_on && coarse_.waits == 0 && moved < CoarseParameters::cut_step * voxel() * patch_.wide.front().every) return;
+  coarse_.X_WB = X_WB;
+  coarse_.tool = tool_;
+  ++coarse_.waits;
+  if (!may_wait || coarse_.waits > CoarseParameters::most_waits) finish_coarse();
+}
+
+/// Makes the cut in the coarse patch that waits, if there is one.
+void OffsetModel::finish_coarse() noexcept {
+  if (coarse_.waits == 0) return;
+  coarse_.waits = 0;
+  const VoxelFrame frame{settings_.frame.origin, voxel() * patch_.wide.front().every};
+  const Sweep sweep(heads_[coarse_.tool].tool, coarse_.X_WA, coarse_.X_WB, frame, coarse_.goes_on, settings_.laws);
+  carve(patch_.wide.front(), sweep, nullptr, &coarse_front_);
+  coarse_.X_WA = coarse_.X_WB;
+  coarse_.goes_on = true;
 }
 
 void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
-  if (strokes_edited) emptied_ = false;
+  // The new snapshot contains every cut that is still valid.
+  if (strokes_edited) emptied_ = false, coarse_.waits = 0;
   if (!known) front_.forget();
   // The coarse patch was cut in longer steps than the carver's volume, from which the new patch was copied. So the
   // active front of the coarse patch (the list of samples that the next cuts can change) is not valid any more.
