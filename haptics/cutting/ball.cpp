@@ -49,7 +49,7 @@ struct Work {
 
 /// Raises the samples of some groups. A group is eight samples along z. Each sample becomes max(old, min(radius -
 /// distance, kInner)) if this is above -kMargin, where `distance` is the distance from the centre of the ball.
-/// `narrow`: true if the rows of the block of samples are shorter than a group.
+/// `narrow`: true if the rows of the block are shorter than a group.
 template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;

@@ -30,11 +30,11 @@ constexpr int kLanes = 8;
 constexpr float kLabelled = 1;
 constexpr float kSlip = 1e-3f;  // voxels, upper bound of the rounding error of a chord of the ball
 
-/// Eight samples of a row, one per lane. Samples outside the block of samples count as completely filled, so that the
+/// Eight samples of a row, one per lane. Samples outside the block count as completely filled, so that the
 /// filling does not change them.
 struct Lanes {
   float* at;
-  int from, to;  // range of the lanes that lie in the block of samples
+  int from, to;  // range of the lanes that lie in the block
 
   TYPODONT_KERNEL bool whole() const { return from == 0 && to == kLanes; }
   TYPODONT_KERNEL F8 load() const {
@@ -54,7 +54,7 @@ struct Lanes {
 
 /// If the solid that limits the tool's filling is nearer than the ball, the solid determines the distance. The solid is
 /// evaluated for each sample in `meant`, unless it is far from all eight samples. (Groups of eight are aligned like the
-/// volume's leaves, so that the result does not depend on the block of samples.)
+/// volume's leaves, so that the result does not depend on the block.)
 void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, F8& d) {
   constexpr double kHalf = (kLanes - 1) / 2.0;
   const double middle = filling.beyond_limit(dvec3(first) + dvec3(0, 0, kHalf));

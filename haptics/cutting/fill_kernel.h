@@ -25,7 +25,7 @@ struct FillBall {
 };
 
 struct FillBlock {
-  // `first`: first sample of the block of samples, relative to the base voxel of the ball; `size`: number of samples
+  // `first`: first sample of the block, relative to the base voxel of the ball; `size`: number of samples
   // along each axis
   glm::ivec3 first, size;
   float* distance;

@@ -22,9 +22,9 @@ struct HeadBlock {
   float* distance;
   const Tissue* tissue;
   std::ptrdiff_t at, stride_x, stride_y;  // index of the block's first sample, which may lie outside the array
-  int from[3], to[3];  // range of the samples in the block of samples that are processed, for x, y and z
-  glm::ivec3 first;    // first sample of the block of samples, relative to the base voxel of the pose
-  // A linear function of the position, which is an upper bound of the depth of every sample in the block of samples:
+  int from[3], to[3];                     // range of the samples in the block that are processed, for x, y and z
+  glm::ivec3 first;                       // first sample of the block, relative to the base voxel of the pose
+  // A linear function of the position, which is an upper bound of the depth of every sample in the block:
   // its value at the centre and its three slopes. Such a function exists because the distance from a convex head is a
   // convex function.
   float bound, bound_x, bound_y, bound_z;
@@ -33,12 +33,12 @@ struct HeadBlock {
   // kManyPieces plus a set of pieces
   int kind;
   bool beside;  // true if some samples may have been deeper in the head during the motion than at its end
-  // voxels, smallest distance by which the head approaches a sample of the block of samples during the motion
+  // voxels, smallest distance by which the head approaches a sample of the block during the motion
   float slowest;
 
   /// Returns the address of the distance of a sample near the block's centre.
   const float* middle() const { return distance + (at + stride_x + stride_y + 3); }
-  /// Returns an upper bound of the depths (voxels) of all samples in row (ix, iy) of the block of samples.
+  /// Returns an upper bound of the depths (voxels) of all samples in row (ix, iy) of the block.
   float deepest(int ix, int iy) const {
     return bound + static_cast<float>(ix) * bound_x + static_cast<float>(iy) * bound_y +
            std::max((kDeep - 1) * bound_z, 0.0f);
@@ -310,7 +310,7 @@ class HeadPass {
       return false;
     }
     slack = kNoEnd;
-    // The block of samples was deep inside the head at the other pose of the sweep. The head removed the tissue there,
+    // The block was deep inside the head at the other pose of the sweep. The head removed the tissue there,
     // so the block is empty.
     if (after_ && d < -(Sweep::kInner + kHalf + way)) return false;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
@@ -327,7 +327,7 @@ class HeadPass {
     return true;
   }
 
-  // kNone: the block of samples need not be read. kLook: the block is only examined, because the head recedes from all
+  // kNone: the block need not be read. kLook: the block is only examined, because the head recedes from all
   // its samples. kRaise: samples of the block are raised.
   enum class Work { kNone, kLook, kRaise };
   /// Completes a block of samples for which near() returned true. Returns kNone and sets `slack` if no sample of the
@@ -509,7 +509,7 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
         if (raise || (leaf && work == HeadPass::Work::kLook)) {
           changed |= carve_head_block(pass.pose(), block, raise, tops, removed, found);
           emptied |= found.emptied;
-          // 0 if the block of samples is clipped, because nothing is known about its samples outside `from` .. `to`
+          // 0 if the block is clipped, because nothing is known about its samples outside `from` .. `to`
           block_slack = clipped ? 0 : found.slack;
         }
         if (k > 0) least_slack = std::min(least_slack, block_slack);
@@ -576,7 +576,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
               changed |=
                   carve_head_block(pass.pose(), block, work == HeadPass::Work::kRaise, tops, tops.removed, found);
-              // 0 if the block of samples is clipped, because nothing is known about its other samples
+              // 0 if the block is clipped, because nothing is known about its other samples
               slack = clipped ? 0 : found.slack;
               kinds[z - z0] = block.kind;
             }

@@ -421,17 +421,17 @@ struct WayBlock {
   const Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
   int from[3], to[3];
-  glm::ivec3 first;  // first sample of the block of samples, relative to the base voxel of the first pose
+  glm::ivec3 first;  // first sample of the block, relative to the base voxel of the first pose
   float top, n[3], share;
-  // voxels, upper bound of the error when the depth at the centre is used for the other samples of the block of samples
+  // voxels, upper bound of the error when the depth at the centre is used for the other samples of the block
   float bent;
-  float* due;    // receives the path length at which the block of samples is due again; null: the value is not stored
+  float* due;    // receives the path length at which the block is due again; null: the value is not stored
   unsigned set;  // the pieces of the meridian that can be nearest to any sample on the path, one bit for each piece
   // index of the line that alone determines the depth of the block's samples (AtStart::line); -1: no such line
   int line;
   bool emptied;
 
-  /// A plane bounds the depth in each row of the block of samples. Returns the bound of the row through the centre
+  /// A plane bounds the depth in each row of the block. Returns the bound of the row through the centre
   /// minus the bound of row (ix, iy).
   float off(int ix, int iy) const {
     return n[0] * (static_cast<float>(ix) - kMiddle.x) + n[1] * (static_cast<float>(iy) - kMiddle.y);
@@ -441,7 +441,7 @@ struct WayBlock {
   /// Returns the distance (voxels) by which the upper bound of the depths in a row is below -kMargin, the smallest
   /// value of any sample. If the result is not negative, the row cannot change.
   float unread(int ix, int iy) const { return emptied ? -1.0f : -Sweep::kMargin - (most() - off(ix, iy)); }
-  /// Returns the plane's upper bound of all depths in the block of samples.
+  /// Returns the plane's upper bound of all depths in the block.
   float most_of_all() const { return most() + std::abs(n[0]) * kMiddle.x + std::abs(n[1]) * kMiddle.y; }
   bool may_change() const { return emptied || most_of_all() > -Sweep::kMargin; }
 };
