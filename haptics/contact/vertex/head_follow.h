@@ -64,7 +64,7 @@ class HeadFollower {
 
   /// `distances` is a buffer of the owner, which must exist as long as this object. follow() overwrites its contents.
   explicit HeadFollower(HeadDistances& distances) : distances_(distances) {
-    bounds_.reserve(distances.most()), points_.reserve(distances.most());
+    gaps_.resize(distances.most() + HeadDistances::kBatch);
   }
 
   /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. Returns the final position. Each
@@ -94,12 +94,9 @@ class HeadFollower {
   /// Returns true if a point was deep inside the head in the last follow().
   bool led_out() const noexcept { return led_out_; }
   /// Returns true if there were points near the head in the last follow().
-  bool bounded() const noexcept { return !bounds_.empty(); }
+  bool bounded() const noexcept { return bounded_; }
   int count() const noexcept { return active_.count; }
-  Hold hold(int i) const noexcept {
-    const auto at = static_cast<std::size_t>(active_.index[i]);
-    return {points_[at], bounds_[at].n, active_.push[i]};
-  }
+  const Hold& hold(int i) const noexcept { return holds_[i]; }
 
  private:
   /// Makes one step of the head, as far as the listed points allow. Returns true if a further iteration is needed.
@@ -107,11 +104,10 @@ class HeadFollower {
                 bool give) noexcept;
 
   HeadDistances& distances_;
-  std::vector<StepBound> bounds_;  // bounds that the near points gave in the last iteration
-  // for each bound on the head's motion: index of the contact point that causes the bound
-  std::vector<std::uint32_t> points_;
+  std::vector<double> gaps_;  // m, for each near point: distance by which the head may approach it
   ActivePlanes active_;
-  bool led_out_ = false;
+  Hold holds_[3] = {};
+  bool bounded_ = false, led_out_ = false;
 };
 
 }  // namespace typodont::haptics::vertex
