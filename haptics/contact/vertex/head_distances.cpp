@@ -108,10 +108,11 @@ struct KnownDistances {
 };
 
 /// Extrapolates the distances of points that move by change·p + shift in frame T. Writes the indices and the distances
-/// of the points that are then at most `far` metres from the head, and returns their number. `change`: column by column.
+/// of the points whose distance, minus the positive component of `motion` along the gradient, is then at most `far`
+/// metres. Returns their number. `change`: column by column.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-std::size_t extrapolate_near(const KnownDistances& known, const float* change, const float* shift, float far,
-                             std::uint32_t* at, double* distance) {
+std::size_t extrapolate_near(const KnownDistances& known, const float* change, const float* shift, const float* motion,
+                             float far, std::uint32_t* at, double* distance) {
   std::size_t found = 0;
   for (std::size_t k = 0; k < known.count; k += kBatch) {
     F8 x, y, z, d, nx, ny, nz;
@@ -122,7 +123,8 @@ std::size_t extrapolate_near(const KnownDistances& known, const float* change, c
     d += nx * (change[0] * x + change[3] * y + change[6] * z + shift[0]) +
          ny * (change[1] * x + change[4] * y + change[7] * z + shift[1]) +
          nz * (change[2] * x + change[5] * y + change[8] * z + shift[2]);
-    const I8 is_near = d <= far;
+    const F8 nearer = nx * motion[0] + ny * motion[1] + nz * motion[2];
+    const I8 is_near = d - (nearer > 0.0f ? nearer : F8{}) <= far;
     for (unsigned bits = bits_of(is_near); bits; bits &= bits - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
       at[found] = static_cast<std::uint32_t>(k + lane);
@@ -163,11 +165,8 @@ HeadDistances::HeadDistances(std::size_t most, double reuse) : most_(most), reus
 void HeadDistances::find(const VertexHead& head, mesh::NearPoints& points, const Pose& X_WG, double far,
                          bool exact) noexcept {
   if (reuse_ > 0 && !exact) {
-    if (known_list_ != points.number() || known_ != points.size() ||
-        displacement_bound(known_at_, X_WG, head.reach()) > reuse_ * head.radius()) {
-      compute_all(head, points, X_WG);
-    }
-    return extrapolate(X_WG, far);
+    know(head, points, X_WG);
+    return extrapolate(X_WG, far, dvec3(0));
   }
   // The distance of a point from the head changes by no more than the head moves.
   const std::span<const std::uint32_t> listed =
@@ -176,6 +175,21 @@ void HeadDistances::find(const VertexHead& head, mesh::NearPoints& points, const
   clear();
   for (const std::uint32_t i : listed) add(i, points[i] - X_WG.p);
   evaluate(head, glm::dmat3(glm::mat3_cast(X_WG.R)), far);
+}
+
+void HeadDistances::find_pushed(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG,
+                                const dvec3& motion_W) noexcept {
+  know(head, points, X_WG);
+  extrapolate(X_WG, 0, motion_W);
+}
+
+/// Computes the distances from which others are extrapolated, unless the head has moved little since it was done.
+void HeadDistances::know(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept {
+  if (known_list_ == points.number() && known_ == points.size() &&
+      displacement_bound(known_at_, X_WG, head.reach()) <= reuse_ * head.radius()) {
+    return;
+  }
+  compute_all(head, points, X_WG);
 }
 
 /// Stores the distance of point `at` of the list, which is kept point i, for extrapolation.
@@ -196,14 +210,16 @@ void HeadDistances::compute_all(const VertexHead& head, const mesh::NearPoints& 
   known_list_ = points.number(), known_ = points.size(), known_at_ = X_WG;
 }
 
-/// Finds the points that are at most `far` metres from a head at X_WG, from the stored distances.
-void HeadDistances::extrapolate(const Pose& X_WG, double far) noexcept {
+/// Finds the points that are at most `far` metres from a head at X_WG, or from a head that moves on by `motion_W`, from
+/// the stored distances.
+void HeadDistances::extrapolate(const Pose& X_WG, double far, const dvec3& motion_W) noexcept {
   const glm::dmat3 R_WT(glm::mat3_cast(X_WG.R)), R_TW = glm::transpose(R_WT);
   const glm::mat3 change(R_TW * glm::dmat3(glm::mat3_cast(known_at_.R)) - glm::dmat3(1));
-  const glm::vec3 shift(R_TW * (known_at_.p - X_WG.p));
+  const glm::vec3 shift(R_TW * (known_at_.p - X_WG.p)), motion(R_TW * motion_W);
   const KnownDistances known{p_x_.data(), p_y_.data(), p_z_.data(), d_.data(),
                              g_x_.data(), g_y_.data(), g_z_.data(), known_};
-  size_ = extrapolate_near(known, &change[0][0], &shift.x, static_cast<float>(far), index_.data(), distance_.data());
+  size_ = extrapolate_near(known, &change[0][0], &shift.x, &motion.x, static_cast<float>(far), index_.data(),
+                           distance_.data());
   for (std::size_t i = size_; i < size_ + kBatch; ++i) index_[i] = 0;  // the last batch reads these indices, too
   rotate_gradients(known, &R_WT[0][0], size_, index_.data(),
                    {x_.data(), y_.data(), z_.data(), distance_.data(), n_x_.data(), n_y_.data(), n_z_.data()});

@@ -34,6 +34,10 @@ class HeadDistances {
   /// underestimated by at most m²/2r after a motion m. `exact`: distances are not extrapolated.
   void find(const VertexHead& head, mesh::NearPoints& points, const Pose& X_WG, double far,
             bool exact = false) noexcept;
+  /// Finds the points that are inside a head at X_WG after its linearised motion by `motion_W` (m): those whose distance
+  /// is smaller than the component of the motion along the gradient, which is positive. Needs `reuse`.
+  void find_pushed(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG,
+                   const dvec3& motion_W) noexcept;
   /// Call this when find() is used for another list. It forgets the distances from which find() extrapolates.
   void forget() noexcept { known_list_ = 0; }
   /// Removes the points from index `first` on that are farther than `far` metres from the head at points.listed_at(),
@@ -67,7 +71,8 @@ class HeadDistances {
  private:
   void compute_all(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept;
   void remember(std::size_t at, std::size_t i, const glm::dmat3& R_TW, const dvec3& off_W) noexcept;
-  void extrapolate(const Pose& X_WG, double far) noexcept;
+  void know(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept;
+  void extrapolate(const Pose& X_WG, double far, const dvec3& motion_W) noexcept;
 
   std::size_t most_, size_ = 0;
   double reuse_;

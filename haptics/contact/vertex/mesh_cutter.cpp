@@ -39,9 +39,9 @@ constexpr double kLarger = 1 + 1e-12, kTiny2 = 1e-100;
 
 /// Efforts of the loops of a cut for one face, one vertex or one test. They are measured.
 struct Costs {
-  static constexpr Effort kGather = 1, kRefine = 1, kDistance = 5, kSplit = 40, kFind = 1, kDistances = 2, kPush = 10,
+  static constexpr Effort kGather = 2, kRefine = 1, kDistance = 5, kSplit = 40, kFind = 1, kDistances = 2, kPush = 10,
                           kCollect = 6, kUnfold = 2, kSettle = 4, kSelect = 2, kBall = 1, kSelectChanged = 1,
-                          kTest = 100, kAccount = 3, kRepair = 3, kCollapse = 60;
+                          kTest = 120, kAccount = 2, kRepair = 3, kCollapse = 60, kThinCollapse = 500;
 };
 
 dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
@@ -432,6 +432,7 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
   if (cosine < 0 && n2 > kTiny2 && cosine * cosine > kLarger * kLooksAway * kLooksAway * n2 * way2) return;
   if (cosine < kLooksAway * glm::length(n) * glm::length(way)) return;
   if (!head.head->may_be_within(glm::vec3(way), axis, static_cast<float>(within))) return;
+  left_ -= Costs::kDistance;
   if (!head.head->is_ball() && head.distance(way + head.X_W.p) > within) return;
   thin_ = true;
   suspects_.push_back(f);
@@ -554,7 +555,7 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
     if (length2[i] > length2[longest]) longest = i;
   }
   if (length2[shortest] < shortest2) {
-    left_ -= Costs::kCollapse;
+    left_ -= thin_ ? Costs::kThinCollapse : Costs::kCollapse;
     // Prefers to keep the vertex that the head has not moved.
     const bool first = !mesh.vertex(mesh.face(f).v[shortest]).was_moved();
     if (collapse_edge(mesh, head, f, shortest, first, edge, P::most_volume, done) ||
@@ -563,7 +564,7 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
     }
   }
   if (roundness(mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2)) < P::flattest) {
-    left_ -= Costs::kCollapse;
+    left_ -= thin_ ? Costs::kThinCollapse : Costs::kCollapse;
     turn(mesh, f, longest, edge, done);
   }
 }
@@ -752,7 +753,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
     case Stage::kMerge:
       if (!each(moved_.size(), 1, [&](std::size_t i) {
             const Moved& m = moved_[i];
-            if (m.stays) left_ -= Costs::kCollapse;
+            if (m.stays) left_ -= Costs::kThinCollapse;
             if (!m.stays || merge_into_neighbour(mesh, head_, m.v, edge, done_)) {
               done_.changed = true;
             } else {

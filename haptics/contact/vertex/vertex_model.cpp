@@ -113,6 +113,8 @@ bool VertexModel::list_points(PointList& list, Effort& left) noexcept {
   Listing& now = listing_;
   while (left > 0 && now.stage != Listing::Stage::kDone) {
     if (now.stage == Listing::Stage::kFaces) {
+      // The search is not divided, so it begins in a tick that has enough effort left.
+      if (left < P::most_effort / 2) return false;
       list.points.clear(now.X);
       list.samples.clear();
       list.within = now.margin;
@@ -323,22 +325,26 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   Springs sum;
   const Pose at{is_ball ? X.p + probe * pull : X.p, X.R};
   const double within = is_ball ? 0 : probe;
-  distances_.find(head(), list_.points, at, within, is_ball);
+  if (is_ball || !divides_anywhere()) {
+    distances_.find(head(), list_.points, at, within, is_ball);
+  } else {
+    distances_.find_pushed(head(), list_.points, at, probe * pull);
+  }
   for (std::size_t i = 0; i < distances_.size(); ++i) {
-    const Sample& sample = list_.samples[distances_.point(i)];
     const double distance = distances_.distance(i);
-    const dvec3 n = distances_.normal_W(i), off = list_.points[distances_.point(i)] - X.p;
+    const dvec3 n = distances_.normal_W(i);
     const double ahead = is_ball ? std::max(0.0, glm::dot(n, pull)) : glm::dot(n, pull);
     // m, signed distance of the vertex from the head after the virtual motion; negative inside the head
     const double d = is_ball ? distance : distance - probe * ahead;
     if (!(d < 0) || !(is_ball || ahead > 0)) continue;
+    const Sample& sample = list_.samples[distances_.point(i)];
     const auto tissue = static_cast<std::size_t>(sample.tissue);
     // m³, area × signed distance; negative, because the vertex is inside the head
     const double depth = sample.area * d;
     const dvec3 push = stiffness * settings_.materials[tissue].stiffness * depth * n;
     sum.force += push;
     // The forces on a ball all pass through its centre, so they give no torque.
-    if (!is_ball) sum.torque += glm::cross(off, push);
+    if (!is_ball) sum.torque += glm::cross(list_.points[distances_.point(i)] - X.p, push);
     sum.sum -= stiffness * settings_.materials[tissue].stiffness * depth;
     sum.weight -= depth;
     sum.area += sample.area;
@@ -471,8 +477,9 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
 
 bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
   const bool began = !part_.open;
+  ++(began ? part_.rest : part_.ticks);
   if (began && !begin_cut(in, contact)) return false;
-  if (!work_on_cut()) return false;
+  if (!work_on_cut(in, {contact.p_WG, in.X_WT.R})) return false;
   part_.open = false;
   const CutDone& done = part_.done;
   if (part_.scrapes) {
@@ -485,10 +492,14 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
     energy += done.removed[t] * settings_.materials[t].specific_energy;
   }
   energy = std::max(energy, 0.0);
-  // If the cut took several ticks, the hand may have moved the head away in the meantime.
-  const double left = glm::distance(part_.to.p, in.X_WT.p);
-  if (!done.held && (began || left < glm::distance(contact.p_WG, in.X_WT.p))) contact.p_WG = part_.to.p;
+  if (part_.lists ? part_.advances : !done.held && (began || is_ahead(contact.p_WG, in))) contact.p_WG = part_.to.p;
   return true;
+}
+
+/// Returns true if the end of the open cut is nearer to the hand than the head at `proxy`. If the cut took several
+/// ticks, the hand may have moved the head away in the meantime.
+bool VertexModel::is_ahead(const dvec3& proxy, const ContactInput& in) const noexcept {
+  return glm::distance(part_.to.p, in.X_WT.p) < glm::distance(proxy, in.X_WT.p);
 }
 
 /// Chooses the displacement of the head that the energy pays for, and begins to cut. Returns false if there is nothing
@@ -500,12 +511,15 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     if (!(in.budget > 0 && in.specific_energy > 0 && springs_.across > 0)) return false;
     const dvec3 pull = in.X_WT.p - from.p;
     const double depth = glm::length(pull), bought = in.budget / in.specific_energy / (springs_.across * met_);
-    const double way = std::min({bought, depth, P::stride * edge()});
+    const double stride = P::stride * edge(), way = std::min({bought, depth, stride});
     if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
+    // If vertices stayed inside the head, the head soon slides over them, so the next cut must not wait.
+    const bool waits = divides_anywhere() && !part_.done.held;
+    if (waits && part_.rest < P::rest * part_.ticks * (1 - way / stride)) return false;
     to.p = from.p + way / depth * pull;
   }
   part_ = {true, in.scrapes, part_.done.held, tool_, from, to, springs_.across * met_ * glm::distance(from.p, to.p),
-           {}, false, false};
+           {}, false, false, false, 1, 0};
   snapshot_.cutter.begin(head(), from, to, edge());
   return true;
 }
@@ -523,9 +537,10 @@ bool VertexModel::continue_cut(Effort& left) noexcept {
   return part_.finished = true;
 }
 
-/// Continues the open cut, and then lists the points around the head after the cut. Returns true if both are complete.
-bool VertexModel::work_on_cut() noexcept {
-  Effort left = divides_anywhere() ? P::most_effort : kNoLimit;
+/// Continues the open cut, and then lists the points around the head after the cut. `proxy`: present pose of the head.
+/// Returns true if both are complete.
+bool VertexModel::work_on_cut(const ContactInput& in, const Pose& proxy) noexcept {
+  Effort left = !divides_anywhere() ? kNoLimit : part_.stayed ? P::more_effort : P::most_effort;
   if (divides_in_stages() && !part_.finished) {
     if (!snapshot_.cutter.work_in_stages(snapshot_.mesh, known_faces(), P::most_faces)) return false;
     part_.done = snapshot_.cutter.done();
@@ -538,7 +553,10 @@ bool VertexModel::work_on_cut() noexcept {
   }
   if (!part_.done.changed) return true;
   if (left <= 0) return false;
-  if (!std::exchange(part_.lists, true)) begin_list(head(), edge(), part_.to, short_list_length());
+  if (!std::exchange(part_.lists, true)) {
+    part_.advances = !part_.done.held && is_ahead(proxy.p, in);
+    begin_list(head(), edge(), part_.advances ? part_.to : proxy, short_list_length());
+  }
   if (!list_points(next_list_, left)) return false;
   std::swap(list_, next_list_);
   distances_.forget();

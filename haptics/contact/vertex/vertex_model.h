@@ -46,8 +46,13 @@ struct FeelParameters {
   static constexpr double short_list = 0.05;
   // Motion of the head up to which distances of points are extrapolated, as a ratio to its radius.
   static constexpr double reuse = 0.02;
+  // After a cut, the next cut waits for up to `rest` times as many ticks as the cut took, so that most ticks do not cut.
+  // The wait is shorter the larger the displacement that the energy pays for, and zero for the longest displacement.
+  static constexpr double rest = 3;
   // Effort of a cut in one tick. A longer cut is divided over several ticks.
-  static constexpr Effort most_effort = 5000;
+  static constexpr Effort most_effort = 4000;
+  // the same after a cut in which vertices stayed inside the head
+  static constexpr Effort more_effort = 6000;
   // the same for force laws 9 and 10, in faces whose vertices are tested once
   static constexpr std::size_t most_faces = 2000;
 };
@@ -114,7 +119,8 @@ class VertexModel final : public ContactModel {
   const VertexHead& head() const noexcept { return heads_[tool_]; }
   double edge() const noexcept { return edges_[tool_]; }
   bool begin_cut(const ContactInput& in, const Contact& contact) noexcept;
-  bool work_on_cut() noexcept;
+  bool work_on_cut(const ContactInput& in, const Pose& proxy) noexcept;
+  bool is_ahead(const dvec3& proxy, const ContactInput& in) const noexcept;
   bool continue_cut(Effort& left) noexcept;
   bool divides_anywhere() const noexcept { return settings_.laws >= kFineParts; }
   /// In versions 9 and 10 of the force laws, a cut is divided between its stages, except for an edge that the hand
@@ -179,6 +185,9 @@ class VertexModel final : public ContactModel {
     CutDone done;
     bool finished = false;  // true if the mesh has been cut
     bool lists = false;     // true if the list of points after the cut has been begun
+    bool advances = false;  // true if the head will be at the end of the cut; valid if `lists`
+    int ticks = 0;          // number of ticks that the cut took
+    int rest = 0;           // number of ticks since then
   } part_;
   RecentCuts<MadeCut> made_;
 };
