@@ -407,6 +407,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const auto list = [&](const dvec3& p) { list_where_needed({p, in.X_WT.R}, in.cuts); };
   const auto complete = [&](const dvec3& p, double far) { complete_list({p, in.X_WT.R}, far); };
   out.p_WG = follower_.follow(head(), list_.points, in.X_WG.p, in.X_WT, slack, in.cuts, list, complete);
+  // If vertices stayed inside the head in the last cut, the head would slide over them during the next cut.
+  if (part_.open && part_.stayed && divides_anywhere() && out.p_WG != in.X_WT.p) out.p_WG = in.X_WG.p;
   out.leading_out = !list_.points.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
@@ -515,7 +517,8 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
     // If vertices stayed inside the head, the head soon slides over them, so the next cut must not wait.
     const bool waits = divides_anywhere() && !part_.done.held;
-    if (waits && part_.rest < P::rest * part_.ticks * (1 - way / stride)) return false;
+    const double hurry = P::hurry * springs_.across / (head().radius() * head().radius()) * edge();
+    if (waits && part_.rest < P::rest * part_.ticks * (1 - way / hurry)) return false;
     to.p = from.p + way / depth * pull;
   }
   part_ = {true, in.scrapes, part_.done.held, tool_, from, to, springs_.across * met_ * glm::distance(from.p, to.p),

@@ -47,12 +47,14 @@ struct FeelParameters {
   // Motion of the head up to which distances of points are extrapolated, as a ratio to its radius.
   static constexpr double reuse = 0.02;
   // After a cut, the next cut waits for up to `rest` times as many ticks as the cut took, so that most ticks do not cut.
-  // The wait is shorter the larger the displacement that the energy pays for, and zero for the longest displacement.
-  static constexpr double rest = 3;
+  // The wait is shorter the larger the displacement that the energy pays for, and zero for a displacement of `hurry`
+  // edge lengths for each square of the head's radius in the cut area. A thin head slides between the vertices if it
+  // advances far at once.
+  static constexpr double rest = 3, hurry = 0.08;
   // Effort of a cut in one tick. A longer cut is divided over several ticks.
-  static constexpr Effort most_effort = 4000;
+  static constexpr Effort most_effort = 6000;
   // the same after a cut in which vertices stayed inside the head
-  static constexpr Effort more_effort = 6000;
+  static constexpr Effort more_effort = 8000;
   // the same for force laws 9 and 10, in faces whose vertices are tested once
   static constexpr std::size_t most_faces = 2000;
 };
