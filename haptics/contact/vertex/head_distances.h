@@ -34,8 +34,8 @@ class HeadDistances {
   /// underestimated by at most m²/2r after a motion m. `exact`: distances are not extrapolated.
   void find(const VertexHead& head, mesh::NearPoints& points, const Pose& X_WG, double far,
             bool exact = false) noexcept;
-  /// Finds the points that are inside a head at X_WG after its linearised motion by `motion_W` (m): those whose distance
-  /// is smaller than the component of the motion along the gradient, which is positive. Needs `reuse`.
+  /// Finds the points that are inside a head at X_WG after its linearised motion by `motion_W` (m): those whose
+  /// distance is smaller than the component of the motion along the gradient, which is positive. Needs `reuse`.
   void find_pushed(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG,
                    const dvec3& motion_W) noexcept;
   /// Call this when find() is used for another list. It forgets the distances from which find() extrapolates.

@@ -31,7 +31,8 @@ constexpr int kMostRounds = 8;
 // the far side of a thin wall.
 constexpr double kLooksAway = -0.2;
 
-// A cosine is certainly negative if it is below this (with respect to the sum of the components), whatever the rounding.
+// A cosine is certainly negative if it is below this (with respect to the sum of the components), whatever the
+// rounding.
 constexpr double kClearlyInward = 1e-12;
 // Quick tests compare squares. kLarger excludes cases that rounding could decide; kTiny2 (m⁴) excludes squares that may
 // be denormal.
@@ -616,8 +617,8 @@ bool MeshCutter::work(EditableMesh& mesh, const KnownFaces& known, Effort& left)
   return stage_ == Stage::kDone;
 }
 
-/// Returns the approximate effort of the next stages, in faces whose vertices are tested once, if the cut may be divided
-/// before them.
+/// Returns the approximate effort of the next stages, in faces whose vertices are tested once, if the cut may be
+/// divided before them.
 std::size_t MeshCutter::effort_of_stage() const noexcept {
   switch (stage_) {
     case Stage::kFind:
@@ -678,8 +679,9 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
     case Stage::kNextStep: {
       if (job_.step == job_.steps || done_.held) return go_to(Stage::kDone);
       const int i = ++job_.step;
-      head_ = place(*job_.head, i == job_.steps ? job_.X_WB
-                                                : interpolate(job_.X_WA, job_.X_WB, static_cast<double>(i) / job_.steps));
+      head_ =
+          place(*job_.head,
+                i == job_.steps ? job_.X_WB : interpolate(job_.X_WA, job_.X_WB, static_cast<double>(i) / job_.steps));
       // The first step changes the mesh, so the known faces are only used in this step.
       gather(mesh, head_, P::longest * edge, i == 1 ? known : KnownFaces{});
       left_ -= Costs::kGather * static_cast<Effort>(near_.size()) + 1;
@@ -716,8 +718,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
         suspects_.clear();
         held_ = false;
       }
-      if (!each(near_.size(), Costs::kSelect,
-                [&](std::size_t k) { select_suspect(mesh, head_, edge, near_[k]); })) {
+      if (!each(near_.size(), Costs::kSelect, [&](std::size_t k) { select_suspect(mesh, head_, edge, near_[k]); })) {
         return;
       }
       looking_away_ = suspects_.size();
@@ -745,8 +746,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       if (keep_unfolded(mesh, head_)) go_to(Stage::kSelect);
       return;
     case Stage::kAccount:
-      if (each(affected_.size(), Costs::kAccount,
-               [&](std::size_t i) { account(mesh, head_, affected_[i], done_); })) {
+      if (each(affected_.size(), Costs::kAccount, [&](std::size_t i) { account(mesh, head_, affected_[i], done_); })) {
         go_to(Stage::kMerge);
       }
       return;

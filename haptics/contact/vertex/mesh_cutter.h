@@ -232,13 +232,13 @@ class MeshCutter {
   Job job_;
   Placed head_;  // head of the present step
   Stage stage_ = Stage::kDone;
-  Effort left_ = 0;                // effort that the present call of work() may still spend
-  std::size_t at_ = 0;             // index at which the present stage continues
-  std::size_t looking_away_ = 0;   // number of suspects that face away from the head
-  bool held_ = false;              // true if vertices were moved back in this round of the intersection test
-  int rounds_ = 0;                 // number of rounds of the intersection test in this step
-  bool unfold_held_ = false;       // true if vertices were moved back in this round of keep_unfolded()
-  int unfold_rounds_ = 0;          // number of rounds of keep_unfolded()
+  Effort left_ = 0;               // effort that the present call of work() may still spend
+  std::size_t at_ = 0;            // index at which the present stage continues
+  std::size_t looking_away_ = 0;  // number of suspects that face away from the head
+  bool held_ = false;             // true if vertices were moved back in this round of the intersection test
+  int rounds_ = 0;                // number of rounds of the intersection test in this step
+  bool unfold_held_ = false;      // true if vertices were moved back in this round of keep_unfolded()
+  int unfold_rounds_ = 0;         // number of rounds of keep_unfolded()
   CutDone done_;
 };
 

@@ -522,7 +522,7 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     to.p = from.p + way / depth * pull;
   }
   part_ = {true, in.scrapes, part_.done.held, tool_, from, to, springs_.across * met_ * glm::distance(from.p, to.p),
-           {}, false, false, false, 1, 0};
+           {},   false,      false,           false, 1,    0};
   snapshot_.cutter.begin(head(), from, to, edge());
   return true;
 }

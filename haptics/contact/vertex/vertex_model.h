@@ -46,10 +46,10 @@ struct FeelParameters {
   static constexpr double short_list = 0.05;
   // Motion of the head up to which distances of points are extrapolated, as a ratio to its radius.
   static constexpr double reuse = 0.02;
-  // After a cut, the next cut waits for up to `rest` times as many ticks as the cut took, so that most ticks do not cut.
-  // The wait is shorter the larger the displacement that the energy pays for, and zero for a displacement of `hurry`
-  // edge lengths for each square of the head's radius in the cut area. A thin head slides between the vertices if it
-  // advances far at once.
+  // After a cut, the next cut waits for up to `rest` times as many ticks as the cut took, so that most ticks do not
+  // cut. The wait is shorter the larger the displacement that the energy pays for, and zero for a displacement of
+  // `hurry` edge lengths for each square of the head's radius in the cut area. A thin head slides between the vertices
+  // if it advances far at once.
   static constexpr double rest = 3, hurry = 0.08;
   // Effort of a cut in one tick. A longer cut is divided over several ticks.
   static constexpr Effort most_effort = 6000;
@@ -161,17 +161,17 @@ class VertexModel final : public ContactModel {
   std::vector<double> edges_;      // m, for each head: the edge length of the surface that it cuts
   std::uint32_t tool_ = 0;
   Springs springs_;
-  dvec3 filtered_{0};         // N, force of the last tick after the filter
-  bool eases_ = false;        // true if the bur has cut since it was last free; eased() then limits its force
-  dvec3 eased_{0};            // N, force of the last tick before the filter
-  dquat last_R_{1, 0, 0, 0};  // orientation of the hand in the last tick
+  dvec3 filtered_{0};              // N, force of the last tick after the filter
+  bool eases_ = false;             // true if the bur has cut since it was last free; eased() then limits its force
+  dvec3 eased_{0};                 // N, force of the last tick before the filter
+  dquat last_R_{1, 0, 0, 0};       // orientation of the hand in the last tick
   std::vector<mesh::Index> near_;  // faces near the head for which points were listed last
   PointList list_;
   PointList next_list_;  // list after an open cut
   Listing listing_;
-  bool found_ = false;  // true if the mesh has not changed since the points in list_ were listed
-  bool touching_ = false;        // true if the last constrain() found contact, at position touching_at_
-  dvec3 touching_at_{0};         // m, position of the proxy at which the last constrain() found contact
+  bool found_ = false;     // true if the mesh has not changed since the points in list_ were listed
+  bool touching_ = false;  // true if the last constrain() found contact, at position touching_at_
+  dvec3 touching_at_{0};   // m, position of the proxy at which the last constrain() found contact
   HeadDistances distances_, proposed_{kMostProposed};
   std::array<std::pair<dvec3, Sample>, kMostProposed> proposals_;
   HeadFollower follower_{distances_};
