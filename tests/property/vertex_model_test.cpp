@@ -351,8 +351,8 @@ Removal draw_through_block(const haptics::ServoSettings& settings, double deep) 
   for (; p.z > tip - deep; p.z -= 2e-6) tick(p);
   for (; p.x < 0.5_mm; p.x += 2e-6) tick(p);
   std::size_t inside = 0;
-  for (double x = -1.0_mm - wide; x < 0.5_mm + wide; x += kGrid)
-    for (double y = -wide; y < wide; y += kGrid)
+  for (double x = -1.0_mm - wide + kGrid / 2; x < 0.5_mm + wide; x += kGrid)
+    for (double y = -wide + kGrid / 2; y < wide; y += kGrid)
       for (double z = -kGrid / 2; z > -deep; z -= kGrid)
         inside += std::ranges::any_of(path, [&](const dvec3& c) { return head.distance(dvec3(x, y, z) - c) < 0; });
   return {total(bench.last.removed), static_cast<double>(inside) * kGrid * kGrid * kGrid};

@@ -72,12 +72,13 @@ class HeadFollower {
   /// that satisfies all bounds, no point is inside the head. `slack`: allowed overlap, m. `give`: a point that is
   /// already inside the head only prevents a deeper overlap. `list(p)` must list the points around p, unless the
   /// present list is still valid. A fast head needs several lists in one tick; otherwise it would lag behind the hand.
-  /// `complete(p, far)` must add the points within the distance `far` (m) of the head at p that the list lacks.
-  template <class List, class Complete>
+  /// `complete(p, far)` must add the points within the distance `far` (m) of the head at p that the list lacks. If
+  /// `may_go_on()` is false, the head stays where its list of points ends, until the next tick.
+  template <class List, class Complete, class MayGoOn>
   dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double slack, bool give,
-               List&& list, Complete&& complete) noexcept {
+               List&& list, Complete&& complete, MayGoOn&& may_go_on) noexcept {
     led_out_ = false;
-    for (int round = 0; round < FollowParameters::rounds; ++round) {
+    for (int round = 0; round < FollowParameters::rounds && (round == 0 || may_go_on()); ++round) {
       list(from);
       from = advance_free(points, from, X_WT.p, head.radius(), list);
       if (points.empty()) break;

@@ -42,7 +42,7 @@ constexpr double kLarger = 1 + 1e-12, kTiny2 = 1e-100;
 struct Costs {
   static constexpr Effort kGather = 2, kRefine = 1, kDistance = 5, kSplit = 40, kFind = 1, kDistances = 2, kPush = 10,
                           kCollect = 6, kUnfold = 2, kSettle = 4, kSelect = 2, kBall = 1, kSelectChanged = 1,
-                          kTest = 120, kAccount = 2, kRepair = 3, kCollapse = 60, kThinCollapse = 500;
+                          kTest = 40, kPair = 2, kAccount = 2, kRepair = 3, kCollapse = 60, kThinCollapse = 500;
 };
 
 dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
@@ -390,6 +390,7 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   const auto test = [&](std::size_t from, std::size_t to) {
     const std::size_t count = list_overlapping(ball_x_.data() + from, ball_y_.data() + from, ball_z_.data() + from,
                                                ball_r_.data() + from, to - from, &c.x, r, overlapping_.data());
+    left_ -= Costs::kPair * static_cast<Effort>(count);
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t k = ball_at_[from + overlapping_[i]];
       const Index g = near_[k];
@@ -653,11 +654,12 @@ bool MeshCutter::work_in_stages(EditableMesh& mesh, const KnownFaces& known, std
         while (stage_ == Stage::kSelect || stage_ == Stage::kSelectChanged) run_stage(mesh, known);
         break;
       case Stage::kTest: {
-        const std::size_t before = at_, tests = std::max<std::size_t>((most - std::min(most, spent)) / kTest, 1);
-        left_ = static_cast<Effort>(tests) * Costs::kTest;
-        run_stage(mesh, known);
-        const std::size_t after = stage_ == Stage::kTest ? at_ : suspects_.size();
-        spent += kTest * (after - before);
+        const std::size_t tests = std::max<std::size_t>((most - std::min(most, spent)) / kTest, 1);
+        for (std::size_t k = 0; k < tests && stage_ == Stage::kTest; ++k) {
+          if (at_ < suspects_.size()) spent += kTest;
+          left_ = 1;  // enough for one test
+          run_stage(mesh, known);
+        }
         left_ = kNoLimit;
         if (stage_ == Stage::kUnfoldAgain) run_stage(mesh, known);
         break;

@@ -99,6 +99,8 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
   begin_list(head, edge, X, margin);
   Effort left = kNoLimit;
   list_points(list_, left);
+  last_list_ = kNoLimit - left;
+  listed_ += last_list_;
   distances_.forget();
 }
 
@@ -406,7 +408,9 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
   const auto list = [&](const dvec3& p) { list_where_needed({p, in.X_WT.R}, in.cuts); };
   const auto complete = [&](const dvec3& p, double far) { complete_list({p, in.X_WT.R}, far); };
-  out.p_WG = follower_.follow(head(), list_.points, in.X_WG.p, in.X_WT, slack, in.cuts, list, complete);
+  listed_ = 0;
+  const auto may_go_on = [&] { return !divides_anywhere() || listed_ + last_list_ <= P::most_listed; };
+  out.p_WG = follower_.follow(head(), list_.points, in.X_WG.p, in.X_WT, slack, in.cuts, list, complete, may_go_on);
   // If vertices stayed inside the head in the last cut, the head would slide over them during the next cut.
   if (part_.open && part_.stayed && divides_anywhere() && out.p_WG != in.X_WT.p) out.p_WG = in.X_WG.p;
   out.leading_out = !list_.points.empty() && follower_.led_out();
@@ -543,14 +547,16 @@ bool VertexModel::continue_cut(Effort& left) noexcept {
 /// Continues the open cut, and then lists the points around the head after the cut. `proxy`: present pose of the head.
 /// Returns true if both are complete.
 bool VertexModel::work_on_cut(const ContactInput& in, const Pose& proxy) noexcept {
-  Effort left = !divides_anywhere() ? kNoLimit : part_.stayed ? P::more_effort : P::most_effort;
+  const bool divides = divides_anywhere() && !parameters_.as_printed;
+  Effort left = divides ? (part_.stayed ? P::more_effort : P::most_effort) - listed_ : kNoLimit;
+  if (left <= 0) return false;  // points were listed in this tick
   if (divides_in_stages() && !part_.finished) {
     if (!snapshot_.cutter.work_in_stages(snapshot_.mesh, known_faces(), P::most_faces)) return false;
     part_.done = snapshot_.cutter.done();
   } else if (!continue_cut(left)) {
     return false;
   }
-  if (!divides_anywhere() || parameters_.as_printed || part_.tool != tool_) {
+  if (!divides || part_.tool != tool_) {
     found_ = false;
     return true;
   }

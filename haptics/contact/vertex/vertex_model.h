@@ -55,7 +55,10 @@ struct FeelParameters {
   static constexpr Effort most_effort = 6000;
   // the same after a cut in which vertices stayed inside the head
   static constexpr Effort more_effort = 8000;
-  // the same for force laws 9 and 10, in faces whose vertices are tested once
+  // Effort of the lists of a tick in which a fast head needs several lists. If the next list would exceed it, the head
+  // follows in the next tick.
+  static constexpr Effort most_listed = 15000;
+  // effort of a cut in one tick for force laws 9 and 10, in faces whose vertices are tested once
   static constexpr std::size_t most_faces = 2000;
 };
 
@@ -169,9 +172,10 @@ class VertexModel final : public ContactModel {
   PointList list_;
   PointList next_list_;  // list after an open cut
   Listing listing_;
-  bool found_ = false;     // true if the mesh has not changed since the points in list_ were listed
-  bool touching_ = false;  // true if the last constrain() found contact, at position touching_at_
-  dvec3 touching_at_{0};   // m, position of the proxy at which the last constrain() found contact
+  Effort listed_ = 0, last_list_ = 0;  // effort of the undivided lists of this tick, and of the last one
+  bool found_ = false;                 // true if the mesh has not changed since the points in list_ were listed
+  bool touching_ = false;              // true if the last constrain() found contact, at position touching_at_
+  dvec3 touching_at_{0};               // m, position of the proxy at which the last constrain() found contact
   HeadDistances distances_, proposed_{kMostProposed};
   std::array<std::pair<dvec3, Sample>, kMostProposed> proposals_;
   HeadFollower follower_{distances_};
