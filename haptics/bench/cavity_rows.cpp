@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <span>
 
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
@@ -24,7 +26,12 @@ struct Bur {
 };
 constexpr Bur kBurs[] = {{"round 1.2 mm", HeadShape::kSphere, 1.2e-3, 1.2e-3},
                          {"pear 1.0 x 2 mm", HeadShape::kPear, 1.0e-3, 2e-3},
-                         {"round end 1.0 x 4 mm", HeadShape::kRoundEndCylinder, 1.0e-3, 4e-3}};
+                         {"round end 1.0 x 4 mm", HeadShape::kRoundEndCylinder, 1.0e-3, 4e-3},
+                         {"flame 1.0 x 4 mm", HeadShape::kFlame, 1.0e-3, 4e-3},
+                         {"cylinder 1.0 x 4 mm", HeadShape::kCylinder, 1.0e-3, 4e-3},
+                         {"cone 1.2 x 4 mm", HeadShape::kCone, 1.2e-3, 4e-3},
+                         {"inverted cone 1.0 x 1.0 mm", HeadShape::kInvertedCone, 1.0e-3, 1.0e-3}};
+constexpr std::size_t kFewBurs = 3;
 constexpr double kDeep = 1.5e-3;    // m, depth to which the bur sinks below the surface
 constexpr double kSpeed = 2e-6;     // speed of the bur in m per tick
 constexpr double kWiden = 0.7e-3;   // m, largest radius of the bur's circular path
@@ -32,9 +39,9 @@ constexpr double kCircle = 0.5e-3;  // m, radius of the circular path at which t
 
 }  // namespace
 
-void cavity_rows(const char* model, bool quick, std::vector<BenchRow>& rows) {
+void cavity_rows(const char* model, bool all_burs, bool quick, std::vector<BenchRow>& rows) {
   const int ticks = quick ? 1500 : 6000;
-  for (const Bur& bur : kBurs) {
+  for (const Bur& bur : std::span(kBurs).first(all_burs ? std::size(kBurs) : kFewBurs)) {
     ServoSettings settings;
     settings.tool = head(bur.shape, bur.diameter, bur.length);
     settings.spindle.free_speed = 300 * kKrpm;

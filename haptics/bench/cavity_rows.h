@@ -7,7 +7,8 @@
 
 namespace typodont::haptics::bench {
 
-/// Adds the rows. Burs of three shapes sink 1.5 mm into a block of dentin and widen the hole on a growing circle.
-void cavity_rows(const char* model, bool quick, std::vector<BenchRow>& rows);
+/// Adds the rows. Burs of three shapes, or of all seven (`all_burs`), sink 1.5 mm into a block of dentin and widen the
+/// hole on a growing circle.
+void cavity_rows(const char* model, bool all_burs, bool quick, std::vector<BenchRow>& rows);
 
 }  // namespace typodont::haptics::bench

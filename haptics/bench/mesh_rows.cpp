@@ -171,7 +171,7 @@ std::vector<BenchRow> bench_mesh_lod(const TissueMesh& arch, bool quick) {
   }
   const TissueMesh mesh = base_mesh(arch, {33140, {}});
   for (const Bur& bur : kBurs) cutting_rows(mesh, bur, quick, rows);
-  bench::cavity_rows("mesh_lod", quick, rows);
+  bench::cavity_rows("mesh_lod", false, quick, rows);
   return rows;
 }
 

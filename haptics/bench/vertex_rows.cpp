@@ -90,7 +90,7 @@ std::vector<BenchRow> bench_vertex(const TissueMesh& arch, bool quick) {
       rows.push_back(row("99.9 %", quantile(times, 0.999)));
     }
   }
-  bench::cavity_rows("vertex", quick, rows);
+  bench::cavity_rows("vertex", true, quick, rows);
   return rows;
 }
 

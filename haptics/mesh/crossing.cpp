@@ -22,6 +22,16 @@ bool passes_between(const dvec3& from, const dvec3& to, double s, double e, cons
   return (ab > 0 && bc > 0 && ca > 0) || (ab < 0 && bc < 0 && ca < 0);
 }
 
+/// Returns true if all corners of one triangle are clearly on the same side of the plane of another one.
+bool is_beside(const Corners& from, const Corners& t) noexcept {
+  constexpr double kClear = 1e-10;  // m, distance from the plane that rounding errors cannot change to zero
+  const dvec3 n = glm::cross(t.p[1] - t.p[0], t.p[2] - t.p[0]);
+  const double clear = kClear * (std::abs(n.x) + std::abs(n.y) + std::abs(n.z));
+  const double a = glm::dot(n, from.p[0] - t.p[0]), b = glm::dot(n, from.p[1] - t.p[0]),
+               c = glm::dot(n, from.p[2] - t.p[0]);
+  return (a > clear && b > clear && c > clear) || (a < -clear && b < -clear && c < -clear);
+}
+
 }  // namespace
 
 bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
@@ -36,7 +46,7 @@ bool cross_each_other(const Corners& a, const Corners& b) noexcept {
       if (a.v[i] == b.v[j]) ++shared, of_a = i, of_b = j;
     }
   }
-  if (shared >= 2) return false;
+  if (shared >= 2 || is_beside(a, b) || is_beside(b, a)) return false;
   // The volumes of each corner of one triangle and the whole other triangle are computed once and used for two edges.
   const auto volumes = [](const Corners& from, const Corners& t, double(&v)[3]) {
     for (int i = 0; i < 3; ++i) v[i] = volume6(t.p[0], t.p[1], t.p[2], from.p[i]);

@@ -67,6 +67,7 @@ NearPoints::NearPoints(std::size_t most)
 }
 
 void NearPoints::clear(const Pose& head) noexcept {
+  ++number_;
   points_.clear();
   listed_at_ = head;
 }
@@ -78,6 +79,12 @@ bool NearPoints::add(const dvec3& p) noexcept {
   x_[i] = off.x, y_[i] = off.y, z_[i] = off.z;
   distance_[i] = std::numeric_limits<float>::lowest();
   points_.push_back(p);
+  return true;
+}
+
+bool NearPoints::add(const dvec3& p, double distance) noexcept {
+  if (!add(p)) return false;
+  distance_[points_.size() - 1] = static_cast<float>(distance);
   return true;
 }
 

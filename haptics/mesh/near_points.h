@@ -21,10 +21,14 @@ class NearPoints {
   void clear(const Pose& head_W) noexcept;
   /// Adds a point (m, in W). Returns false if the list is full.
   bool add(const dvec3& p_W) noexcept;
+  /// Adds a point whose distance (m) from the head at listed_at() is known. Returns false if the list is full.
+  bool add(const dvec3& p_W, double distance) noexcept;
   /// Removes the points from index `first` to the end, except those whose indices are in `kept` (in increasing order).
   /// Stores the distance (m) of each kept point from the head at listed_at().
   void keep(std::size_t first, std::span<const std::uint32_t> kept, std::span<const double> distances) noexcept;
 
+  /// Returns a number that differs between lists: it counts the calls of clear().
+  std::uint64_t number() const noexcept { return number_; }
   std::size_t size() const noexcept { return points_.size(); }
   bool empty() const noexcept { return points_.empty(); }
   bool full() const noexcept { return points_.size() == most_; }
@@ -41,6 +45,7 @@ class NearPoints {
 
  private:
   std::size_t most_;
+  std::uint64_t number_ = 0;
   Pose listed_at_;
   std::vector<dvec3> points_;  // m, in W
   // Coordinates in m relative to the position of listed_at_. The arrays are longer than `points_`, because the last

@@ -139,7 +139,7 @@ void HeadContact::map_to(const TriangleGrid& grid) noexcept {
 void HeadContact::follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept {
   c_ = follower_.follow(
       head_, points_, c_, {hip, R_WT_}, kSlack * head_.radius(), give,
-      [&](const dvec3& p) { list_where_needed(grid, p); }, [](const dvec3&, double) {});
+      [&](const dvec3& p) { list_where_needed(grid, p); }, [](const dvec3&, double) {}, [] { return true; });
   leading_out_ = !points_.empty() && !give && follower_.led_out();
   count_ = 0;
   if (points_.empty()) return;

@@ -1,6 +1,9 @@
 #include "haptics/contact/vertex/head_distances.h"
 
+#include <bit>
 #include <cmath>
+#include <cstring>
+#include <limits>
 
 #include "engine/base/dispatch.h"
 #include "haptics/lanes.h"
@@ -9,11 +12,11 @@ namespace typodont::haptics::vertex {
 
 namespace {
 
-constexpr std::size_t kBatch = 8;
+constexpr std::size_t kBatch = HeadDistances::kBatch;
 
 /// Arrays for eight points at a time: their positions relative to the head (input), and their distances from it with
 /// the gradients (results).
-struct Columns {
+struct Lanes {
   double *x, *y, *z;
   double *distance, *n_x, *n_y, *n_z;
 };
@@ -21,7 +24,7 @@ struct Columns {
 /// Computes the signed distance from a ball of this radius to each point, and its gradient, with the same result as
 /// HeadField::distance(p, n).
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void evaluate_ball(double radius, std::size_t count, const Columns& columns) {
+void evaluate_ball(double radius, std::size_t count, const Lanes& columns) {
   for (std::size_t k = 0; k < count; k += kBatch) {
     D8 x, y, z;
     read_lanes(x, columns.x + k), read_lanes(y, columns.y + k), read_lanes(z, columns.z + k);
@@ -39,7 +42,7 @@ void evaluate_ball(double radius, std::size_t count, const Columns& columns) {
 /// same result as HeadField::distance(p, n). `R`: rotation from T to W, column by column.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double* R, std::size_t count,
-                   const Columns& columns) {
+                   const Lanes& columns) {
   const D8 zero = {};
   for (std::size_t k = 0; k < count; k += kBatch) {
     D8 wx, wy, wz;
@@ -96,14 +99,75 @@ void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double
   }
 }
 
-}  // namespace
+/// Distances of points from a head at one pose, as arrays for eight points at a time.
+struct KnownDistances {
+  const float *x, *y, *z;  // m, frame T, positions of the points
+  const float* distance;
+  const float *n_x, *n_y, *n_z;  // frame T, gradients of the distances
+  std::size_t count;
+};
 
-HeadDistances::HeadDistances(std::size_t most) : most_(most) {
-  for (auto* column : {&x_, &y_, &z_, &distance_, &n_x_, &n_y_, &n_z_}) column->resize(most + kBatch);
-  index_.resize(most + kBatch);
+/// Extrapolates the distances of points that move by change·p + shift in frame T. Writes the indices and the distances
+/// of the points whose distance, minus the positive component of `motion` along the gradient, is then at most `far`
+/// metres. Returns their number. `change`: column by column.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+std::size_t extrapolate_near(const KnownDistances& known, const float* change, const float* shift, const float* motion,
+                             float far, std::uint32_t* at, double* distance) {
+  std::size_t found = 0;
+  for (std::size_t k = 0; k < known.count; k += kBatch) {
+    F8 x, y, z, d, nx, ny, nz;
+    std::memcpy(&x, known.x + k, sizeof x), std::memcpy(&y, known.y + k, sizeof y);
+    std::memcpy(&z, known.z + k, sizeof z), std::memcpy(&d, known.distance + k, sizeof d);
+    std::memcpy(&nx, known.n_x + k, sizeof nx), std::memcpy(&ny, known.n_y + k, sizeof ny);
+    std::memcpy(&nz, known.n_z + k, sizeof nz);
+    d += nx * (change[0] * x + change[3] * y + change[6] * z + shift[0]) +
+         ny * (change[1] * x + change[4] * y + change[7] * z + shift[1]) +
+         nz * (change[2] * x + change[5] * y + change[8] * z + shift[2]);
+    const F8 nearer = nx * motion[0] + ny * motion[1] + nz * motion[2];
+    const I8 is_near = d - (nearer > 0.0f ? nearer : F8{}) <= far;
+    for (unsigned bits = bits_of(is_near); bits; bits &= bits - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
+      at[found] = static_cast<std::uint32_t>(k + lane);
+      distance[found++] = static_cast<double>(d[lane]);
+    }
+  }
+  // Removes the results of unused lanes of the last batch.
+  while (found > 0 && at[found - 1] >= known.count) --found;
+  return found;
 }
 
-void HeadDistances::find(const VertexHead& head, mesh::NearPoints& points, const Pose& X_WG, double far) noexcept {
+/// Rotates the gradients of the points `at` to frame W. `R`: rotation from T to W, column by column.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void rotate_gradients(const KnownDistances& known, const double* R, std::size_t count, const std::uint32_t* at,
+                      const Lanes& columns) {
+  for (std::size_t k = 0; k < count; k += kBatch) {
+    D8 x, y, z;
+    for (std::size_t i = 0; i < kBatch; ++i) {
+      const std::uint32_t p = at[k + i];
+      x[i] = static_cast<double>(known.n_x[p]), y[i] = static_cast<double>(known.n_y[p]);
+      z[i] = static_cast<double>(known.n_z[p]);
+    }
+    write_lanes(columns.n_x + k, R[0] * x + R[3] * y + R[6] * z);
+    write_lanes(columns.n_y + k, R[1] * x + R[4] * y + R[7] * z);
+    write_lanes(columns.n_z + k, R[2] * x + R[5] * y + R[8] * z);
+  }
+}
+
+}  // namespace
+
+HeadDistances::HeadDistances(std::size_t most, double reuse) : most_(most), reuse_(reuse) {
+  for (auto* column : {&x_, &y_, &z_, &distance_, &n_x_, &n_y_, &n_z_}) column->resize(most + kBatch);
+  index_.resize(most + kBatch);
+  if (!(reuse > 0)) return;
+  for (auto* column : {&p_x_, &p_y_, &p_z_, &d_, &g_x_, &g_y_, &g_z_}) column->resize(most + kBatch);
+}
+
+void HeadDistances::find(const VertexHead& head, mesh::NearPoints& points, const Pose& X_WG, double far,
+                         bool exact) noexcept {
+  if (reuse_ > 0 && !exact) {
+    know(head, points, X_WG);
+    return extrapolate(X_WG, far, dvec3(0));
+  }
   // The distance of a point from the head changes by no more than the head moves.
   const std::span<const std::uint32_t> listed =
       head.is_ball() ? points.within(X_WG.p, head.reach() + far)
@@ -111,6 +175,54 @@ void HeadDistances::find(const VertexHead& head, mesh::NearPoints& points, const
   clear();
   for (const std::uint32_t i : listed) add(i, points[i] - X_WG.p);
   evaluate(head, glm::dmat3(glm::mat3_cast(X_WG.R)), far);
+}
+
+void HeadDistances::find_pushed(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG,
+                                const dvec3& motion_W) noexcept {
+  know(head, points, X_WG);
+  extrapolate(X_WG, 0, motion_W);
+}
+
+/// Computes the distances from which others are extrapolated, unless the head has moved little since it was done.
+void HeadDistances::know(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept {
+  if (known_list_ == points.number() && known_ == points.size() &&
+      displacement_bound(known_at_, X_WG, head.reach()) <= reuse_ * head.radius()) {
+    return;
+  }
+  compute_all(head, points, X_WG);
+}
+
+/// Stores the distance of point `at` of the list, which is kept point i, for extrapolation.
+void HeadDistances::remember(std::size_t at, std::size_t i, const glm::dmat3& R_TW, const dvec3& off_W) noexcept {
+  const glm::vec3 p(R_TW * off_W), n(R_TW * normal_W(i));
+  p_x_[at] = p.x, p_y_[at] = p.y, p_z_[at] = p.z;
+  g_x_[at] = n.x, g_y_[at] = n.y, g_z_[at] = n.z;
+  d_[at] = static_cast<float>(distance_[i]);
+}
+
+/// Computes the distances of all listed points from a head at X_WG, for extrapolation.
+void HeadDistances::compute_all(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept {
+  const glm::dmat3 R_WT(glm::mat3_cast(X_WG.R)), R_TW = glm::transpose(R_WT);
+  clear();
+  for (std::size_t i = 0; i < points.size(); ++i) add(static_cast<std::uint32_t>(i), points[i] - X_WG.p);
+  evaluate(head, R_WT, std::numeric_limits<double>::infinity());
+  for (std::size_t i = 0; i < size_; ++i) remember(i, i, R_TW, {x_[i], y_[i], z_[i]});
+  known_list_ = points.number(), known_ = points.size(), known_at_ = X_WG;
+}
+
+/// Finds the points that are at most `far` metres from a head at X_WG, or from a head that moves on by `motion_W`, from
+/// the stored distances.
+void HeadDistances::extrapolate(const Pose& X_WG, double far, const dvec3& motion_W) noexcept {
+  const glm::dmat3 R_WT(glm::mat3_cast(X_WG.R)), R_TW = glm::transpose(R_WT);
+  const glm::mat3 change(R_TW * glm::dmat3(glm::mat3_cast(known_at_.R)) - glm::dmat3(1));
+  const glm::vec3 shift(R_TW * (known_at_.p - X_WG.p)), motion(R_TW * motion_W);
+  const KnownDistances known{p_x_.data(), p_y_.data(), p_z_.data(), d_.data(),
+                             g_x_.data(), g_y_.data(), g_z_.data(), known_};
+  size_ = extrapolate_near(known, &change[0][0], &shift.x, &motion.x, static_cast<float>(far), index_.data(),
+                           distance_.data());
+  for (std::size_t i = size_; i < size_ + kBatch; ++i) index_[i] = 0;  // the last batch reads these indices, too
+  rotate_gradients(known, &R_WT[0][0], size_, index_.data(),
+                   {x_.data(), y_.data(), z_.data(), distance_.data(), n_x_.data(), n_y_.data(), n_z_.data()});
 }
 
 void HeadDistances::keep_within(const VertexHead& head, mesh::NearPoints& points, std::size_t first,
@@ -132,7 +244,7 @@ void HeadDistances::evaluate(const VertexHead& head, const glm::dmat3& R_WT, dou
   const std::size_t count = size_;
   // The last batch reads positions beyond the last point, so these must contain valid numbers.
   for (std::size_t k = count; k < count + kBatch; ++k) x_[k] = y_[k] = z_[k] = 0;
-  const Columns columns{x_.data(), y_.data(), z_.data(), distance_.data(), n_x_.data(), n_y_.data(), n_z_.data()};
+  const Lanes columns{x_.data(), y_.data(), z_.data(), distance_.data(), n_x_.data(), n_y_.data(), n_z_.data()};
   if (head.is_ball()) {
     evaluate_ball(head.radius(), count, columns);
   } else {

@@ -11,15 +11,35 @@
 namespace typodont::haptics::vertex {
 
 /// Computes the distances of eight points at the same time. The results have the same bits as those of
-/// VertexHead::distance(), on every processor. Any thread; allocates memory only at construction.
+/// VertexHead::distance(), on every processor, unless they are extrapolated. Any thread; allocates memory only at
+/// construction.
 class HeadDistances {
  public:
-  /// `most`: largest number of points in one call.
-  explicit HeadDistances(std::size_t most);
+  static constexpr std::size_t kBatch = 8;
+  /// The kept points as arrays, which are longer than `count` by kBatch.
+  struct Columns {
+    const double *distance, *n_x, *n_y, *n_z;
+    std::size_t count;
+  };
+
+  /// `most`: largest number of points in one call. `reuse`: if a head has moved by less than this ratio of its radius
+  /// since the distances of listed points were computed, find() extrapolates them; 0: never.
+  explicit HeadDistances(std::size_t most, double reuse = 0);
 
   /// Finds the points that are at most `far` metres from a head at X_WG, in the order of the list. The distances that
   /// are stored in the list show which points cannot be so near.
-  void find(const VertexHead& head, mesh::NearPoints& points, const Pose& X_WG, double far) noexcept;
+  ///
+  /// An extrapolated distance is the linear approximation of the distance, which is a convex function because heads are
+  /// convex. So the distance is never overestimated. For a smooth part of a head whose radius of curvature is r, it is
+  /// underestimated by at most m²/2r after a motion m. `exact`: distances are not extrapolated.
+  void find(const VertexHead& head, mesh::NearPoints& points, const Pose& X_WG, double far,
+            bool exact = false) noexcept;
+  /// Finds the points that are inside a head at X_WG after its linearised motion by `motion_W` (m): those whose
+  /// distance is smaller than the component of the motion along the gradient, which is positive. Needs `reuse`.
+  void find_pushed(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG,
+                   const dvec3& motion_W) noexcept;
+  /// Call this when find() is used for another list. It forgets the distances from which find() extrapolates.
+  void forget() noexcept { known_list_ = 0; }
   /// Removes the points from index `first` on that are farther than `far` metres from the head at points.listed_at(),
   /// and stores the distances of the others in the list.
   void keep_within(const VertexHead& head, mesh::NearPoints& points, std::size_t first, double far) noexcept;
@@ -39,6 +59,7 @@ class HeadDistances {
   /// Returns the largest number of points in one call.
   std::size_t most() const noexcept { return most_; }
   std::size_t size() const noexcept { return size_; }
+  Columns columns() const noexcept { return {distance_.data(), n_x_.data(), n_y_.data(), n_z_.data(), size_}; }
   /// Returns the points that were kept, as indices in `points`.
   std::span<const std::uint32_t> kept() const noexcept { return {index_.data(), size_}; }
   std::uint32_t point(std::size_t i) const noexcept { return index_[i]; }
@@ -48,10 +69,23 @@ class HeadDistances {
   dvec3 normal_W(std::size_t i) const noexcept { return {n_x_[i], n_y_[i], n_z_[i]}; }
 
  private:
+  void compute_all(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept;
+  void remember(std::size_t at, std::size_t i, const glm::dmat3& R_TW, const dvec3& off_W) noexcept;
+  void know(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept;
+  void extrapolate(const Pose& X_WG, double far, const dvec3& motion_W) noexcept;
+
   std::size_t most_, size_ = 0;
+  double reuse_;
   std::vector<std::uint32_t> index_;
   std::vector<double> x_, y_, z_;  // m, frame W, positions of the points relative to the head's centre
   std::vector<double> distance_, n_x_, n_y_, n_z_;
+  // The distances from which find() extrapolates: those of all listed points from a head at one pose. Empty arrays if
+  // nothing is ever extrapolated.
+  std::uint64_t known_list_ = 0;  // number of the list to which the points belong
+  std::size_t known_ = 0;         // number of points
+  Pose known_at_;                 // pose of the head
+  // m, frame T: positions of the points, and directions in which the distances increase
+  std::vector<float> p_x_, p_y_, p_z_, d_, g_x_, g_y_, g_z_;
 };
 
 }  // namespace typodont::haptics::vertex

@@ -64,7 +64,7 @@ class HeadFollower {
 
   /// `distances` is a buffer of the owner, which must exist as long as this object. follow() overwrites its contents.
   explicit HeadFollower(HeadDistances& distances) : distances_(distances) {
-    bounds_.reserve(distances.most()), points_.reserve(distances.most());
+    gaps_.resize(distances.most() + HeadDistances::kBatch);
   }
 
   /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. Returns the final position. Each
@@ -72,12 +72,13 @@ class HeadFollower {
   /// that satisfies all bounds, no point is inside the head. `slack`: allowed overlap, m. `give`: a point that is
   /// already inside the head only prevents a deeper overlap. `list(p)` must list the points around p, unless the
   /// present list is still valid. A fast head needs several lists in one tick; otherwise it would lag behind the hand.
-  /// `complete(p, far)` must add the points within the distance `far` (m) of the head at p that the list lacks.
-  template <class List, class Complete>
+  /// `complete(p, far)` must add the points within the distance `far` (m) of the head at p that the list lacks. If
+  /// `may_go_on()` is false, the head stays where its list of points ends, until the next tick.
+  template <class List, class Complete, class MayGoOn>
   dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double slack, bool give,
-               List&& list, Complete&& complete) noexcept {
+               List&& list, Complete&& complete, MayGoOn&& may_go_on) noexcept {
     led_out_ = false;
-    for (int round = 0; round < FollowParameters::rounds; ++round) {
+    for (int round = 0; round < FollowParameters::rounds && (round == 0 || may_go_on()); ++round) {
       list(from);
       from = advance_free(points, from, X_WT.p, head.radius(), list);
       if (points.empty()) break;
@@ -94,12 +95,9 @@ class HeadFollower {
   /// Returns true if a point was deep inside the head in the last follow().
   bool led_out() const noexcept { return led_out_; }
   /// Returns true if there were points near the head in the last follow().
-  bool bounded() const noexcept { return !bounds_.empty(); }
+  bool bounded() const noexcept { return bounded_; }
   int count() const noexcept { return active_.count; }
-  Hold hold(int i) const noexcept {
-    const auto at = static_cast<std::size_t>(active_.index[i]);
-    return {points_[at], bounds_[at].n, active_.push[i]};
-  }
+  const Hold& hold(int i) const noexcept { return holds_[i]; }
 
  private:
   /// Makes one step of the head, as far as the listed points allow. Returns true if a further iteration is needed.
@@ -107,11 +105,10 @@ class HeadFollower {
                 bool give) noexcept;
 
   HeadDistances& distances_;
-  std::vector<StepBound> bounds_;  // bounds that the near points gave in the last iteration
-  // for each bound on the head's motion: index of the contact point that causes the bound
-  std::vector<std::uint32_t> points_;
+  std::vector<double> gaps_;  // m, for each near point: distance by which the head may approach it
   ActivePlanes active_;
-  bool led_out_ = false;
+  Hold holds_[3] = {};
+  bool bounded_ = false, led_out_ = false;
 };
 
 }  // namespace typodont::haptics::vertex

@@ -31,6 +31,20 @@ constexpr int kMostRounds = 8;
 // the far side of a thin wall.
 constexpr double kLooksAway = -0.2;
 
+// A cosine is certainly negative if it is below this (with respect to the sum of the components), whatever the
+// rounding.
+constexpr double kClearlyInward = 1e-12;
+// Quick tests compare squares. kLarger excludes cases that rounding could decide; kTiny2 (m⁴) excludes squares that may
+// be denormal.
+constexpr double kLarger = 1 + 1e-12, kTiny2 = 1e-100;
+
+/// Efforts of the loops of a cut for one face, one vertex or one test. They are measured.
+struct Costs {
+  static constexpr Effort kGather = 2, kRefine = 1, kDistance = 5, kSplit = 40, kFind = 1, kDistances = 2, kPush = 10,
+                          kCollect = 6, kUnfold = 2, kSettle = 4, kSelect = 2, kBall = 1, kSelectChanged = 1,
+                          kTest = 50, kPair = 3, kAccount = 2, kRepair = 3, kCollapse = 60, kThinCollapse = 500;
+};
+
 dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
   return glm::cross(b - a, c - a);
 }
@@ -137,11 +151,12 @@ void MeshCutter::sort_near() noexcept {
 }
 
 /// Splits the long edges of faces that the head can touch. This does not change the shape of the surface.
-void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
+bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double longest2 = P::longest * P::longest * edge * edge;
-  for (std::size_t k = 0; k < near_.size();) {
-    const Index f = near_[k];
-    const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
+  while (at_ < near_.size()) {
+    if (left_ <= 0) return false;
+    left_ -= Costs::kRefine;
+    const Index f = near_[at_];
     int longest = -1;
     double most = longest2;
     for (int i = 0; i < 3; ++i) {
@@ -155,18 +170,21 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
     }
     bool reached = false;
     if (longest >= 0) {
+      left_ -= Costs::kDistance;
+      const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
       const dvec3 g = (a + b + c) / 3.0;
       const double size = std::sqrt(std::max({glm::dot(a - g, a - g), glm::dot(b - g, b - g), glm::dot(c - g, c - g)}));
       reached = head.distance(g) < size;
     }
     if (!reached || near_.size() + 3 > near_.capacity()) {
-      ++k;
+      ++at_;
       continue;
     }
+    left_ -= Costs::kSplit;
     const Index g = mesh.face(f).n[longest];
     const dvec3 middle = 0.5 * (mesh.point(f, longest) + mesh.point(f, (longest + 1) % 3));
     const Index m = mesh.split(f, longest, middle);
-    if (m == kNone) return;  // the buffers of the mesh are full
+    if (m == kNone) return true;  // the buffers of the mesh are full
     done.changed = true;
     near_.push_back(g);
     mesh.around(m, [&](Index h, int) {
@@ -177,6 +195,7 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
   // edge. Removes duplicates.
   ++look_;
   std::erase_if(near_, [&](Index f) { return !see_face(f); });
+  return true;
 }
 
 /// Computes the target position of a vertex inside the head. In general, the vertex moves in the direction `n` out of
@@ -185,18 +204,26 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
 bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, Index v, const dvec3& n, double depth,
                                 dvec3& to) const noexcept {
   constexpr int kMostFaces = 32;
-  dvec3 normals[kMostFaces], sum(0);
+  dvec3 areas[kMostFaces], normals[kMostFaces], sum(0);
   int count = 0;
-  double out = -1;
+  bool inward = true;  // true if the direction certainly points inwards through all faces
   mesh.around(v, [&](Index f, int) {
     const dvec3 area = normal2(mesh, f);
-    const double length = glm::length(area);
-    if (!(length > 0) || count == kMostFaces) return;
-    sum += area;
-    normals[count++] = area / length;
-    out = std::max(out, glm::dot(n, normals[count - 1]));
+    if (!(glm::dot(area, area) > 0) || count == kMostFaces) return;
+    areas[count++] = area;
+    inward = inward && glm::dot(n, area) < -kClearlyInward * (std::abs(area.x) + std::abs(area.y) + std::abs(area.z));
   });
   const dvec3& p = mesh.vertex(v).p;
+  if (inward) {
+    to = p + depth * n;
+    return true;
+  }
+  double out = -1;
+  for (int i = 0; i < count; ++i) {
+    sum += areas[i];
+    normals[i] = areas[i] / glm::length(areas[i]);
+    out = std::max(out, glm::dot(n, normals[i]));
+  }
   if (out <= 0) {
     to = p + depth * n;
     return true;
@@ -223,51 +250,58 @@ bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, In
   return true;
 }
 
-void MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
-  moved_.clear();
-  ++look_;
+/// Computes the target positions of the vertices whose distances were collected.
+void MeshCutter::find_targets(const EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double most2 = P::farthest * P::farthest * edge * edge;
-  const glm::vec3 axis(head.R_WT[2]);
-  const auto move_found = [&] {
-    distances_.evaluate(*head.head, head.R_WT, -P::overlap);
-    for (std::size_t i = 0; i < distances_.size(); ++i) {
-      const Index v = distances_.point(i);
-      const mesh::Vertex& vertex = mesh.vertex(v);
-      dvec3 to;
-      if (vertex.on_border() || !push_direction(mesh, head, v, distances_.normal_W(i), -distances_.distance(i), to) ||
-          glm::dot(to - vertex.p, to - vertex.p) > most2) {
-        done.held = true;
-        continue;
-      }
-      place_of_[v] = static_cast<std::uint32_t>(moved_.size());
-      moved_.push_back({v, vertex, to, false});
+  left_ -= Costs::kDistances * static_cast<Effort>(distances_.size());
+  distances_.evaluate(*head.head, head.R_WT, -P::overlap);
+  left_ -= Costs::kPush * static_cast<Effort>(distances_.size());
+  for (std::size_t i = 0; i < distances_.size(); ++i) {
+    const Index v = distances_.point(i);
+    const mesh::Vertex& vertex = mesh.vertex(v);
+    dvec3 to;
+    if (vertex.on_border() || !push_direction(mesh, head, v, distances_.normal_W(i), -distances_.distance(i), to) ||
+        glm::dot(to - vertex.p, to - vertex.p) > most2) {
+      done.held = true;
+      continue;
     }
-    distances_.clear();
-  };
-  distances_.clear();
-  for (const Index f : near_) {
-    for (const Index v : mesh.face(f).v) {
-      if (!see_vertex(v)) continue;
-      place_of_[v] = kNone;
-      const dvec3 from = mesh.vertex(v).p - head.X_W.p;
-      if (!head.head->may_be_within(glm::vec3(from), axis, 0)) continue;
-      if (distances_.full()) move_found();
-      distances_.add(v, from);
-    }
+    place_of_[v] = static_cast<std::uint32_t>(moved_.size());
+    moved_.push_back({v, vertex, to, false});
   }
-  move_found();
+  distances_.clear();
 }
 
-/// Lists the faces around the vertices that will move, with their volume and normal before the motion.
-void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head) noexcept {
-  affected_.clear();
-  for (const Moved& m : moved_) {
-    mesh.around(m.v, [&](Index f, int) {
-      if (!see_face(f)) return;
-      const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
-      affected_.push_back({f, volume6(a, b, c, head.X_W.p), normal2(a, b, c)});
-    });
+/// Lists the vertices inside the head with their target positions.
+bool MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
+  if (at_ == 0) {
+    moved_.clear();
+    distances_.clear();
+    ++look_;
   }
+  const glm::vec3 axis(head.R_WT[2]);
+  if (!each(near_.size(), Costs::kFind, [&](std::size_t k) {
+        for (const Index v : mesh.face(near_[k]).v) {
+          if (!see_vertex(v)) continue;
+          place_of_[v] = kNone;
+          const dvec3 from = mesh.vertex(v).p - head.X_W.p;
+          if (!head.head->may_be_within(glm::vec3(from), axis, 0)) continue;
+          if (distances_.full()) find_targets(mesh, head, edge, done);
+          distances_.add(v, from);
+        }
+      })) {
+    return false;
+  }
+  find_targets(mesh, head, edge, done);
+  return true;
+}
+
+/// Lists the faces around a vertex that will move, with their volume and normal before the motion.
+void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head, Index v) noexcept {
+  mesh.around(v, [&](Index f, int) {
+    if (!see_face(f)) return;
+    const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
+    affected_.push_back({f, volume6(a, b, c, head.X_W.p), normal2(a, b, c)});
+  });
 }
 
 /// Moves the vertices of face f back to the positions that they had before the step. Returns false if none of them had
@@ -284,25 +318,39 @@ bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   return any;
 }
 
+/// Returns true if a face has folded: if it has rotated far, and is not parallel to the head's surface.
+bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affected& a) const noexcept {
+  const dvec3 now = normal2(mesh, a.f);
+  const double along = glm::dot(now, a.normal), now2 = glm::dot(now, now), before2 = glm::dot(a.normal, a.normal);
+  // A quick test without square roots.
+  if (along > 0 && now2 > kTiny2 && before2 > kTiny2 &&
+      along * along > kLarger * P::least_turn * P::least_turn * now2 * before2) {
+    return false;
+  }
+  const double length = glm::length(now), size = length * glm::length(a.normal);
+  if (size > 0 && along >= P::least_turn * size) return false;
+  if (size == 0) return a.normal != dvec3(0);
+  dvec3 n;
+  head.distance((mesh.point(a.f, 0) + mesh.point(a.f, 1) + mesh.point(a.f, 2)) / 3.0, n);
+  return glm::dot(now, n) > -P::faces_head * length;
+}
+
 /// Prevents folds: a face that rotates far in one step folds over, so its vertices are moved back. Exception: a narrow
 /// face may become a part of a wall, so a face may rotate if it ends parallel to the head's surface.
-void MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept {
-  const auto folds = [&](const Affected& a, const dvec3& now) {
-    const double length = glm::length(now), size = length * glm::length(a.normal);
-    if (size > 0 && glm::dot(now, a.normal) >= P::least_turn * size) return false;
-    if (size == 0) return a.normal != dvec3(0);
-    dvec3 n;
-    head.distance((mesh.point(a.f, 0) + mesh.point(a.f, 1) + mesh.point(a.f, 2)) / 3.0, n);
-    return glm::dot(now, n) > -P::faces_head * length;
-  };
-  for (int round = 0; round < kMostRounds; ++round) {
-    bool held = false;
-    for (const Affected& a : affected_) {
-      if (folds(a, normal2(mesh, a.f))) held |= hold_back(mesh, a.f);
+bool MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept {
+  for (;;) {
+    if (!each(affected_.size(), Costs::kUnfold, [&](std::size_t i) {
+          if (folds(mesh, head, affected_[i])) unfold_held_ |= hold_back(mesh, affected_[i].f);
+        })) {
+      return false;
     }
-    if (!held) return;
+    if (!std::exchange(unfold_held_, false)) break;
+    if (++unfold_rounds_ < kMostRounds) continue;
+    for (const Affected& a : affected_) hold_back(mesh, a.f);
+    break;
   }
-  for (const Affected& a : affected_) hold_back(mesh, a.f);
+  unfold_rounds_ = 0;
+  return true;
 }
 
 /// Copies the bounding balls of the faces near the head into arrays, sorted into slices along the longest side of their
@@ -342,6 +390,7 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   const auto test = [&](std::size_t from, std::size_t to) {
     const std::size_t count = list_overlapping(ball_x_.data() + from, ball_y_.data() + from, ball_z_.data() + from,
                                                ball_r_.data() + from, to - from, &c.x, r, overlapping_.data());
+    left_ -= Costs::kPair * static_cast<Effort>(count);
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t k = ball_at_[from + overlapping_[i]];
       const Index g = near_[k];
@@ -366,56 +415,38 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   return first == kNone ? kNone : near_[first];
 }
 
-/// Lists the faces that may intersect others. While all faces near the head face its centre, the surface is star-shaped
+/// Lists face f if it may intersect others. While all faces near the head face its centre, the surface is star-shaped
 /// and cannot intersect itself. So only faces that face away (the far side of a thin wall, or an undercut) are listed.
-void MeshCutter::select_suspects(const EditableMesh& mesh, const Placed& head, double edge) noexcept {
+void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, double edge, Index f) noexcept {
   const glm::vec3 axis(head.R_WT[2]);
-  ++edge_look_;
-  suspects_.clear();
-  tested_ = 0;
-  held_ = false;
-  for (const Index f : near_) {
-    // Moved vertices are on the head or near it, so an unchanged face matters only if it is near the head.
-    const bool changed = face_seen_[f] == look_;
-    const double within = mesh.ball_radius(f) + (changed ? edge : kRounding);
-    // A quick test with the bounding ball, before the corners are read.
-    if (!head.head->may_be_within(mesh.ball_center(f) - glm::vec3(head.X_W.p), axis,
-                                  static_cast<float>(within + kRounding))) {
-      continue;
-    }
-    const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
-    const dvec3 way = (a + b + c) / 3.0 - head.X_W.p, n = normal2(a, b, c);
-    const double cosine = glm::dot(n, way), most = kLooksAway * glm::length(n) * glm::length(way);
-    if (cosine < most) continue;
-    if (!head.head->may_be_within(glm::vec3(way), axis, static_cast<float>(within))) continue;
-    if (!head.head->is_ball() && head.distance(way + head.X_W.p) > within) continue;
-    thin_ = true;
-    suspects_.push_back(f);
-    for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
+  // Moved vertices are on the head or near it, so an unchanged face matters only if it is near the head.
+  const bool changed = face_seen_[f] == look_;
+  const double within = mesh.ball_radius(f) + (changed ? edge : kRounding);
+  // A quick test with the bounding ball, before the corners are read.
+  if (!head.head->may_be_within(mesh.ball_center(f) - glm::vec3(head.X_W.p), axis,
+                                static_cast<float>(within + kRounding))) {
+    return;
   }
-  if (suspects_.empty()) return;
-  list_balls(mesh, edge);
-  // At a fold, a face that faces the head may intersect a face that faces away. So the changed faces that share a
-  // vertex with a face that faces away are tested too.
-  const std::size_t looking_away = suspects_.size();
-  for (const Affected& a : affected_) {
-    const Index* const v = mesh.face(a.f).v;
-    if (edge_seen_[v[0]] == edge_look_ || edge_seen_[v[1]] == edge_look_ || edge_seen_[v[2]] == edge_look_) {
-      suspects_.push_back(a.f);
-    }
-  }
-  std::sort(suspects_.begin() + static_cast<std::ptrdiff_t>(looking_away), suspects_.end());
+  const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
+  const dvec3 way = (a + b + c) / 3.0 - head.X_W.p, n = normal2(a, b, c);
+  const double cosine = glm::dot(n, way), n2 = glm::dot(n, n), way2 = glm::dot(way, way);
+  // A quick test without square roots.
+  if (cosine < 0 && n2 > kTiny2 && cosine * cosine > kLarger * kLooksAway * kLooksAway * n2 * way2) return;
+  if (cosine < kLooksAway * glm::length(n) * glm::length(way)) return;
+  if (!head.head->may_be_within(glm::vec3(way), axis, static_cast<float>(within))) return;
+  left_ -= Costs::kDistance;
+  if (!head.head->is_ball() && head.distance(way + head.X_W.p) > within) return;
+  thin_ = true;
+  suspects_.push_back(f);
+  for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
 }
 
-/// Tests the next `most` suspects for intersection, and moves the vertices of intersecting faces back.
-void MeshCutter::test_suspects(EditableMesh& mesh, std::size_t most) noexcept {
-  const std::size_t end = std::min(suspects_.size(), tested_ + most);
-  for (; tested_ < end; ++tested_) {
-    const Index f = suspects_[tested_], g = crossed_near(mesh, f);
-    if (g == kNone) continue;
-    held_ |= hold_back(mesh, f);
-    held_ |= hold_back(mesh, g);
-  }
+/// Tests a suspect for intersection, and moves the vertices of intersecting faces back.
+void MeshCutter::test_suspect(EditableMesh& mesh, Index f) noexcept {
+  const Index g = crossed_near(mesh, f);
+  if (g == kNone) return;
+  held_ |= hold_back(mesh, f);
+  held_ |= hold_back(mesh, g);
 }
 
 Tissue MeshCutter::tissue_under(const EditableMesh& mesh, Index f) const noexcept {
@@ -432,12 +463,10 @@ Tissue MeshCutter::tissue_under(const EditableMesh& mesh, Index f) const noexcep
   return label == Tissue::kAir ? own : label;
 }
 
-void MeshCutter::account(EditableMesh& mesh, const Placed& head, CutDone& done) noexcept {
-  for (const Affected& a : affected_) {
-    const double now = volume6(mesh.point(a.f, 0), mesh.point(a.f, 1), mesh.point(a.f, 2), head.X_W.p);
-    done.removed[static_cast<std::size_t>(mesh.face(a.f).tissue)] += (a.volume6 - now) / 6;
-    mesh.set_tissue(a.f, tissue_under(mesh, a.f));
-  }
+void MeshCutter::account(EditableMesh& mesh, const Placed& head, const Affected& a, CutDone& done) noexcept {
+  const double now = volume6(mesh.point(a.f, 0), mesh.point(a.f, 1), mesh.point(a.f, 2), head.X_W.p);
+  done.removed[static_cast<std::size_t>(mesh.face(a.f).tissue)] += (a.volume6 - now) / 6;
+  mesh.set_tissue(a.f, tissue_under(mesh, a.f));
 }
 
 /// Collapses an edge unless a face would rotate too far or become too large or too flat, or the volume would change too
@@ -516,30 +545,29 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
   return true;
 }
 
-/// Repairs the changed faces: collapses short edges, and flips the longest edge of each sliver.
-void MeshCutter::repair_slivers(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
+/// Repairs a changed face: collapses a short edge, or flips the longest edge of a sliver.
+void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, double edge, CutDone& done) noexcept {
   const double shortest2 = P::shortest * P::shortest * edge * edge;
-  for (const Affected& a : affected_) {
-    const Index f = a.f;
-    if (!mesh.uses(f)) continue;
-    int shortest = 0, longest = 0;
-    double length2[3];
-    for (int i = 0; i < 3; ++i) {
-      length2[i] = edge2(mesh, f, i);
-      if (length2[i] < length2[shortest]) shortest = i;
-      if (length2[i] > length2[longest]) longest = i;
+  if (!mesh.uses(f)) return;
+  int shortest = 0, longest = 0;
+  double length2[3];
+  for (int i = 0; i < 3; ++i) {
+    length2[i] = edge2(mesh, f, i);
+    if (length2[i] < length2[shortest]) shortest = i;
+    if (length2[i] > length2[longest]) longest = i;
+  }
+  if (length2[shortest] < shortest2) {
+    left_ -= thin_ ? Costs::kThinCollapse : Costs::kCollapse;
+    // Prefers to keep the vertex that the head has not moved.
+    const bool first = !mesh.vertex(mesh.face(f).v[shortest]).was_moved();
+    if (collapse_edge(mesh, head, f, shortest, first, edge, P::most_volume, done) ||
+        collapse_edge(mesh, head, f, shortest, !first, edge, P::most_volume, done)) {
+      return;
     }
-    if (length2[shortest] < shortest2) {
-      // Prefers to keep the vertex that the head has not moved.
-      const bool first = !mesh.vertex(mesh.face(f).v[shortest]).was_moved();
-      if (collapse_edge(mesh, head, f, shortest, first, edge, P::most_volume, done) ||
-          collapse_edge(mesh, head, f, shortest, !first, edge, P::most_volume, done)) {
-        continue;
-      }
-    }
-    if (roundness(mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2)) < P::flattest) {
-      turn(mesh, f, longest, edge, done);
-    }
+  }
+  if (roundness(mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2)) < P::flattest) {
+    left_ -= thin_ ? Costs::kThinCollapse : Costs::kCollapse;
+    turn(mesh, f, longest, edge, done);
   }
 }
 
@@ -567,32 +595,11 @@ bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, In
   return false;
 }
 
-/// Moves the vertices inside the head, except where a face would fold.
-void MeshCutter::move_inside(EditableMesh& mesh, const Placed& head) noexcept {
-  collect_affected(mesh, head);
-  for (const Moved& m : moved_) mesh.move(m.v, m.to);
-  keep_unfolded(mesh, head);
-  for (const Affected& a : affected_) mesh.settle_face(a.f);
-  thin_ = false;
-}
-
-void MeshCutter::finish_step(EditableMesh& mesh, const Placed& head, double edge) noexcept {
-  account(mesh, head, done_);
-  for (const Moved& m : moved_) {
-    if (!m.stays || merge_into_neighbour(mesh, head, m.v, edge, done_)) {
-      done_.changed = true;
-    } else {
-      done_.held = true;
-    }
-  }
-  repair_slivers(mesh, head, edge, done_);
-}
-
 CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
                         double edge) noexcept {
   begin(head, X_WA, X_WB, edge);
-  while (!work(mesh, {}, std::numeric_limits<std::size_t>::max())) {
-  }
+  Effort left = kNoLimit;
+  work(mesh, {}, left);
   return done_;
 }
 
@@ -601,88 +608,172 @@ void MeshCutter::begin(const VertexHead& head, const Pose& X_WA, const Pose& X_W
   const double way = displacement_bound(X_WA, X_WB, head.reach());
   job_ = {&head, X_WA, X_WB, edge, static_cast<int>(std::min(std::ceil(way / (P::step * edge)), kMostSteps)), 0};
   done_ = {};
-  stage_ = Stage::kNextStep;
+  go_to(Stage::kNextStep);
 }
 
-/// Returns the approximate effort of the next stage, in faces whose vertices are tested once. The ratios are measured.
-std::size_t MeshCutter::effort() const noexcept {
+bool MeshCutter::work(EditableMesh& mesh, const KnownFaces& known, Effort& left) noexcept {
+  left_ = left;
+  while (stage_ != Stage::kDone && left_ > 0) run_stage(mesh, known);
+  left = left_;
+  return stage_ == Stage::kDone;
+}
+
+/// Returns the approximate effort of the next stages, in faces whose vertices are tested once, if the cut may be
+/// divided before them.
+std::size_t MeshCutter::effort_of_stage() const noexcept {
   switch (stage_) {
     case Stage::kFind:
       return near_.size();
-    case Stage::kMove:
+    case Stage::kCollect:
       return 4 * moved_.size();
     case Stage::kRefine:
     case Stage::kSelect:
       return near_.size() / 2;
-    case Stage::kFinish:
+    case Stage::kAccount:
       return affected_.size();
     default:
       return 0;
   }
 }
 
-bool MeshCutter::work(EditableMesh& mesh, const KnownFaces& known, std::size_t most) noexcept {
+bool MeshCutter::work_in_stages(EditableMesh& mesh, const KnownFaces& known, std::size_t most) noexcept {
   constexpr std::size_t kTest = 32;  // effort of the test of one suspect, in faces
   std::size_t spent = 0;
-  while (stage_ != Stage::kDone && (spent == 0 || spent + effort() <= most)) {
-    const double edge = job_.edge;
-    spent += std::max<std::size_t>(effort(), 1);
+  while (stage_ != Stage::kDone && (spent == 0 || spent + effort_of_stage() <= most)) {
+    spent += std::max<std::size_t>(effort_of_stage(), 1);
+    left_ = kNoLimit;
     switch (stage_) {
-      case Stage::kNextStep: {
-        if (job_.step == job_.steps || done_.held) {
-          stage_ = Stage::kDone;
-          break;
-        }
-        const int i = ++job_.step;
-        head_ =
-            place(*job_.head,
-                  i == job_.steps ? job_.X_WB : interpolate(job_.X_WA, job_.X_WB, static_cast<double>(i) / job_.steps));
-        // The first step changes the mesh, so the known faces are only used in this step.
-        gather(mesh, head_, P::longest * edge, i == 1 ? known : KnownFaces{});
-        spent += near_.size() / 2;
-        stage_ = Stage::kRefine;
+      case Stage::kNextStep:
+        run_stage(mesh, known);
+        if (stage_ == Stage::kRefine) spent += near_.size() / 2;
         break;
-      }
-      case Stage::kRefine:
-        refine(mesh, head_, edge, done_);
-        stage_ = Stage::kFind;
-        break;
-      case Stage::kFind:
-        find_inside(mesh, head_, edge, done_);
-        stage_ = moved_.empty() ? Stage::kNextStep : Stage::kMove;
-        break;
-      case Stage::kMove:
-        move_inside(mesh, head_);
-        rounds_ = 0;
-        stage_ = Stage::kSelect;
+      case Stage::kCollect:
+        while (stage_ != Stage::kSelect) run_stage(mesh, known);
         break;
       case Stage::kSelect:
-        if (rounds_++ == kMostRounds) {
-          for (const Affected& a : affected_) hold_back(mesh, a.f);
-          stage_ = Stage::kFinish;
-          break;
-        }
-        select_suspects(mesh, head_, edge);
-        stage_ = Stage::kTest;
+        while (stage_ == Stage::kSelect || stage_ == Stage::kSelectChanged) run_stage(mesh, known);
         break;
       case Stage::kTest: {
-        const std::size_t before = tested_;
-        test_suspects(mesh, std::max<std::size_t>((most - std::min(most, spent)) / kTest, 1));
-        spent += kTest * (tested_ - before);
-        if (tested_ < suspects_.size()) break;
-        if (held_) keep_unfolded(mesh, head_);
-        stage_ = held_ ? Stage::kSelect : Stage::kFinish;
+        const std::size_t tests = std::max<std::size_t>((most - std::min(most, spent)) / kTest, 1);
+        for (std::size_t k = 0; k < tests && stage_ == Stage::kTest; ++k) {
+          if (at_ < suspects_.size()) spent += kTest;
+          left_ = 1;  // enough for one test
+          run_stage(mesh, known);
+        }
+        left_ = kNoLimit;
+        if (stage_ == Stage::kUnfoldAgain) run_stage(mesh, known);
         break;
       }
-      case Stage::kFinish:
-        finish_step(mesh, head_, edge);
-        stage_ = Stage::kNextStep;
+      case Stage::kAccount:
+        while (stage_ == Stage::kAccount || stage_ == Stage::kMerge || stage_ == Stage::kRepair) run_stage(mesh, known);
         break;
-      case Stage::kDone:
-        break;
+      default:
+        run_stage(mesh, known);
     }
   }
   return stage_ == Stage::kDone;
+}
+
+/// Continues the present stage of a cut until it is finished or the effort is used up.
+void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept {
+  const double edge = job_.edge;
+  switch (stage_) {
+    case Stage::kNextStep: {
+      if (job_.step == job_.steps || done_.held) return go_to(Stage::kDone);
+      const int i = ++job_.step;
+      head_ =
+          place(*job_.head,
+                i == job_.steps ? job_.X_WB : interpolate(job_.X_WA, job_.X_WB, static_cast<double>(i) / job_.steps));
+      // The first step changes the mesh, so the known faces are only used in this step.
+      gather(mesh, head_, P::longest * edge, i == 1 ? known : KnownFaces{});
+      left_ -= Costs::kGather * static_cast<Effort>(near_.size()) + 1;
+      return go_to(Stage::kRefine);
+    }
+    case Stage::kRefine:
+      if (refine(mesh, head_, edge, done_)) go_to(Stage::kFind);
+      return;
+    case Stage::kFind:
+      if (!find_inside(mesh, head_, edge, done_)) return;
+      affected_.clear();
+      return go_to(moved_.empty() ? Stage::kNextStep : Stage::kCollect);
+    case Stage::kCollect:
+      if (!each(moved_.size(), Costs::kCollect, [&](std::size_t i) { collect_affected(mesh, head_, moved_[i].v); })) {
+        return;
+      }
+      for (const Moved& m : moved_) mesh.move(m.v, m.to);
+      return go_to(Stage::kUnfold);
+    case Stage::kUnfold:
+      if (keep_unfolded(mesh, head_)) go_to(Stage::kSettle);
+      return;
+    case Stage::kSettle:
+      if (!each(affected_.size(), Costs::kSettle, [&](std::size_t i) { mesh.settle_face(affected_[i].f); })) return;
+      thin_ = false;
+      rounds_ = 0;
+      return go_to(Stage::kSelect);
+    case Stage::kSelect:
+      if (at_ == 0) {
+        if (rounds_++ == kMostRounds) {
+          for (const Affected& a : affected_) hold_back(mesh, a.f);
+          return go_to(Stage::kAccount);
+        }
+        ++edge_look_;
+        suspects_.clear();
+        held_ = false;
+      }
+      if (!each(near_.size(), Costs::kSelect, [&](std::size_t k) { select_suspect(mesh, head_, edge, near_[k]); })) {
+        return;
+      }
+      looking_away_ = suspects_.size();
+      if (suspects_.empty()) return go_to(Stage::kTest);
+      left_ -= Costs::kBall * static_cast<Effort>(near_.size());
+      list_balls(mesh, edge);
+      return go_to(Stage::kSelectChanged);
+    case Stage::kSelectChanged:
+      // At a fold, a face that faces the head may intersect a face that faces away. So the changed faces that share a
+      // vertex with a face that faces away are tested too.
+      if (!each(affected_.size(), Costs::kSelectChanged, [&](std::size_t i) {
+            const Index* const v = mesh.face(affected_[i].f).v;
+            if (edge_seen_[v[0]] == edge_look_ || edge_seen_[v[1]] == edge_look_ || edge_seen_[v[2]] == edge_look_) {
+              suspects_.push_back(affected_[i].f);
+            }
+          })) {
+        return;
+      }
+      std::sort(suspects_.begin() + static_cast<std::ptrdiff_t>(looking_away_), suspects_.end());
+      return go_to(Stage::kTest);
+    case Stage::kTest:
+      if (!each(suspects_.size(), Costs::kTest, [&](std::size_t i) { test_suspect(mesh, suspects_[i]); })) return;
+      return go_to(held_ ? Stage::kUnfoldAgain : Stage::kAccount);
+    case Stage::kUnfoldAgain:
+      if (keep_unfolded(mesh, head_)) go_to(Stage::kSelect);
+      return;
+    case Stage::kAccount:
+      if (each(affected_.size(), Costs::kAccount, [&](std::size_t i) { account(mesh, head_, affected_[i], done_); })) {
+        go_to(Stage::kMerge);
+      }
+      return;
+    case Stage::kMerge:
+      if (!each(moved_.size(), 1, [&](std::size_t i) {
+            const Moved& m = moved_[i];
+            if (m.stays) left_ -= Costs::kThinCollapse;
+            if (!m.stays || merge_into_neighbour(mesh, head_, m.v, edge, done_)) {
+              done_.changed = true;
+            } else {
+              done_.held = true;
+            }
+          })) {
+        return;
+      }
+      return go_to(Stage::kRepair);
+    case Stage::kRepair:
+      if (each(affected_.size(), Costs::kRepair,
+               [&](std::size_t i) { repair_sliver(mesh, head_, affected_[i].f, edge, done_); })) {
+        go_to(Stage::kNextStep);
+      }
+      return;
+    case Stage::kDone:
+      return;
+  }
 }
 
 CutDone MeshCutter::cut_as_printed(EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept {
@@ -702,11 +793,12 @@ CutDone MeshCutter::cut_as_printed(EditableMesh& mesh, const VertexHead& head, c
       moved_.push_back({v, mesh.vertex(v), X_WB.p + (head.is_ball() ? to_T : placed.R_WT * to_T), false});
     }
   }
-  collect_affected(mesh, placed);
+  affected_.clear();
+  for (const Moved& m : moved_) collect_affected(mesh, placed, m.v);
   for (const Moved& m : moved_) mesh.move(m.v, m.to);
   for (const Affected& a : affected_) mesh.settle_face(a.f);
   done.changed = !moved_.empty();
-  account(mesh, placed, done);
+  for (const Affected& a : affected_) account(mesh, placed, a, done);
   return done;
 }
 

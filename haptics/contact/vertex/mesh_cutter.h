@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -60,6 +62,11 @@ struct CutDone {
   bool held = false;     // true if some vertices had to stay inside the head, because of a thin wall or an open border
 };
 
+/// Approximate computing time, in units of 10 ns, that follows from the numbers of faces and vertices. It is not
+/// measured, so it is the same in every replay.
+using Effort = std::int64_t;
+inline constexpr Effort kNoLimit = std::numeric_limits<Effort>::max();
+
 /// Faces that are already known to be near a head.
 struct KnownFaces {
   std::span<const mesh::Index> faces;  // includes all faces within the distance `within` of the head at X_W
@@ -79,11 +86,14 @@ class MeshCutter {
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
   /// Does the same in parts: begin(), then work() until it returns true, then done(). `head` must exist until then, and
-  /// nothing else may change the mesh. work() stops before its effort exceeds the test of about `most` faces. Between
-  /// the parts, the mesh is connected correctly, but vertices may have moved too far. The parts have no effect on the
+  /// nothing else may change the mesh. work() stops when `left` is not positive, and subtracts its effort. Between the
+  /// parts, the mesh is connected correctly, but vertices may have moved too far. The parts have no effect on the
   /// result, and neither has `known`, which saves a search of the mesh.
   void begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept;
-  bool work(mesh::EditableMesh& mesh, const KnownFaces& known, std::size_t most) noexcept;
+  bool work(mesh::EditableMesh& mesh, const KnownFaces& known, Effort& left) noexcept;
+  /// Divides the cut only between its stages, as force laws 9 and 10 do. Stops before the effort exceeds `most`, in
+  /// faces whose vertices are tested once.
+  bool work_in_stages(mesh::EditableMesh& mesh, const KnownFaces& known, std::size_t most) noexcept;
   const CutDone& done() const noexcept { return done_; }
   /// The algorithm as printed in paper S4: vertices inside the head at B move away from its centre or axis. No face is
   /// split or repaired.
@@ -91,7 +101,7 @@ class MeshCutter {
 
  private:
   static constexpr int kSlices = 32;
-  static constexpr std::size_t kMostTogether = 1024;  // largest number of distances that are computed at once
+  static constexpr std::size_t kMostTogether = 64;  // largest number of distances that are computed at once
 
   struct Moved {
     mesh::Index v;
@@ -125,28 +135,57 @@ class MeshCutter {
     double edge = 0;          // m, edge length of the cut surface
     int steps = 0, step = 0;  // number of straight steps, and number of those that have begun
   };
-  /// The next part of a cut. Each step of the head passes through all stages from kRefine to kFinish.
-  enum class Stage : std::uint8_t { kNextStep, kRefine, kFind, kMove, kSelect, kTest, kFinish, kDone };
+  /// The next part of a cut. Each step of the head passes through all stages from kRefine to kRepair.
+  enum class Stage : std::uint8_t {
+    kNextStep,
+    kRefine,
+    kFind,
+    kCollect,
+    kUnfold,
+    kSettle,
+    kSelect,
+    kSelectChanged,
+    kTest,
+    kUnfoldAgain,
+    kAccount,
+    kMerge,
+    kRepair,
+    kDone
+  };
 
   Placed place(const VertexHead& head, const Pose& X) const noexcept;
-  std::size_t effort() const noexcept;
-  void move_inside(mesh::EditableMesh& mesh, const Placed& head) noexcept;
-  void finish_step(mesh::EditableMesh& mesh, const Placed& head, double edge) noexcept;
+  void run_stage(mesh::EditableMesh& mesh, const KnownFaces& known) noexcept;
+  std::size_t effort_of_stage() const noexcept;
+  /// Continues to call fn(i) for each index i below `count`, until the effort is used up. `cost`: effort of a call.
+  /// Returns true after the last index.
+  template <class Fn>
+  bool each(std::size_t count, Effort cost, Fn&& fn) noexcept {
+    for (; at_ < count; ++at_) {
+      if (left_ <= 0) return false;
+      left_ -= cost;
+      fn(at_);
+    }
+    at_ = 0;
+    return true;
+  }
+  void go_to(Stage stage) noexcept { stage_ = stage, at_ = 0; }
   void gather(const mesh::EditableMesh& mesh, const Placed& head, double margin, const KnownFaces& known) noexcept;
   void sort_near() noexcept;
-  void refine(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
-  void find_inside(const mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
+  bool refine(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
+  bool find_inside(const mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
   bool push_direction(const mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, const dvec3& n, double depth,
                       dvec3& to) const noexcept;
-  void collect_affected(const mesh::EditableMesh& mesh, const Placed& head) noexcept;
-  void keep_unfolded(mesh::EditableMesh& mesh, const Placed& head) noexcept;
-  void select_suspects(const mesh::EditableMesh& mesh, const Placed& head, double edge) noexcept;
-  void test_suspects(mesh::EditableMesh& mesh, std::size_t most) noexcept;
+  void find_targets(const mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
+  void collect_affected(const mesh::EditableMesh& mesh, const Placed& head, mesh::Index v) noexcept;
+  bool folds(const mesh::EditableMesh& mesh, const Placed& head, const Affected& a) const noexcept;
+  bool keep_unfolded(mesh::EditableMesh& mesh, const Placed& head) noexcept;
+  void select_suspect(const mesh::EditableMesh& mesh, const Placed& head, double edge, mesh::Index f) noexcept;
+  void test_suspect(mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   void list_balls(const mesh::EditableMesh& mesh, double edge) noexcept;
   mesh::Index crossed_near(const mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   bool hold_back(mesh::EditableMesh& mesh, mesh::Index f) noexcept;
-  void account(mesh::EditableMesh& mesh, const Placed& head, CutDone& done) noexcept;
-  void repair_slivers(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
+  void account(mesh::EditableMesh& mesh, const Placed& head, const Affected& a, CutDone& done) noexcept;
+  void repair_sliver(mesh::EditableMesh& mesh, const Placed& head, mesh::Index f, double edge, CutDone& done) noexcept;
   bool collapse_edge(mesh::EditableMesh& mesh, const Placed& head, mesh::Index f, int i, bool keeps_first, double edge,
                      double most_volume, CutDone& done) noexcept;
   bool merge_into_neighbour(mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, double edge,
@@ -193,9 +232,13 @@ class MeshCutter {
   Job job_;
   Placed head_;  // head of the present step
   Stage stage_ = Stage::kDone;
-  std::size_t tested_ = 0;  // number of suspects that have been tested in this round
-  bool held_ = false;       // true if vertices were moved back in this round
-  int rounds_ = 0;          // number of rounds of the intersection test in this step
+  Effort left_ = 0;               // effort that the present call of work() may still spend
+  std::size_t at_ = 0;            // index at which the present stage continues
+  std::size_t looking_away_ = 0;  // number of suspects that face away from the head
+  bool held_ = false;             // true if vertices were moved back in this round of the intersection test
+  int rounds_ = 0;                // number of rounds of the intersection test in this step
+  bool unfold_held_ = false;      // true if vertices were moved back in this round of keep_unfolded()
+  int unfold_rounds_ = 0;         // number of rounds of keep_unfolded()
   CutDone done_;
 };
 

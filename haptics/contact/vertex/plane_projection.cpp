@@ -2,47 +2,78 @@
 
 #include <algorithm>
 
+#include "engine/base/dispatch.h"
+#include "haptics/lanes.h"
+
 namespace typodont::haptics::vertex {
 
 namespace {
 
-/// Presents the bounds on a step of the head to the active-set solver, in metres. `only_no_deeper`: true if bounds that
-/// the head already violates only prevent a deeper overlap.
-class StepBounds {
+/// Returns the index of the bound that a step violates most, by more than `tolerance` (m), or -1. If several bounds are
+/// violated equally, returns the first. `only_no_deeper`: as in nearest_step().
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+int find_worst(const StepBounds& bounds, const double* step, bool only_no_deeper, double tolerance) {
+  constexpr std::size_t kBatch = 8;
+  const D8 zero = {};
+  D8 least = zero - tolerance;
+  L8 at = L8{} - 1, index = {0, 1, 2, 3, 4, 5, 6, 7};
+  for (std::size_t k = 0; k < bounds.count; k += kBatch, index += kBatch) {
+    D8 x, y, z, gap;
+    read_lanes(x, bounds.n_x + k), read_lanes(y, bounds.n_y + k), read_lanes(z, bounds.n_z + k);
+    read_lanes(gap, bounds.gap + k);
+    if (only_no_deeper) gap = gap < 0.0 ? zero : gap;
+    const D8 excess = gap - (x * step[0] + y * step[1] + z * step[2]);
+    const L8 worse = excess < least;
+    least = worse ? excess : least;
+    at = worse ? index : at;
+  }
+  int worst = -1;
+  double most = -tolerance;
+  for (std::size_t i = 0; i < kBatch; ++i) {
+    const int here = static_cast<int>(at[i]);
+    if (least[i] < most || (least[i] == most && here >= 0 && here < worst)) most = least[i], worst = here;
+  }
+  return worst;
+}
+
+/// Presents the bounds on a step of the head to the active-set solver, in metres.
+class BoundPlanes {
  public:
-  using Plane = StepBound;
+  struct Plane {
+    dvec3 n;  // unit direction in which the point pushes the head
+    double gap;
+  };
   // Lower limits for the linear systems of the solver; below them, a system counts as singular. The values suit
   // neighbouring vertices of a fine mesh.
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-9, .least_rest = 1e-8};
 
-  StepBounds(std::span<const StepBound> bounds, bool only_no_deeper)
-      : bounds_(bounds), only_no_deeper_(only_no_deeper) {}
+  BoundPlanes(const StepBounds& bounds, bool only_no_deeper) : bounds_(bounds), only_no_deeper_(only_no_deeper) {}
 
-  const StepBound& plane(int i) const noexcept { return bounds_[static_cast<std::size_t>(i)]; }
-  double excess(const StepBound& bound, const dvec3& step) const noexcept {
-    return glm::dot(bound.n, step) + (only_no_deeper_ ? std::max(bound.gap, 0.0) : bound.gap);
+  Plane plane(int i) const noexcept {
+    const auto at = static_cast<std::size_t>(i);
+    return {-dvec3(bounds_.n_x[at], bounds_.n_y[at], bounds_.n_z[at]), bounds_.gap[at]};
+  }
+  double excess(const Plane& plane, const dvec3& step) const noexcept {
+    return glm::dot(plane.n, step) + (only_no_deeper_ ? std::max(plane.gap, 0.0) : plane.gap);
   }
   int worst(const dvec3& step, const int* active, int count) const noexcept {
-    double least = -1e-12;  // m, tolerance by which a bound may be violated
-    int worst = -1;
-    for (int i = 0; i < static_cast<int>(bounds_.size()); ++i) {
-      if (const double e = excess(plane(i), step); e < least) least = e, worst = i;
-    }
+    constexpr double kTolerance = 1e-12;  // m, by which a bound may be violated
+    const int worst = find_worst(bounds_, &step.x, only_no_deeper_, kTolerance);
     return std::find(active, active + count, worst) == active + count ? worst : -1;
   }
 
  private:
-  std::span<const StepBound> bounds_;
+  const StepBounds& bounds_;
   bool only_no_deeper_;
 };
 
 }  // namespace
 
-dvec3 nearest_step(std::span<const StepBound> bounds, const dvec3& wanted, ActivePlanes& active) noexcept {
+dvec3 nearest_step(const StepBounds& bounds, const dvec3& wanted, ActivePlanes& active) noexcept {
   dvec3 step;
   for (const bool only_no_deeper : {false, true}) {
     active.count = 0;
-    if (ActiveSet(StepBounds(bounds, only_no_deeper)).solve(wanted, step, active)) return step;
+    if (ActiveSet(BoundPlanes(bounds, only_no_deeper)).solve(wanted, step, active)) return step;
   }
   active.count = 0;
   return dvec3(0);

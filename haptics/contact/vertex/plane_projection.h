@@ -1,21 +1,23 @@
 // Limits a step of the head towards the hand, by bounds from the vertices around the head.
 #pragma once
 
-#include <span>
+#include <cstddef>
 
 #include "haptics/contact/proxy/active_set.h"
 
 namespace typodont::haptics::vertex {
 
-/// A linear bound on a step (displacement) of the head, which a contact point gives: n·step >= -gap.
-struct StepBound {
-  dvec3 n;     // unit direction in which the point pushes the head
-  double gap;  // m, distance between point and head; negative if they overlap
+/// Linear bounds on a step (displacement) of the head, which contact points give: n·step <= gap. The arrays must be at
+/// least eight numbers longer than `count`. The additional gaps must be very large, and the additional normals finite.
+struct StepBounds {
+  const double *n_x, *n_y, *n_z;  // unit direction from the head to the contact point
+  const double* gap;              // m, distance between point and head; negative if they overlap
+  std::size_t count;
 };
 
 /// Returns the step of the head nearest to `wanted` that satisfies all bounds (dual active-set method: Goldfarb &
 /// Idnani 1983). If there is no such step, bounds that the head already violates only prevent a deeper overlap.
 /// `active` receives the bounds that limit the result.
-dvec3 nearest_step(std::span<const StepBound> bounds, const dvec3& wanted, ActivePlanes& active) noexcept;
+dvec3 nearest_step(const StepBounds& bounds, const dvec3& wanted, ActivePlanes& active) noexcept;
 
 }  // namespace typodont::haptics::vertex

@@ -18,9 +18,10 @@ using P = FeelParameters;
 namespace {
 
 constexpr std::size_t kMostFaces = 1 << 17;  // upper limit of the number of faces near the head
-// first version of the servo's force laws that divides long cuts over several ticks
-constexpr std::uint32_t kLawsOfParts = 9;
-constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
+// first version that extrapolates the distances of points
+constexpr std::uint32_t kLawsOfReuse = 11;
+// efforts of the loops that list points, for one face or point; they are measured
+constexpr Effort kFaceEffort = 2, kVertexEffort = 2, kDistanceEffort = 2, kAreaEffort = 3, kPartEffort = 2;
 constexpr double kNextShell = 4;  // ratio of the widths of two successive search shells
 // upper limit of the number of parts into which an edge of a face is divided
 constexpr int kMostParts = 64;
@@ -47,14 +48,17 @@ int parts_of(const EditableMesh& mesh, Index f, double edge) noexcept {
 }  // namespace
 
 VertexModel::VertexModel(const ServoSettings& settings, const Parameters& parameters)
-    : settings_(settings), parameters_(parameters) {
+    : settings_(settings),
+      parameters_(parameters),
+      distances_(kMostSamples, settings.laws < kLawsOfReuse ? 0 : P::reuse) {
   refuse_tools_that_fill(tool_set(settings), kName);
   for (const Tool& tool : tool_set(settings)) {
     heads_.emplace_back(tool);
     edges_.push_back(parameters.edge_for(tool));
   }
   near_.reserve(kMostFaces);
-  samples_.reserve(kMostSamples);
+  list_.samples.reserve(kMostSamples);
+  next_list_.samples.reserve(kMostSamples);
 }
 
 double VertexModel::travel() const noexcept {
@@ -89,86 +93,165 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
 /// Lists the vertices within `margin` of a head. For faces larger than `edge`, also lists the vertices that a
 /// refinement would add.
 void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
+  // Versions 9 and 10 of the force laws finish an open cut before they read the mesh.
+  if (Effort left = kNoLimit; part_.open && !divides_anywhere()) continue_cut(left);
+  part_.lists = false;
+  begin_list(head, edge, X, margin);
+  Effort left = kNoLimit;
+  list_points(list_, left);
+  last_list_ = kNoLimit - left;
+  listed_ += last_list_;
+  distances_.forget();
+}
+
+void VertexModel::begin_list(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
   ++t_search_counts.vertices;
-  if (part_.open) continue_cut(kNoLimit);  // the mesh is read, so it must not be in the middle of a cut
+  listing_ = {Listing::Stage::kFaces, &head, edge, X, glm::dmat3(glm::mat3_cast(X.R)), margin, 0, 0};
+}
+
+/// Continues to list points until the list is complete or `left` is not positive. Subtracts the effort from `left`.
+/// Returns true if the list is complete. A division has no effect on the list.
+bool VertexModel::list_points(PointList& list, Effort& left) noexcept {
+  Listing& now = listing_;
+  while (left > 0 && now.stage != Listing::Stage::kDone) {
+    if (now.stage == Listing::Stage::kFaces) {
+      // The search is not divided, so it begins in a tick that has enough effort left.
+      if (left < P::most_effort / 2) return false;
+      list.points.clear(now.X);
+      list.samples.clear();
+      list.within = now.margin;
+      proposed_.clear();
+      list_near_faces();
+      left -= kFaceEffort * static_cast<Effort>(near_.size());
+      now.stage = Listing::Stage::kVertices;
+    }
+    const bool areas = now.stage == Listing::Stage::kAreas;
+    for (; now.at < near_.size() && left > 0; ++now.at) {
+      const std::size_t before = proposed_.size();
+      if (areas) {
+        list_area(list, near_[now.at]);
+      } else {
+        list_vertices(list, near_[now.at]);
+      }
+      const std::size_t after = proposed_.size();
+      left -= areas ? kAreaEffort : kVertexEffort;
+      left -= (kDistanceEffort + (areas ? kPartEffort : 0)) * static_cast<Effort>(after > before ? after - before : 0);
+    }
+    if (now.at < near_.size()) return false;
+    add_proposed(list);
+    now.at = 0;
+    if (areas) {
+      now.stage = Listing::Stage::kDone;
+    } else {
+      now.vertices = list.samples.size();
+      for (std::size_t i = 0; i < now.vertices; ++i) {
+        snapshot_.sample_of[list.samples[i].v] = static_cast<std::uint32_t>(i);
+      }
+      now.stage = Listing::Stage::kAreas;
+    }
+  }
+  return now.stage == Listing::Stage::kDone;
+}
+
+void VertexModel::list_near_faces() noexcept {
+  const Listing& now = listing_;
   const EditableMesh& mesh = snapshot_.mesh;
-  const dvec3& p = X.p;
-  const double reach = head.reach() + margin;
-  const glm::vec3 axis(glm::mat3_cast(X.R)[2]);
-  const auto is_far = [&](const dvec3& at) {
-    const dvec3 off = at - p;
-    return glm::dot(off, off) > reach * reach;
-  };
+  const VertexHead& head = *now.head;
   near_.clear();
-  points_.clear(X);
-  samples_.clear();
-  const glm::vec3 c(p);
-  const dvec3 half = head.half_box(glm::mat3_cast(X.R)[2]) + margin;
-  const auto most = static_cast<float>(margin);
-  mesh.near(p - half, p + half, [&](Index f) {
+  const glm::vec3 axis(now.R_WT[2]), c(now.X.p);
+  const dvec3 half = head.half_box(now.R_WT[2]) + now.margin;
+  const auto most = static_cast<float>(now.margin);
+  mesh.near(now.X.p - half, now.X.p + half, [&](Index f) {
     const bool is_near = head.may_be_within(mesh.ball_center(f) - c, axis, most + mesh.ball_radius(f));
     if (is_near && near_.size() < kMostFaces) near_.push_back(f);
   });
-  for (const Index f : near_) {
-    for (const Index v : mesh.face(f).v) {
-      if (mesh.vertex(v).face != f) continue;  // takes each vertex only once, with the face that is stored in it
-      if (!is_far(mesh.vertex(v).p)) add(mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
-    }
-  }
-  keep_within(head, margin, 0);
-  const std::size_t vertices = samples_.size();
-  for (std::size_t i = 0; i < vertices; ++i) snapshot_.sample_of[samples_[i].v] = static_cast<std::uint32_t>(i);
-  for (const Index f : near_) {
-    const int n = parts_of(mesh, f, edge);
-    std::array<Sample*, 3> corners{};
-    bool any = n > 1;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Index v = mesh.face(f).v[i];
-      const std::size_t at = snapshot_.sample_of[v];
-      if (at < vertices && samples_[at].v == v) corners[i] = &samples_[at], any = true;
-    }
-    if (!any) continue;
-    const double area = glm::length(normal2(mesh, f)) / (6.0 * n * n);
-    for (Sample* corner : corners) {
-      if (corner) corner->area += area;
-    }
-    if (n == 1) continue;
-    const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &d = mesh.point(f, 2);
-    for (int i = 0; i <= n; ++i) {
-      for (int j = 0; j <= n - i; ++j) {
-        const int k = n - i - j;
-        if (i == n || j == n || k == n) continue;  // this point is a vertex, which is already in the list
-        const dvec3 at = (static_cast<double>(i) * a + static_cast<double>(j) * b + static_cast<double>(k) * d) /
-                         static_cast<double>(n);
-        if (is_far(at)) continue;
-        add(at, {area * (i == 0 || j == 0 || k == 0 ? 3 : 6), mesh::kNone, mesh.face(f).tissue});
-      }
-    }
-  }
-  keep_within(head, margin, vertices);
 }
 
-/// Removes points that are farther than `margin` from the head, starting at index `first`. Does nothing for a ball,
-/// because such points were not added to its list.
-void VertexModel::keep_within(const VertexHead& head, double margin, std::size_t first) noexcept {
-  if (head.is_ball() || first == samples_.size()) return;
-  distances_.keep_within(head, points_, first, margin);
-  std::size_t kept = first;
-  for (const std::uint32_t i : distances_.kept()) samples_[kept++] = samples_[i];
-  samples_.resize(kept);
+/// Takes a point into the list if it is within the margin.
+void VertexModel::propose(PointList& list, const dvec3& p_W, const Sample& sample) noexcept {
+  const Listing& now = listing_;
+  const VertexHead& head = *now.head;
+  const dvec3 off = p_W - now.X.p;
+  const double reach = head.reach() + now.margin;
+  if (glm::dot(off, off) > reach * reach) return;
+  if (head.is_ball()) {
+    if (list.points.add(p_W)) list.samples.push_back(sample);
+    return;
+  }
+  if (!head.may_be_within(glm::vec3(off), glm::vec3(now.R_WT[2]), static_cast<float>(now.margin))) return;
+  if (proposed_.full()) add_proposed(list);
+  proposals_[proposed_.size()] = {p_W, sample};
+  proposed_.add(static_cast<std::uint32_t>(proposed_.size()), off);
+}
+
+void VertexModel::add_proposed(PointList& list) noexcept {
+  proposed_.evaluate(*listing_.head, listing_.R_WT, listing_.margin);
+  for (std::size_t i = 0; i < proposed_.size(); ++i) {
+    const auto& [p, sample] = proposals_[proposed_.point(i)];
+    if (list.points.add(p, proposed_.distance(i))) list.samples.push_back(sample);
+  }
+  proposed_.clear();
+}
+
+void VertexModel::list_vertices(PointList& list, Index f) noexcept {
+  const EditableMesh& mesh = snapshot_.mesh;
+  for (const Index v : mesh.face(f).v) {
+    if (mesh.vertex(v).face != f) continue;  // takes each vertex only once, with the face that is stored in it
+    propose(list, mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
+  }
+}
+
+/// Adds the area of a face to the points that represent it. Lists the points of a large face.
+void VertexModel::list_area(PointList& list, Index f) noexcept {
+  const EditableMesh& mesh = snapshot_.mesh;
+  std::vector<Sample>& samples = list.samples;
+  const int n = parts_of(mesh, f, listing_.edge);
+  std::array<Sample*, 3> corners{};
+  bool any = n > 1;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Index v = mesh.face(f).v[i];
+    const std::size_t at = snapshot_.sample_of[v];
+    if (at < listing_.vertices && samples[at].v == v) corners[i] = &samples[at], any = true;
+  }
+  if (!any) return;
+  const double area = glm::length(normal2(mesh, f)) / (6.0 * n * n);
+  for (Sample* corner : corners) {
+    if (corner) corner->area += area;
+  }
+  if (n == 1) return;
+  const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &d = mesh.point(f, 2);
+  for (int i = 0; i <= n; ++i) {
+    for (int j = 0; j <= n - i; ++j) {
+      const int k = n - i - j;
+      if (i == n || j == n || k == n) continue;  // this point is a vertex, which is already in the list
+      const dvec3 at = (static_cast<double>(i) * a + static_cast<double>(j) * b + static_cast<double>(k) * d) /
+                       static_cast<double>(n);
+      propose(list, at, {area * (i == 0 || j == 0 || k == 0 ? 3 : 6), mesh::kNone, mesh.face(f).tissue});
+    }
+  }
 }
 
 bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) noexcept {
   found_ = false;
   gather(head, edge, X, 0);
   const dquat R_TW = glm::conjugate(X.R);
-  const std::span<const std::uint32_t> near = points_.within(X.p, head.reach());
-  return std::ranges::all_of(near, [&](std::uint32_t i) { return head.distance(R_TW * (points_[i] - X.p)) > 0; });
+  const std::span<const std::uint32_t> near = list_.points.within(X.p, head.reach());
+  return std::ranges::all_of(near, [&](std::uint32_t i) { return head.distance(R_TW * (list_.points[i] - X.p)) > 0; });
 }
 
 /// Returns the largest displacement of any point of the head since the points were listed, m.
 double VertexModel::moved_since_listing(const Pose& X) const noexcept {
-  return displacement_bound(points_.listed_at(), X, head().is_ball() ? 0 : head().reach());
+  return displacement_bound(list_.points.listed_at(), X, head().is_ball() ? 0 : head().reach());
+}
+
+double VertexModel::complete_list_length() const noexcept {
+  return FollowParameters::margin * head().radius() + P::probe * head().radius();
+}
+
+double VertexModel::short_list_length() const noexcept {
+  const double probe = P::probe * head().radius();
+  const double soon = std::max(probe, CutParameters::longest * edge()) + P::short_list * head().radius();
+  return std::min(soon, complete_list_length());
 }
 
 /// Lists the points near the head at X, unless the present list is still valid. A head that `cuts` gets a short list,
@@ -176,11 +259,9 @@ double VertexModel::moved_since_listing(const Pose& X) const noexcept {
 void VertexModel::list_where_needed(const Pose& X, bool cuts) noexcept {
   const double radius = head().radius();
   if (found_ && moved_since_listing(X) <= FollowParameters::kept * radius) return;
-  const double probe = P::probe * radius, complete = FollowParameters::margin * radius + probe;
-  const double soon = std::max(probe, CutParameters::longest * edge()) + P::short_list * radius;
-  found_within_ = cuts ? std::min(soon, complete) : complete;
-  gather(head(), edge(), X, found_within_);
-  if (points_.empty() && found_within_ < complete) gather(head(), edge(), X, found_within_ = complete);
+  const double complete = complete_list_length();
+  gather(head(), edge(), X, cuts ? short_list_length() : complete);
+  if (list_.points.empty() && list_.within < complete) gather(head(), edge(), X, complete);
   found_ = true;
 }
 
@@ -189,8 +270,8 @@ void VertexModel::list_where_needed(const Pose& X, bool cuts) noexcept {
 /// finished before a list is completed, because the mesh must be read.
 void VertexModel::complete_list(const Pose& X, double far) noexcept {
   const double complete = (FollowParameters::margin + P::probe) * head().radius();
-  if (found_within_ >= complete || moved_since_listing(X) + far <= found_within_) return;
-  gather(head(), edge(), Pose(points_.listed_at()), found_within_ = complete);
+  if (list_.within >= complete || moved_since_listing(X) + far <= list_.within) return;
+  gather(head(), edge(), Pose(list_.points.listed_at()), complete);
 }
 
 double VertexModel::clearance(const Pose& X_WG) noexcept {
@@ -200,15 +281,15 @@ double VertexModel::clearance(const Pose& X_WG) noexcept {
   list_where_needed(X_WG, false);
   complete_list(X_WG, (FollowParameters::margin - FollowParameters::kept + P::probe) * head().radius());
   const double reach = head().reach();
-  if (!points_.empty()) {
+  if (!list_.points.empty()) {
     const double listed = (FollowParameters::margin + P::probe) * head().radius() - moved_since_listing(X_WG);
     const double touches = P::touches * head().radius();
     const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X_WG.R)));
     double room = listed;
     // Tests the nearest points first, then those in wider and wider shells around the head.
     for (double within = touches;; within = std::min(kNextShell * within, listed)) {
-      for (const std::uint32_t i : points_.within(X_WG.p, reach + within)) {
-        room = std::min(room, head().distance(R_TW * (points_[i] - X_WG.p)));
+      for (const std::uint32_t i : list_.points.within(X_WG.p, reach + within)) {
+        room = std::min(room, head().distance(R_TW * (list_.points[i] - X_WG.p)));
       }
       if (room < touches) return 0;
       if (room <= within || within >= listed) return room;
@@ -246,22 +327,26 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   Springs sum;
   const Pose at{is_ball ? X.p + probe * pull : X.p, X.R};
   const double within = is_ball ? 0 : probe;
-  distances_.find(head(), points_, at, within);
+  if (is_ball || !divides_anywhere()) {
+    distances_.find(head(), list_.points, at, within, is_ball);
+  } else {
+    distances_.find_pushed(head(), list_.points, at, probe * pull);
+  }
   for (std::size_t i = 0; i < distances_.size(); ++i) {
-    const Sample& sample = samples_[distances_.point(i)];
     const double distance = distances_.distance(i);
-    const dvec3 n = distances_.normal_W(i), off = points_[distances_.point(i)] - X.p;
+    const dvec3 n = distances_.normal_W(i);
     const double ahead = is_ball ? std::max(0.0, glm::dot(n, pull)) : glm::dot(n, pull);
     // m, signed distance of the vertex from the head after the virtual motion; negative inside the head
     const double d = is_ball ? distance : distance - probe * ahead;
     if (!(d < 0) || !(is_ball || ahead > 0)) continue;
+    const Sample& sample = list_.samples[distances_.point(i)];
     const auto tissue = static_cast<std::size_t>(sample.tissue);
     // m³, area × signed distance; negative, because the vertex is inside the head
     const double depth = sample.area * d;
     const dvec3 push = stiffness * settings_.materials[tissue].stiffness * depth * n;
     sum.force += push;
     // The forces on a ball all pass through its centre, so they give no torque.
-    if (!is_ball) sum.torque += glm::cross(off, push);
+    if (!is_ball) sum.torque += glm::cross(list_.points[distances_.point(i)] - X.p, push);
     sum.sum -= stiffness * settings_.materials[tissue].stiffness * depth;
     sum.weight -= depth;
     sum.area += sample.area;
@@ -323,12 +408,16 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
   const auto list = [&](const dvec3& p) { list_where_needed({p, in.X_WT.R}, in.cuts); };
   const auto complete = [&](const dvec3& p, double far) { complete_list({p, in.X_WT.R}, far); };
-  out.p_WG = follower_.follow(head(), points_, in.X_WG.p, in.X_WT, slack, in.cuts, list, complete);
-  out.leading_out = !points_.empty() && follower_.led_out();
+  listed_ = 0;
+  const auto may_go_on = [&] { return !divides_anywhere() || listed_ + last_list_ <= P::most_listed; };
+  out.p_WG = follower_.follow(head(), list_.points, in.X_WG.p, in.X_WT, slack, in.cuts, list, complete, may_go_on);
+  // If vertices stayed inside the head in the last cut, the head would slide over them during the next cut.
+  if (part_.open && part_.stayed && divides_anywhere() && out.p_WG != in.X_WT.p) out.p_WG = in.X_WG.p;
+  out.leading_out = !list_.points.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
   constexpr double kNothing = 1e-10;  // m, tolerance: a shorter vector counts as zero
-  out.touching = depth > kNothing && !points_.empty() && follower_.bounded();
+  out.touching = depth > kNothing && !list_.points.empty() && follower_.bounded();
   out.settled = !out.touching && !part_.open;
   touching_ = out.touching, touching_at_ = out.p_WG;
   if (!out.touching) return come_free(in, out);
@@ -367,9 +456,9 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
   gather(head(), edge(), in.X_WT, 0);
   const dquat R_TW = glm::conjugate(in.X_WT.R);
   Springs sum;
-  for (std::size_t i = 0; i < samples_.size(); ++i) {
-    const Sample& sample = samples_[i];
-    const dvec3 off_T = R_TW * (points_[i] - in.X_WT.p);
+  for (std::size_t i = 0; i < list_.samples.size(); ++i) {
+    const Sample& sample = list_.samples[i];
+    const dvec3 off_T = R_TW * (list_.points[i] - in.X_WT.p);
     if (sample.v == mesh::kNone || !(head().distance(off_T) < 0)) continue;
     // vector from the target position of the vertex to its old position
     const dvec3 way = in.X_WT.R * (off_T - head().as_printed(off_T));
@@ -394,11 +483,10 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
 
 bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
   const bool began = !part_.open;
+  ++(began ? part_.rest : part_.ticks);
   if (began && !begin_cut(in, contact)) return false;
-  // If vertices stay inside the head, the head soon slides over them, so the next cut must not wait.
-  const bool at_once = settings_.laws < kLawsOfParts || part_.scrapes || part_.stayed;
-  if (!continue_cut(at_once ? kNoLimit : P::most_faces)) return false;
-  part_.open = found_ = false;
+  if (!work_on_cut(in, {contact.p_WG, in.X_WT.R})) return false;
+  part_.open = false;
   const CutDone& done = part_.done;
   if (part_.scrapes) {
     met_ = std::clamp(met_ * (1 + P::met_weight * (total(done.removed) / part_.estimated - 1)), P::least_met, 1.0);
@@ -410,10 +498,14 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
     energy += done.removed[t] * settings_.materials[t].specific_energy;
   }
   energy = std::max(energy, 0.0);
-  // If the cut took several ticks, the hand may have moved the head away in the meantime.
-  const double left = glm::distance(part_.to.p, in.X_WT.p);
-  if (!done.held && (began || left < glm::distance(contact.p_WG, in.X_WT.p))) contact.p_WG = part_.to.p;
+  if (part_.lists ? part_.advances : !done.held && (began || is_ahead(contact.p_WG, in))) contact.p_WG = part_.to.p;
   return true;
+}
+
+/// Returns true if the end of the open cut is nearer to the hand than the head at `proxy`. If the cut took several
+/// ticks, the hand may have moved the head away in the meantime.
+bool VertexModel::is_ahead(const dvec3& proxy, const ContactInput& in) const noexcept {
+  return glm::distance(part_.to.p, in.X_WT.p) < glm::distance(proxy, in.X_WT.p);
 }
 
 /// Chooses the displacement of the head that the energy pays for, and begins to cut. Returns false if there is nothing
@@ -425,25 +517,59 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     if (!(in.budget > 0 && in.specific_energy > 0 && springs_.across > 0)) return false;
     const dvec3 pull = in.X_WT.p - from.p;
     const double depth = glm::length(pull), bought = in.budget / in.specific_energy / (springs_.across * met_);
-    const double way = std::min({bought, depth, P::stride * edge()});
+    const double stride = P::stride * edge(), way = std::min({bought, depth, stride});
     if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
+    // If vertices stayed inside the head, the head soon slides over them, so the next cut must not wait.
+    const bool waits = divides_anywhere() && !part_.done.held;
+    const double hurry = P::hurry * springs_.across / (head().radius() * head().radius()) * edge();
+    if (waits && part_.rest < P::rest * part_.ticks * (1 - way / hurry)) return false;
     to.p = from.p + way / depth * pull;
   }
   part_ = {true, in.scrapes, part_.done.held, tool_, from, to, springs_.across * met_ * glm::distance(from.p, to.p),
-           {}};
+           {},   false,      false,           false, 1,    0};
   snapshot_.cutter.begin(head(), from, to, edge());
   return true;
 }
 
-/// Continues the cut by the effort of testing about `most` faces. Returns true if the cut is finished.
-bool VertexModel::continue_cut(std::size_t most) noexcept {
+/// Continues the open cut until it is finished or `left` is not positive. Returns true if it is finished.
+bool VertexModel::continue_cut(Effort& left) noexcept {
+  if (part_.finished) return true;
+  MeshCutter& cutter = snapshot_.cutter;
   if (parameters_.as_printed) {
-    part_.done = snapshot_.cutter.cut_as_printed(snapshot_.mesh, heads_[part_.tool], part_.to);
+    part_.done = cutter.cut_as_printed(snapshot_.mesh, heads_[part_.tool], part_.to);
+  } else {
+    if (!cutter.work(snapshot_.mesh, known_faces(), left)) return false;
+    part_.done = cutter.done();
+  }
+  return part_.finished = true;
+}
+
+/// Continues the open cut, and then lists the points around the head after the cut. `proxy`: present pose of the head.
+/// Returns true if both are complete.
+bool VertexModel::work_on_cut(const ContactInput& in, const Pose& proxy) noexcept {
+  const bool divides = divides_anywhere() && !parameters_.as_printed;
+  Effort left = divides ? (part_.stayed ? P::more_effort : P::most_effort) - listed_ : kNoLimit;
+  if (left <= 0) return false;  // points were listed in this tick
+  if (divides_in_stages() && !part_.finished) {
+    if (!snapshot_.cutter.work_in_stages(snapshot_.mesh, known_faces(), P::most_faces)) return false;
+    part_.done = snapshot_.cutter.done();
+  } else if (!continue_cut(left)) {
+    return false;
+  }
+  if (!divides || part_.tool != tool_) {
+    found_ = false;
     return true;
   }
-  const KnownFaces known{near_, points_.listed_at(), found_ ? found_within_ : 0};
-  if (!snapshot_.cutter.work(snapshot_.mesh, known, most)) return false;
-  part_.done = snapshot_.cutter.done();
+  if (!part_.done.changed) return true;
+  if (left <= 0) return false;
+  if (!std::exchange(part_.lists, true)) {
+    part_.advances = !part_.done.held && is_ahead(proxy.p, in);
+    begin_list(head(), edge(), part_.advances ? part_.to : proxy, short_list_length());
+  }
+  if (!list_points(next_list_, left)) return false;
+  std::swap(list_, next_list_);
+  distances_.forget();
+  found_ = !list_.points.empty();
   return true;
 }
 

@@ -3,6 +3,8 @@
 // springs on the vertices that a small virtual motion of the head would push.
 #pragma once
 
+#include <array>
+#include <utility>
 #include <vector>
 
 #include "haptics/contact/cut_log.h"
@@ -42,7 +44,21 @@ struct FeelParameters {
   // While the head cuts, it moves little before the points are listed again. It may move by this ratio of its radius
   // before a short list must be completed.
   static constexpr double short_list = 0.05;
-  // Effort of a cut in one tick, in faces whose vertices are tested once. A longer cut is divided over several ticks.
+  // Motion of the head up to which distances of points are extrapolated, as a ratio to its radius.
+  static constexpr double reuse = 0.02;
+  // After a cut, the next cut waits for up to `rest` times as many ticks as the cut took, so that most ticks do not
+  // cut. The wait is shorter the larger the displacement that the energy pays for, and zero for a displacement of
+  // `hurry` edge lengths for each square of the head's radius in the cut area. A thin head slides between the vertices
+  // if it advances far at once.
+  static constexpr double rest = 3, hurry = 0.08;
+  // Effort of a cut in one tick. A longer cut is divided over several ticks.
+  static constexpr Effort most_effort = 6000;
+  // the same after a cut in which vertices stayed inside the head
+  static constexpr Effort more_effort = 8000;
+  // Effort of the lists of a tick in which a fast head needs several lists. If the next list would exceed it, the head
+  // follows in the next tick.
+  static constexpr Effort most_listed = 15000;
+  // effort of a cut in one tick for force laws 9 and 10, in faces whose vertices are tested once
   static constexpr std::size_t most_faces = 2000;
 };
 
@@ -68,11 +84,31 @@ class VertexModel final : public ContactModel {
 
  private:
   static constexpr std::size_t kMostSamples = 1 << 16;
+  static constexpr std::size_t kMostProposed = 64;  // largest number of points whose distances are computed at once
+  // first versions of the force laws that divide a long cut over several ticks: between its stages, and anywhere
+  static constexpr std::uint32_t kStages = 9, kFineParts = 11;
   /// A contact point near the head: a vertex, or a point that a refinement of a large face would add.
   struct Sample {
     double area;    // m², area that the point represents, a third of the area of the triangles around it
     mesh::Index v;  // index of the vertex; kNone: the point is not a vertex
     Tissue tissue;
+  };
+  /// Contact points, with the properties of each point.
+  struct PointList {
+    mesh::NearPoints points{kMostSamples};
+    std::vector<Sample> samples;
+    double within = 0;  // m, all points within this distance of the head at points.listed_at() are listed
+  };
+  /// The state of a list that is being made.
+  struct Listing {
+    enum class Stage : std::uint8_t { kFaces, kVertices, kAreas, kDone } stage = Stage::kDone;
+    const VertexHead* head = nullptr;
+    double edge = 0;  // m, edge length of the surface that the head cuts
+    Pose X;           // pose of the head
+    glm::dmat3 R_WT{1};
+    double margin = 0;         // m, distance from the head within which points are listed
+    std::size_t at = 0;        // index in near_ at which the present stage continues
+    std::size_t vertices = 0;  // number of points that are vertices
   };
   /// The springs of the vertices that push the head, as sums over these vertices.
   struct Springs {
@@ -88,17 +124,33 @@ class VertexModel final : public ContactModel {
   const VertexHead& head() const noexcept { return heads_[tool_]; }
   double edge() const noexcept { return edges_[tool_]; }
   bool begin_cut(const ContactInput& in, const Contact& contact) noexcept;
-  bool continue_cut(std::size_t most) noexcept;
+  bool work_on_cut(const ContactInput& in, const Pose& proxy) noexcept;
+  bool is_ahead(const dvec3& proxy, const ContactInput& in) const noexcept;
+  bool continue_cut(Effort& left) noexcept;
+  bool divides_anywhere() const noexcept { return settings_.laws >= kFineParts; }
+  /// In versions 9 and 10 of the force laws, a cut is divided between its stages, except for an edge that the hand
+  /// draws, and after a cut in which vertices stayed inside the head.
+  bool divides_in_stages() const noexcept {
+    return settings_.laws >= kStages && !divides_anywhere() && !parameters_.as_printed && !part_.scrapes &&
+           !part_.stayed;
+  }
+  KnownFaces known_faces() const noexcept { return {near_, list_.points.listed_at(), found_ ? list_.within : 0}; }
+  // m, distance from the head within which a list contains all points: a complete list, and a list while the head cuts
+  double complete_list_length() const noexcept;
+  double short_list_length() const noexcept;
   void forget() noexcept;
   bool is_free(const VertexHead& head, double edge, const Pose& X_W) noexcept;
   double moved_since_listing(const Pose& X) const noexcept;
   void list_where_needed(const Pose& X, bool cuts) noexcept;
   void complete_list(const Pose& X, double far) noexcept;
   void gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept;
-  void keep_within(const VertexHead& head, double margin, std::size_t first) noexcept;
-  void add(const dvec3& p_W, const Sample& sample) noexcept {
-    if (points_.add(p_W)) samples_.push_back(sample);
-  }
+  void begin_list(const VertexHead& head, double edge, const Pose& X, double margin) noexcept;
+  bool list_points(PointList& list, Effort& left) noexcept;
+  void list_near_faces() noexcept;
+  void list_vertices(PointList& list, mesh::Index f) noexcept;
+  void list_area(PointList& list, mesh::Index f) noexcept;
+  void propose(PointList& list, const dvec3& p_W, const Sample& sample) noexcept;
+  void add_proposed(PointList& list) noexcept;
   Springs springs_at(const Pose& X, const dvec3& pull) noexcept;
   void constrain_as_printed(const ContactInput& in, Contact& out) noexcept;
   dvec3 eased(const ContactInput& in, const dvec3& force) noexcept;
@@ -112,18 +164,20 @@ class VertexModel final : public ContactModel {
   std::vector<double> edges_;      // m, for each head: the edge length of the surface that it cuts
   std::uint32_t tool_ = 0;
   Springs springs_;
-  dvec3 filtered_{0};         // N, force of the last tick after the filter
-  bool eases_ = false;        // true if the bur has cut since it was last free; eased() then limits its force
-  dvec3 eased_{0};            // N, force of the last tick before the filter
-  dquat last_R_{1, 0, 0, 0};  // orientation of the hand in the last tick
-  std::vector<mesh::Index> near_;
-  mesh::NearPoints points_{kMostSamples};
-  std::vector<Sample> samples_;  // properties of the points in points_, in the same order
-  bool found_ = false;           // true if the mesh has not changed since the points were listed
-  double found_within_ = 0;      // m, all points within this distance of the head at points_.listed_at() are listed
-  bool touching_ = false;        // true if the last constrain() found contact, at position touching_at_
-  dvec3 touching_at_{0};         // m, position of the proxy at which the last constrain() found contact
-  HeadDistances distances_{kMostSamples};
+  dvec3 filtered_{0};              // N, force of the last tick after the filter
+  bool eases_ = false;             // true if the bur has cut since it was last free; eased() then limits its force
+  dvec3 eased_{0};                 // N, force of the last tick before the filter
+  dquat last_R_{1, 0, 0, 0};       // orientation of the hand in the last tick
+  std::vector<mesh::Index> near_;  // faces near the head for which points were listed last
+  PointList list_;
+  PointList next_list_;  // list after an open cut
+  Listing listing_;
+  Effort listed_ = 0, last_list_ = 0;  // effort of the undivided lists of this tick, and of the last one
+  bool found_ = false;                 // true if the mesh has not changed since the points in list_ were listed
+  bool touching_ = false;              // true if the last constrain() found contact, at position touching_at_
+  dvec3 touching_at_{0};               // m, position of the proxy at which the last constrain() found contact
+  HeadDistances distances_, proposed_{kMostProposed};
+  std::array<std::pair<dvec3, Sample>, kMostProposed> proposals_;
   HeadFollower follower_{distances_};
   double met_ = 1;  // for an edge that the hand drags: low-pass filtered ratio of removed volume to area × displacement
   /// A cut that may take several ticks. Until it is finished, the contact is computed from the points listed before it.
@@ -135,6 +189,11 @@ class VertexModel final : public ContactModel {
     Pose from, to;
     double estimated = 0;  // m³, volume that was expected when the cut began
     CutDone done;
+    bool finished = false;  // true if the mesh has been cut
+    bool lists = false;     // true if the list of points after the cut has been begun
+    bool advances = false;  // true if the head will be at the end of the cut; valid if `lists`
+    int ticks = 0;          // number of ticks that the cut took
+    int rest = 0;           // number of ticks since then
   } part_;
   RecentCuts<MadeCut> made_;
 };
