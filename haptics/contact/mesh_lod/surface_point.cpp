@@ -12,7 +12,8 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr int kMostIterations = 24;   // upper limit of the number of iterations in one call of follow()
+// upper limit of the number of iterations in one call of follow(), if the head does not cut
+constexpr int kMostIterations = 24;
 constexpr double kStays = 1e-11;      // m, convergence tolerance: a shorter step ends the iteration
 constexpr double kLeastReach = 5e-6;  // m, smallest distance from the ball within which faces are collected
 // m, largest distance from the ball within which faces are collected; a longer displacement is divided into several
@@ -86,6 +87,7 @@ std::size_t list_planes_above(const float* const* normal, const float* distance,
 }
 
 constexpr std::size_t kLanes = 8;
+constexpr std::size_t kFewFaces = 3;  // for at most this number of faces, nearest_on() is faster than find_nearest()
 
 /// Eight faces, and the results of find_nearest() for them, one lane for each face.
 struct EightFaces {
@@ -306,9 +308,24 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   };
   const std::span<const std::uint32_t> close = close_faces(grid, r + reach);
   inner_of_.clear();
+  const double far = r + reach;
+  const auto add_face = [&](std::uint32_t near, const OnFace& at, const dvec3& n, double distance) {
+    const std::uint32_t i = near_[near];
+    if (at.edge >= 0) {
+      edges_[static_cast<std::size_t>(edge_count++)] = {i, order_[near] | kOfEdge, at, n, distance};
+      return;
+    }
+    const auto j = static_cast<std::size_t>(planes_.count());
+    add(i, order_[near], n, distance, at.p);
+    if (planes_.count() == static_cast<int>(j)) return;
+    inner_of_.add(i, static_cast<std::uint32_t>(j));
+    inner_.x[j] = static_cast<float>(n.x), inner_.y[j] = static_cast<float>(n.y), inner_.z[j] = static_cast<float>(n.z);
+    inner_.distance[j] = static_cast<float>(distance);
+  };
+  const auto normal_of = [&](std::uint32_t near) { return unit_or(grid.face(near_[near]).normal(), {0, 0, 1}); };
+  std::size_t first = 0;
   EightFaces eight;
-  const double far2 = (r + reach) * (r + reach);
-  for (std::size_t first = 0; first < close.size(); first += kLanes) {
+  for (; first + kFewFaces < close.size(); first += kLanes) {
     const std::size_t count = std::min(kLanes, close.size() - first);
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       const Face& face = grid.face(near_[close[first + (lane < count ? lane : 0)]]);
@@ -317,25 +334,23 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
     }
     find_nearest(eight, &c_.x);
     for (std::size_t lane = 0; lane < count; ++lane) {
-      if (eight.square[lane] > far2) continue;
-      const std::uint32_t near = close[first + lane], i = near_[near];
-      const double distance = eight.distance[lane];
+      if (eight.square[lane] > far * far) continue;
       const OnFace at{{eight.p[0][lane], eight.p[1][lane], eight.p[2][lane]},
                       static_cast<int>(eight.edge[lane]),
                       (eight.corner >> lane & 1) != 0};
-      const dvec3 n = distance > kNoDirection ? dvec3(eight.n[0][lane], eight.n[1][lane], eight.n[2][lane])
-                                              : unit_or(grid.face(i).normal(), {0, 0, 1});
-      if (at.edge >= 0) {
-        edges_[static_cast<std::size_t>(edge_count++)] = {i, order_[near] | kOfEdge, at, n, distance};
-        continue;
-      }
-      const auto j = static_cast<std::size_t>(planes_.count());
-      add(i, order_[near], n, distance, at.p);
-      if (planes_.count() == static_cast<int>(j)) continue;
-      inner_of_.add(i, static_cast<std::uint32_t>(j));
-      inner_.x[j] = static_cast<float>(n.x), inner_.y[j] = static_cast<float>(n.y);
-      inner_.z[j] = static_cast<float>(n.z), inner_.distance[j] = static_cast<float>(distance);
+      const double distance = eight.distance[lane];
+      add_face(close[first + lane], at,
+               distance > kNoDirection ? dvec3(eight.n[0][lane], eight.n[1][lane], eight.n[2][lane])
+                                       : normal_of(close[first + lane]),
+               distance);
     }
+  }
+  for (; first < close.size(); ++first) {
+    const OnFace at = nearest_on(grid.face(near_[close[first]]), c_);
+    const dvec3 off = c_ - at.p;
+    const double square = glm::dot(off, off), distance = std::sqrt(square);
+    if (square > far * far) continue;
+    add_face(close[first], at, distance > kNoDirection ? off / distance : normal_of(close[first]), distance);
   }
   const int insides = planes_.count();
   const float* const normals[3] = {inner_.x, inner_.y, inner_.z};
@@ -418,7 +433,8 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   // m, expected displacement of the ball in the next iteration
   double wanted = std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, most_reach);
   if (collected_ != &grid || near_reach_ - glm::distance(c_, near_from_) < wanted) collect(grid, wanted + kept);
-  for (int i = 0; i < kMostIterations; ++i) {
+  const int most_iterations = give ? options_.iterations_in_cut : kMostIterations;
+  for (int i = 0; i < most_iterations; ++i) {
     // m, distance from the ball within which the list of collected faces is complete
     double valid = near_reach_ - glm::distance(c_, near_from_);
     if (valid < kLeastReach / 2 && i > 0) {
