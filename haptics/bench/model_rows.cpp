@@ -172,9 +172,8 @@ class ModelBench {
         setting_ = &usual;
         if (wanted(options_.motions, "break-through") && !tissue.solid)
           timed("break-through", [&] { break_through(); });
-        // With the option `quick`, the motion "hostile" is omitted, because a short run does not come to the tissue. It
-        // is omitted for the thin sheet too, where the carver of `mesh_lod` needs more than 15 minutes for it.
-        if (wanted(options_.motions, "hostile") && tissue.voxels_mm.empty() && tissue.solid && !options_.quick)
+        // With the option `quick`, the motion "hostile" is omitted, because a short run does not come to the tissue.
+        if (wanted(options_.motions, "hostile") && tissue.voxels_mm.empty() && !options_.quick)
           timed("hostile", [&] { hostile(); });
       }
     }
