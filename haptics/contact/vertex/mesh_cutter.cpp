@@ -494,17 +494,18 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   if (mesh.vertex(kept).on_border() || !mesh.may_collapse(f, i, keeps_first)) return false;
   const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
   const double longest2 = P::longest * P::longest * edge * edge;
-  // Limits of the shape that a face may get. A face whose shape is bad already may keep a shape of this kind. Otherwise
-  // tiny faces would never be removed once they have collected in one place.
+  // Limits of the shape that a face may get. At a tiny edge, a face whose shape is bad already may keep a shape of this
+  // kind. Otherwise tiny faces would never be removed once they have collected in one place.
+  const bool accepts_bad = accepts_bad_faces_ && glm::dot(to - from, to - from) < P::tiny * P::tiny * edge * edge;
   const auto least_area = [&](const dvec3& before) {
     const double least = P::least_area * edge * edge;
-    return accepts_bad_faces_ ? std::min(least, 0.5 * glm::length(before)) : least;
+    return accepts_bad ? std::min(least, 0.5 * glm::length(before)) : least;
   };
   const auto greatest_length2 = [&](const dvec3& b) {
-    return accepts_bad_faces_ ? std::max(longest2, glm::dot(b - from, b - from)) : longest2;
+    return accepts_bad ? std::max(longest2, glm::dot(b - from, b - from)) : longest2;
   };
   const auto least_roundness = [&](const dvec3& b, const dvec3& d) {
-    return 0.5 * (accepts_bad_faces_ ? std::min(P::flattest, roundness(from, b, d)) : P::flattest);
+    return 0.5 * (accepts_bad ? std::min(P::flattest, roundness(from, b, d)) : P::flattest);
   };
   bool allowed = true;
   // m³, six times the volume between the old and the new surface, positive if volume is added to the solid

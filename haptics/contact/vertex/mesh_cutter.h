@@ -39,6 +39,8 @@ struct CutParameters {
   static constexpr double same_way = 0.6;
   // limit of the ratio of a triangle's height to its longest edge; a flatter triangle is a sliver
   static constexpr double flattest = 0.12;
+  // Length of a tiny edge. If it is collapsed, a face whose shape is bad may keep a bad shape.
+  static constexpr double tiny = 0.1;
   // smallest area of a face after an edge is collapsed, as a ratio to half the square of the edge length
   static constexpr double least_area = 1e-6;
   // first version of the servo's force laws in which an edge next to a face of bad shape may be collapsed
