@@ -31,8 +31,6 @@ constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // limits of the r
 constexpr double kNoOffset = 1e-12;
 // lower limit of the tissue's stiffness, as a ratio to the stiffness in ServoSettings
 constexpr double kLeastStiffness = 1e-3;
-// first version of the servo's force laws in which a ball that cuts needs at most a third of the iterations
-constexpr std::uint32_t kLawsOfFewIterations = 11;
 constexpr double kEase = 15;  // N/s, largest rate of change of a bur's force while the hand does not move
 
 SurfaceOptions options_for(const ServoSettings& settings, const Parameters& parameters, const Tool& tool) {
@@ -41,7 +39,6 @@ SurfaceOptions options_for(const ServoSettings& settings, const Parameters& para
   options.walls = settings.boundary_walls;
   options.wall_limit = parameters.wall_limit;
   options.unit_force = settings.stiffness;
-  if (settings.laws < kLawsOfFewIterations) options.iterations_in_cut = 24;
   return options;
 }
 

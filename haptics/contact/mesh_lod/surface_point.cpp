@@ -12,8 +12,7 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-// upper limit of the number of iterations in one call of follow(), if the head does not cut
-constexpr int kMostIterations = 24;
+constexpr int kMostIterations = 24;   // upper limit of the number of iterations in one call of follow()
 constexpr double kStays = 1e-11;      // m, convergence tolerance: a shorter step ends the iteration
 constexpr double kLeastReach = 5e-6;  // m, smallest distance from the ball within which faces are collected
 // m, largest distance from the ball within which faces are collected; a longer displacement is divided into several
@@ -91,9 +90,9 @@ constexpr std::size_t kFewFaces = 3;  // for at most this number of faces, neare
 
 /// Eight faces, and the results of find_nearest() for them, one lane for each face.
 struct EightFaces {
-  D8 a[3], b[3], c[3];  // m, corners
-  double p[3][kLanes];  // m, nearest point of the face
-  double n[3][kLanes];  // unit vector from the nearest point to the given point
+  D8 a[3], b[3], c[3];                      // m, corners
+  double p[3][kLanes];                      // m, nearest point of the face
+  double n[3][kLanes];                      // unit vector from the nearest point to the given point
   double square[kLanes], distance[kLanes];  // m², m, distance between the two points, and its square
   double edge[kLanes];                      // edge with the nearest point, or -1
   unsigned corner = 0;                      // bit mask: faces for which the nearest point is an end of the edge
@@ -286,8 +285,8 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, std::uint64_
     if (glm::dot(off, away) < 0) continue;  // the ball is on the other side of the wall
     const double distance = glm::length(off);
     if (distance > reach + kWallSkin) continue;
-    room = planes_.add({distance > kNoDirection ? off / distance : away, std::max(distance - kWallSkin, 0.0), q, order, index,
-                        static_cast<std::int8_t>(k)}) &&
+    room = planes_.add({distance > kNoDirection ? off / distance : away, std::max(distance - kWallSkin, 0.0), q, order,
+                        index, static_cast<std::int8_t>(k)}) &&
            room;
   }
 }
@@ -433,8 +432,7 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   // m, expected displacement of the ball in the next iteration
   double wanted = std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, most_reach);
   if (collected_ != &grid || near_reach_ - glm::distance(c_, near_from_) < wanted) collect(grid, wanted + kept);
-  const int most_iterations = give ? options_.iterations_in_cut : kMostIterations;
-  for (int i = 0; i < most_iterations; ++i) {
+  for (int i = 0; i < kMostIterations; ++i) {
     // m, distance from the ball within which the list of collected faces is complete
     double valid = near_reach_ - glm::distance(c_, near_from_);
     if (valid < kLeastReach / 2 && i > 0) {

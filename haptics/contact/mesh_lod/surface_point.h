@@ -18,8 +18,6 @@ struct SurfaceOptions {
   // true: walls exist at the borders between tissues; they stop only a motion from the softer tissue
   bool walls = true;
   double wall_limit = 0.5;   // N, force above which a wall yields
-  // largest number of iterations per tick of a head that cuts; the head continues in the next tick
-  int iterations_in_cut = 8;
   double unit_force = 1000;  // N/m, stiffness of the coupling for a material stiffness of 1 N/mm
 };
 

@@ -209,7 +209,8 @@ void TriangleGrid::choose_cells(const glm::vec3& extent) {
 }
 
 std::size_t TriangleGrid::bytes() const noexcept {
-  return faces_.size() * (sizeof(Face) + sizeof(Box)) + blocks_.size() * sizeof(Block) + (start_.size() + entries_.size() + rank_.size()) * sizeof(std::uint32_t);
+  return faces_.size() * (sizeof(Face) + sizeof(Box)) + blocks_.size() * sizeof(Block) +
+         (start_.size() + entries_.size() + rank_.size()) * sizeof(std::uint32_t);
 }
 
 TriangleGrid::Nearest TriangleGrid::nearest(const dvec3& p, double most) const noexcept {

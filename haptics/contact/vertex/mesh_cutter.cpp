@@ -516,7 +516,7 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
     if (mesh.face(h).v[(c + 1) % 3] == kept || mesh.face(h).v[(c + 2) % 3] == kept) return;
     const dvec3 before = normal2(from, b, d), after = normal2(to, b, d);
     const double size = glm::length(before) * glm::length(after);
-if (!(glm::length(after) > least_area(before))) allowed = false;
+    if (!(glm::length(after) > least_area(before))) allowed = false;
     if (allowed && glm::dot(before, after) < P::least_turn_in_mending * size) {
       dvec3 n;
       head.distance((to + b + d) / 3.0, n);
