@@ -48,6 +48,8 @@ constexpr std::uint32_t bits(Fault fault) {
 /// - 11: The vertex model divides every long cut over several ticks, at any face, and lists the points around the head
 /// after the cut in the same way. Most ticks between two cuts only compute the contact, from distances that are
 /// extrapolated while the head moves little.
+/// - 11: A cut of the models vertex and mesh_lod may collapse a tiny edge next to a face of bad shape, so that fewer
+/// tiny faces collect at the rim of a hole.
 /// - 10: In the packing model, a head with a large contact area saves the energy of up to 5 ms for one cut, because a
 /// cut computes thousands of spheres and a tick moves the head by only some ten nanometres.
 /// - 9: After a jump of the hand's pose, the proxy of the offset model follows the hand at once, also if it was still

@@ -1,6 +1,10 @@
 #include "haptics/mesh/crossing.h"
 
+#include <bit>
 #include <cmath>
+
+#include "engine/base/dispatch.h"
+#include "haptics/lanes.h"
 
 namespace typodont::haptics::mesh {
 
@@ -32,7 +36,80 @@ bool is_beside(const Corners& from, const Corners& t) noexcept {
   return (a > clear && b > clear && c > clear) || (a < -clear && b < -clear && c < -clear);
 }
 
+constexpr std::size_t kBatch = 8;
+// m, margin between two bounding boxes. It is larger than any rounding error, so triangles with a larger margin between
+// their boxes never count as crossing.
+constexpr double kApart = 1e-9;
+
+/// The corners of eight triangles, one array for each coordinate of each corner; or one triangle in all lanes.
+struct Eight {
+  D8 p[3][3];
+};
+
+/// Sets `v` to six times the signed volume of the tetrahedron formed by corner i of `from` and the triangle t, with the
+/// same operations as volume6().
+TYPODONT_KERNEL void volumes(const Eight& from, int i, const Eight& t, D8& v) {
+  D8 a[3], b[3], c[3];
+  for (int k = 0; k < 3; ++k) {
+    a[k] = t.p[0][k] - from.p[i][k], b[k] = t.p[1][k] - from.p[i][k], c[k] = t.p[2][k] - from.p[i][k];
+  }
+  v = a[0] * (b[1] * c[2] - c[1] * b[2]) + a[1] * (b[2] * c[0] - c[2] * b[0]) + a[2] * (b[0] * c[1] - c[0] * b[1]);
+}
+
+/// Sets `some` for each lane in which an edge of `from` has its ends on different sides of the plane of `t`.
+TYPODONT_KERNEL void edges_between_sides(const Eight& from, const Eight& t, L8& some) {
+  D8 v[3];
+  for (int i = 0; i < 3; ++i) volumes(from, i, t, v[i]);
+  some |= (v[0] * v[1] < 0.0) | (v[1] * v[2] < 0.0) | (v[2] * v[0] < 0.0);
+}
+
+/// Keeps the triangles of which an edge passes through the plane of t, or for which an edge of t passes through their
+/// plane.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+std::size_t keep_straddling(const TriangleTable::Entry* entries, const dvec3* t, std::uint32_t* at, std::size_t count) {
+  std::size_t kept = 0;
+  Eight one, many;
+  double columns[3][3][kBatch];
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) one.p[i][k] = D8{} + t[i][k];
+  for (std::size_t first = 0; first < count; first += kBatch) {
+    const std::size_t end = count - first < kBatch ? count - first : kBatch;
+    for (std::size_t lane = 0; lane < kBatch; ++lane) {
+      const TriangleTable::Entry& entry = entries[at[first + (lane < end ? lane : 0)]];
+      for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k) columns[i][k][lane] = entry.p[i][k];
+    }
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k) read_lanes(many.p[i][k], columns[i][k]);
+    L8 some = {};
+    edges_between_sides(one, many, some);
+    edges_between_sides(many, one, some);
+    const unsigned lanes = (1u << end) - 1;
+    for (unsigned bits = bits_of(some) & lanes; bits; bits &= bits - 1) {
+      at[kept++] = at[first + static_cast<std::size_t>(std::countr_zero(bits))];
+    }
+  }
+  return kept;
+}
+
 }  // namespace
+
+void TriangleTable::set(std::size_t i, const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
+  entries_[i] = {glm::min(glm::min(a, b), c) - kApart, glm::max(glm::max(a, b), c) + kApart, {a, b, c}};
+}
+
+std::size_t TriangleTable::keep_possible(const Corners& t, std::uint32_t* at, std::size_t count) const noexcept {
+  const dvec3 lo = glm::min(glm::min(t.p[0], t.p[1]), t.p[2]), hi = glm::max(glm::max(t.p[0], t.p[1]), t.p[2]);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Entry& entry = entries_[at[i]];
+    const bool apart = (entry.lo.x > hi.x) | (entry.lo.y > hi.y) | (entry.lo.z > hi.z) | (entry.hi.x < lo.x) |
+                       (entry.hi.y < lo.y) | (entry.hi.z < lo.z);
+    at[kept] = at[i];
+    kept += !apart;
+  }
+  return keep_straddling(entries_.data(), t.p, at, kept);
+}
 
 bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
   const double s = volume6(a, b, c, from), e = volume6(a, b, c, to);

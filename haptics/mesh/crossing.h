@@ -1,6 +1,10 @@
 // Tests whether triangles cross each other. Triangles that only touch do not cross.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
 #include "haptics/mesh/editable_mesh.h"
 
 namespace typodont::haptics::mesh {
@@ -21,6 +25,29 @@ bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dv
 /// Returns true if two triangles cross each other at a point that is no common vertex. Triangles with a common edge
 /// never count as crossing.
 bool cross_each_other(const Corners& a, const Corners& b) noexcept;
+
+/// A table of triangles, to find quickly those that cannot cross another triangle. Allocates memory only in the
+/// constructor.
+class TriangleTable {
+ public:
+  explicit TriangleTable(std::size_t room = 0) : entries_(room) {}
+
+  std::size_t room() const noexcept { return entries_.size(); }
+  /// Stores the triangle i of the table.
+  void set(std::size_t i, const dvec3& a, const dvec3& b, const dvec3& c) noexcept;
+  /// Removes triangles that do not cross t from the list `at` of `count` indices, and keeps the order of the others.
+  /// Returns their number. cross_each_other() returns false for t and each removed triangle. It may return false for a
+  /// kept one too.
+  std::size_t keep_possible(const Corners& t, std::uint32_t* at, std::size_t count) const noexcept;
+
+  struct Entry {
+    dvec3 lo, hi;  // m, bounding box
+    dvec3 p[3];    // m, corners
+  };
+
+ private:
+  std::vector<Entry> entries_;
+};
 
 /// Returns the first face of the mesh that crosses a triangle, or kNone. Only faces for which counts(face) is true are
 /// tested.

@@ -265,6 +265,43 @@ TEST(EditableMesh, NonManifoldEdgesAndVerticesAreSplit) {
   EXPECT_EQ(two.vertex_count(), 6u);
 }
 
+TEST(TriangleTable, RemovesOnlyTrianglesThatDoNotCross) {
+  using haptics::mesh::Corners;
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> anywhere(-1, 1);
+  std::uniform_int_distribution<int> scale(0, 4);
+  constexpr std::size_t kCount = 400;
+  std::vector<Corners> all(kCount);
+  haptics::mesh::TriangleTable table(kCount);
+  for (std::size_t i = 0; i < kCount; ++i) {
+    // Triangles of all sizes around two points, some of them flat in a common plane, and some degenerate.
+    const double size = std::pow(10.0, -3 - scale(random));
+    const dvec3 middle(i % 2 == 0 ? 0 : 1e-4, 0, 0);
+    for (int k = 0; k < 3; ++k) {
+      all[i].v[k] = static_cast<haptics::mesh::Index>(3 * i + static_cast<std::size_t>(k));
+      all[i].p[k] = middle + size * dvec3(anywhere(random), anywhere(random), i % 3 == 0 ? 0 : anywhere(random));
+    }
+    if (i % 7 == 0) all[i].p[2] = all[i].p[1];
+    if (i % 11 == 0) all[i].v[0] = all[0].v[0], all[i].p[0] = all[0].p[0];
+    table.set(i, all[i].p[0], all[i].p[1], all[i].p[2]);
+  }
+  std::size_t crossing = 0, kept_pairs = 0;
+  for (const Corners& one : all) {
+    std::vector<std::uint32_t> at(kCount);
+    std::iota(at.begin(), at.end(), 0u);
+    at.resize(table.keep_possible(one, at.data(), kCount));
+    EXPECT_TRUE(std::ranges::is_sorted(at));
+    kept_pairs += at.size();
+    for (std::uint32_t i = 0; i < kCount; ++i) {
+      if (!haptics::mesh::cross_each_other(one, all[i])) continue;
+      ++crossing;
+      EXPECT_TRUE(std::ranges::binary_search(at, i));
+    }
+  }
+  EXPECT_GT(crossing, 100u);
+  EXPECT_LT(kept_pairs, kCount * kCount / 4);
+}
+
 TEST(EditableMesh, IntersectingTrianglesAreDetectedAndTouchingOnesAreNot) {
   using haptics::mesh::Corners;
   using haptics::mesh::cross_each_other;

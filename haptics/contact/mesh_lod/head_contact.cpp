@@ -31,6 +31,7 @@ std::uint64_t hash_of(const dvec3& p) noexcept {
 
 HeadContact::HeadContact(const Tool& tool) : head_(tool), slots_(std::size_t{1} << kSlotBits) {
   shares_.reserve(kMostPoints);
+  near_.reserve(kMostPoints);
 }
 
 double HeadContact::moved_since_listing(const dvec3& c) const noexcept {
@@ -56,47 +57,100 @@ void HeadContact::add_corner(const dvec3& p, const dvec3& area, std::uint32_t fa
 }
 
 /// Lists the contact points near the head at c: those within the distance FollowParameters::margin (times the head's
-/// radius).
+/// radius). The distances of many points are computed together.
 void HeadContact::list_around(const TriangleGrid& grid, const dvec3& c) noexcept {
   const double margin = FollowParameters::margin * head_.radius();
-  const double spacing = vertex::CutParameters::longest * kSpacing * head_.radius();
-  const glm::dmat3 R_WT(glm::mat3_cast(R_WT_)), R_TW = glm::transpose(R_WT);
+  const glm::dmat3 R_WT(glm::mat3_cast(R_WT_));
   const glm::vec3 axis(R_WT[2]);
   const dvec3 half = head_.half_box(R_WT[2]) + margin;
   points_.clear({c, R_WT_});
   shares_.clear();
   std::ranges::fill(slots_, kFree);
+  // First finds the faces near the head, by the distances of their centres.
+  near_.clear();
+  distances_.clear();
+  const auto list_found = [&] {
+    distances_.evaluate(head_, R_WT, std::numeric_limits<double>::infinity());
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < distances_.size(); ++k) {
+      const NearFace face = near_[distances_.point(k)];
+      if (distances_.distance(k) <= margin + face.longest) near_[kept++] = face;
+    }
+    near_.resize(kept);
+    list_points(grid, c, R_WT);
+    near_.clear();
+    distances_.clear();
+  };
   grid.for_near(c - half, c + half, [&](std::uint32_t i) {
     if (!grid.box_within(i, c, outlook())) return;
     const Face& face = grid.face(i);
     const dvec3 sides[3] = {face.b - face.a, face.c - face.b, face.a - face.c};
     double longest2 = 0;
     for (const dvec3& side : sides) longest2 = std::max(longest2, glm::dot(side, side));
-    const dvec3 middle = (face.a + face.b + face.c) / 3.0;
-    const double within = margin + std::sqrt(longest2);
-    if (!head_.may_be_within(glm::vec3(middle - c), axis, static_cast<float>(within))) return;
-    if (head_.distance(R_TW * (middle - c)) > within) return;
-    const int n = std::clamp(static_cast<int>(std::ceil(std::sqrt(longest2) / spacing * (1 - 1e-9))), 1, kMostParts);
-    // The face is divided into n² triangles. Each triangle gives a third of its area vector to each of its three
-    // corners.
-    const dvec3 share = face.normal() / (6.0 * n * n);
-    for (int k = 0; k < 3; ++k) add_corner(face.corner(k), share, i);
-    if (n == 1) return;
+    const double longest = std::sqrt(longest2);
+    const dvec3 middle = (face.a + face.b + face.c) / 3.0 - c;
+    if (!head_.may_be_within(glm::vec3(middle), axis, static_cast<float>(margin + longest))) return;
+    if (distances_.full()) list_found();
+    distances_.add(static_cast<std::uint32_t>(near_.size()), middle);
+    near_.push_back({i, longest});
+  });
+  list_found();
+  distances_.keep_within(head_, points_, 0, std::numeric_limits<double>::infinity());
+  listed_ = true;
+}
+
+/// Adds the corners of the faces in near_ to the contact points, and the additional points on large faces.
+void HeadContact::list_points(const TriangleGrid& grid, const dvec3& c, const glm::dmat3& R_WT) noexcept {
+  const double margin = FollowParameters::margin * head_.radius();
+  const double spacing = vertex::CutParameters::longest * kSpacing * head_.radius();
+  const glm::vec3 axis(R_WT[2]);
+  const auto parts_of = [&](const NearFace& face) {
+    return std::clamp(static_cast<int>(std::ceil(face.longest / spacing * (1 - 1e-9))), 1, kMostParts);
+  };
+  // Calls use(p, weight) for the additional points of a face that is divided into n² triangles. Each triangle gives a
+  // third of its area to each of its three corners; `weight` is the number of these triangles at the point.
+  const auto each_point = [&](const Face& face, int n, auto&& use) {
     for (int u = 0; u <= n; ++u) {
       for (int v = 0; v <= n - u; ++v) {
         const int w = n - u - v;
-        if (u == n || v == n || w == n) continue;  // this point is a corner of the face itself, which was already added
+        if (u == n || v == n || w == n) continue;  // this point is a corner of the face itself
         const dvec3 p =
             (static_cast<double>(u) * face.a + static_cast<double>(v) * face.b + static_cast<double>(w) * face.c) /
             static_cast<double>(n);
-        if (!head_.may_be_within(glm::vec3(p - c), axis, static_cast<float>(margin))) continue;
-        if (head_.distance(R_TW * (p - c)) > margin) continue;
-        add(p, (u == 0 || v == 0 || w == 0 ? 3.0 : 6.0) * share, i);
+        use(p, u == 0 || v == 0 || w == 0 ? 3.0 : 6.0);
       }
     }
-  });
-  distances_.keep_within(head_, points_, 0, std::numeric_limits<double>::infinity());
-  listed_ = true;
+  };
+  const auto points_on = [](int n) { return static_cast<std::size_t>((n + 1) * (n + 2) / 2 - 3); };
+  for (std::size_t first = 0, last = 0; first < near_.size(); first = last) {
+    // Computes the distances of the additional points on as many faces as fit into the buffer.
+    distances_.clear();
+    std::uint32_t number = 0;
+    for (last = first; last < near_.size(); ++last) {
+      const int n = parts_of(near_[last]);
+      if (last > first && distances_.size() + points_on(n) > distances_.most()) break;
+      if (n == 1) continue;
+      each_point(grid.face(near_[last].face), n, [&](const dvec3& p, double) {
+        if (head_.may_be_within(glm::vec3(p - c), axis, static_cast<float>(margin))) distances_.add(number, p - c);
+        ++number;
+      });
+    }
+    distances_.evaluate(head_, R_WT, margin);
+    std::size_t next = 0;
+    number = 0;
+    for (std::size_t k = first; k < last; ++k) {
+      const std::uint32_t i = near_[k].face;
+      const Face& face = grid.face(i);
+      const int n = parts_of(near_[k]);
+      const dvec3 share = face.normal() / (6.0 * n * n);
+      for (int corner = 0; corner < 3; ++corner) add_corner(face.corner(corner), share, i);
+      if (n == 1) continue;
+      each_point(face, n, [&](const dvec3& p, double weight) {
+        if (next < distances_.size() && distances_.point(next) == number) add(p, weight * share, i), ++next;
+        ++number;
+      });
+    }
+  }
 }
 
 void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) noexcept {

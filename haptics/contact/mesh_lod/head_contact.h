@@ -43,9 +43,16 @@ class HeadContact final : public SurfaceContact {
     std::uint32_t face = 0;
   };
 
+  /// A face near the head.
+  struct NearFace {
+    std::uint32_t face = 0;
+    double longest = 0;  // m, its longest edge
+  };
+
   /// Returns the largest displacement of any point of the head since the points were listed, m.
   double moved_since_listing(const dvec3& c) const noexcept;
   void list_around(const TriangleGrid& grid, const dvec3& c) noexcept;
+  void list_points(const TriangleGrid& grid, const dvec3& c, const glm::dmat3& R_WT) noexcept;
   void list_where_needed(const TriangleGrid& grid, const dvec3& c) noexcept;
   void add_corner(const dvec3& p, const dvec3& area, std::uint32_t face) noexcept;
   void add(const dvec3& p, const dvec3& area, std::uint32_t face) noexcept;
@@ -56,6 +63,7 @@ class HeadContact final : public SurfaceContact {
   vertex::HeadDistances distances_{kMostPoints};
   vertex::HeadFollower follower_{distances_};
   mesh::NearPoints points_{kMostPoints};
+  std::vector<NearFace> near_;
   std::vector<Share> shares_;  // the area of each contact point
   // hash table that maps the position of a corner to the index of the contact point at this position
   std::vector<std::uint32_t> slots_;

@@ -19,6 +19,7 @@ class MeshLodBody final : public TissueBody {
   /// Throws Error if the tissue has no surface.
   MeshLodBody(TissueVolume tissue, std::span<const Tool> tools, const Parameters& parameters);
 
+  void set_laws(std::uint32_t laws) override { solid_->set_laws(laws); }
   void carve(const Cut& cut, bool continues) override;
   /// Never called, because the model refuses filling instruments.
   void fill(const Cut& cut) override;

@@ -25,7 +25,8 @@ class FacePlanes {
     double least = -kSlip;
     for (int i = 0; i < set_.count(); ++i) {
       const double e = excess(set_[i], x);
-      if (e < least && std::find(active, active + count, i) == active + count) worst = i, least = e;
+      const bool worse = e < least || (e == least && worst >= 0 && set_[i].order < set_[worst].order);
+      if (worse && std::find(active, active + count, i) == active + count) worst = i, least = e;
     }
     return worst;
   }

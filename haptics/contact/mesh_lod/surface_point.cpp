@@ -85,6 +85,71 @@ std::size_t list_planes_above(const float* const* normal, const float* distance,
   return found;
 }
 
+constexpr std::size_t kLanes = 8;
+constexpr std::size_t kFewFaces = 3;  // for at most this number of faces, nearest_on() is faster than find_nearest()
+
+/// Eight faces, and the results of find_nearest() for them, one lane for each face.
+struct EightFaces {
+  D8 a[3], b[3], c[3];                      // m, corners
+  double p[3][kLanes];                      // m, nearest point of the face
+  double n[3][kLanes];                      // unit vector from the nearest point to the given point
+  double square[kLanes], distance[kLanes];  // m², m, distance between the two points, and its square
+  double edge[kLanes];                      // edge with the nearest point, or -1
+  unsigned corner = 0;                      // bit mask: faces for which the nearest point is an end of the edge
+};
+
+/// Computes the nearest points of eight faces to `point` with the same operations as nearest_on().
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void find_nearest(EightFaces& faces, const double* point) {
+  const D8 zero = {};
+  D8 e[3], f[3], v[3], best[3];
+  for (int k = 0; k < 3; ++k) {
+    e[k] = faces.b[k] - faces.a[k], f[k] = faces.c[k] - faces.a[k], v[k] = point[k] - faces.a[k];
+    best[k] = zero;
+  }
+  const D8 ee = e[0] * e[0] + e[1] * e[1] + e[2] * e[2], ef = e[0] * f[0] + e[1] * f[1] + e[2] * f[2],
+           ff = f[0] * f[0] + f[1] * f[1] + f[2] * f[2];
+  const D8 ve = v[0] * e[0] + v[1] * e[1] + v[2] * e[2], vf = v[0] * f[0] + v[1] * f[1] + v[2] * f[2];
+  const D8 det = ee * ff - ef * ef, s = ff * ve - ef * vf, t = ee * vf - ef * ve;
+  const L8 interior = (det > kSliver * ee * ff) & (s >= 0.0) & (t >= 0.0) & (s + t <= det);
+  D8 best2 = zero + 1e300, edge = zero - 1.0;
+  L8 corner = {};
+  for (int i = 0; i < 3; ++i) {
+    const D8* const from = i == 0 ? faces.a : i == 1 ? faces.b : faces.c;
+    const D8* const to = i == 0 ? faces.b : i == 1 ? faces.c : faces.a;
+    D8 way[3], off[3], q[3];
+    for (int k = 0; k < 3; ++k) way[k] = to[k] - from[k], off[k] = point[k] - from[k];
+    const D8 along = off[0] * way[0] + off[1] * way[1] + off[2] * way[2],
+             square = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
+    D8 part = along / square;
+    part = part < 0.0 ? zero : part;
+    part = part > 1.0 ? zero + 1.0 : part;
+    part = square > 0.0 ? part : zero;
+    for (int k = 0; k < 3; ++k) q[k] = from[k] + part * way[k], off[k] = point[k] - q[k];
+    const D8 d2 = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
+    const L8 closer = d2 < best2;
+    for (int k = 0; k < 3; ++k) best[k] = closer ? q[k] : best[k];
+    const L8 at_end = (part == 0.0) | (part == 1.0);
+    corner = closer ? at_end : corner;
+    edge = closer ? zero + i : edge;
+    best2 = closer ? d2 : best2;
+  }
+  faces.corner = bits_of(corner & ~interior);
+  D8 off[3];
+  for (int k = 0; k < 3; ++k) {
+    best[k] = interior ? faces.a[k] + (s * e[k] + t * f[k]) / det : best[k];
+    off[k] = point[k] - best[k];
+    write_lanes(faces.p[k], best[k]);
+  }
+  write_lanes(faces.edge, interior ? zero - 1.0 : edge);
+  const D8 square = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
+  D8 distance = square;
+  take_root(distance);
+  write_lanes(faces.square, square);
+  write_lanes(faces.distance, distance);
+  for (int k = 0; k < 3; ++k) write_lanes(faces.n[k], off[k] / distance);
+}
+
 dvec3 unit_or(const dvec3& v, const dvec3& other) noexcept {
   const double size = glm::length(v);
   return size > 0 ? v / size : other;
@@ -164,8 +229,7 @@ void SurfacePoint::collect(const TriangleGrid& grid, double reach) noexcept {
     near_count_ = 0;
     bool all = true;
     const double far = radius() + reach;
-    grid.for_near(c_ - far, c_ + far, [&](std::uint32_t i) {
-      if (!grid.box_within(i, c_, far)) return;
+    const auto collect_face = [&](std::uint32_t i, std::uint64_t order) {
       if (near_count_ == kMostNear) {
         all = false;
         return;
@@ -173,9 +237,19 @@ void SurfacePoint::collect(const TriangleGrid& grid, double reach) noexcept {
       const auto at = static_cast<std::size_t>(near_count_++);
       const TriangleGrid::Box& box = grid.box(i);
       near_[at] = i;
+      order_[at] = order;
       boxes_.lo_x[at] = box.lo.x, boxes_.lo_y[at] = box.lo.y, boxes_.lo_z[at] = box.lo.z;
       boxes_.hi_x[at] = box.hi.x, boxes_.hi_y[at] = box.hi.y, boxes_.hi_z[at] = box.hi.z;
-    });
+    };
+    if (grid.has_blocks()) {
+      grid.for_near_blocks(c_ - far, c_ + far, [&](std::uint32_t i) {
+        if (grid.box_within(i, c_, far)) collect_face(i, grid.order(i, c_ - far));
+      });
+    } else {
+      grid.for_near(c_ - far, c_ + far, [&](std::uint32_t i) {
+        if (grid.box_within(i, c_, far)) collect_face(i, static_cast<std::uint64_t>(near_count_));
+      });
+    }
     collected_ = &grid;
     near_from_ = c_;
     near_reach_ = reach;
@@ -195,7 +269,8 @@ std::span<const std::uint32_t> SurfacePoint::close_faces(const TriangleGrid& gri
 }
 
 /// Adds a wall plane at each edge of a face that borders on softer tissue.
-void SurfacePoint::add_walls(const Face& face, std::uint32_t index, double reach, bool& room) noexcept {
+void SurfacePoint::add_walls(const Face& face, std::uint32_t index, std::uint64_t order, double reach,
+                             bool& room) noexcept {
   if (!options_.walls || behind_ || ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(face.tissue))
     return;
   const dvec3 up = unit_or(face.normal(), dvec3(0));
@@ -210,8 +285,8 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, double reach
     if (glm::dot(off, away) < 0) continue;  // the ball is on the other side of the wall
     const double distance = glm::length(off);
     if (distance > reach + kWallSkin) continue;
-    room = planes_.add({distance > kNoDirection ? off / distance : away, std::max(distance - kWallSkin, 0.0), q, index,
-                        static_cast<std::int8_t>(k)}) &&
+    room = planes_.add({distance > kNoDirection ? off / distance : away, std::max(distance - kWallSkin, 0.0), q, order,
+                        index, static_cast<std::int8_t>(k)}) &&
            room;
   }
 }
@@ -225,73 +300,98 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   // First adds the planes of the faces whose nearest point lies in their interior. Other faces that lie below these
   // planes then need no planes for their edges.
   int edge_count = 0;
-  const auto add = [&](std::uint32_t i, const dvec3& n, double distance, const dvec3& p) {
+  const auto add = [&](std::uint32_t i, std::uint64_t order, const dvec3& n, double distance, const dvec3& p) {
     double free = distance - r;
     if (give) free = std::max(free, 0.0);
-    if (free <= reach) room = planes_.add({n, free, p, i, -1}) && room;
+    if (free <= reach) room = planes_.add({n, free, p, order, i, -1}) && room;
   };
   const std::span<const std::uint32_t> close = close_faces(grid, r + reach);
-  for (const std::uint32_t k : close) {
-    const std::uint32_t i = near_[k];
-    const Face& face = grid.face(i);
-    const OnFace at = nearest_on(face, c_);
-    const dvec3 off = c_ - at.p;
-    const double square = glm::dot(off, off), far = r + reach;
-    if (square > far * far) continue;
+  inner_of_.clear();
+  const double far = r + reach;
+  const auto add_face = [&](std::uint32_t near, const OnFace& at, const dvec3& n, double distance) {
+    const std::uint32_t i = near_[near];
     if (at.edge >= 0) {
-      edges_[static_cast<std::size_t>(edge_count++)] = {i, at};
-      continue;
+      edges_[static_cast<std::size_t>(edge_count++)] = {i, order_[near] | kOfEdge, at, n, distance};
+      return;
     }
-    const double distance = std::sqrt(square);
-    const dvec3 n = distance > kNoDirection ? off / distance : unit_or(face.normal(), {0, 0, 1});
     const auto j = static_cast<std::size_t>(planes_.count());
-    add(i, n, distance, at.p);
-    if (planes_.count() == static_cast<int>(j)) continue;
+    add(i, order_[near], n, distance, at.p);
+    if (planes_.count() == static_cast<int>(j)) return;
+    inner_of_.add(i, static_cast<std::uint32_t>(j));
     inner_.x[j] = static_cast<float>(n.x), inner_.y[j] = static_cast<float>(n.y), inner_.z[j] = static_cast<float>(n.z);
     inner_.distance[j] = static_cast<float>(distance);
+  };
+  const auto normal_of = [&](std::uint32_t near) { return unit_or(grid.face(near_[near]).normal(), {0, 0, 1}); };
+  std::size_t first = 0;
+  EightFaces eight;
+  for (; first + kFewFaces < close.size(); first += kLanes) {
+    const std::size_t count = std::min(kLanes, close.size() - first);
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const Face& face = grid.face(near_[close[first + (lane < count ? lane : 0)]]);
+      for (int k = 0; k < 3; ++k)
+        eight.a[k][lane] = face.a[k], eight.b[k][lane] = face.b[k], eight.c[k][lane] = face.c[k];
+    }
+    find_nearest(eight, &c_.x);
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      if (eight.square[lane] > far * far) continue;
+      const OnFace at{{eight.p[0][lane], eight.p[1][lane], eight.p[2][lane]},
+                      static_cast<int>(eight.edge[lane]),
+                      (eight.corner >> lane & 1) != 0};
+      const double distance = eight.distance[lane];
+      add_face(close[first + lane], at,
+               distance > kNoDirection ? dvec3(eight.n[0][lane], eight.n[1][lane], eight.n[2][lane])
+                                       : normal_of(close[first + lane]),
+               distance);
+    }
+  }
+  for (; first < close.size(); ++first) {
+    const OnFace at = nearest_on(grid.face(near_[close[first]]), c_);
+    const dvec3 off = c_ - at.p;
+    const double square = glm::dot(off, off), distance = std::sqrt(square);
+    if (square > far * far) continue;
+    add_face(close[first], at, distance > kNoDirection ? off / distance : normal_of(close[first]), distance);
   }
   const int insides = planes_.count();
   const float* const normals[3] = {inner_.x, inner_.y, inner_.z};
+  std::uint32_t found = kNoPlane;  // plane that the last face is below
   for (int k = 0; k < edge_count; ++k) {
-    const auto& [i, at] = edges_[static_cast<std::size_t>(k)];
+    const auto& [i, order, at, n, distance] = edges_[static_cast<std::size_t>(k)];
     const Face& face = grid.face(i);
     // If a face lies completely below the plane of another face, the ball touches that plane first. So the lower face
-    // adds no plane.
-    const glm::vec3 q(at.p - c_);
-    const std::size_t above =
-        list_planes_above(normals, inner_.distance, static_cast<std::size_t>(insides), &q.x, kClear, above_.data());
-    const bool covered = std::any_of(above_.begin(), above_.begin() + static_cast<std::ptrdiff_t>(above), [&](auto j) {
+    // adds no plane. Often the plane of the next face is such a plane, or the one that was found last.
+    const auto below = [&](std::uint32_t j) {
       const Plane& plane = planes_[static_cast<int>(j)];
       const double most = std::max({glm::dot(plane.n, face.a - plane.p), glm::dot(plane.n, face.b - plane.p),
                                     glm::dot(plane.n, face.c - plane.p)});
+      if (most <= kBelow) found = j;
       return most <= kBelow;
-    });
-    if (covered) continue;
-    const dvec3 off = c_ - at.p;
-    const double distance = glm::length(off);
+    };
+    const std::uint32_t next = inner_of_.find(face.beyond[static_cast<std::size_t>(at.edge)]);
+    const auto covered = [&] {
+      if ((next != kNoPlane && below(next)) || (found != kNoPlane && below(found))) return true;
+      const glm::vec3 q(at.p - c_);
+      const std::size_t above =
+          list_planes_above(normals, inner_.distance, static_cast<std::size_t>(insides), &q.x, kClear, above_.data());
+      return std::any_of(above_.begin(), above_.begin() + static_cast<std::ptrdiff_t>(above), below);
+    };
+    if (covered()) continue;
     // The ball is above the plane of this face but beyond one of its edges, and the surface is flat or concave at this
     // edge. So the plane of this face is a valid constraint. The plane through the edge would be valid too, but with it
     // each iteration would only halve the ball's distance to the edge.
     if (const dvec3 normal = face.normal(); !at.corner && normal != dvec3(0)) {
       const double size = glm::length(normal), height = glm::dot(normal, c_ - face.a) / size;
       const std::uint8_t hollow = height >= 0 ? face.hollow_front : face.hollow_back;
-      const auto over_next = [&] {
-        for (int j = 0; j < insides; ++j) {
-          if (planes_[j].face == face.beyond[static_cast<std::size_t>(at.edge)]) return true;
-        }
-        return false;
-      };
-      if ((hollow >> at.edge & 1) && std::abs(height) >= r - kBelow && over_next()) {
-        add(i, height >= 0 ? normal / size : -normal / size, std::max(std::abs(height), r), at.p);
+      if ((hollow >> at.edge & 1) && std::abs(height) >= r - kBelow && next != kNoPlane) {
+        add(i, order, height >= 0 ? normal / size : -normal / size, std::max(std::abs(height), r), at.p);
         continue;
       }
     }
-    add(i, distance > kNoDirection ? off / distance : unit_or(face.normal(), {0, 0, 1}), distance, at.p);
+    add(i, order, n, distance, at.p);
   }
   if (options_.walls && !give && ground_ != Tissue::kAir) {
     for (const std::uint32_t k : close) {
       const std::uint32_t i = near_[k];
-      if (grid.face(i).across != std::array<Tissue, 3>{}) add_walls(grid.face(i), i, reach, room);
+      if (grid.face(i).across != std::array<Tissue, 3>{}) add_walls(grid.face(i), i, order_[k] | kOfWall, reach, room);
     }
   }
   return room;

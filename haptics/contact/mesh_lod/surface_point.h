@@ -55,7 +55,7 @@ class SurfacePoint final : public SurfaceContact {
   void round_edge(const TriangleGrid& grid, const dvec3& hip, const Plane& plane, dvec3& step) const noexcept;
   bool look(const TriangleGrid& grid, double reach, bool give) noexcept;
   std::span<const std::uint32_t> close_faces(const TriangleGrid& grid, double within) noexcept;
-  void add_walls(const Face& face, std::uint32_t index, double reach, bool& room) noexcept;
+  void add_walls(const Face& face, std::uint32_t index, std::uint64_t order, double reach, bool& room) noexcept;
   double stiffness_of(Tissue tissue) const noexcept { return stiffness_[static_cast<std::size_t>(tissue)]; }
 
   SurfaceOptions options_;
@@ -71,6 +71,8 @@ class SurfacePoint final : public SurfaceContact {
     alignas(32) float hi_x[kMostNear + kBatch], hi_y[kMostNear + kBatch], hi_z[kMostNear + kBatch];
   };
   std::array<std::uint32_t, kMostNear> near_{};
+  // for each collected face: a number that increases in the order of TriangleGrid::for_near()
+  std::array<std::uint64_t, kMostNear> order_{};
   int near_count_ = 0;
   Boxes boxes_{};
   // grid from which the faces were collected; null: they must be collected again
@@ -82,8 +84,13 @@ class SurfacePoint final : public SurfaceContact {
   // A face whose nearest primitive is an edge or a corner.
   struct Edge {
     std::uint32_t face = 0;
+    std::uint64_t order = 0;  // rank of the face's plane among all planes
     OnFace at;
+    dvec3 n{0};           // unit vector from the nearest point to the ball's centre
+    double distance = 0;  // m, distance of the nearest point from the ball's centre
   };
+  // Bits in the rank of a plane. Planes of edges follow all planes of interiors, and walls follow all planes of edges.
+  static constexpr std::uint64_t kOfEdge = std::uint64_t{1} << 62, kOfWall = std::uint64_t{1} << 63;
   std::array<Edge, kMostNear> edges_;
   // A face that touches or overlaps the ball.
   struct Engaged {
@@ -99,6 +106,39 @@ class SurfacePoint final : public SurfaceContact {
     alignas(32) float x[PlaneSet::kMost], y[PlaneSet::kMost], z[PlaneSet::kMost], distance[PlaneSet::kMost];
   };
   Inner inner_{};
+  static constexpr std::uint32_t kNoPlane = ~0U;
+  /// Hash table that maps a face to its plane in inner_.
+  class PlaneOfFace {
+   public:
+    void clear() noexcept {
+      if (++time_ == 0) slots_.fill({}), time_ = 1;
+    }
+    void add(std::uint32_t face, std::uint32_t plane) noexcept {
+      std::size_t at = start(face);
+      while (slots_[at].time == time_) at = (at + 1) % kSlots;
+      slots_[at] = {time_, face, plane};
+    }
+    /// Returns the index of the plane, or kNoPlane.
+    std::uint32_t find(std::uint32_t face) const noexcept {
+      std::size_t at = start(face);
+      for (; slots_[at].time == time_; at = (at + 1) % kSlots) {
+        if (slots_[at].face == face) return slots_[at].plane;
+      }
+      return kNoPlane;
+    }
+
+   private:
+    struct Slot {
+      std::uint32_t time = 0, face = 0, plane = 0;  // time: number of the call of clear() before the entry was added
+    };
+    static constexpr int kBits = 12;
+    static constexpr std::size_t kSlots = 1 << kBits;
+    static_assert(kSlots >= 4 * PlaneSet::kMost);
+    static std::size_t start(std::uint32_t face) noexcept { return face * 0x9e3779b1U >> (32 - kBits); }
+    std::array<Slot, kSlots> slots_{};
+    std::uint32_t time_ = 0;
+  };
+  PlaneOfFace inner_of_;
   std::array<std::uint32_t, PlaneSet::kMost> above_{};
 };
 

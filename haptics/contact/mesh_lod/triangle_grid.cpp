@@ -15,8 +15,6 @@ constexpr double kMostCells = 4e6;
 constexpr double kEntriesPerFace = 16;
 constexpr double kFewEntries = 1e6;  // total length of the lists that is always allowed, whatever the number of faces
 constexpr float kBoxMargin = 1e-7f;  // m, margin of a box, larger than the error of rounding the box to floats
-// smallest squared sine of a face's angle; for a flatter face, only its edges are used
-constexpr double kSliver = 1e-12;
 
 /// Returns the side of the line from a to b on which the origin lies: 1 left, -1 right. An origin on the line is
 /// treated as moved slightly along the first axis, and less along the second. So exactly one of the two faces at an
@@ -51,6 +49,10 @@ OnFace nearest_on(const Face& face, const dvec3& p) noexcept {
   const double ve = glm::dot(v, e), vf = glm::dot(v, f), det = ee * ff - ef * ef;
   const double s = ff * ve - ef * vf, t = ee * vf - ef * ve;
   if (det > kSliver * ee * ff && s >= 0 && t >= 0 && s + t <= det) return {face.a + (s * e + t * f) / det};
+  return nearest_on_edges(face, p);
+}
+
+OnFace nearest_on_edges(const Face& face, const dvec3& p) noexcept {
   OnFace best;
   double best2 = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 3; ++i) {
@@ -73,51 +75,32 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
     for (int k = 0; k < 3; ++k) lo = glm::min(lo, mesh.vertices[t[k]]), hi = glm::max(hi, mesh.vertices[t[k]]);
   }
   origin_ = lo;
-  faces_.reserve(mesh.triangles.size());
-  boxes_.reserve(mesh.triangles.size());
+  const auto face_of = [&](std::size_t i) {
+    const glm::uvec3& t = mesh.triangles[i];
+    return Face{mesh.vertices[t.x], mesh.vertices[t.y], mesh.vertices[t.z], mesh.tissue[i], {}};
+  };
   double edges = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const glm::uvec3& t = mesh.triangles[i];
-    const Face face{mesh.vertices[t.x], mesh.vertices[t.y], mesh.vertices[t.z], mesh.tissue[i], {}};
+    const Face face = face_of(i);
     edges += glm::distance(face.a, face.b) + glm::distance(face.b, face.c) + glm::distance(face.c, face.a);
+  }
+  cell_ = std::max(kCellEdges * edges / (3 * static_cast<double>(mesh.triangles.size())), 1e-6);
+  if (part) sort_faces(mesh);
+  faces_.reserve(mesh.triangles.size());
+  boxes_.reserve(mesh.triangles.size());
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const Face face = face_of(rank(i));
     faces_.push_back(face);
     boxes_.push_back({glm::vec3(glm::min(face.a, glm::min(face.b, face.c)) - origin_) - kBoxMargin,
                       glm::vec3(glm::max(face.a, glm::max(face.b, face.c)) - origin_) + kBoxMargin});
   }
-  // All edges of all faces, sorted so that the two faces at a common edge are adjacent in the list.
-  struct Side {
-    std::uint32_t a, b, face;
-    int edge;
-    bool operator<(const Side& o) const { return a != o.a ? a < o.a : b != o.b ? b < o.b : face < o.face; }
-  };
-  std::vector<Side> sides;
-  sides.reserve(3 * faces_.size());
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t a = mesh.triangles[i][k], b = mesh.triangles[i][(k + 1) % 3];
-      sides.push_back({std::min(a, b), std::max(a, b), i, k});
+  for (Block& block : blocks_) {
+    block.box = boxes_[block.first];
+    for (std::uint32_t i = block.first; i < block.last; ++i) {
+      block.box.lo = glm::min(block.box.lo, boxes_[i].lo), block.box.hi = glm::max(block.box.hi, boxes_[i].hi);
     }
   }
-  std::ranges::sort(sides, std::less<>());
-  const auto same_edge = [](const Side& s, const Side& o) { return s.a == o.a && s.b == o.b; };
-  for (auto first = sides.begin(), end = first; first != sides.end(); first = end) {
-    end = std::find_if(first, sides.end(), [&](const Side& s) { return !same_edge(s, *first); });
-    for (auto i = first; i + 1 != end; ++i) {
-      const Side &s = *i, &o = *(i + 1);
-      Face &f = faces_[s.face], &g = faces_[o.face];
-      if (f.tissue != g.tissue) {
-        f.across[static_cast<std::size_t>(s.edge)] = g.tissue;
-        g.across[static_cast<std::size_t>(o.edge)] = f.tissue;
-      }
-      if (end - first != 2) continue;
-      f.beyond[static_cast<std::size_t>(s.edge)] = o.face;
-      g.beyond[static_cast<std::size_t>(o.edge)] = s.face;
-      note_bend(f, s.edge, g.corner((o.edge + 2) % 3));
-      note_bend(g, o.edge, f.corner((s.edge + 2) % 3));
-    }
-  }
-
-  cell_ = std::max(kCellEdges * edges / (3 * static_cast<double>(faces_.size())), 1e-6);
+  join_faces(mesh);
   const glm::vec3 extent(hi - lo);
   const double most_entries = kEntriesPerFace * static_cast<double>(faces_.size()) + kFewEntries;
   for (;; cell_ *= 1.5) {
@@ -142,8 +125,82 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
   std::partial_sum(start_.begin(), start_.end(), start_.begin());
   entries_.resize(start_.back());
   std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
-  for (std::uint32_t i = 0; i < boxes_.size(); ++i)
+  // The faces of a cell are listed in the order of the mesh.
+  std::vector<std::uint32_t> by_rank(rank_.size());
+  for (std::uint32_t i = 0; i < rank_.size(); ++i) by_rank[rank_[i]] = i;
+  for (std::uint32_t k = 0; k < boxes_.size(); ++k) {
+    const std::uint32_t i = part_ ? by_rank[k] : k;
     each_cell(boxes_[i], [&](std::size_t at) { entries_[next[at]++] = i; });
+  }
+}
+
+/// Finds an order of the faces in which faces near each other are near in memory: block by block of the grid.
+void TriangleGrid::sort_faces(const TissueMesh& mesh) {
+  constexpr double kBlock = 4;         // edge of a block, in cells
+  constexpr double kMostBlocks = 1e6;  // upper limit of the number of blocks
+  const auto corner_of = [&](std::size_t i) {
+    const glm::uvec3& t = mesh.triangles[i];
+    return glm::min(mesh.vertices[t.x], glm::min(mesh.vertices[t.y], mesh.vertices[t.z])) - origin_;
+  };
+  dvec3 extent(0);
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) extent = glm::max(extent, corner_of(i));
+  double block = kBlock * cell_;
+  glm::dvec3 count(1);
+  for (;; block *= 2) {
+    count = glm::floor(extent / block) + 1.0;
+    if (count.x * count.y * count.z <= kMostBlocks) break;
+  }
+  const auto block_of = [&](std::size_t i) {
+    const glm::dvec3 at = glm::floor(corner_of(i) / block);
+    return static_cast<std::size_t>((at.x * count.y + at.y) * count.z + at.z);
+  };
+  std::vector<std::uint32_t> start(static_cast<std::size_t>(count.x * count.y * count.z) + 1);
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) ++start[block_of(i) + 1];
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  rank_.resize(mesh.triangles.size());
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) rank_[start[block_of(i)]++] = i;
+  // start[k] is now the end of block k.
+  for (std::size_t k = 0; k + 1 < start.size(); ++k) {
+    const std::uint32_t first = k == 0 ? 0 : start[k - 1];
+    if (start[k] > first) blocks_.push_back({{}, first, start[k]});
+  }
+}
+
+/// Stores in each face the neighbours across its edges.
+void TriangleGrid::join_faces(const TissueMesh& mesh) {
+  // All edges of all faces, sorted so that the two faces at a common edge are adjacent in the list.
+  struct Side {
+    std::uint32_t a, b, rank, face;
+    int edge;
+    bool operator<(const Side& o) const { return a != o.a ? a < o.a : b != o.b ? b < o.b : rank < o.rank; }
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * faces_.size());
+  for (std::uint32_t i = 0; i < faces_.size(); ++i) {
+    const glm::uvec3& t = mesh.triangles[rank(i)];
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+      sides.push_back({std::min(a, b), std::max(a, b), rank(i), i, k});
+    }
+  }
+  std::ranges::sort(sides, std::less<>());
+  const auto same_edge = [](const Side& s, const Side& o) { return s.a == o.a && s.b == o.b; };
+  for (auto first = sides.begin(), end = first; first != sides.end(); first = end) {
+    end = std::find_if(first, sides.end(), [&](const Side& s) { return !same_edge(s, *first); });
+    for (auto i = first; i + 1 != end; ++i) {
+      const Side &s = *i, &o = *(i + 1);
+      Face &f = faces_[s.face], &g = faces_[o.face];
+      if (f.tissue != g.tissue) {
+        f.across[static_cast<std::size_t>(s.edge)] = g.tissue;
+        g.across[static_cast<std::size_t>(o.edge)] = f.tissue;
+      }
+      if (end - first != 2) continue;
+      f.beyond[static_cast<std::size_t>(s.edge)] = o.face;
+      g.beyond[static_cast<std::size_t>(o.edge)] = s.face;
+      note_bend(f, s.edge, g.corner((o.edge + 2) % 3));
+      note_bend(g, o.edge, f.corner((s.edge + 2) % 3));
+    }
+  }
 }
 
 void TriangleGrid::choose_cells(const glm::vec3& extent) {
@@ -152,7 +209,8 @@ void TriangleGrid::choose_cells(const glm::vec3& extent) {
 }
 
 std::size_t TriangleGrid::bytes() const noexcept {
-  return faces_.size() * (sizeof(Face) + sizeof(Box)) + (start_.size() + entries_.size()) * sizeof(std::uint32_t);
+  return faces_.size() * (sizeof(Face) + sizeof(Box)) + blocks_.size() * sizeof(Block) +
+         (start_.size() + entries_.size() + rank_.size()) * sizeof(std::uint32_t);
 }
 
 TriangleGrid::Nearest TriangleGrid::nearest(const dvec3& p, double most) const noexcept {

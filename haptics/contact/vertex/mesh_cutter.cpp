@@ -63,6 +63,10 @@ double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
 }
 
 constexpr std::size_t kBatch = 8;
+// Number of overlapping bounding balls above which the table of the crowd is used. A usual cut has at most about 60.
+constexpr std::size_t kCrowd = 100;
+// Largest number of faces in the table of the crowd.
+constexpr std::size_t kMostInCrowd = 1 << 15;
 
 /// Finds the bounding balls of faces that overlap the ball with centre p and radius r. Writes their indices to `at` and
 /// returns their number.
@@ -103,6 +107,9 @@ MeshCutter::MeshCutter(const EditableMesh& mesh, SharedLabels labels)
   for (std::vector<float>* list : {&ball_x_, &ball_y_, &ball_z_, &ball_r_}) list->resize(mesh.face_room() + kBatch);
   ball_at_.resize(mesh.face_room());
   overlapping_.resize(mesh.face_room() + kBatch);
+  crowd_ = mesh::TriangleTable(std::min(mesh.face_room(), kMostInCrowd));
+  slot_of_.resize(mesh.face_room());
+  tested_in_.resize(mesh.face_room());
 }
 
 MeshCutter::Placed MeshCutter::place(const VertexHead& head, const Pose& X) const noexcept {
@@ -313,6 +320,7 @@ bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
     Moved& m = moved_[place_of_[v]];
     mesh.move_back(v, m.before);
     mesh.settle(v);
+    if (crowded_) update_crowd(mesh, v);
     m.stays = any = true;
   }
   return any;
@@ -376,6 +384,26 @@ void MeshCutter::list_balls(const EditableMesh& mesh, double edge) noexcept {
     ball_x_[at] = c.x, ball_y_[at] = c.y, ball_z_[at] = c.z, ball_r_[at] = mesh.ball_radius(near_[k]);
     ball_at_[at] = static_cast<std::uint32_t>(k);
   }
+  crowded_ = false;
+}
+
+/// Copies the corners of the faces near the head into the table of the crowd, in the order of the slices.
+void MeshCutter::list_crowd(const EditableMesh& mesh) noexcept {
+  for (std::size_t slot = 0; slot < near_.size(); ++slot) {
+    const Index f = near_[ball_at_[slot]];
+    slot_of_[f] = static_cast<std::uint32_t>(slot);
+    crowd_.set(slot, mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2));
+  }
+  crowded_ = true;
+}
+
+/// Updates the table of the crowd for the faces around a vertex that has moved.
+void MeshCutter::update_crowd(const EditableMesh& mesh, Index v) noexcept {
+  mesh.around(v, [&](Index f, int) {
+    const std::uint32_t slot = slot_of_[f];
+    if (slot < near_.size() && near_[ball_at_[slot]] == f)
+      crowd_.set(slot, mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2));
+  });
 }
 
 /// Returns the first face in near_ that intersects face f, or kNone. Tests only pairs of faces of which at least one
@@ -388,11 +416,24 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   const dvec3 n = normal2(mesh, f);
   std::uint32_t first = kNone;
   const auto test = [&](std::size_t from, std::size_t to) {
-    const std::size_t count = list_overlapping(ball_x_.data() + from, ball_y_.data() + from, ball_z_.data() + from,
-                                               ball_r_.data() + from, to - from, &c.x, r, overlapping_.data());
-    left_ -= Costs::kPair * static_cast<Effort>(count);
+    std::size_t count = list_overlapping(ball_x_.data() + from, ball_y_.data() + from, ball_z_.data() + from,
+                                         ball_r_.data() + from, to - from, &c.x, r, overlapping_.data());
+    std::size_t kept = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t k = ball_at_[from + overlapping_[i]];
+      const std::size_t slot = from + overlapping_[i];
+      // A pair that was tested with its other face has no crossing. A face that was moved back may have another ball,
+      // so that the other face was not compared with it.
+      if (!held_ && tested_in_[near_[ball_at_[slot]]] == edge_look_) continue;
+      overlapping_[kept++] = static_cast<std::uint32_t>(slot);
+    }
+    count = kept;
+    left_ -= Costs::kPair * static_cast<Effort>(count);
+    if (count > kCrowd && near_.size() <= crowd_.room()) {
+      if (!crowded_) list_crowd(mesh);
+      count = crowd_.keep_possible(corners, overlapping_.data(), count);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t k = ball_at_[overlapping_[i]];
       const Index g = near_[k];
       if (k > first || g == f || !(changed || face_seen_[g] == look_)) continue;
       // Skips two faces that share a vertex and are nearly coplanar. They intersect only if the surface folds, and then
@@ -412,7 +453,9 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   test(slice_start_[static_cast<std::size_t>(slice_at(at - reach))],
        slice_start_[static_cast<std::size_t>(slice_at(at + reach)) + 1]);
   test(slice_start_[kSlices], slice_start_[kSlices + 1]);
-  return first == kNone ? kNone : near_[first];
+  if (first != kNone) return near_[first];
+  tested_in_[f] = edge_look_;
+  return kNone;
 }
 
 /// Lists face f if it may intersect others. While all faces near the head face its centre, the surface is star-shaped
@@ -443,6 +486,7 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
 
 /// Tests a suspect for intersection, and moves the vertices of intersecting faces back.
 void MeshCutter::test_suspect(EditableMesh& mesh, Index f) noexcept {
+  if (!held_ && tested_in_[f] == edge_look_) return;  // the face is listed twice
   const Index g = crossed_near(mesh, f);
   if (g == kNone) return;
   held_ |= hold_back(mesh, f);
@@ -478,6 +522,19 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   if (mesh.vertex(kept).on_border() || !mesh.may_collapse(f, i, keeps_first)) return false;
   const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
   const double longest2 = P::longest * P::longest * edge * edge;
+  // Limits of the shape that a face may get. At a tiny edge, a face whose shape is bad already may keep a shape of this
+  // kind. Otherwise tiny faces would never be removed once they have collected in one place.
+  const bool accepts_bad = accepts_bad_faces_ && glm::dot(to - from, to - from) < P::tiny * P::tiny * edge * edge;
+  const auto least_area = [&](const dvec3& before) {
+    const double least = P::least_area * edge * edge;
+    return accepts_bad ? std::min(least, 0.5 * glm::length(before)) : least;
+  };
+  const auto greatest_length2 = [&](const dvec3& b) {
+    return accepts_bad ? std::max(longest2, glm::dot(b - from, b - from)) : longest2;
+  };
+  const auto least_roundness = [&](const dvec3& b, const dvec3& d) {
+    return 0.5 * (accepts_bad ? std::min(P::flattest, roundness(from, b, d)) : P::flattest);
+  };
   bool allowed = true;
   // m³, six times the volume between the old and the new surface, positive if volume is added to the solid
   double volume = 0;
@@ -487,13 +544,13 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
     if (mesh.face(h).v[(c + 1) % 3] == kept || mesh.face(h).v[(c + 2) % 3] == kept) return;
     const dvec3 before = normal2(from, b, d), after = normal2(to, b, d);
     const double size = glm::length(before) * glm::length(after);
-    if (!(glm::length(after) > 1e-6 * edge * edge)) allowed = false;
+    if (!(glm::length(after) > least_area(before))) allowed = false;
     if (allowed && glm::dot(before, after) < P::least_turn_in_mending * size) {
       dvec3 n;
       head.distance((to + b + d) / 3.0, n);
       if (glm::dot(after, n) > -P::faces_head * glm::length(after)) allowed = false;
     }
-    if (glm::dot(b - to, b - to) > longest2 || roundness(to, b, d) < 0.5 * P::flattest) allowed = false;
+    if (glm::dot(b - to, b - to) > greatest_length2(b) || roundness(to, b, d) < least_roundness(b, d)) allowed = false;
   });
   if (!allowed || std::abs(volume) > 6 * most_volume * edge * edge * edge) return false;
   if (thin_) {

@@ -41,6 +41,12 @@ struct CutParameters {
   static constexpr double same_way = 0.6;
   // limit of the ratio of a triangle's height to its longest edge; a flatter triangle is a sliver
   static constexpr double flattest = 0.12;
+  // Length of a tiny edge. If it is collapsed, a face whose shape is bad may keep a bad shape.
+  static constexpr double tiny = 0.1;
+  // smallest area of a face after an edge is collapsed, as a ratio to half the square of the edge length
+  static constexpr double least_area = 1e-6;
+  // first version of the servo's force laws in which an edge next to a face of bad shape may be collapsed
+  static constexpr std::uint32_t laws_of_bad_faces = 11;
   // m, tolerance: a vertex that overlaps the head by less than this counts as on its surface
   static constexpr double overlap = 1e-10;
   // smallest cosine between the normals of two faces whose common edge may be flipped
@@ -81,6 +87,8 @@ class MeshCutter {
   /// Allocates the buffers; `mesh` determines their sizes.
   MeshCutter(const mesh::EditableMesh& mesh, SharedLabels labels);
 
+  /// Sets the version of the servo's force laws. Called before the first cut.
+  void set_laws(std::uint32_t laws) noexcept { accepts_bad_faces_ = laws >= CutParameters::laws_of_bad_faces; }
   /// Moves the head from A to B in straight steps and cuts the mesh. At A the head must not overlap tissue. `edge`:
   /// edge length of the cut surface, m.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
@@ -182,6 +190,8 @@ class MeshCutter {
   void select_suspect(const mesh::EditableMesh& mesh, const Placed& head, double edge, mesh::Index f) noexcept;
   void test_suspect(mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   void list_balls(const mesh::EditableMesh& mesh, double edge) noexcept;
+  void list_crowd(const mesh::EditableMesh& mesh) noexcept;
+  void update_crowd(const mesh::EditableMesh& mesh, mesh::Index v) noexcept;
   mesh::Index crossed_near(const mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   bool hold_back(mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   void account(mesh::EditableMesh& mesh, const Placed& head, const Affected& a, CutDone& done) noexcept;
@@ -208,6 +218,7 @@ class MeshCutter {
   }
 
   SharedLabels labels_;
+  bool accepts_bad_faces_ = true;  // true: an edge may be collapsed if a face next to it keeps a bad shape
   std::uint32_t look_ = 0;
   // for each vertex or face: number of the last search that visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
@@ -225,6 +236,13 @@ class MeshCutter {
   std::array<std::uint32_t, kSlices + 2> slice_start_{};  // for each slice, and for the large balls: its first ball
   // balls that overlap the ball of the face under test
   std::vector<std::uint32_t> overlapping_;
+  // The corners of the faces in near_, in slices. They are listed in a round in which very many balls overlap. So many
+  // tiny faces collect at the rim of a hole, because a cut cannot remove the membrane between the two sides of a sheet.
+  mesh::TriangleTable crowd_;
+  bool crowded_ = false;                // true if the table is valid in this round
+  std::vector<std::uint32_t> slot_of_;  // for each face of the table: its index in the table
+  // for each face: number of the last round in which it was tested and crossed no other face
+  std::vector<std::uint32_t> tested_in_;
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
   bool thin_ = false;  // true if a face near the head faces away from it (thin wall or undercut)

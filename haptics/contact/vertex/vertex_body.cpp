@@ -50,11 +50,22 @@ VertexBody::VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<co
       parameters_(parameters),
       mesh_(mesh, finest_edge(tools, parameters), parameters.spare),
       labels_(labels_of(untouched_)) {
-  cutter_ = MeshCutter(mesh_, labels_);
+  cutter_ = new_cutter();
   for (const Tool& tool : tools) {
     heads_.emplace_back(tool);
     edges_.push_back(parameters.edge_for(tool));
   }
+}
+
+MeshCutter VertexBody::new_cutter() const {
+  MeshCutter cutter(mesh_, labels_);
+  cutter.set_laws(laws_);
+  return cutter;
+}
+
+void VertexBody::set_laws(std::uint32_t laws) {
+  laws_ = laws;
+  cutter_.set_laws(laws);
 }
 
 CutDone VertexBody::make(mesh::EditableMesh& mesh, MeshCutter& cutter, const Cut& cut) const {
@@ -160,7 +171,7 @@ TissueVolume::Strokes VertexBody::strokes() {
 std::unique_ptr<Snapshot> VertexBody::make_snapshot() const {
   auto snapshot = std::make_unique<VertexSnapshot>();
   snapshot->mesh = mesh_;
-  snapshot->cutter = MeshCutter(mesh_, labels_);
+  snapshot->cutter = new_cutter();
   snapshot->sample_of.resize(mesh_.vertex_room());
   return snapshot;
 }
@@ -174,7 +185,7 @@ void VertexBody::cut_out(Snapshot& snapshot) {
   fresh.mesh = mesh_;
   if (fresh.sample_of.size() == mesh_.vertex_room()) return;
   // The first snapshot that comes from the servo's model has no buffers for cutting yet.
-  fresh.cutter = MeshCutter(mesh_, labels_);
+  fresh.cutter = new_cutter();
   fresh.sample_of.resize(mesh_.vertex_room());
 }
 

@@ -37,6 +37,7 @@ class VertexBody final : public TissueBody {
  public:
   VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<const Tool> tools, const Parameters& parameters);
 
+  void set_laws(std::uint32_t laws) override;
   void carve(const Cut& cut, bool continues) override;
   /// Never called, because the model refuses filling instruments.
   void fill(const Cut& cut) override;
@@ -67,6 +68,7 @@ class VertexBody final : public TissueBody {
     FieldBlocks blocks;    // blocks of the field that the stroke may have changed
     bool painted = false;  // true: the stroke painted tissue; painting changes only the distance field
   };
+  MeshCutter new_cutter() const;
   CutDone make(mesh::EditableMesh& mesh, MeshCutter& cutter, const Cut& cut) const;
   void exchange(Stroke& stroke, double sign);
   void count_painted();
@@ -80,6 +82,7 @@ class VertexBody final : public TissueBody {
   std::vector<double> edges_;  // m, for each head: the edge length of the surface that it cuts
   mesh::EditableMesh mesh_;
   MeshCutter cutter_;
+  std::uint32_t laws_ = kServoLaws;  // version of the force laws of the servo whose cuts are repeated
   SharedLabels labels_;
   std::deque<Stroke> done_, undone_;
   bool in_stroke_ = false;
