@@ -41,6 +41,8 @@ constexpr std::uint32_t bits(Fault fault) {
 
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
+/// - 11: In the packing model, a head with a large contact area saves its energy for a step of 1 µm. A proxy that does
+/// not move is projected onto its contacts once per tick.
 /// - 10: In the packing model, a head with a large contact area saves the energy of up to 5 ms for one cut, because a
 /// cut computes thousands of spheres and a tick moves the head by only some ten nanometres.
 /// - 9: After a jump of the hand's pose, the proxy of the offset model follows the hand at once, also if it was still
@@ -59,7 +61,7 @@ constexpr std::uint32_t bits(Fault fault) {
 /// - 2: While a patch is late, the contact yields (docs/safety.md). A force that the energy ledger does not cover
 /// follows the ledger. A small debt of the ledger is cancelled.
 /// - 1: The laws before version 2, used for recordings without a version.
-inline constexpr std::uint32_t kServoLaws = 10;
+inline constexpr std::uint32_t kServoLaws = 11;
 
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {
