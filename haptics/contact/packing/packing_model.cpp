@@ -43,8 +43,8 @@ constexpr double kFastest = 5;
 // First version of the force laws in which a head with a large contact area postpones its cuts. A tick moves such a
 // head by some ten nanometres, but the cut computes thousands of spheres.
 constexpr std::uint32_t kLawsOfPostponedCuts = 10;
-constexpr double kLargeArea = 10e-6;      // m², contact area above which cuts are postponed
-constexpr double kLeastStep = 0.1e-6;     // m, step of the head for which the saved energy must suffice
+constexpr double kLargeArea = 10e-6;   // m², contact area above which cuts are postponed
+constexpr double kLeastStep = 0.1e-6;  // m, step of the head for which the saved energy must suffice
 // First version of the force laws in which the saved energy must suffice for a longer step. In soft bone, a head
 // advances by more than kLeastStep in a tick.
 constexpr std::uint32_t kLawsOfLongSteps = 11;

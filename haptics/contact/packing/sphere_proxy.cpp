@@ -38,17 +38,17 @@ constexpr std::size_t kListed = 64;        // smallest capacity of one near list
 constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all near lists, as a number of spheres
 // m, largest gap up to which nearly all spheres of a long list are near the tool (listed_near)
 constexpr double kFewOthers = 100e-6;
-constexpr std::size_t kLongList = 1024;    // smallest length of a long near list, as a number of spheres
-constexpr std::size_t kLanes = 8;  // number of spheres in a near list that are compared by one vector instruction
+constexpr std::size_t kLongList = 1024;  // smallest length of a long near list, as a number of spheres
+constexpr std::size_t kLanes = 8;        // number of spheres in a near list that are compared by one vector instruction
 // m, upper bound of the rounding error of a gap in single precision. It does not cover gaps below -10 mm, but such
 // spheres overlap so deeply that every comparison finds them.
 constexpr float kFloatRounding = 1e-9f;
 constexpr double kLeastMargin = 1e-6;  // m, a near list with a smaller margin is not made
 constexpr double kReduced = 0.8;       // factor on the margin of a near list that is too long
 // lists that are made ahead of need (prepare_lists)
-constexpr double kLargestPrepared = 0.5e-3;      // m, largest mean margin
-constexpr double kTicksAhead = 10;             // mean margin for a fast tool, as a multiple of its motion per tick
-constexpr std::size_t kLeavesATick = 320;      // smallest number of leaves of the tree that one tick searches
+constexpr double kLargestPrepared = 0.5e-3;  // m, largest mean margin
+constexpr double kTicksAhead = 10;           // mean margin for a fast tool, as a multiple of its motion per tick
+constexpr std::size_t kLeavesATick = 320;    // smallest number of leaves of the tree that one tick searches
 // if a near list is too long for its memory, it is made again only after this number of searches
 constexpr int kNotAgain = 64;
 
@@ -204,8 +204,7 @@ void SphereProxy::use_list() noexcept {
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
   const double needed = way + std::max(0.0, lists_[i].wider) + kRounding;
   if (!next_.active || next_.tool_sphere != i || !(next_.moved + needed < next_.margin)) {
-    const double margin = room_ < kLongList ? std::clamp(kAhead * way, kMargin, kLargestMargin)
-                                            : prepared_margin(way);
+    const double margin = room_ < kLongList ? std::clamp(kAhead * way, kMargin, kLargestMargin) : prepared_margin(way);
     start_list(tree, i, center, spread_margin(i, margin));
   }
   continue_list(tree, std::numeric_limits<std::size_t>::max());

@@ -24,8 +24,8 @@ struct ProxyOptions {
   // true: the projection onto the contacts starts with the pushes (multipliers) of the last tick, so it needs fewer
   // iterations; false: it starts with zero, as in the force laws before version 7
   bool starts_from_last = true;
-  // true: if the proxy does not move, follow() projects the hand's motion onto the contacts once; false: twice, as in the
-  // force laws before version 11
+  // true: if the proxy does not move, follow() projects the hand's motion onto the contacts once; false: twice, as in
+  // the force laws before version 11
   bool projects_once = true;
   // m, largest displacement of the tool's farthest point in one follow(); a longer motion continues in the next call
   double longest_path = std::numeric_limits<double>::infinity();
@@ -204,11 +204,11 @@ class SphereProxy {
   std::array<ProxyContact, kMostContacts> contacts_;
   std::array<Constraint, kMostContacts> constraints_;
   std::size_t count_ = 0;
-  std::vector<double> arm_;                  // m, for each tool sphere: distance from the frame's origin
-  std::vector<NearList> lists_;              // near lists, one for each tool sphere
-  std::size_t room_;                         // number of entries for which each list has memory, a multiple of 8
-  std::vector<Place> listed_;                // entries of all near lists, one list after the other
-  std::vector<float> gap_;                   // m, for each entry: gap when the list was made; infinite after the last
+  std::vector<double> arm_;      // m, for each tool sphere: distance from the frame's origin
+  std::vector<NearList> lists_;  // near lists, one for each tool sphere
+  std::size_t room_;             // number of entries for which each list has memory, a multiple of 8
+  std::vector<Place> listed_;    // entries of all near lists, one list after the other
+  std::vector<float> gap_;       // m, for each entry: gap when the list was made; infinite after the last
   NextList next_;
   std::vector<double> moved_before_;         // m, for each near list: value of `moved` at the end of the last tick
   std::vector<SweptBall> swept_;             // balls of one search on the GPU, with their motions

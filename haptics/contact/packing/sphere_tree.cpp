@@ -354,8 +354,8 @@ std::size_t SphereTree::search_on(PartSearch& search, const dvec3& p, double rea
     }
     const Node& node = nodes_[level_[level - 1] + index];
     for (unsigned bits = children_within(node, around.middle, around.reach); bits; bits &= bits - 1) {
-      search.stack_[search.depth_++] = {level - 1, index * static_cast<std::uint32_t>(kWide) +
-                                                       static_cast<std::uint32_t>(std::countr_zero(bits))};
+      search.stack_[search.depth_++] = {
+          level - 1, index * static_cast<std::uint32_t>(kWide) + static_cast<std::uint32_t>(std::countr_zero(bits))};
     }
   }
   return count;
