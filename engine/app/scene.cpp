@@ -361,7 +361,8 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
 }
 
 void choose_model(Scene& scene, const std::string& name) {
-  if (name.empty()) return;
+  // The scene's own model keeps its parameters.
+  if (name.empty() || (scene.servo.method && scene.servo.method->name() == name)) return;
   scene.servo.method = haptics::contact_method(name, "--model");
   auto json = nlohmann::ordered_json::parse(scene.text);
   json["model"] = name;
