@@ -86,7 +86,7 @@ void run_demo(const DemoOptions& options) {
   Scene scene =
       read_scene(options.scene.empty() ? assets_folder() / "scenes/molar-caries.json" : fs::path(options.scene));
   choose_model(scene, options.model);
-  const fs::path rig_file = find_rig(options.rig.empty() ? "film" : options.rig);
+  const fs::path rig_file = options.rig.empty() ? usual_rig(scene, "film") : find_rig(options.rig);
   display::DisplayRig rig = display::load_rig(rig_file);
   if (options.eye_size) draw_eyes_at(rig, *options.eye_size);
   log::info("scene {} ({})", scene.name, scene.file.string());

@@ -155,6 +155,11 @@ MaterialTable load_materials() {
   return table;
 }
 
+fs::path usual_rig(const Scene& scene, const std::string& usual) {
+  if (scene.rig.empty()) return find_rig(usual);
+  return find_rig(usual == "closeup" ? scene.rig : scene.rig + "_" + usual);
+}
+
 Scene read_scene(const fs::path& scene) {
   const fs::path file = find_scene(scene.string());
   return parse_scene(Json::load(file), file);
@@ -166,11 +171,11 @@ Scene parse_scene(const Json& json, const fs::path& file) {
 
 Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& place) {
   json.allow_only(
-      {"name",           "description",  "tissue",           "paint",        "tool",     "tools",     "spindle_krpm",
-       "spindle",        "coupling",     "materials",        "parts",        "friction", "cutting",   "passivity",
-       "boundary_walls", "force_filter", "vibration",        "score",        "sound",    "prepare",   "paint_file",
-       "model",          "task",         "surroundings",     "mouth_mirror", "suction",  "spray",     "resume",
-       "force_limit_N",  "tooth",        "torque_limit_Nmm", "tool_set",     "implant",  "handpieces"});
+      {"name",           "description",  "tissue",           "paint",        "tool",     "tools",      "spindle_krpm",
+       "spindle",        "coupling",     "materials",        "parts",        "friction", "cutting",    "passivity",
+       "boundary_walls", "force_filter", "vibration",        "score",        "sound",    "prepare",    "paint_file",
+       "model",          "task",         "surroundings",     "mouth_mirror", "suction",  "spray",      "resume",
+       "force_limit_N",  "tooth",        "torque_limit_Nmm", "tool_set",     "implant",  "handpieces", "rig"});
   const haptics::SolidFiles solid_files = files_of(place);
   Scene scene;
   scene.file = file;
@@ -310,6 +315,10 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
   if (const auto surroundings = json.find("surroundings")) {
     scene.surroundings = read_surroundings(*surroundings, volume_file(scene), place);
   }
+  if (const auto rig = json.find("rig")) {
+    scene.rig = rig->string();
+    (void)usual_rig(scene, "closeup");  // reports a rig that does not exist
+  }
   if (const auto mirror = json.find("mouth_mirror")) scene.mouth_mirror = read_mouth_mirror(*mirror);
   if (const auto suction = json.find("suction")) {
     suction->allow_only({"position_mm", "flow_l_per_min", "radius_mm", "on", "tip", "axis"});
@@ -352,7 +361,8 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
 }
 
 void choose_model(Scene& scene, const std::string& name) {
-  if (name.empty()) return;
+  // The scene's own model keeps its parameters.
+  if (name.empty() || (scene.servo.method && scene.servo.method->name() == name)) return;
   scene.servo.method = haptics::contact_method(name, "--model");
   auto json = nlohmann::ordered_json::parse(scene.text);
   json["model"] = name;

@@ -58,6 +58,8 @@ struct Scene {
   /// true: sound models may be reduced to the lowest order that loses no part of the sound
   bool sound_lower_order = false;
 
+  std::string rig;  // name of the rig that shows the scene; empty: the usual rigs, which show a tooth
+
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };
 
@@ -68,6 +70,11 @@ Scene read_scene(const std::filesystem::path& scene);
 Scene parse_scene(const Json& json, const std::filesystem::path& file);
 /// Reads a scene from JSON. The program searches for the files to which the JSON refers in the folders of `place`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file, const ScenePlace& place);
+
+/// Returns the rig file that shows the scene if the user names no rig. `usual`: name of the rig that shows a tooth,
+/// "closeup", "film" or "window". For a scene with the rig "hip", they are replaced by "hip", "hip_film" and
+/// "hip_window". Throws Error.
+std::filesystem::path usual_rig(const Scene& scene, const std::string& usual);
 
 /// Returns the path of the scene's volume; empty if the scene's tissue consists of solids. Throws Error.
 std::filesystem::path volume_file(const Scene& scene);

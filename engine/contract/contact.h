@@ -42,14 +42,13 @@ constexpr std::uint32_t bits(Fault fault) {
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
 /// - 11: The path of a turning head with a round end is bent, so that it has fewer straight parts. The depth of a
-/// sample
-///   that is nearest to a single line of the head's outline has a closed form. During a fast motion, the cut in the
-///   coarse patch may wait for some ticks.
-/// - 11: The vertex model divides every long cut over several ticks, at any face, and lists the points around the head
-/// after the cut in the same way. Most ticks between two cuts only compute the contact, from distances that are
-/// extrapolated while the head moves little.
-/// - 11: A cut of the models vertex and mesh_lod may collapse a tiny edge next to a face of bad shape, so that fewer
-/// tiny faces collect at the rim of a hole.
+/// sample that is nearest to a single line of the head's outline has a closed form. During a fast motion, the cut in
+/// the coarse patch may wait for some ticks. The vertex model divides every long cut over several ticks, at any face,
+/// and lists the points around the head after the cut in the same way. Most of its ticks between two cuts only compute
+/// the contact, from distances that are extrapolated while the head moves little. A cut of the models vertex and
+/// mesh_lod may collapse a tiny edge next to a face of bad shape, so that fewer tiny faces collect at the rim of a
+/// hole. In the packing model, a head with a large contact area saves its energy for a step of 1 µm, and a proxy that
+/// does not move is projected onto its contacts once per tick.
 /// - 10: In the packing model, a head with a large contact area saves the energy of up to 5 ms for one cut, because a
 /// cut computes thousands of spheres and a tick moves the head by only some ten nanometres.
 /// - 9: After a jump of the hand's pose, the proxy of the offset model follows the hand at once, also if it was still

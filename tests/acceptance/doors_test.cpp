@@ -10,6 +10,7 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include "tests/support/program.h"
 
@@ -88,10 +89,13 @@ TEST_F(Doors, TheProgramOnThePageAboutCDrillsABall) {
 }
 
 TEST_F(Doors, TicksThroughTheCInterfaceAreTheProgramsBitForBit) {
-  const std::string scene = folder_->write("ball.json", kBall), path = folder_->write("hand.csv", kPath),
+  std::string packed = kBall;
+  packed.insert(1, R"("model": {"packing": {"spheres": 2000}}, )");
+  const std::string ball = folder_->write("ball.json", kBall), spheres = folder_->write("packed.json", packed),
+                    path = folder_->write("hand.csv", kPath),
                     hand = folder_->write("hand.json", R"({"path": "hand.csv", "mass_kg": 0.15, "damping_Ns_per_m": 5,
                       "stiffness_N_per_m": [2000, 2000, 400], "push_N": [0, 0, -0.5]})");
-  for (const std::string& moves : {path, hand}) {
+  for (const auto& [scene, moves] : {std::pair(ball, path), std::pair(ball, hand), std::pair(spheres, hand)}) {
     const std::string session = *folder_ / "program.h5", recorded = *folder_ / "c.h5";
     const test::Ran ran = program(fmt::format("servo {} --hand {} --rate 2000 --out {} --json", scene, moves, session));
     ASSERT_EQ(ran.status, 0) << ran.err;

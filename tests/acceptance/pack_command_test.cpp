@@ -182,6 +182,15 @@ TEST_F(PackCommand, ThePackingOfAnotherSceneIsRefusedByTheServoWithBothHashes) {
   EXPECT_FALSE(std::filesystem::exists(folder / "t.csv"));
 }
 
+TEST_F(PackCommand, WithoutARigTheSceneOfTheHipIsDrawnWithItsOwnRig) {
+  const std::string look = " --eye left --size 64x48 --quality bare --out " + folder / "hip";
+  const auto ran = folder.run("render acetabular-reaming --json" + look);
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(Json::parse(ran.out, "frame")["rig"].string(), testing::EndsWith("rigs/hip.json"));
+  folder.write("bad.json", R"({"tissue": {"voxel_mm": 1, "solids": []}, "tool": "round_012", "rig": "nowhere"})");
+  EXPECT_THAT(folder.run("render " + folder / "bad.json" + look).err, HasSubstr("nowhere: found no such file"));
+}
+
 TEST_F(PackCommand, TheViewOfTheSpheresShowsAllSpheresAndIsRefusedForOtherModels) {
   const std::string look = " --view spheres --size 320x240 --out " + folder / "look";
   const auto refused = folder.run("render " + scene() + look);

@@ -201,6 +201,30 @@ TEST(SphereTree, FindsExactlyTheSpheresNearASegment) {
   EXPECT_GT(tree.near_segment(dvec3(0.1, -0.2, 0.05), dvec3(0.1, -0.2, 0.05), 3e-3, few), 3u);  // counted, not stored
 }
 
+TEST(SphereTree, ASearchInPartsFindsTheSameSpheresInTheSameOrder) {
+  std::mt19937_64 random(8);
+  const Cloud c = cloud(random, 2000);
+  const SphereTree tree(c.center, c.radius);
+  std::vector<Place> found(2000), in_parts(2000);
+  std::vector<float> gap(2000);
+  for (int i = 0; i < 300; ++i) {
+    const dvec3 p = random_in(random, 5e-3) + dvec3(0.1, -0.2, 0.05);
+    const std::size_t n = tree.near_segment(p, p, 1e-3, found);
+    SphereTree::PartSearch search = tree.start_search();
+    std::size_t count = 0, parts = 0;
+    for (; !search.done(); ++parts) {
+      std::size_t leaves = 5;
+      count += tree.search_on(search, p, 1e-3, 1e-4, leaves, std::span(in_parts).subspan(count), &gap[count]);
+      ASSERT_TRUE(leaves == 0 || search.done());
+    }
+    ASSERT_TRUE(std::ranges::equal(std::span(found).first(n), std::span(in_parts).first(count))) << i;
+    for (std::size_t k = 0; k < count; ++k) {
+      ASSERT_NEAR(gap[k], glm::distance(p, tree.center(in_parts[k])) - tree.radius(in_parts[k]) - 1e-4, 1e-9);
+    }
+    ASSERT_TRUE(n < 100 || parts > 3);
+  }
+}
+
 TEST(SphereTree, QueriesAndUpdatesNeverAllocate) {
   std::mt19937_64 random(7);
   const Cloud c = cloud(random, 1000);

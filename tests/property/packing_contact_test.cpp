@@ -10,6 +10,7 @@
 
 #include "engine/base/units.h"
 #include "haptics/contact/packing/sphere_proxy.h"
+#include "haptics/contact/packing/sphere_tissue.h"
 #include "haptics/contact/packing/tool_spheres.h"
 #include "haptics/solid.h"
 #include "haptics/sphere_packer.h"
@@ -112,6 +113,55 @@ TEST(SphereProxy, ItNeverOverlapsASphereHoweverTheHandMoves) {
     // The sweep of a rotation follows chords. Their distance from the arcs is below this limit.
     EXPECT_LT(deepest, tool.radius.size() == 1 ? 1e-12 : 1.0e-6);
   }
+}
+
+TEST(SphereProxy, NearListsThatAreMadeInPartsContainEveryNearSphereWhileALargeHeadMovesAndCuts) {
+  const DenseTissue bone = read_solids(Json::parse(
+      R"({"voxel_mm": 0.8, "band_mm": 4, "solids": [{"tissue": "cancellous_bone", "solid": {"difference": [
+      {"box": {"size_mm": [40, 40, 16]}}, {"sphere": {"center_mm": [0, 0, 21], "radius_mm": 22.3}}]}}]})",
+      "t"));
+  PackOptions options;
+  options.spheres = 30000;
+  const SpherePacking p = pack_spheres(bone, options);
+  SphereTissue tissue(p, Removal::kMended);
+  const SphereTree& tree = tissue.tree();
+  const double r = 22.0_mm, epsilon = 0.05_mm;
+  SphereProxy proxy(ball_tool(r), {});
+  proxy.place(at(0, 0, 24.0_mm));
+  std::vector<Place> listed(p.size()), near(p.size()), changed(p.size());
+  std::vector<CutSphere> before(p.size());
+  double deepest = -1;
+  std::size_t most = 0, cut = 0;
+  for (int i = 0; i < 600; ++i) {
+    const double down = i < 60 ? 24.0_mm - 0.06_mm * i : 20.0_mm;
+    proxy.follow(tree, at(0.5_mm * std::sin(0.02 * i), 0.5_mm * std::cos(0.03 * i), i % 200 > 190 ? 21.8_mm : down));
+    const dvec3 c = proxy.pose().p;
+    for (int j = 0; j < static_cast<int>(p.size()); ++j) {
+      if (tree.radius(j) > 0) deepest = std::max(deepest, tree.radius(j) + r - glm::distance(c, tree.center(j)));
+    }
+    if (!proxy.touches()) continue;
+    const std::size_t wanted = tree.near_segment(c, c, r + epsilon, near);
+    listed.resize(std::min(proxy.near_here(tree, 0, epsilon, listed), listed.size()));
+    std::erase_if(
+        listed, [&](Place place) { return glm::distance(c, tree.center(place)) >= tree.radius(place) + r + epsilon; });
+    ASSERT_TRUE(std::ranges::equal(listed, std::span(near).first(wanted))) << i;
+    listed.resize(p.size());
+    most = std::max(most, wanted);
+    if (i % 3 != 0) continue;
+    const dvec3 to = c - dvec3(0, 0, i % 30 == 0 ? 20e-6 : 1e-6);
+    Removed removed;
+    const std::size_t count = tissue.cut(c, to, r, changed, before, removed);
+    for (std::size_t k = 0; k < count; ++k) {
+      const double shift = glm::distance(tree.center(changed[k]), before[k].center());
+      proxy.note_cut(tree, changed[k], shift + tree.radius(changed[k]) - before[k].radius());
+    }
+    proxy.end_notes();
+    proxy.move_to({to, {1, 0, 0, 0}});
+    cut += count;
+  }
+  EXPECT_LT(deepest, 1e-11);
+  EXPECT_GT(most, 1200u);
+  EXPECT_GT(cut, 10000u);
 }
 
 TEST(SphereProxy, NoneOfTenThousandHandsPassesAThinSheetAtUpTo20MillimetresATick) {

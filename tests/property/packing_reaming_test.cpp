@@ -118,13 +118,13 @@ struct Reaming {
   int cuts = 0;                   // ticks in which spheres changed
   std::vector<dvec3> head, felt;  // m and N, position of the head and force in each tick
 };
-Reaming ream(std::uint32_t laws) {
+Reaming ream(std::uint32_t laws, double specific_energy, double push) {
   ServoSettings s = settings(R"({"packing": {"spheres": 6000}})", 44.0_mm);
   s.laws = laws;
   s.stiffness = 60e3, s.damping = 20;
   s.force_limit = 250, s.torque_limit = 10;
   s.spindle.free_speed = 0.3_krpm;
-  for (Material& m : s.materials) m.specific_energy = 6e9;
+  for (Material& m : s.materials) m.specific_energy = specific_energy;
   HapticBench run(TissueVolume(read_solids(Json::parse(R"({"voxel_mm": 0.8, "band_mm": 4, "solids": [
       {"tissue": "cancellous_bone", "solid": {"difference": [{"box": {"size_mm": [56, 56, 32]}},
       {"sphere": {"center_mm": [0, 0, 16], "radius_mm": 22.1}}]}}]})",
@@ -133,7 +133,7 @@ Reaming ream(std::uint32_t laws) {
   Reaming result;
   dvec3 x(0, 0, 15.95_mm), v(0);
   for (int i = 0; i < 2000; ++i) {
-    const dvec3 pull(-20e3 * x.x, -20e3 * x.y, -180);
+    const dvec3 pull(-20e3 * x.x, -20e3 * x.y, -push);
     v += 1e-3 * (pull - 1000.0 * v + run.last.f_T_W) / 3.0;
     x += 1e-3 * v;
     run.tick({x, {1, 0, 0, 0}}, 1);
@@ -146,13 +146,25 @@ Reaming ream(std::uint32_t laws) {
 }
 
 TEST(Reaming, AReamerThatPostponesItsCutsRemovesTheSameVolumeWithTheSameForce) {
-  const Reaming every_tick = ream(9), postponed = ream(10);
+  const Reaming every_tick = ream(9, 6e9, 180), postponed = ream(10, 6e9, 180);
   EXPECT_LT(postponed.cuts, 0.5 * every_tick.cuts);
   EXPECT_GT(every_tick.removed, 1.5_mm3);
   EXPECT_NEAR(postponed.removed / every_tick.removed, 1, 2e-3);
   for (std::size_t i = 0; i < every_tick.head.size(); ++i) {
     ASSERT_LT(glm::distance(every_tick.head[i], postponed.head[i]), 0.25e-6) << i;
     ASSERT_LT(glm::distance(every_tick.felt[i], postponed.felt[i]), 1e-3) << i;
+  }
+}
+
+// In cancellous bone, the reamer advances by more than 0.1 µm in a tick, so force laws 10 cut in every tick.
+TEST(Reaming, InSoftBoneAReamerCutsInFewTicksAndRemovesTheSameVolumeWithNearlyTheSameForce) {
+  const Reaming every_tick = ream(9, 0.4e9, 140), postponed = ream(kServoLaws, 0.4e9, 140);
+  EXPECT_LT(postponed.cuts, 0.3 * every_tick.cuts);
+  EXPECT_GT(every_tick.removed, 20.0_mm3);
+  EXPECT_NEAR(postponed.removed / every_tick.removed, 1, 3e-3);
+  for (std::size_t i = 500; i < every_tick.head.size(); ++i) {
+    ASSERT_LT(glm::distance(every_tick.head[i], postponed.head[i]), 1e-6) << i;
+    ASSERT_LT(glm::distance(every_tick.felt[i], postponed.felt[i]), 0.025) << i;
   }
 }
 

@@ -41,7 +41,7 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 struct Options {
-  std::string scene, rig = "closeup", out, size, eye = "both", pose, quality = "high";
+  std::string scene, rig, out, size, eye = "both", pose, quality = "high";
   std::string view = "look", plane, ideal, volume, language;
   double at = 0, magnify = 0;
   bool json = false, hud = false, validate = false, geometry = false, finished = false;
@@ -194,7 +194,7 @@ void run(const Options& options) {
   if (options.at != 0 && options.pose.empty() && !session)
     throw Error("", "--at", fmt::format("{}", options.at),
                 "--pose HAND.csv, or a recorded session: it is a time in one of them");
-  const fs::path rig_path = find_rig(options.rig);
+  const fs::path rig_path = options.rig.empty() ? usual_rig(scene, "closeup") : find_rig(options.rig);
   display::DisplayRig rig = display::load_rig(rig_path);
   if (rig.kind == display::DisplayKind::kHmd)
     throw Error(rig_path.string(), "\"display\"", "hmd",
@@ -368,7 +368,8 @@ void add_render_command(cli::Command& app) {
       ->add_option("scene", options->scene,
                    "scene file (JSON), the name of one in assets/scenes, or a recorded session (.h5)")
       ->required();
-  command->add_option("--rig", options->rig, "rig file (JSON), or the name of one in assets/rigs")->show_default();
+  command->add_option("--rig", options->rig,
+                      "rig file (JSON), or the name of one in assets/rigs; without it the scene's rig, or closeup");
   command->add_option("--magnify", options->magnify, "magnify the scene by this factor")->check(cli::range(0.1, 100.0));
   command->add_option("--out", options->out, "folder for left.png, right.png, screen.png and frame.json")
       ->required()

@@ -186,8 +186,9 @@ void add_replay_command(cli::Command& app) {
   command->add_option("--film", p.film, "make a film of it (.mp4)")->check(cli::writes({FileKind::kFilm}));
   command->add_option("--beside", p.beside,
                       "another session, shown to the right: an expert's, or the same hand in another scene");
-  command->add_option("--rig", p.rig,
-                      "rig file (JSON), or the name of one in assets/rigs; window, or closeup for a film");
+  command->add_option(
+      "--rig", p.rig,
+      "rig file (JSON), or the name of one in assets/rigs; without it the window, or closeup for a film");
   command->add_option("--eye-mm", options->eye, "X,Y,Z: another viewpoint, the position of the head in the workbench");
   command->add_option("--ipd-mm", options->ipd, "distance between the eyes")->check(cli::range(0.0, 100.0));
   command->add_option("--magnify", p.magnify, "magnify the scene by this factor")->check(cli::range(0.1, 100.0));

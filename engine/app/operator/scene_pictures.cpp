@@ -64,9 +64,8 @@ void ScenePictures::begin() {
   tried_.insert(drawn_);
   job_ = std::make_unique<Job>([file = drawn_](Progress& progress) {
     const fs::path picture = made_picture(file), folder = fs::path(picture).replace_extension();
-    run_self(
-        {"render", file.string(), "--rig", "closeup", "--eye", "left", "--size", "640x480", "--out", folder.string()},
-        progress, kLowestPriority);
+    run_self({"render", file.string(), "--eye", "left", "--size", "640x480", "--out", folder.string()}, progress,
+             kLowestPriority);
     std::error_code code;
     fs::rename(folder / "left.png", picture, code);
     std::error_code ignored;

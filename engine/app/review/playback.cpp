@@ -42,10 +42,9 @@ namespace fs = std::filesystem;
 constexpr double kJump = 5;  // s, time by which an arrow key moves the playback
 constexpr std::array<const char*, 4> kViews = {"look", "section", "xray", "difference"};
 
-display::DisplayRig rig_of(const PlaybackOptions& options) {
+display::DisplayRig rig_of(const PlaybackOptions& options, const Scene& scene) {
   const char* usual = options.film.empty() ? "window" : "closeup";
-  const std::string named = options.rig.empty() ? usual : options.rig;
-  const fs::path file = find_rig(named);
+  const fs::path file = options.rig.empty() ? usual_rig(scene, usual) : find_rig(options.rig);
   display::DisplayRig rig = display::load_rig(file);
   if (rig.kind == display::DisplayKind::kHmd)
     throw Error(file.string(), "\"display\"", "hmd", "window, mirror or offscreen: a session is watched on a screen");
@@ -221,13 +220,13 @@ class Side {
 class Playback {
  public:
   explicit Playback(const PlaybackOptions& options) {
-    display::DisplayRig rig = rig_of(options);
     const bool pair = !options.beside.empty();
     sides_.push_back(
         std::make_unique<Side>(options.session, pair ? options.session.stem().string() : "", options.language));
     if (pair)
       sides_.push_back(std::make_unique<Side>(options.beside, options.beside.stem().string(), options.language));
-    rig = magnified_for(rig, sides_[0]->player().tissue());
+    const display::DisplayRig rig =
+        magnified_for(rig_of(options, sides_[0]->player().scene()), sides_[0]->player().tissue());
     PictureStage::Options look;
     look.quality = render::kQualityLadder[1];
     look.handpieces = sides_[0]->player().scene().handpieces;

@@ -34,6 +34,8 @@ constexpr std::uint32_t kLawsOfLargeForces = 7;
 constexpr std::uint32_t kLawsOfWarmStarts = 7;
 // first version of the force laws in which the proxy's speed is limited
 constexpr std::uint32_t kLawsOfLimitedSpeed = 8;
+// first version of the force laws in which a proxy that does not move is projected onto its contacts only once
+constexpr std::uint32_t kLawsOfOneProjection = 11;
 // m/s, largest speed of the tool's farthest point. Hands are slower; the limit bounds the time of a tick in which the
 // measured pose jumps.
 constexpr double kFastest = 5;
@@ -41,8 +43,12 @@ constexpr double kFastest = 5;
 // First version of the force laws in which a head with a large contact area postpones its cuts. A tick moves such a
 // head by some ten nanometres, but the cut computes thousands of spheres.
 constexpr std::uint32_t kLawsOfPostponedCuts = 10;
-constexpr double kLargeArea = 10e-6;      // m², contact area above which cuts are postponed
-constexpr double kLeastStep = 0.1e-6;     // m, step of the head for which the saved energy must suffice
+constexpr double kLargeArea = 10e-6;   // m², contact area above which cuts are postponed
+constexpr double kLeastStep = 0.1e-6;  // m, step of the head for which the saved energy must suffice
+// First version of the force laws in which the saved energy must suffice for a longer step. In soft bone, a head
+// advances by more than kLeastStep in a tick.
+constexpr std::uint32_t kLawsOfLongSteps = 11;
+constexpr double kLongStep = 1e-6;        // m, this step
 constexpr double kLongestDelay = 4.5e-3;  // s, upper limit of the time for which a cut is postponed
 
 /// Returns options without spring, damper and friction. The servo computes spring and damper; set_friction() sets the
@@ -53,6 +59,7 @@ ProxyOptions frictionless(std::uint32_t laws, double tick) {
           .static_friction = 0,
           .dynamic_friction = 0,
           .starts_from_last = laws >= kLawsOfWarmStarts,
+          .projects_once = laws >= kLawsOfOneProjection,
           .longest_path = laws >= kLawsOfLimitedSpeed ? kFastest * tick : std::numeric_limits<double>::infinity()};
 }
 
@@ -144,7 +151,9 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
 double PackingModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
   const double reach = proxy().tool().reach;
-  return std::max(0.0, snapshot_.spheres.tree().room(X_WG.p, kLook + reach) - reach);
+  // The servo uses only a clearance that is larger than a voxel.
+  const double least = settings_.frame.voxel;
+  return std::max(0.0, snapshot_.spheres.tree().room(X_WG.p, kLook + reach, least + reach) - reach);
 }
 
 bool PackingModel::is_free(const ToolSpheres& tool, const Pose& X_W) const noexcept {
@@ -178,7 +187,7 @@ void PackingModel::watch_retreat(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   retreat_.wedged = false;
   const dvec3& p = proxy().pose().p;
-  if (!proxy().touches() && clearance(proxy().pose()) > R::outside) {
+  if (!proxy().touches() && !snapshot_.spheres.tree().touches(p, proxy().tool().reach + R::outside)) {
     retreat_.path.begin(p / kPathUnit);
   } else {
     retreat_.path.add(p / kPathUnit);
@@ -382,7 +391,8 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
 /// Returns true if a cut waits until the energy suffices for a longer step. The energy is saved, so the volume that the
 /// motor's work removes stays the same. `step`: m, step for which the present energy suffices.
 bool PackingModel::postpones(double dt, double step) noexcept {
-  const bool waits = settings_.laws >= kLawsOfPostponedCuts && step < kLeastStep &&
+  const double least = settings_.laws >= kLawsOfLongSteps ? kLongStep : kLeastStep;
+  const bool waits = settings_.laws >= kLawsOfPostponedCuts && step < least &&
                      surface_.volume > kLargeArea * parameters_.epsilon && postponed_for_ + dt < kLongestDelay;
   postponed_for_ = waits ? postponed_for_ + dt : 0;
   return waits;

@@ -36,12 +36,26 @@ constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of 
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // smallest capacity of one near list, as a number of spheres
 constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all near lists, as a number of spheres
-constexpr std::size_t kLanes = 8;  // number of spheres in a near list that are compared by one vector instruction
+// m, largest gap up to which nearly all spheres of a long list are near the tool (listed_near)
+constexpr double kFewOthers = 100e-6;
+constexpr std::size_t kLongList = 1024;  // smallest length of a long near list, as a number of spheres
+constexpr std::size_t kLanes = 8;        // number of spheres in a near list that are compared by one vector instruction
 // m, upper bound of the rounding error of a gap in single precision. It does not cover gaps below -10 mm, but such
 // spheres overlap so deeply that every comparison finds them.
 constexpr float kFloatRounding = 1e-9f;
+constexpr double kLeastMargin = 1e-6;  // m, a near list with a smaller margin is not made
+constexpr double kReduced = 0.8;       // factor on the margin of a near list that is too long
+// lists that are made ahead of need (prepare_lists)
+constexpr double kLargestPrepared = 0.5e-3;  // m, largest mean margin
+constexpr double kTicksAhead = 10;           // mean margin for a fast tool, as a multiple of its motion per tick
+constexpr std::size_t kLeavesATick = 320;    // smallest number of leaves of the tree that one tick searches
 // if a near list is too long for its memory, it is made again only after this number of searches
 constexpr int kNotAgain = 64;
+
+/// Returns the mean margin of a long near list. `way`: motion of the tool sphere per tick, m.
+double prepared_margin(double way) {
+  return std::clamp(kTicksAhead * way, kMargin, kLargestPrepared);
+}
 
 }  // namespace
 
@@ -68,9 +82,8 @@ SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
       room_(std::max(kListed, kAllListed / std::max<std::size_t>(tool.size(), 1) / kLanes * kLanes)),
       listed_(room_ * tool.size()),
       gap_(room_ * tool.size()),
-      found_(4 * room_),
-      found_gaps_(found_.size()),
-      sorted_gaps_(found_.size()) {
+      moved_before_(tool.size()) {
+  next_.places.resize(room_), next_.gaps.resize(room_);
   for (const dvec3& c : tool_.center_T) arm_.push_back(glm::length(c));
   swept_.reserve(tool.size()), sphere_of_ball_.reserve(tool.size());
 }
@@ -88,11 +101,13 @@ void SphereProxy::place(const Pose& X_W) noexcept {
 
 void SphereProxy::forget_near() noexcept {
   std::fill(lists_.begin(), lists_.end(), NearList{});
+  next_.active = false;
 }
 
 void SphereProxy::move_to(const Pose& X_W) noexcept {
   const Motion motion = motion_to(X_W);
   for (std::size_t i = 0; i < tool_.size(); ++i) lists_[i].moved += motion.way(arm_[i]);
+  next_.moved += motion.way(arm_[next_.tool_sphere]);
   X_W_ = X_W;
 }
 
@@ -100,6 +115,7 @@ void SphereProxy::note_large(const SphereTree& tree, Place place, double protrud
   const dvec3 center = tree.center(place);
   const double radius = tree.radius(place);
   if (!(radius > 0)) return;
+  next_.moved += protrudes;
   for (std::size_t i = 0; i < tool_.size(); ++i) {
     NearList& list = lists_[i];
     if (glm::distance(X_W_ * tool_.center_T[i], center) < radius + tool_.radius[i] + list.margin - list.moved)
@@ -113,50 +129,116 @@ void SphereProxy::end_notes() noexcept {
     list.moved += std::max(protrudes_, list.protrudes);
     list.protrudes = 0;
   }
+  next_.moved += protrudes_;
   protrudes_ = 0;
 }
 
-/// Makes the near list of one of the tool's spheres: the tissue's spheres around it.
-void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
+/// Returns a slightly different margin for each near list. Otherwise all lists of a tool that moves steadily would
+/// become invalid in the same tick.
+double SphereProxy::spread_margin(std::size_t i, double margin) const noexcept {
+  const double spread = 0.61803398875 * static_cast<double>(i);
+  return margin * (0.75 + 0.5 * (spread - std::floor(spread))) + std::max(0.0, lists_[i].wider);
+}
+
+/// Starts a near list of a tool sphere at `center`.
+void SphereProxy::start_list(const SphereTree& tree, std::size_t i, const dvec3& center, double margin) noexcept {
+  next_.tool_sphere = i, next_.active = true;
+  next_.center = center, next_.margin = margin;
+  next_.moved = 0, next_.count = next_.leaves = 0;
+  next_.search = tree.start_search();
+}
+
+/// Continues the search for the spheres of the next near list. Returns true if the list is complete. If the spheres do
+/// not fit into the memory of a list, the margin is reduced.
+bool SphereProxy::continue_list(const SphereTree& tree, std::size_t leaves) noexcept {
+  const double r = tool_.radius[next_.tool_sphere];
+  for (std::size_t left = leaves; !next_.search.done() && left > 0;) {
+    const std::size_t before = left;
+    next_.count += tree.search_on(next_.search, next_.center, r + next_.margin, r + kRounding, left,
+                                  std::span(next_.places).subspan(next_.count), &next_.gaps[next_.count]);
+    next_.leaves += before - left;
+    while (next_.count + SphereTree::kWide > room_ && next_.margin > kLeastMargin) {
+      next_.margin *= kReduced;
+      const auto most = static_cast<float>(next_.margin);
+      std::size_t kept = 0;
+      for (std::size_t k = 0; k < next_.count; ++k) {
+        if (!(next_.gaps[k] < most)) continue;
+        next_.places[kept] = next_.places[k];
+        next_.gaps[kept++] = next_.gaps[k];
+      }
+      next_.count = kept;
+    }
+    if (!(next_.margin > kLeastMargin)) return true;
+  }
+  if (next_.search.done()) next_.expected = next_.leaves;
+  return next_.search.done();
+}
+
+/// Replaces the near list of a tool sphere by the complete next list.
+void SphereProxy::use_list() noexcept {
+  const std::size_t i = next_.tool_sphere;
   NearList& list = lists_[i];
   const double wider = list.wider;
   list = {};
   list.wider = wider;
-  // Each list has a different margin. Otherwise all lists of a tool that moves steadily would become invalid in the
-  // same tick.
-  const double spread = 0.61803398875 * static_cast<double>(i);
-  double margin = std::clamp(kAhead * way, kMargin, kLargestMargin) * (0.75 + 0.5 * (spread - std::floor(spread))) +
-                  std::max(0.0, wider);
-  const double r = tool_.radius[i];
-  const std::size_t count = tree.near_segment(center, center, r + margin, found_);
-  if (count > found_.size()) {
+  next_.active = false;
+  if (!(next_.margin > kLeastMargin)) {
     list.refused = kNotAgain;
     return;
   }
-  if (count == 0) {
-    list.margin = list.free = tree.room(center, kLook + r) - r - kRounding;
-    return;
+  list.moved = next_.moved;
+  list.margin = list.free = next_.margin - kRounding - static_cast<double>(kFloatRounding);
+  list.count = next_.count;
+  for (std::size_t k = 0; k < list.count; ++k) {
+    list.free = std::min(list.free, static_cast<double>(next_.gaps[k] - kFloatRounding));
   }
-  tree.gaps_to(center, std::span(found_).first(count), found_gaps_.data());
-  for (std::size_t k = 0; k < count; ++k) found_gaps_[k] = found_gaps_[k] - r - kRounding;
-  double most = kNever;
-  if (count > room_) {  // keeps only the nearest spheres; the first omitted sphere limits the list's margin
-    const auto from = sorted_gaps_.begin(), omitted = from + static_cast<std::ptrdiff_t>(room_);
-    std::copy_n(found_gaps_.begin(), count, from);
-    std::nth_element(from, omitted, from + static_cast<std::ptrdiff_t>(count));
-    margin = most = *omitted;
-  }
-  list.margin = list.free = margin - kRounding;
-  for (std::size_t k = 0; k < count; ++k) {
-    if (!(found_gaps_[k] < most)) continue;
-    list.free = std::min(list.free, found_gaps_[k]);
-    listed_[i * room_ + list.count] = found_[k];
-    gap_[i * room_ + list.count++] = static_cast<float>(found_gaps_[k]);
-  }
+  std::copy_n(next_.places.begin(), list.count, &listed_[i * room_]);
+  std::copy_n(next_.gaps.begin(), list.count, &gap_[i * room_]);
   for (std::size_t k = list.count; k % kLanes != 0; ++k) {
     listed_[i * room_ + k] = Place{};
     gap_[i * room_ + k] = std::numeric_limits<float>::infinity();
   }
+}
+
+/// Makes the near list of one of the tool's spheres: the tissue's spheres around it.
+void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
+  const double needed = way + std::max(0.0, lists_[i].wider) + kRounding;
+  if (!next_.active || next_.tool_sphere != i || !(next_.moved + needed < next_.margin)) {
+    const double margin = room_ < kLongList ? std::clamp(kAhead * way, kMargin, kLargestMargin) : prepared_margin(way);
+    start_list(tree, i, center, spread_margin(i, margin));
+  }
+  continue_list(tree, std::numeric_limits<std::size_t>::max());
+  use_list();
+  NearList& list = lists_[i];
+  if (list.count == 0 && list.refused == 0 && room_ < kLongList) {
+    list.moved = 0;
+    list.margin = list.free = tree.room(center, kLook + tool_.radius[i]) - tool_.radius[i] - kRounding;
+  }
+}
+
+/// Makes long near lists ahead of need, a part in each tick. A list is replaced when the tool has moved by half of its
+/// margin. A faster tool gets a wider margin and a larger part in each tick.
+void SphereProxy::prepare_lists(const SphereTree& tree) noexcept {
+  if (room_ < kLongList) return;
+  if (!next_.active || !(next_.moved < next_.margin)) {
+    next_.active = false;
+    for (std::size_t i = 0; i < lists_.size() && !next_.active; ++i) {
+      const NearList& list = lists_[i];
+      const double lasts = list.margin - std::max(0.0, list.wider);
+      const double margin = prepared_margin(list.moved - moved_before_[i]);
+      if (!(list.moved < list.margin && list.moved > std::min(0.5 * lasts, margin))) continue;
+      start_list(tree, i, X_W_ * tool_.center_T[i], spread_margin(i, margin));
+    }
+  }
+  if (next_.active) {
+    const NearList& list = lists_[next_.tool_sphere];
+    const double way = list.moved - moved_before_[next_.tool_sphere],
+                 left = std::max(list.margin - std::max(0.0, list.wider) - list.moved, 1e-9);
+    const std::size_t all = next_.expected > 0 ? next_.expected : tree.places() / SphereTree::kWide;
+    const double part = std::min(1.0, way / left) * static_cast<double>(all);
+    if (continue_list(tree, std::max(kLeavesATick, static_cast<std::size_t>(part)))) use_list();
+  }
+  for (std::size_t i = 0; i < lists_.size(); ++i) moved_before_[i] = lists_[i].moved;
 }
 
 template <class Limit, class Visit>
@@ -253,10 +335,20 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
 }
 
 /// Writes the spheres of near list `i` that are nearer than `reach` to the segment from a to b, in the tree's order.
-/// Spheres whose listed gap exceeds `gap` are skipped, because they are too far away. Returns their number.
+/// Spheres whose listed gap exceeds `gap` are skipped, because they are too far away. Returns their number. A long list
+/// belongs to a large head. Nearly all spheres with such a gap are then near the segment, so they are not tested.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<Place> found) const noexcept {
   std::size_t count = 0, waiting = 0;
+  if (lists_[i].count >= kLongList && gap < kFewOthers) {
+    each_listed(
+        i, [&] { return gap; },
+        [&](Place place) {
+          if (count < found.size()) found[count] = place;
+          ++count;
+        });
+    return count;
+  }
   std::array<Place, SphereTree::kWide> some;
   const auto test = [&] {
     for (unsigned bits = tree.near_of({some.data(), waiting}, a, b, reach); bits; bits &= bits - 1) {
@@ -355,19 +447,23 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
     }
     steps[count++] = {&c, turned, 1 + glm::dot(c.turn, turned)};
   }
+  // A ball at the origin of the tool's frame does not turn by its contacts. Without the sums that are zero, each step
+  // waits for fewer results of the step before it.
+  const bool turns = tool_.size() > 1 || arm_[0] > 0;
   for (int round = 0; round < kRounds; ++round) {
     double changed = 0;
     for (std::size_t k = 0; k < count; ++k) {
       Constraint& c = *steps[k].constraint;
-      const double gap = c.gap + glm::dot(c.n, allowed_move) + glm::dot(c.turn, allowed_turn);
+      double gap = c.gap + glm::dot(c.n, allowed_move);
+      if (turns) gap += glm::dot(c.turn, allowed_turn);
       const double before = c.multiplier;
       // A constraint without push and with a positive gap changes nothing. Without this branch, the computation of each
       // constraint would wait for the sums of the one before it.
       if (before == 0 && gap >= 0) continue;
-      c.multiplier = std::max(0.0, before - gap / steps[k].yields);
+      c.multiplier = std::max(0.0, before - (turns ? gap / steps[k].yields : gap));
       const double by = c.multiplier - before;
       allowed_move += by * c.n;
-      allowed_turn += by * steps[k].turned;
+      if (turns) allowed_turn += by * steps[k].turned;
       changed = std::max(changed, std::abs(by));
     }
     if (changed < kSettled) break;
@@ -422,7 +518,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     constraints_[count_ - 1].multiplier = multiplier;
   }
 
-  bool slid = false;
+  bool slid = false, arrived = false;
   double path_left = options_.longest_path;
   for (int sweep = 0, stuck = 0; sweep < kSweeps && stuck < kStuck; ++sweep) {
     const dvec3 move = X_WH.p - X_W_.p;
@@ -451,7 +547,8 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     const double angle = glm::length(turned), way = glm::length(by) + tool_.reach * angle;
     const double share = std::min({1.0, kLargestTurn / std::max(angle, 1e-300), path_left / std::max(way, 1e-300)});
     by *= share, turned *= share;
-    if (glm::length(by) + lever_ * glm::length(turned) < kArrived) break;
+    arrived = glm::length(by) + lever_ * glm::length(turned) < kArrived;
+    if (arrived) break;
     const Pose goal{X_W_.p + by, glm::normalize(turned_by(turned) * X_W_.R)};
     const FirstContact first = first_contact(tree, goal, gpu);
     const double part = reached(tree, goal, first);
@@ -474,9 +571,12 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     }
   }
 
-  // Determines the push of each contact at the proxy's new position.
-  dvec3 by, turned;
-  project(X_WH.p - X_W_.p, rotation_angle(X_W_.R, X_WH.R), by, turned);
+  // Determines the push of each contact at the proxy's new position. If the proxy has not moved since the last
+  // projection, that projection has determined the pushes.
+  if (!(arrived && options_.projects_once)) {
+    dvec3 by, turned;
+    project(X_WH.p - X_W_.p, rotation_angle(X_W_.R, X_WH.R), by, turned);
+  }
   pushed_ = 0, n_W_ = dvec3(0);
   for (std::size_t k = 0; k < count_; ++k) {
     contacts_[k].push = constraints_[k].multiplier;
@@ -485,6 +585,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
   }
   if (const double length = glm::length(n_W_); length > 0) n_W_ /= length;
   sticks_ = pushed_ > 0 && !slid;
+  prepare_lists(tree);
 }
 
 dvec3 SphereProxy::force(const dvec3& v_WH) const noexcept {

@@ -24,6 +24,9 @@ struct ProxyOptions {
   // true: the projection onto the contacts starts with the pushes (multipliers) of the last tick, so it needs fewer
   // iterations; false: it starts with zero, as in the force laws before version 7
   bool starts_from_last = true;
+  // true: if the proxy does not move, follow() projects the hand's motion onto the contacts once; false: twice, as in
+  // the force laws before version 11
+  bool projects_once = true;
   // m, largest displacement of the tool's farthest point in one follow(); a longer motion continues in the next call
   double longest_path = std::numeric_limits<double>::infinity();
 };
@@ -148,6 +151,20 @@ class SphereProxy {
     std::size_t count = 0;  // number of spheres in the list
     int refused = 0;        // number of searches until the list is made again; used after the list was too long
   };
+  /// A near list that is being made, for a position of its tool sphere.
+  struct NextList {
+    std::size_t tool_sphere = 0;
+    bool active = false;
+    dvec3 center{0};                // m, position of the tool sphere for which the list is made
+    double margin = 0;              // m
+    double moved = 0;               // m, as in NearList, since the start of the search
+    SphereTree::PartSearch search;  // search for the spheres of the list
+    std::size_t leaves = 0;         // number of the tree's leaves that the search has examined
+    std::size_t expected = 0;       // number of leaves that the last complete search examined; 0: none was complete
+    std::size_t count = 0;
+    std::vector<Place> places;
+    std::vector<float> gaps;  // m
+  };
   struct Constraint {
     // n: change of the gap per metre of translation along each axis; turn: change of the gap per radian of rotation, m
     dvec3 n{0}, turn{0};
@@ -164,6 +181,11 @@ class SphereProxy {
   double reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept;
   /// Makes the near list. `way`: upper bound of the motion for which it must be valid, m.
   void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double way) noexcept;
+  void start_list(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double margin) noexcept;
+  bool continue_list(const SphereTree& tree, std::size_t leaves) noexcept;
+  void use_list() noexcept;
+  void prepare_lists(const SphereTree& tree) noexcept;
+  double spread_margin(std::size_t tool_sphere, double margin) const noexcept;
   /// Calls visit(place) for the listed spheres whose gap was at most limit(), which the visits may reduce, and for a
   /// few others.
   template <class Limit, class Visit>
@@ -182,14 +204,13 @@ class SphereProxy {
   std::array<ProxyContact, kMostContacts> contacts_;
   std::array<Constraint, kMostContacts> constraints_;
   std::size_t count_ = 0;
-  std::vector<double> arm_;                  // m, for each tool sphere: distance from the frame's origin
-  std::vector<NearList> lists_;              // near lists, one for each tool sphere
-  std::size_t room_;                         // number of entries for which each list has memory, a multiple of 8
-  std::vector<Place> listed_;                // entries of all near lists, one list after the other
-  std::vector<float> gap_;                   // m, for each entry: gap when the list was made; infinite after the last
-  std::vector<Place> found_;                 // places of the spheres that one search found
-  std::vector<double> found_gaps_;           // m, gaps of the spheres in found_
-  std::vector<double> sorted_gaps_;          // m, copy of found_gaps_, partly sorted
+  std::vector<double> arm_;      // m, for each tool sphere: distance from the frame's origin
+  std::vector<NearList> lists_;  // near lists, one for each tool sphere
+  std::size_t room_;             // number of entries for which each list has memory, a multiple of 8
+  std::vector<Place> listed_;    // entries of all near lists, one list after the other
+  std::vector<float> gap_;       // m, for each entry: gap when the list was made; infinite after the last
+  NextList next_;
+  std::vector<double> moved_before_;         // m, for each near list: value of `moved` at the end of the last tick
   std::vector<SweptBall> swept_;             // balls of one search on the GPU, with their motions
   std::vector<std::size_t> sphere_of_ball_;  // for each ball in swept_: index of its tool sphere
   // m, largest protrusion of a cut sphere since the last end_notes(), if it is at most kStickOut

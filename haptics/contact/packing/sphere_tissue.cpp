@@ -14,9 +14,6 @@ namespace {
 /// Lower limit of the cosine of the angle between the directions of two cuts of a sphere. If the angle is less than
 /// 60°, the second cut continues the first one.
 constexpr double kSameSide = 0.5;
-/// Smallest radius of a cut sphere, as a fraction of its radius before the cut. A smaller sphere is removed, because
-/// its contact could not be felt.
-constexpr double kLeast = 1e-3;
 // number of cuts after which the tree's boxes above a leaf are made exact again
 constexpr std::size_t kExactEvery = 16;
 constexpr double kRounding = 1e-15;  // m, upper bound of the rounding error of a sphere's motion
@@ -49,10 +46,6 @@ void SphereTissue::set_material(int i, Tissue tissue, double hardness) noexcept 
   tissue_[place] = tissue;
   hardness_[place] = static_cast<float>(hardness);
   graded_ = graded_ || hardness != 1;
-}
-
-bool SphereTissue::gone(const CutSphere& s) const noexcept {
-  return !(s.radius() > kLeast * s.base_radius);
 }
 
 /// Returns the volume in m³ that a sphere represents, including its part of the gaps.
@@ -125,12 +118,6 @@ void SphereTissue::take(int i, const CutSphere& after, Removed& removed) noexcep
   set(i, after);
 }
 
-void SphereTissue::count(Place place, double taken, Removed& removed) const noexcept {
-  const auto t = static_cast<std::size_t>(tissue(place));
-  removed.volume[t] += taken;
-  removed.hardened[t] += taken * hardness(place);
-}
-
 double SphereTissue::cost(std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
                           const PerTissue& weight) const noexcept {
   double sum = 0;
@@ -176,7 +163,7 @@ TYPODONT_KERNEL void counted_lanes(const D8& base_radius, const D8& base_volume,
   ball_volumes(base_radius, base);
   lens_volumes(tool, base_radius, tool + base_radius - overlap, lens);
   const D8 part = base_volume * (1.0 - lens / base);
-  volume = radius > kLeast * base_radius ? (overlap > D8{} ? part : base_volume) : D8{};
+  volume = radius > SphereTissue::kLeast * base_radius ? (overlap > D8{} ? part : base_volume) : D8{};
 }
 
 /// Computes the cut of eight spheres by a ball of radius `r` that moves from a to b, with the same bits as
@@ -262,12 +249,6 @@ double TriedCut::add(const SphereTissue& tissue, std::span<const Place> near, co
 void SphereTissue::set(int i, const CutSphere& s) noexcept {
   put(tree_.place_of(i), s);
   tree_.mend_above(tree_.place_of(i));
-}
-
-/// Sets a sphere without updating the tree's boxes above it.
-void SphereTissue::put(Place place, const CutSphere& s) noexcept {
-  spheres_[static_cast<std::size_t>(place)] = s;
-  tree_.put(place, s.center(), gone(s) ? 0 : s.radius());
 }
 
 /// Updates the tree's boxes above a sphere that make() has changed. In most cuts the boxes are only widened.

@@ -86,8 +86,11 @@ class SphereTissue {
 
   Removal removal() const { return removal_; }
 
-  // Public only because the kernels in the .cpp file need it.
+  // Public only because the kernels in the .cpp file need them.
   struct Lanes;
+  /// Smallest radius of a cut sphere, as a fraction of its radius before the cut. A smaller sphere is removed, because
+  /// its contact could not be felt.
+  static constexpr double kLeast = 1e-3;
 
   /// Returns the memory used by the spheres and the tree, bytes.
   std::size_t bytes() const { return size() * (sizeof(CutSphere) + sizeof(Tissue) + sizeof(float)) + tree_.bytes(); }
@@ -96,10 +99,18 @@ class SphereTissue {
   friend class TriedCut;
   double counted(const CutSphere& s) const noexcept;
   bool after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept;
-  bool gone(const CutSphere& s) const noexcept;
-  void put(Place place, const CutSphere& sphere) noexcept;
+  static bool gone(const CutSphere& s) noexcept { return !(s.radius() > kLeast * s.base_radius); }
+  /// Sets a sphere without updating the tree's boxes above it.
+  void put(Place place, const CutSphere& s) noexcept {
+    spheres_[static_cast<std::size_t>(place)] = s;
+    tree_.put(place, s.center(), gone(s) ? 0 : s.radius());
+  }
   void renew_boxes(Place place) noexcept;
-  void count(Place place, double taken, Removed& removed) const noexcept;
+  void count(Place place, double taken, Removed& removed) const noexcept {
+    const auto t = static_cast<std::size_t>(tissue(place));
+    removed.volume[t] += taken;
+    removed.hardened[t] += taken * hardness(place);
+  }
 
   Removal removal_;
   std::size_t made_ = 0;  // number of cuts by make()

@@ -18,7 +18,7 @@ constexpr std::size_t kWide = SphereTree::kWide;
 // Upper bound of the rounding error, as a fraction of the packing's extent. It covers about twelve roundings in single
 // precision.
 constexpr double kRounding = 2e-6;
-constexpr std::size_t kDeepest = 10;  // upper limit of the number of levels; the tree then has 8^10 leaves
+constexpr std::size_t kDeepest = SphereTree::kDeepest;
 
 /// Computes contact_time() for eight spheres. All processors evaluate the same operations, so they give the same bits.
 TYPODONT_DISPATCH("avx2", "default")
@@ -44,15 +44,16 @@ unsigned near_lanes(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b
   return near_in(leaf, a, b, reach);
 }
 
-/// Computes the distance from a point to the surface of each sphere.
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void gap_lanes(const SphereTree::Leaf& leaf, const dvec3& p, double* gap) {
+/// Computes the distance from a point to the surface of each sphere, minus `offset`. Returns a bit mask of the spheres
+/// for which the result is less than `most`.
+TYPODONT_KERNEL unsigned gaps_in(const SphereTree::Leaf& leaf, const dvec3& p, double offset, double most, D8& gap) {
   D8 x, y, z, r;
   read_lanes(x, leaf.x), read_lanes(y, leaf.y), read_lanes(z, leaf.z), read_lanes(r, leaf.r);
   x -= p.x, y -= p.y, z -= p.z;
-  D8 distance = x * x + y * y + z * z;
-  take_root(distance);
-  write_lanes(gap, distance - r);
+  gap = x * x + y * y + z * z;
+  take_root(gap);
+  gap = gap - r - offset;
+  return bits_of((r > D8{}) & (gap < D8{} + most));
 }
 
 /// Returns the box around the spheres of a leaf, relative to `origin` and enlarged by `slack`.
@@ -195,13 +196,6 @@ void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::siz
   order(center, middle, to, chunk);
 }
 
-void SphereTree::put(Place place, const dvec3& center, double radius) noexcept {
-  const auto s = static_cast<std::size_t>(place);
-  Leaf& leaf = leaves_[s / kWide];
-  leaf.x[s % kWide] = center.x, leaf.y[s % kWide] = center.y, leaf.z[s % kWide] = center.z;
-  leaf.r[s % kWide] = radius;
-}
-
 /// Updates the boxes of all nodes above a leaf. Stops at the first box that does not change.
 /// With `exactly` false, also stops at the first box that is large enough.
 void SphereTree::mend(std::size_t leaf, bool exactly) noexcept {
@@ -308,15 +302,6 @@ unsigned SphereTree::near_of(std::span<const Place> spheres, const dvec3& a, con
   return near_lanes(lanes_of(spheres), a, b, reach);
 }
 
-void SphereTree::gaps_to(const dvec3& p, std::span<const Place> spheres, double* gap) const noexcept {
-  for (std::size_t k = 0; k < spheres.size(); k += kWide) {
-    double gaps[kWide];
-    const std::span<const Place> some = spheres.subspan(k, std::min(kWide, spheres.size() - k));
-    gap_lanes(lanes_of(some), p, gaps);
-    std::copy_n(gaps, some.size(), gap + k);
-  }
-}
-
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reach,
                                      std::span<Place> found) const noexcept {
@@ -343,6 +328,34 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
     for (unsigned bits = children_within(node, around.middle, around.reach); bits; bits &= bits - 1) {
       stack[depth++] = {level - 1,
                         index * static_cast<std::uint32_t>(kWide) + static_cast<std::uint32_t>(std::countr_zero(bits))};
+    }
+  }
+  return count;
+}
+
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+std::size_t SphereTree::search_on(PartSearch& search, const dvec3& p, double reach, double offset, std::size_t& leaves,
+                                  std::span<Place> found, float* gap) const noexcept {
+  ++t_search_counts.spheres;
+  const double rounding = kRounding * (glm::length(p - origin_) + reach);
+  const Around around(p - origin_, dvec3(0), reach + slack_ + rounding);
+  std::size_t count = 0;
+  while (search.depth_ > 0 && leaves > 0 && count + kWide <= found.size()) {
+    const auto [level, index] = search.stack_[--search.depth_];
+    if (level == 0) {
+      --leaves;
+      D8 gaps;
+      for (unsigned bits = gaps_in(leaves_[index], p, offset, reach - offset, gaps); bits; bits &= bits - 1) {
+        const auto k = static_cast<std::size_t>(std::countr_zero(bits));
+        found[count] = static_cast<Place>(index * kWide + k);
+        gap[count++] = static_cast<float>(gaps[k]);
+      }
+      continue;
+    }
+    const Node& node = nodes_[level_[level - 1] + index];
+    for (unsigned bits = children_within(node, around.middle, around.reach); bits; bits &= bits - 1) {
+      search.stack_[search.depth_++] = {
+          level - 1, index * static_cast<std::uint32_t>(kWide) + static_cast<std::uint32_t>(std::countr_zero(bits))};
     }
   }
   return count;
@@ -390,10 +403,14 @@ void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) cons
   }
 }
 
-double SphereTree::room(const dvec3& p, double most) const noexcept {
+double SphereTree::room(const dvec3& p, double most, double enough) const noexcept {
   ++t_search_counts.spheres;
-  visit_nearest(p, most, [&](std::size_t, double off) { most = std::min(most, off); });
-  return most;
+  double nearest = most;
+  visit_nearest(p, most, [&](std::size_t, double off) {
+    nearest = std::min(nearest, off);
+    most = nearest <= enough ? -kNever : nearest;
+  });
+  return nearest;
 }
 
 bool SphereTree::touches(const dvec3& p, double r) const noexcept {

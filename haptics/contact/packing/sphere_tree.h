@@ -1,9 +1,11 @@
 // A bounding volume hierarchy of spheres. Spheres may shrink, move and disappear after it was built.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/base/pose.h"
@@ -19,6 +21,9 @@ enum class Place : std::int32_t {};
 /// Built at set-up; all other functions are noexcept and never allocate. Used by one thread at a time.
 class SphereTree {
  public:
+  static constexpr std::size_t kWide = 8;
+  static constexpr std::size_t kDeepest = 10;  // upper limit of the number of levels; the tree then has 8^10 leaves
+
   struct Hit {
     double t = kNever;  // fraction 0..1 of the motion at the contact; kNever: no contact
     int sphere = -1;
@@ -54,7 +59,12 @@ class SphereTree {
   }
   /// Like set(), but does not update the boxes. The caller calls mend_above() for one sphere of every changed leaf
   /// before the next search.
-  void put(Place place, const dvec3& center, double radius) noexcept;
+  void put(Place place, const dvec3& center, double radius) noexcept {
+    const auto s = static_cast<std::size_t>(place);
+    Leaf& leaf = leaves_[s / kWide];
+    leaf.x[s % kWide] = center.x, leaf.y[s % kWide] = center.y, leaf.z[s % kWide] = center.z;
+    leaf.r[s % kWide] = radius;
+  }
   /// Returns true if two spheres are in the same leaf of the tree.
   bool share_leaf(Place a, Place b) const noexcept {
     return static_cast<std::size_t>(a) / kWide == static_cast<std::size_t>(b) / kWide;
@@ -77,8 +87,28 @@ class SphereTree {
   /// written.
   std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<Place> found) const noexcept;
 
-  /// Writes the distance from p to the surface of each given sphere to `gap`, m; negative inside the sphere.
-  void gaps_to(const dvec3& p, std::span<const Place> spheres, double* gap) const noexcept;
+  /// State of a search around a point that is computed in parts. Between the parts, spheres may change.
+  class PartSearch {
+   public:
+    bool done() const { return depth_ == 0; }
+
+   private:
+    friend class SphereTree;
+    // level and index of the nodes to visit
+    std::array<std::pair<std::uint32_t, std::uint32_t>, kDeepest*(kWide - 1) + 1> stack_;
+    std::size_t depth_ = 0;
+  };
+  PartSearch start_search() const noexcept {
+    PartSearch search;
+    search.stack_[search.depth_++] = {static_cast<std::uint32_t>(level_.size()), 0};
+    return search;
+  }
+  /// Continues a search for the spheres whose surface is nearer than `reach` to p. Appends their places to `found` and
+  /// the distances from p to their surfaces, minus `offset` (m), to `gap`, in the order of near_segment(). Ends after
+  /// `leaves` leaves of the tree, or if `found` may have no space for the next leaf. Reduces `leaves` by the number of
+  /// leaves that it examined. Returns the number of spheres.
+  std::size_t search_on(PartSearch& search, const dvec3& p, double reach, double offset, std::size_t& leaves,
+                        std::span<Place> found, float* gap) const noexcept;
 
   /// Returns a bit mask of those of the given spheres (at most kWide) that near_segment() would find.
   unsigned near_of(std::span<const Place> spheres, const dvec3& a, const dvec3& b, double reach) const noexcept;
@@ -91,8 +121,9 @@ class SphereTree {
   }
 
   /// Returns the distance that a point may move before it can be inside a sphere, m: at most `most`; negative if the
-  /// point is inside a sphere.
-  double room(const dvec3& p, double most) const noexcept;
+  /// point is inside a sphere. If the distance is at most `enough`, the search ends early, and the result is any value
+  /// between the distance and `enough`.
+  double room(const dvec3& p, double most, double enough = -kNever) const noexcept;
 
   /// Returns true if a ball of radius `r` at `p` overlaps or touches a sphere. The search ends at the first such
   /// sphere.
@@ -105,8 +136,6 @@ class SphereTree {
   std::size_t bytes() const {
     return leaves_.size() * sizeof(Leaf) + nodes_.size() * sizeof(Node) + 2 * place_of_.size() * sizeof(int);
   }
-
-  static constexpr std::size_t kWide = 8;
 
   // Public only because the kernels in the .cpp file need it.
   struct alignas(64) Leaf {

@@ -78,6 +78,7 @@ SurfaceEstimate estimated(const SphereTissue& tissue, const ToolSpheres& tool, c
       Overlaps overlaps;
       overlaps_of(tissue.tree().lanes_of(some), c, r, overlaps);
       for (std::size_t j = 0; j < some.size(); ++j) {
+        if (!(overlaps.volume[j] > 0)) continue;
         sum.add(some[j], {overlaps.n[0][j], overlaps.n[1][j], overlaps.n[2][j]}, overlaps.volume[j]);
       }
     }
