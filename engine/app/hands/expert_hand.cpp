@@ -196,7 +196,9 @@ struct Rounds {
   // Another round of cutting is planned only if the last round reduced the error (the volume that differs from the
   // ideal) below this fraction.
   static constexpr double still_left = 0.5;
-  static constexpr int most_cuts = 4;  // largest number of rounds of cutting
+  // Largest number of rounds of cutting, in a task without filling and in a task with filling. A filling is carved
+  // once before the second pass of filling and once after it.
+  static constexpr int most_cuts = 4, most_carvings = 2;
   // m, thickness; the first carving leaves excess filling that is thinner than this
   static constexpr double clearly_too_high = 0.1e-3;
   // m³, threshold: a layer of filling that reduces the missing volume by less counts as useless
@@ -905,7 +907,8 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   const double off = remaining_difference(judge_.preparation(now));
   if (!legs.empty()) {
     ++layers_;
-  } else if (cuts_ < Rounds::most_cuts && (cuts_ == 0 || layers_ > layers_cut_ || off < Rounds::still_left * off_)) {
+  } else if (cuts_ < (layers_ > 0 ? Rounds::most_carvings : Rounds::most_cuts) &&
+             (cuts_ == 0 || layers_ > layers_cut_ || off < Rounds::still_left * off_)) {
     if (layers_ > 0 && cuts_ == 0)
       log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
                 (off - missing) * 1e9);
