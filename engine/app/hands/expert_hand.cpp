@@ -124,11 +124,13 @@ struct ToolChoice {
   static constexpr double pass = 0.22, least_pass = 0.12e-3,
                           // pass: distance between two passes, as a fraction of the tool's diameter; least_pass,
                           // most_pass: m, its bounds
-      most_pass = 0.3e-3;
+      most_pass = 0.5e-3;
   // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, so it keeps a distance:
   // if it touched enamel, the enamel would bear the force, and the filling beside it would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
   static constexpr double allowance = 0.005e-3;  // m, depth to which a bur may enter tissue that must stay
+  // m, thinner tissue gets no stroke of a bur. It is less than the 0.02 mm that the score tolerates.
+  static constexpr double least_cut = 0.015e-3;
   // Of the tools that remove enough, the widest is chosen, because it is the fastest. A tool removes enough if it
   // removes at least the fraction 1 - tolerated_loss of the volume that the best tool removes.
   static constexpr double tolerated_loss = 0.12;
@@ -372,7 +374,7 @@ class Plan {
       const Terrain terrain(state_, around_, axis_);
       carve_strokes(state_, tool, strokes);
       take(static_cast<std::uint32_t>(best->tool), !by_hand);
-      follow(strokes, by_hand, terrain, other_finishes ? Lead::rough_force : Lead::bulk_force);
+      follow(strokes, by_hand, terrain, other_finishes || tool.energy_ratio < 1 ? Lead::rough_force : Lead::bulk_force);
     }
   }
 
@@ -405,7 +407,8 @@ class Plan {
     const double step = std::clamp(ToolChoice::pass * tool.diameter, grip_.size * ToolChoice::least_pass,
                                    grip_.size * ToolChoice::most_pass);
     return plan_strokes(now, tool, step, grip_.size * (by_hand ? ToolChoice::edge_allowance : ToolChoice::allowance),
-                        around_, finish, grip_.size, least_thickness);
+                        around_, finish, grip_.size,
+                        by_hand ? least_thickness : std::max(least_thickness, grip_.size * ToolChoice::least_cut));
   }
   /// Appends the steps for some strokes. `bulk_force`: force of the strokes in the bulk, as a fraction of the task's
   /// mean force.
@@ -417,6 +420,11 @@ class Plan {
       if (gap > Joining::joined) go_over(s.from, terrain, /*lifts=*/i > 0);
       force_ = std::min(grip_.most_force, grip_.force * (s.bulk ? bulk_force : Lead::finishing_force));
       if (gap > Joining::no_gap) add(by_hand ? ExpertLeg::Kind::kMove : ExpertLeg::Kind::kCut, s.from), run = 0;
+      if (s.in_air) {
+        add(ExpertLeg::Kind::kMove, s.to);
+        run = 0;
+        continue;
+      }
       add(by_hand ? ExpertLeg::Kind::kScrape : ExpertLeg::Kind::kCut, s.to);
       run += glm::length(s.to.p - s.from.p);
       if (!s.goes_on || i + 1 == strokes.size() || (by_hand && run > Joining::longest_run)) {

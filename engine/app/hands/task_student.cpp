@@ -35,7 +35,7 @@ constexpr double kLeastTaken = 0.05;     // voxels, threshold: no stroke is plan
 // m, tolerance: a point of a path that is nearer than this to the line between its neighbours is omitted
 constexpr double kOnLine = 2e-6;
 // m, limit: a shorter part of a pass that removes nothing is kept, so that the tool need not be lifted
-constexpr double kBridged = 0.4e-3;
+constexpr double kBridged = 1e-3;
 // m, length of a connection between two passes; a longer connection goes over the tissue, not straight
 constexpr double kStraight = 3e-3;
 constexpr double kHop = 0.3e-3;   // m, height step of the search for a free path between two strokes
@@ -348,8 +348,9 @@ class StrokePlanner {
       const dvec3 up(from.x, from.y, height), over(to.x, to.y, height);
       if (!clear_along(up, over)) continue;
       if (!clear_along(from, up) || !clear_along(over, to)) return;
-      add(from, up, false);
-      add(up, over, false);
+      const bool air = in_air(from, up) && in_air(up, over);
+      add(from, up, false, air);
+      add(up, over, false, air);
       return add(over, to, false);
     }
   }
@@ -359,8 +360,15 @@ class StrokePlanner {
       if (!clear(from + static_cast<double>(k) / looks * (to - from))) return false;
     return true;
   }
-  void add(const dvec3& from, const dvec3& to, bool goes_on) {
-    const Stroke s{{world(from), R_WT_}, {world(to), R_WT_}, goes_on, bulk_};
+  /// Returns true if the head meets no tissue on the line.
+  bool in_air(const dvec3& from, const dvec3& to) const {
+    const int looks = static_cast<int>(std::ceil(glm::length(to - from) / grid_));
+    for (int k = 1; k <= looks; ++k)
+      if (useful(from + static_cast<double>(k) / looks * (to - from))) return false;
+    return true;
+  }
+  void add(const dvec3& from, const dvec3& to, bool goes_on, bool in_air = false) {
+    const Stroke s{{world(from), R_WT_}, {world(to), R_WT_}, goes_on, bulk_, in_air};
     strokes_.push_back(s);
     last_ = to;
     const haptics::Sweep sweep(tool_, s.from, s.to, in_.frame);
