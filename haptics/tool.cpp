@@ -421,8 +421,8 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
 
 Tool read_tool(const Json& json) {
   json.allow_only({"name", "iso_6360", "shape", "diameter_mm", "length_mm", "cuts", "side_efficiency", "end_efficiency",
-                   "cutting_coefficient", "energy_ratio", "scrapes", "sink_yield_N", "shank", "safe_end", "fill", "implant",
-                   "handpiece", "source"});
+                   "cutting_coefficient", "energy_ratio", "scrapes", "sink_yield_N", "shank", "safe_end", "fill",
+                   "implant", "handpiece", "source"});
   Tool tool;
   const std::string shape = json["shape"].string();
   const auto kind = std::find_if(kShapes.begin(), kShapes.end(), [&](const ShapeKind& s) { return s.name == shape; });

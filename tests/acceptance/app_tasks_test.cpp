@@ -167,7 +167,7 @@ TEST_P(SolvableTask, TheIdealScoresFullAGoodHandHighACarelessHandLowAndNoWorkZer
 INSTANTIATE_TEST_SUITE_P(All, SolvableTask,
                          testing::Values(Solvable{"class-1-cavity", "cylinder_012", 0.3, {0.7, 0.5, -0.8}},
                                          Solvable{"class-2-cavity", "cylinder_012", 0.3, {0.2, 0.8, -0.8}},
-                                         Solvable{"crown-preparation", "round_end_cylinder_014", 0.3, {0.6, 0.6, -1.0}},
+                                         Solvable{"crown-preparation", "round_end_cylinder_023", 0.3, {0.6, 0.6, -1.0}},
                                          Solvable{"root-canal-access", "cylinder_012", 0.4, {0, 2.2, -0.5}},
                                          Solvable{"remove-caries", "round_010", 0.25, {1.0, 0.7, -0.6}},
                                          Solvable{"tutorial", "round_008", 0.2, {0.8, 0.8, -0.3}}),
