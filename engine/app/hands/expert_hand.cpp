@@ -24,7 +24,7 @@ namespace {
 struct Lead {
   // m/s, speed through the air: with a hand instrument, and with a running drill
   static constexpr double travel_pace = 60e-3, drill_travel_pace = 65e-3;
-  static constexpr double cut_pace = 30e-3;     // m/s, largest speed of the target point along a cut
+  static constexpr double cut_pace = 40e-3;     // m/s, largest speed of the target point along a cut
   static constexpr double scrape_pace = 27e-3;  // m/s, largest speed of a scraping hand instrument
   // turning_pace: m/s, speed at which a scraping hand instrument reverses; turning_time: s, time constant of the
   // slowdown before it.
@@ -63,6 +63,8 @@ struct Lead {
   // gives a force depends on the tissue. The wanted forces here are fractions of the task's mean force. rough_force:
   // bulk of the tissue, if another tool makes the finish; bulk_force: bulk, otherwise; finishing_force: final surface.
   static constexpr double rough_force = 2.3, bulk_force = 1.65, finishing_force = 1.4;
+  // bulk, with a coarse tool, which needs less energy per volume than the tissue's specific energy
+  static constexpr double coarse_force = 2.7;
   // 1/s, gain with which an error of the force changes the limit of the lead
   static constexpr double lead_per_force = 15;
   // lower and upper bound of the lead's limit, as ratios to the lead that gives the task's mean force
@@ -137,7 +139,7 @@ struct ToolChoice {
   static constexpr double same_width = 0.01e-3;  // m, tolerance: tool widths that differ by less count as equal
   // Threshold: ratio of the tissue that another tool leaves to the tissue that the chosen tool leaves. Below it, the
   // other tool makes the finish.
-  static constexpr double hardly_less = 0.7;
+  static constexpr double hardly_less = 0.6;
   // Conditions for the use of another tool. The tool must leave less than the fraction needed_reduction of the present
   // error, and reduce the error by at least the fraction least_gain of the error at the task's start.
   static constexpr double needed_reduction = 0.9, least_gain = 0.012;
@@ -198,9 +200,7 @@ struct Rounds {
   // Another round of cutting is planned only if the last round reduced the error (the volume that differs from the
   // ideal) below this fraction.
   static constexpr double still_left = 0.5;
-  // Largest number of rounds of cutting, in a task without filling and in a task with filling. A filling is carved
-  // once before the second pass of filling and once after it.
-  static constexpr int most_cuts = 4, most_carvings = 2;
+  static constexpr int most_cuts = 4;  // largest number of rounds of cutting
   // m, thickness; the first carving leaves excess filling that is thinner than this
   static constexpr double clearly_too_high = 0.1e-3;
   // m³, threshold: a layer of filling that reduces the missing volume by less counts as useless
@@ -374,7 +374,10 @@ class Plan {
       const Terrain terrain(state_, around_, axis_);
       carve_strokes(state_, tool, strokes);
       take(static_cast<std::uint32_t>(best->tool), !by_hand);
-      follow(strokes, by_hand, terrain, other_finishes || tool.energy_ratio < 1 ? Lead::rough_force : Lead::bulk_force);
+      follow(strokes, by_hand, terrain,
+             tool.energy_ratio < 1 ? Lead::coarse_force
+             : other_finishes      ? Lead::rough_force
+                                   : Lead::bulk_force);
     }
   }
 
@@ -915,8 +918,7 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   const double off = remaining_difference(judge_.preparation(now));
   if (!legs.empty()) {
     ++layers_;
-  } else if (cuts_ < (layers_ > 0 ? Rounds::most_carvings : Rounds::most_cuts) &&
-             (cuts_ == 0 || layers_ > layers_cut_ || off < Rounds::still_left * off_)) {
+  } else if (cuts_ < Rounds::most_cuts && (cuts_ == 0 || layers_ > layers_cut_ || off < Rounds::still_left * off_)) {
     if (layers_ > 0 && cuts_ == 0)
       log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
                 (off - missing) * 1e9);

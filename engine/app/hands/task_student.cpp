@@ -22,12 +22,14 @@ constexpr double kExact = 0.02;
 constexpr double kGrid = 0.1e-3;  // m, distance between the head positions that the planner evaluates
 constexpr double kLayer =
     0.5;  // ratio to the head's diameter: distance between two layers of strokes while most of the tissue is removed
+// Ratio to the head's diameter: a coarse tool removes tissue that is thinner than this in its passes along the floor.
+constexpr double kAtOnce = 0.5;
 constexpr double kRow = 0.6;  // ratio to the head's diameter: distance between two rows of strokes in a layer
 // m, tolerance: floor points whose heights differ by less belong to the same flat part of the floor
 constexpr double kSameLevel = 10e-6;
 // m², area of the cavity's floor; if the floor is smaller than this, the tool makes no pass along its walls
 constexpr double kLeastFlat = 0.1e-6;
-constexpr double kFlatShare = 0.02;  // threshold of a floor's area, as a fraction of the head's cross-section
+constexpr double kFlatShare = 0.15;  // threshold of a floor's area, as a fraction of the head's cross-section
 // Ratio to the head's diameter: distance between the end of a row and a wall. Another pass cuts along the wall.
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.03e-3;  // m, smallest distance between the head and neighbouring teeth or gum
@@ -434,7 +436,7 @@ class StrokePlanner {
       std::vector<Chain> pieces;
       for (int k = lo[a]; k <= hi[a]; ++k) {
         const glm::ivec2 at = along_x ? glm::ivec2(k, row) : glm::ivec2(row, k);
-        const bool inside = in[cell(at.x, at.y)];
+        const bool inside = in[cell(at.x, at.y)] && !left_to_floor(place(at.x, at.y, layer.height));
         if (inside && (k == lo[a] || pieces.empty() || pieces.back().empty())) pieces.emplace_back();
         if (inside) pieces.back().push_back(place(at.x, at.y, layer.height));
         if (!inside && !pieces.empty() && !pieces.back().empty()) pieces.emplace_back();
@@ -451,6 +453,13 @@ class StrokePlanner {
       if (strokes_.size() > before) back = !back;
       if (row == hi[b]) break;
     }
+  }
+
+  /// Returns true if a coarse tool removes the tissue below p in its passes along the floor, without a row at p.
+  bool left_to_floor(const dvec3& p) const {
+    if (tool_.energy_ratio >= 1) return false;
+    const auto floor = lowest(p.x, p.y);
+    return floor && p.z - *floor < kAtOnce * tool_.diameter;
   }
 
   /// Adds a ramp along the row, from the layer above down to the row. A bur must not move straight down, because its
