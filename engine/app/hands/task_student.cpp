@@ -22,6 +22,7 @@ constexpr double kExact = 0.02;
 constexpr double kGrid = 0.1e-3;  // m, distance between the head positions that the planner evaluates
 constexpr double kLayer =
     0.5;  // ratio to the head's diameter: distance between two layers of strokes while most of the tissue is removed
+constexpr double kCoarseLayer = 0.8;  // as kLayer, for a coarse tool
 // Ratio to the head's diameter: a coarse tool removes tissue that is thinner than this in its passes along the floor.
 constexpr double kAtOnce = 0.5;
 constexpr double kRow = 0.6;  // ratio to the head's diameter: distance between two rows of strokes in a layer
@@ -281,8 +282,7 @@ class StrokePlanner {
   }
 
   void find_layers() {
-    const double down = kLayer * tool_.diameter;
-    for (double height = top_; height > bottom_; height -= down) {
+    for (double height = top_; height > bottom_; height -= layer_) {
       layers_.push_back(layer_at(height, layers_.empty() ? nullptr : &layers_.back()));
       const auto& in = layers_.back().in;
       if (std::none_of(in.begin(), in.end(), [](std::uint8_t v) { return v != 0; })) {
@@ -467,7 +467,7 @@ class StrokePlanner {
   void enter(const Chain& row) {
     if (row.size() < 2 || glm::length(row.back() - row.front()) < ramp_) return;
     if (std::none_of(row.begin(), row.end(), [&](const dvec3& p) { return useful(p); })) return;
-    const dvec3 above = row.front() + dvec3(0, 0, kLayer * tool_.diameter);
+    const dvec3 above = row.front() + dvec3(0, 0, layer_);
     if (above.z > top_ + down_ || !clear(above) || !clear_along(above, row.back())) return;
     stroke({above, row.back(), row.front()});
   }
@@ -581,6 +581,23 @@ class StrokePlanner {
     return height;
   }
 
+  /// Adds strokes for all paths. The next path is always the one with the nearest end, so that a tool on a stump seldom
+  /// hops between the top and the margin.
+  void take_nearest_first(std::vector<Chain>& paths) {
+    while (!paths.empty()) {
+      const dvec3 from = last_.value_or(paths.front().front());
+      const auto distance = [&](const Chain& path) {
+        return std::min(glm::distance(from, path.front()), glm::distance(from, path.back()));
+      };
+      const auto next = std::min_element(paths.begin(), paths.end(),
+                                         [&](const Chain& a, const Chain& b) { return distance(a) < distance(b); });
+      if (glm::distance(from, next->back()) < glm::distance(from, next->front()))
+        std::reverse(next->begin(), next->end());
+      take(*next, /*closed=*/false);
+      paths.erase(next);
+    }
+  }
+
   /// Adds passes along the floor, in rows along its longer side. Returns the heights of the floor's flat parts.
   std::vector<double> floors() {
     struct Level {
@@ -592,6 +609,7 @@ class StrokePlanner {
     const bool along_x = extent.x >= extent.y;
     const double length = (along_x ? extent.x : extent.y) * grid_, across = (along_x ? extent.y : extent.x) * grid_;
     bool back = false;
+    std::vector<Chain> later;
     for (double b = 0.5 * step_; b < across; b += step_) {
       std::vector<Chain> pieces(1);
       for (double a = 0; a <= length; a += grid_) {
@@ -609,10 +627,17 @@ class StrokePlanner {
         std::reverse(pieces.begin(), pieces.end());
         for (Chain& piece : pieces) std::reverse(piece.begin(), piece.end());
       }
+      if (tool_.energy_ratio < 1) {
+        for (Chain& piece : pieces)
+          if (std::any_of(piece.begin(), piece.end(), [&](const dvec3& q) { return useful(q); }))
+            later.push_back(std::move(piece));
+        continue;
+      }
       const std::size_t before = strokes_.size();
       for (Chain& piece : pieces) take(piece, /*closed=*/false);
       if (strokes_.size() > before) back = !back;
     }
+    take_nearest_first(later);
     std::vector<double> flat;
     for (const auto& [height, level] : levels)
       if (level.columns * grid_ * step_ > std::max(kLeastFlat, kFlatShare * kPi * tool_.radius() * tool_.radius()))
@@ -633,6 +658,8 @@ class StrokePlanner {
   const double floor_of_column_ = size_ * kFloorOfColumn;
   const session::Preparation& in_;
   const haptics::Tool& tool_;
+  // m, distance between two layers of strokes while most of the tissue is removed
+  const double layer_ = (tool_.energy_ratio < 1 ? kCoarseLayer : kLayer) * tool_.diameter;
   const SurroundingsShape* around_;
   const session::DenseField ideal_;
   session::DenseField left_;  // tissue that remains after the strokes so far
