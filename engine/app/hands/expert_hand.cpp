@@ -88,6 +88,7 @@ struct Joining {
   // m/s, speeds at the transition between strokes: aside_pace for cosines between `turn` and `straight_on`, turn_pace
   // for sharper turns
   static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
+  static constexpr double coarse_haste = 2.5;  // factor on these speeds for a coarse tool
   // m, threshold: two strokes with a smaller gap count as one continuous stroke
   static constexpr double no_gap = 1e-6;
   // m, largest length of a run (consecutive strokes of a hand instrument)
@@ -433,7 +434,7 @@ class Plan {
       if (!s.goes_on || i + 1 == strokes.size() || (by_hand && run > Joining::longest_run)) {
         run = 0;
       } else {
-        legs_.back().end_pace = pace_over(s, strokes[i + 1]);
+        legs_.back().end_pace = pace_over(s, strokes[i + 1]) * (legs_.back().coarse ? Joining::coarse_haste : 1);
       }
     }
     lift();
@@ -475,7 +476,7 @@ class Plan {
 
  private:
   void add(ExpertLeg::Kind kind, const Pose& to, double seconds = 0, double volume = 0) {
-    legs_.push_back({kind, to, pedal_, tool_, seconds, volume, /*end_pace=*/0, force_});
+    legs_.push_back({kind, to, pedal_, tool_, seconds, volume, /*end_pace=*/0, force_, tools_[tool_].energy_ratio < 1});
   }
   Pose over(Pose pose) const {
     pose.p += (above_ - glm::dot(pose.p, axis_)) * axis_;
@@ -1072,7 +1073,8 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     }
     if (leg.kind == Kind::kScrape) worst_ = std::max(worst_, beside);
     done = along_ >= length &&
-           (leg.kind != Kind::kCut || off < (leg.end_pace > 0 ? grip_.size * Lead::beside : Lead::there));
+           (leg.kind != Kind::kCut ||
+            off < (leg.end_pace > 0 ? grip_.size * (leg.coarse ? Lead::ahead : Lead::beside) : Lead::there));
     stuck = !done && waited_ > Lead::patience;
     done = done || stuck;
   }

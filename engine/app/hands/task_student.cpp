@@ -581,23 +581,6 @@ class StrokePlanner {
     return height;
   }
 
-  /// Adds strokes for all paths. The next path is always the one with the nearest end, so that a tool on a stump seldom
-  /// hops between the top and the margin.
-  void take_nearest_first(std::vector<Chain>& paths) {
-    while (!paths.empty()) {
-      const dvec3 from = last_.value_or(paths.front().front());
-      const auto distance = [&](const Chain& path) {
-        return std::min(glm::distance(from, path.front()), glm::distance(from, path.back()));
-      };
-      const auto next = std::min_element(paths.begin(), paths.end(),
-                                         [&](const Chain& a, const Chain& b) { return distance(a) < distance(b); });
-      if (glm::distance(from, next->back()) < glm::distance(from, next->front()))
-        std::reverse(next->begin(), next->end());
-      take(*next, /*closed=*/false);
-      paths.erase(next);
-    }
-  }
-
   /// Adds passes along the floor, in rows along its longer side. Returns the heights of the floor's flat parts.
   std::vector<double> floors() {
     struct Level {
@@ -609,7 +592,6 @@ class StrokePlanner {
     const bool along_x = extent.x >= extent.y;
     const double length = (along_x ? extent.x : extent.y) * grid_, across = (along_x ? extent.y : extent.x) * grid_;
     bool back = false;
-    std::vector<Chain> later;
     for (double b = 0.5 * step_; b < across; b += step_) {
       std::vector<Chain> pieces(1);
       for (double a = 0; a <= length; a += grid_) {
@@ -627,17 +609,10 @@ class StrokePlanner {
         std::reverse(pieces.begin(), pieces.end());
         for (Chain& piece : pieces) std::reverse(piece.begin(), piece.end());
       }
-      if (tool_.energy_ratio < 1) {
-        for (Chain& piece : pieces)
-          if (std::any_of(piece.begin(), piece.end(), [&](const dvec3& q) { return useful(q); }))
-            later.push_back(std::move(piece));
-        continue;
-      }
       const std::size_t before = strokes_.size();
       for (Chain& piece : pieces) take(piece, /*closed=*/false);
       if (strokes_.size() > before) back = !back;
     }
-    take_nearest_first(later);
     std::vector<double> flat;
     for (const auto& [height, level] : levels)
       if (level.columns * grid_ * step_ > std::max(kLeastFlat, kFlatShare * kPi * tool_.radius() * tool_.radius()))
