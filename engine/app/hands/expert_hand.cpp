@@ -143,7 +143,7 @@ struct ToolChoice {
   static constexpr double hardly_less = 0.6;
   // Conditions for the use of another tool. The tool must leave less than the fraction needed_reduction of the present
   // error, and reduce the error by at least the fraction least_gain of the error at the task's start.
-  static constexpr double needed_reduction = 0.9, least_gain = 0.012;
+  static constexpr double needed_reduction = 0.9, least_gain = 0.016;
   static constexpr std::size_t most_tools = 3, most_tried = 5;
 };
 
