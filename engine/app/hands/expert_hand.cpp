@@ -63,8 +63,8 @@ struct Lead {
   // gives a force depends on the tissue. The wanted forces here are fractions of the task's mean force. rough_force:
   // bulk of the tissue, if another tool makes the finish; bulk_force: bulk, otherwise; finishing_force: final surface.
   static constexpr double rough_force = 2.3, bulk_force = 1.65, finishing_force = 1.4;
-  // the same for a coarse tool, which needs less energy per volume than the tissue's specific energy
-  static constexpr double coarse_force = 2.7, coarse_finishing_force = 1.9;
+  // bulk, with a coarse tool, which needs less energy per volume than the tissue's specific energy
+  static constexpr double coarse_force = 2.7;
   // 1/s, gain with which an error of the force changes the limit of the lead
   static constexpr double lead_per_force = 15;
   // lower and upper bound of the lead's limit, as ratios to the lead that gives the task's mean force
@@ -127,7 +127,7 @@ struct ToolChoice {
   static constexpr double pass = 0.22, least_pass = 0.12e-3,
                           // pass: distance between two passes, as a fraction of the tool's diameter; least_pass,
                           // most_pass: m, its bounds
-      most_pass = 0.6e-3;
+      most_pass = 0.5e-3;
   // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, so it keeps a distance:
   // if it touched enamel, the enamel would bear the force, and the filling beside it would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
@@ -143,7 +143,7 @@ struct ToolChoice {
   static constexpr double hardly_less = 0.6;
   // Conditions for the use of another tool. The tool must leave less than the fraction needed_reduction of the present
   // error, and reduce the error by at least the fraction least_gain of the error at the task's start.
-  static constexpr double needed_reduction = 0.9, least_gain = 0.016;
+  static constexpr double needed_reduction = 0.9, least_gain = 0.012;
   static constexpr std::size_t most_tools = 3, most_tried = 5;
 };
 
@@ -422,8 +422,7 @@ class Plan {
       const Stroke& s = strokes[i];
       const double gap = i == 0 ? 1 : glm::length(s.from.p - legs_.back().to.p);
       if (gap > Joining::joined) go_over(s.from, terrain, /*lifts=*/i > 0);
-      const double finishing = tools_[tool_].energy_ratio < 1 ? Lead::coarse_finishing_force : Lead::finishing_force;
-      force_ = std::min(grip_.most_force, grip_.force * (s.bulk ? bulk_force : finishing));
+      force_ = std::min(grip_.most_force, grip_.force * (s.bulk ? bulk_force : Lead::finishing_force));
       if (gap > Joining::no_gap) add(by_hand ? ExpertLeg::Kind::kMove : ExpertLeg::Kind::kCut, s.from), run = 0;
       if (s.in_air) {
         add(ExpertLeg::Kind::kMove, s.to);
@@ -1063,8 +1062,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
         : leg.kind == Kind::kCut
             ? std::min(Lead::cut_pace, std::max(leg.end_pace, Lead::end_pace) + (length - along_) / Lead::slowing_time)
             : std::min(Lead::scrape_pace, Lead::turning_pace + std::min(from_turn, to_turn) / Lead::turning_time);
-    const bool may = leg.kind != Kind::kCut || (off < grip_.size * Lead::ahead &&
-                                                beside < grip_.size * (leg.coarse ? Lead::ahead : Lead::beside));
+    const bool may = leg.kind != Kind::kCut || (off < grip_.size * Lead::ahead && beside < grip_.size * Lead::beside);
     if (may && along_ < length) {
       along_ = std::min(length, along_ + pace * dt_);
       waited_ = 0;
