@@ -81,6 +81,9 @@ struct Tool {
   double sink_yield = 0;  // N, force at which the tip sinks into softened tissue; 0: it never sinks
   // coefficient μ_c: ratio of the tangential cutting force to the normal force (Preston, Archard)
   double cutting_coefficient = 0.3;
+  // Ratio of the specific cutting energy with this tool to the specific energy of the material. A coarse diamond breaks
+  // larger chips, which need less energy per volume.
+  double energy_ratio = 1;
 
   // The following members describe parts that never cut. The shank extends from the upper end of the head to the
   // handpiece and widens from its neck. The safe end is a round-ended pin beyond the free end.

@@ -17,12 +17,14 @@ void Servo::State::earn(ContactTick& now) noexcept {
   // the store.
   SpindleLoad spindle{cutting.speed, 0};
   in.specific_energy = in.cuts ? mean_specific_energy() : 0;
-  double power = 0;
+  // W, power that removes tissue, multiplied by 1/energy_ratio. So all energies of the removal are those of a tool with
+  // the energy ratio 1, and the contact models do not need the ratio.
+  double power = in.power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {
     // An edge (hand instrument) that is drawn over the surface cuts with the hand's work: force × displacement along
     // the surface.
     const double way = glm::length(now.moved - glm::dot(now.moved, coupling.normal) * coupling.normal);
-    power = bur.scrapes * coupling.head_force * way / now.dt;
+    power = bur.scrapes * coupling.head_force * way / now.dt / bur.energy_ratio;
   } else if (in.cuts && coupling.pressing > 0) {
     // The teeth's tangential force at the rim is μ_c F_n, limited by the motor (laws of Preston and Archard).
     const double along = glm::dot(coupling.pressed, now.X_WT.R * dvec3(0, 0, 1));
@@ -30,7 +32,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
     const double load = bur.cutting_coefficient * efficiency * coupling.pressing * bur.radius();
     now.tangential = bur.cutting_coefficient * efficiency;
     spindle = load_spindle(settings.spindle, cutting.speed, now.out.pedal, load);
-    power = spindle.power;
+    power = in.power = spindle.power / bur.energy_ratio;
   }
   double& budget = cutting.budget;
   const double wall = cutting.wall;
@@ -52,13 +54,12 @@ void Servo::State::earn(ContactTick& now) noexcept {
   in.must_earn = in.scrapes && budget <= 0;
   in.budget = budget;
   in.wall_budget = cutting.wall_budget;
-  in.power = spindle.power;
   in.spindle = spindle.speed;
   now.spindle = spindle;
 }
 
 void Servo::State::spend(ContactTick& now, double energy) noexcept {
-  now.out.cutting_power = energy / now.dt;
+  now.out.cutting_power = energy * tool().energy_ratio / now.dt;
   cutting.budget -= energy;
   cutting.wall_budget -= energy;
   cutting.spindle_work += now.out.cutting_power * now.dt;

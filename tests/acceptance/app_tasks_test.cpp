@@ -167,7 +167,7 @@ TEST_P(SolvableTask, TheIdealScoresFullAGoodHandHighACarelessHandLowAndNoWorkZer
 INSTANTIATE_TEST_SUITE_P(All, SolvableTask,
                          testing::Values(Solvable{"class-1-cavity", "cylinder_012", 0.3, {0.7, 0.5, -0.8}},
                                          Solvable{"class-2-cavity", "cylinder_012", 0.3, {0.2, 0.8, -0.8}},
-                                         Solvable{"crown-preparation", "round_end_cylinder_014", 0.3, {0.6, 0.6, -1.0}},
+                                         Solvable{"crown-preparation", "round_end_cylinder_023", 0.3, {0.6, 0.6, -1.0}},
                                          Solvable{"root-canal-access", "cylinder_012", 0.4, {0, 2.2, -0.5}},
                                          Solvable{"remove-caries", "round_010", 0.25, {1.0, 0.7, -0.6}},
                                          Solvable{"tutorial", "round_008", 0.2, {0.8, 0.8, -0.3}}),
@@ -272,7 +272,7 @@ TEST(ShippedScenes, TheIdealCrownIsReducedOnTheWholeTopAndTheIdealAccessRemovesT
       const dvec3 p = before.frame.to_world(dvec3(x, y, 0)) * 1e3;
       if (p.x < 4 || p.x > 9.5 || p.y < 2 || p.y > 8) continue;  // mm, between the axial walls, the fossae among it
       const auto i = static_cast<std::size_t>(x * before.field.size.y + y);
-      EXPECT_GT(was[i] - is[i], 0.9e-3) << p.x << ", " << p.y;
+      EXPECT_GT(was[i] - is[i], 0.6e-3) << p.x << ", " << p.y;
     }
   }
   const TaskBench access("root-canal-access");

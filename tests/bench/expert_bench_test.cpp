@@ -30,9 +30,11 @@ INSTANTIATE_TEST_SUITE_P(Shipped, ExpertBench,
                          testing::Values(Expected{"tutorial", 95, 120}, Expected{"molar-caries", 95, 120},
                                          Expected{"remove-caries", 95, 120}, Expected{"class-1-cavity", 95, 120},
                                          Expected{"class-2-cavity", 95, 120}, Expected{"amalgam-filling", 95, 120},
-                                         Expected{"root-canal-access", 95, 120}, Expected{"crown-preparation", 95, 600},
-                                         Expected{"root-canal-access-packing", 94, 120},
-                                         Expected{"acetabular-reaming", 95, 120}),
+                                         Expected{"root-canal-access", 95, 120}, Expected{"crown-preparation", 95, 150},
+                                         Expected{"root-canal-access-packing", 95, 120},
+                                         Expected{"acetabular-reaming", 95, 120}, Expected{"implant-molar", 95, 120},
+                                         Expected{"implant-molar-soft", 95, 120}, Expected{"implant-premolar", 95, 120},
+                                         Expected{"implant-front", 95, 120}),
                          [](const auto& param) {
                            std::string name = param.param.scene;
                            std::replace(name.begin(), name.end(), '-', '_');

@@ -164,6 +164,7 @@ TEST(ImplantScenes, AnotherManufacturersSetIsAFolderOfFiles) {
 struct Done {
   session::ImplantMeasures measures;
   std::string gave_up;
+  double seconds = 0;
   // N, along or across the tool's axis, without the change that the hand's own motion causes
   double largest_switch_step = 0;
 };
@@ -196,10 +197,13 @@ Done expert_in(nlohmann::ordered_json json, double rate) {
   done.measures = meter.result();
   measure_bed(*scene.implant, steps.carver().volume(), done.measures);
   done.gave_up = hand.gave_up();
+  done.seconds = to_seconds(last.t);
   return done;
 }
-void expect_to_plan(const Done& done, std::size_t phases, double depth, double diameter) {
+/// `step`: N, limit of the change of force at a switch of state
+void expect_to_plan(const Done& done, std::size_t phases, double depth, double diameter, double step = 0.02) {
   EXPECT_EQ(done.gave_up, "");
+  EXPECT_LT(done.seconds, 120);
   ASSERT_EQ(done.measures.phases.size(), phases);
   for (const auto& phase : done.measures.phases) {
     EXPECT_TRUE(phase.done) << phase.name[0];
@@ -218,7 +222,7 @@ void expect_to_plan(const Done& done, std::size_t phases, double depth, double d
   EXPECT_LT(done.measures.insertion_torque, 0.5);
   EXPECT_GT(done.measures.bone_contact, 0.9);
   EXPECT_LT(done.measures.hottest, 43);
-  EXPECT_LT(done.largest_switch_step, 0.02);
+  EXPECT_LT(done.largest_switch_step, step);
 }
 
 /// Uses coarse bone, fast threads and few ticks, so that the test takes seconds. ./run stress uses the shipped values,
@@ -232,10 +236,14 @@ TEST(ImplantExpert, CompletesAllPhasesAsPlanned) {
     return;
   }
   const OtherSet quick(60);
-  auto json = json_of("implant-premolar");
-  json["tissue"]["bone"]["voxel_mm"] = 0.2;
-  json["tool_set"] = quick.folder();
-  expect_to_plan(expert_in(json, 500), 16, 12e-3, 4.2e-3);
+  // In ticks of 2 ms, the largest step in soft bone is 0.021 N.
+  for (const auto& [name, step] : {std::pair("implant-premolar", 0.02), std::pair("implant-molar-soft", 0.025)}) {
+    SCOPED_TRACE(name);
+    auto json = json_of(name);
+    json["tissue"]["bone"]["voxel_mm"] = 0.2;
+    json["tool_set"] = quick.folder();
+    expect_to_plan(expert_in(json, 500), 16, 12e-3, 4.2e-3, step);
+  }
 }
 
 }  // namespace

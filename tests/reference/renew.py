@@ -20,7 +20,9 @@ ROOT = HERE.parent.parent
 
 
 def draw(program, wanted, folder, *more, assets=ROOT / "assets"):
-    command = [program, "render", f"{assets}/scenes/{wanted['scene']}.json", "--eye", "left"]
+    own = HERE / f"{wanted['scene']}.json"
+    scene = own if own.exists() else f"{assets}/scenes/{wanted['scene']}.json"
+    command = [program, "render", scene, "--eye", "left"]
     command += ["--rig", wanted.get("rig", "closeup")]
     command += ["--size", "640x512", "--out", folder, *more]
     if wanted.get("finished"):

@@ -33,7 +33,8 @@ struct ReferenceScene {
 ReferenceScene load(const Json& json, const fs::path& folder) {
   const std::string name = json["name"].string();
   const fs::path picture = folder / (name + ".png");
-  Scene scene = read_scene(assets_folder() / "scenes" / (json["scene"].string() + ".json"));
+  const fs::path file = json["scene"].string() + ".json", own = folder / file;
+  Scene scene = read_scene(fs::exists(own) ? own : assets_folder() / "scenes" / file);
   haptics::TissueVolume volume = load_tissue(scene);
   if (json.boolean_or("finished", false)) volume = ideal_tissue(scene, volume).value();
   ReferenceScene loaded{name,

@@ -24,7 +24,7 @@ namespace {
 struct Lead {
   // m/s, speed through the air: with a hand instrument, and with a running drill
   static constexpr double travel_pace = 60e-3, drill_travel_pace = 65e-3;
-  static constexpr double cut_pace = 30e-3;     // m/s, largest speed of the target point along a cut
+  static constexpr double cut_pace = 40e-3;     // m/s, largest speed of the target point along a cut
   static constexpr double scrape_pace = 27e-3;  // m/s, largest speed of a scraping hand instrument
   // turning_pace: m/s, speed at which a scraping hand instrument reverses its motion; turning_time: s, time constant of
   // the slowdown before the reversal.
@@ -65,7 +65,9 @@ struct Lead {
   // gives a force depends on the tissue. The wanted forces here are fractions of the task's mean force. rough_force:
   // bulk of the tissue, if another tool makes the finish; bulk_force: bulk, otherwise; finishing_force: final surface.
   static constexpr double rough_force = 2.3, bulk_force = 1.65, finishing_force = 1.4;
-  // 1/s, gain of the control of the force: an error of the force changes the limit of the hand's lead
+  // bulk, with a coarse tool, which needs less energy per volume than the tissue's specific energy
+  static constexpr double coarse_force = 2.7;
+  // 1/s, gain with which an error of the force changes the limit of the lead
   static constexpr double lead_per_force = 15;
   // lower and upper bound of the limit of the hand's lead, as ratios to the lead that gives the task's mean force
   static constexpr double least_most_lead = 0.6, most_lead = 3;
@@ -88,6 +90,7 @@ struct Joining {
   // m/s, speeds at the transition between strokes: aside_pace for cosines between `turn` and `straight_on`, turn_pace
   // for sharper turns
   static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
+  static constexpr double coarse_haste = 2.5;  // factor on these speeds for a coarse tool
   // m, threshold: two strokes with a smaller gap count as one continuous stroke
   static constexpr double no_gap = 1e-6;
   // m, largest length of a run (consecutive strokes of a hand instrument)
@@ -126,18 +129,20 @@ struct ToolChoice {
   static constexpr double pass = 0.22, least_pass = 0.12e-3,
                           // pass: distance between two passes, as a fraction of the tool's diameter; least_pass,
                           // most_pass: m, its bounds
-      most_pass = 0.3e-3;
+      most_pass = 0.5e-3;
   // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, so it keeps a distance:
   // if it touched enamel, the enamel would bear the force, and the filling beside it would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
   static constexpr double allowance = 0.005e-3;  // m, depth to which a bur may enter tissue that must stay
+  // m, thinner tissue gets no stroke of a bur. It is less than the 0.02 mm that the score tolerates.
+  static constexpr double least_cut = 0.015e-3;
   // Of the tools that remove enough, the widest is chosen, because it is the fastest. A tool removes enough if it
   // removes at least the fraction 1 - tolerated_loss of the volume that the best tool removes.
   static constexpr double tolerated_loss = 0.12;
   static constexpr double same_width = 0.01e-3;  // m, tolerance: tool widths that differ by less count as equal
   // Threshold: ratio of the tissue that another tool leaves to the tissue that the chosen tool leaves. Below it, the
   // other tool makes the finish.
-  static constexpr double hardly_less = 0.7;
+  static constexpr double hardly_less = 0.6;
   // Conditions for the use of another tool. The tool must leave less than the fraction needed_reduction of the present
   // error, and reduce the error by at least the fraction least_gain of the error at the task's start.
   static constexpr double needed_reduction = 0.9, least_gain = 0.012;
@@ -372,7 +377,10 @@ class Plan {
       const Terrain terrain(state_, around_, axis_);
       carve_strokes(state_, tool, strokes);
       take(static_cast<std::uint32_t>(best->tool), !by_hand);
-      follow(strokes, by_hand, terrain, other_finishes ? Lead::rough_force : Lead::bulk_force);
+      follow(strokes, by_hand, terrain,
+             tool.energy_ratio < 1 ? Lead::coarse_force
+             : other_finishes      ? Lead::rough_force
+                                   : Lead::bulk_force);
     }
   }
 
@@ -405,7 +413,8 @@ class Plan {
     const double step = std::clamp(ToolChoice::pass * tool.diameter, grip_.size * ToolChoice::least_pass,
                                    grip_.size * ToolChoice::most_pass);
     return plan_strokes(now, tool, step, grip_.size * (by_hand ? ToolChoice::edge_allowance : ToolChoice::allowance),
-                        around_, finish, grip_.size, least_thickness);
+                        around_, finish, grip_.size,
+                        by_hand ? least_thickness : std::max(least_thickness, grip_.size * ToolChoice::least_cut));
   }
   /// Appends the steps for some strokes. `bulk_force`: force of the strokes in the bulk, as a fraction of the task's
   /// mean force.
@@ -417,12 +426,17 @@ class Plan {
       if (gap > Joining::joined) go_over(s.from, terrain, /*lifts=*/i > 0);
       force_ = std::min(grip_.most_force, grip_.force * (s.bulk ? bulk_force : Lead::finishing_force));
       if (gap > Joining::no_gap) add(by_hand ? ExpertLeg::Kind::kMove : ExpertLeg::Kind::kCut, s.from), run = 0;
+      if (s.in_air) {
+        add(ExpertLeg::Kind::kMove, s.to);
+        run = 0;
+        continue;
+      }
       add(by_hand ? ExpertLeg::Kind::kScrape : ExpertLeg::Kind::kCut, s.to);
       run += glm::length(s.to.p - s.from.p);
       if (!s.goes_on || i + 1 == strokes.size() || (by_hand && run > Joining::longest_run)) {
         run = 0;
       } else {
-        legs_.back().end_pace = pace_over(s, strokes[i + 1]);
+        legs_.back().end_pace = pace_over(s, strokes[i + 1]) * (legs_.back().coarse ? Joining::coarse_haste : 1);
       }
     }
     lift();
@@ -464,7 +478,7 @@ class Plan {
 
  private:
   void add(ExpertLeg::Kind kind, const Pose& to, double seconds = 0, double volume = 0) {
-    legs_.push_back({kind, to, pedal_, tool_, seconds, volume, /*end_pace=*/0, force_});
+    legs_.push_back({kind, to, pedal_, tool_, seconds, volume, /*end_pace=*/0, force_, tools_[tool_].energy_ratio < 1});
   }
   Pose over(Pose pose) const {
     pose.p += (above_ - glm::dot(pose.p, axis_)) * axis_;
@@ -1063,7 +1077,8 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     }
     if (leg.kind == Kind::kScrape) worst_ = std::max(worst_, beside);
     done = along_ >= length &&
-           (leg.kind != Kind::kCut || off < (leg.end_pace > 0 ? grip_.size * Lead::beside : Lead::there));
+           (leg.kind != Kind::kCut ||
+            off < (leg.end_pace > 0 ? grip_.size * (leg.coarse ? Lead::ahead : Lead::beside) : Lead::there));
     stuck = !done && waited_ > Lead::patience;
     done = done || stuck;
   }

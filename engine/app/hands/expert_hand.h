@@ -35,7 +35,8 @@ struct ExpertLeg {
   double volume = 0;  // m³, for kWait: the step ends when this volume has been filled
   /// m/s, speed at the end of a stroke that the next step continues; 0: the stroke ends with a stop
   double end_pace = 0;
-  double force = 0;  // N, force with which the hand pushes during a cut
+  double force = 0;     // N, force with which the hand pushes during a cut
+  bool coarse = false;  // true: a coarse tool cuts; it need not meet a corner between two strokes exactly
 };
 
 /// The size of the work in a task, and its forces. These values scale the hand's motion.

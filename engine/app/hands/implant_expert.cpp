@@ -16,17 +16,17 @@ namespace {
 namespace level = session::implant_level;
 using session::ImplantAction;
 
-constexpr double kAbove = 8e-3;  // m, height of the tool's tip above the planned entry point while the tool is changed
+constexpr double kAbove = 6e-3;  // m, height of the tool's tip above the planned entry point while the tool is changed
 // m, height above the planned entry point; below this height the hand moves slowly
-constexpr double kNear = 2.0e-3;
-constexpr double kTravel = 20e-3;       // m/s, speed of the tool outside the tissue
-constexpr double kLanding = 4e-3;       // m/s, speed of the hand towards the bone and along the bed
-constexpr double kSweepPace = 3e-3;     // m/s, speed of the smoothing bur
-constexpr double kSweepReach = 3.5e-3;  // m, length of the smoothed ridge on each side of the implant's axis
-// m, depth of the hand below the planned ridge while smoothing. The coupling (spring between hand and bur) yields, so
-// the bur is higher than the hand.
+constexpr double kNear = 1.5e-3;
+constexpr double kTravel = 40e-3;       // m/s, speed of the tool outside the tissue
+constexpr double kLanding = 4e-3;       // m/s, speed of the hand towards the bone
+constexpr double kWithdrawal = 15e-3;   // m/s, speed of the hand out of the bed
+constexpr double kSweepPace = 7e-3;     // m/s, speed of the smoothing bur
+constexpr double kSweepReach = 3.0e-3;  // m, length of the smoothed ridge on each side of the implant's axis
+// m, depth of the hand below the planned ridge while smoothing; the coupling yields, so the bur is higher than the hand
 constexpr double kSweepBelow = 0.1e-3;
-constexpr double kSweepApart = 0.7e-3;  // m, distance between two strokes of the smoothing bur
+constexpr double kSweepApart = 1.0e-3;  // m, distance between two strokes of the smoothing bur
 // N, forces for drilling, for cutting a thread, for checking the depth, and for marking
 constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;
 constexpr double kLeadPerForce = 1.5e-3;  // m/(s·N), gain with which an error of the force changes the lead
@@ -34,11 +34,11 @@ constexpr double kMostLead = 3e-3;        // m, limit of the lead (distance of t
 constexpr double kPeck = 3e-3;            // m, drilled depth after which the drill is pulled back
 constexpr double kPull = 2e-3;            // m, distance by which the drill is pulled back, so that the bone cools
 // °C, temperatures of the bone: the hand lifts the tool at kHot and continues at kCool
-constexpr double kHot = 42, kCool = 40;
+constexpr double kHot = 42, kCool = 41;
 // m, height above the planned entry point at which a bur no longer touches the pit that it drilled
 constexpr double kClear = 0.5e-3;
 constexpr double kSlowFrom = 0.3e-3;  // m, distance to the planned depth below which the hand moves slowly
-constexpr double kPatience = 200;     // s, limit of the duration of one stage (Stage) of a phase
+constexpr double kPatience = 60;      // s, limit of the duration of one stage (Stage) of a phase
 
 }  // namespace
 
@@ -157,7 +157,7 @@ void ImplantExpert::work(haptics::HandSample& sample) {
   }
   if (pulling_) {
     const double back = std::max(pecked_ - kPull, 0.3e-3);
-    if (tip_depth() > back) depth_ = std::min(depth_, tip_depth() + 0.2e-3) - kLanding * dt_;
+    if (tip_depth() > back) depth_ = std::min(depth_, tip_depth() + 0.2e-3) - kWithdrawal * dt_;
     sample.X_WT = at(depth_);
     pulling_ = hot || tip_depth() > back;
     lead_ = 0.2e-3;
@@ -176,11 +176,15 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
     stage_ = stage;
     waited_ = 0;
   };
-  if (waited_ > kPatience) gave_up_ = true;
+  if (waited_ > kPatience) {
+    gave_up_ = true;
+    // A hand that cannot even leave the bone, or does not get its tool, ends the session.
+    if (stage_ != Stage::kWork) stage_ = Stage::kOver;
+  }
   switch (stage_) {
     case Stage::kTake:
       sample.X_WT = at(depth_);
-      if (ticks_ > 1 && seen_.tool == phase().tool && waited_ > 0.3) {
+      if (ticks_ > 1 && seen_.tool == phase().tool && waited_ > 0.15) {
         along_ = 0, pecked_ = 0, lead_ = 0.1e-3, pulling_ = false;
         next(Stage::kApproach);
       }
@@ -202,15 +206,18 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
       }
       break;
     case Stage::kBack: {
-      // A tap (a tool that cuts a thread) can leave the bone only while it turns backwards.
-      const bool held = tool().implant->threaded() && seen_.level == level::kScrewing && tip_depth() > 0.1e-3;
+      // A tap (a tool that cuts a thread) can leave the bone only while it turns backwards, until its thread no longer
+      // engages. The bone's surface, and so the depth of the bed's entry, may differ from the plan, so the depth of the
+      // tip does not tell whether the thread engages.
+      const bool held = tool().implant->threaded() && seen_.level == level::kScrewing;
       if (held) {
         sample.pedal = -1;
         depth_ = tip_depth() - 0.1e-3;
       } else {
         // A round bur must turn while it leaves its pit. The walls of the pit would hold a bur that does not turn.
         if (phase().deed == ImplantAction::kMark && depth_ > -kClear) sample.pedal = tool().implant->speed / motor_;
-        depth_ -= (depth_ > -kNear ? kLanding : kTravel) * dt_;
+        const double pace = phase().deed == ImplantAction::kMark ? kLanding : kWithdrawal;
+        depth_ -= (depth_ > -kNear ? pace : kTravel) * dt_;
       }
       sample.X_WT = at(depth_);
       if (depth_ <= -kAbove) {

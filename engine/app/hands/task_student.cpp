@@ -24,23 +24,24 @@ constexpr double kExact = 0.02;
 constexpr double kGrid = 0.1e-3;  // m, distance between the head positions that the planner evaluates
 constexpr double kLayer =
     0.5;  // ratio to the head's diameter: distance between two layers of strokes while most of the tissue is removed
+constexpr double kCoarseLayer = 0.8;  // as kLayer, for a coarse tool
+// Ratio to the head's diameter: a coarse tool removes tissue that is thinner than this in its passes along the floor.
+constexpr double kAtOnce = 0.5;
 constexpr double kRow = 0.6;  // ratio to the head's diameter: distance between two rows of strokes in a layer
 // m, tolerance: floor points whose heights differ by less belong to the same flat part of the floor
 constexpr double kSameLevel = 10e-6;
 // m², area of the cavity's floor; if the floor is smaller than this, the tool makes no pass along its walls
 constexpr double kLeastFlat = 0.1e-6;
-constexpr double kFlatShare = 0.02;  // threshold of a floor's area, as a fraction of the head's cross-section
+constexpr double kFlatShare = 0.15;  // threshold of a floor's area, as a fraction of the head's cross-section
 // Ratio to the head's diameter: distance between the end of a row and a wall. Another pass cuts along the wall.
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.03e-3;  // m, smallest distance between the head and neighbouring teeth or gum
 constexpr double kLeastTaken = 0.05;     // voxels, threshold: no stroke is planned for thinner tissue
 // m, tolerance: a point of the tool's path is omitted if it is nearer than this to the line between its neighbours
 constexpr double kOnLine = 2e-6;
-// m, limit: a part of a pass that removes nothing is kept if it is shorter than this, so that the tool need not be
-// lifted
-constexpr double kBridged = 0.4e-3;
-// m, limit: a connection between two passes is straight if it is shorter than this; a longer connection goes over the
-// tissue
+// m, limit: a shorter part of a pass that removes nothing is kept, so that the tool need not be lifted
+constexpr double kBridged = 1e-3;
+// m, length of a connection between two passes; a longer connection goes over the tissue, not straight
 constexpr double kStraight = 3e-3;
 constexpr double kHop = 0.3e-3;  // m, height step of the search for a free path between two strokes
 // m, threshold: a row of strokes that is longer than this begins with a ramp, on which the bur enters the tissue
@@ -286,8 +287,7 @@ class StrokePlanner {
   }
 
   void find_layers() {
-    const double down = kLayer * tool_.diameter;
-    for (double height = top_; height > bottom_; height -= down) {
+    for (double height = top_; height > bottom_; height -= layer_) {
       layers_.push_back(layer_at(height, layers_.empty() ? nullptr : &layers_.back()));
       const auto& in = layers_.back().in;
       if (std::none_of(in.begin(), in.end(), [](std::uint8_t v) { return v != 0; })) {
@@ -355,8 +355,9 @@ class StrokePlanner {
       const dvec3 up(from.x, from.y, height), over(to.x, to.y, height);
       if (!clear_along(up, over)) continue;
       if (!clear_along(from, up) || !clear_along(over, to)) return;
-      add(from, up, false);
-      add(up, over, false);
+      const bool air = in_air(from, up) && in_air(up, over);
+      add(from, up, false, air);
+      add(up, over, false, air);
       return add(over, to, false);
     }
   }
@@ -366,8 +367,15 @@ class StrokePlanner {
       if (!clear(from + static_cast<double>(k) / looks * (to - from))) return false;
     return true;
   }
-  void add(const dvec3& from, const dvec3& to, bool goes_on) {
-    const Stroke s{{world(from), R_WT_}, {world(to), R_WT_}, goes_on, bulk_};
+  /// Returns true if the head meets no tissue on the line.
+  bool in_air(const dvec3& from, const dvec3& to) const {
+    const int looks = static_cast<int>(std::ceil(glm::length(to - from) / grid_));
+    for (int k = 1; k <= looks; ++k)
+      if (useful(from + static_cast<double>(k) / looks * (to - from))) return false;
+    return true;
+  }
+  void add(const dvec3& from, const dvec3& to, bool goes_on, bool in_air = false) {
+    const Stroke s{{world(from), R_WT_}, {world(to), R_WT_}, goes_on, bulk_, in_air};
     strokes_.push_back(s);
     last_ = to;
     const haptics::Sweep sweep(tool_, s.from, s.to, in_.frame);
@@ -433,7 +441,7 @@ class StrokePlanner {
       std::vector<Chain> pieces;
       for (int k = lo[a]; k <= hi[a]; ++k) {
         const glm::ivec2 at = along_x ? glm::ivec2(k, row) : glm::ivec2(row, k);
-        const bool inside = in[cell(at.x, at.y)];
+        const bool inside = in[cell(at.x, at.y)] && !left_to_floor(place(at.x, at.y, layer.height));
         if (inside && (k == lo[a] || pieces.empty() || pieces.back().empty())) pieces.emplace_back();
         if (inside) pieces.back().push_back(place(at.x, at.y, layer.height));
         if (!inside && !pieces.empty() && !pieces.back().empty()) pieces.emplace_back();
@@ -452,12 +460,19 @@ class StrokePlanner {
     }
   }
 
-  /// Adds a ramp along the row of strokes, from the layer above down to the row. A bur must not move straight down,
-  /// because its end cuts badly.
+  /// Returns true if a coarse tool removes the tissue below p in its passes along the floor, without a row at p.
+  bool left_to_floor(const dvec3& p) const {
+    if (tool_.energy_ratio >= 1) return false;
+    const auto floor = lowest(p.x, p.y);
+    return floor && p.z - *floor < kAtOnce * tool_.diameter;
+  }
+
+  /// Adds a ramp along the row, from the layer above down to the row. A bur must not move straight down, because its
+  /// end cuts badly.
   void enter(const Chain& row) {
     if (row.size() < 2 || glm::length(row.back() - row.front()) < ramp_) return;
     if (std::none_of(row.begin(), row.end(), [&](const dvec3& p) { return useful(p); })) return;
-    const dvec3 above = row.front() + dvec3(0, 0, kLayer * tool_.diameter);
+    const dvec3 above = row.front() + dvec3(0, 0, layer_);
     if (above.z > top_ + down_ || !clear(above) || !clear_along(above, row.back())) return;
     stroke({above, row.back(), row.front()});
   }
@@ -625,6 +640,8 @@ class StrokePlanner {
   const double floor_of_column_ = size_ * kFloorOfColumn;
   const session::Preparation& in_;
   const haptics::Tool& tool_;
+  // m, distance between two layers of strokes while most of the tissue is removed
+  const double layer_ = (tool_.energy_ratio < 1 ? kCoarseLayer : kLayer) * tool_.diameter;
   const SurroundingsShape* around_;
   const session::DenseField ideal_;
   session::DenseField left_;  // tissue that remains after the strokes so far

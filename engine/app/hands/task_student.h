@@ -16,6 +16,7 @@ struct Stroke {
   Pose from, to;
   bool goes_on = false;  // true: after this stroke, the tool continues with the next stroke without a stop
   bool bulk = false;     // true: the stroke removes volume away from the final surface
+  bool in_air = false;   // true: a connection between two passes on which the head meets no tissue
 };
 
 /// Returns the rotation that turns the tool's z axis (its shank) to the direction `axis_W`.
