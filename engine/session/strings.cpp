@@ -432,6 +432,8 @@ constexpr Entry kCatalogue[] = {
     {"tool.probe_who", {"WHO probe", "WHO-Sonde", "WHO 探针"}},
     {"tool.round", {"Round bur", "Rundbohrer", "球钻"}},
     {"tool.round_end_cylinder", {"Round-end cylinder bur", "Zylinderbohrer mit runder Stirn", "圆头柱形钻"}},
+    {"tool.round_end_cylinder_coarse",
+     {"Coarse round-end cylinder diamond", "Grober Diamant-Zylinder mit runder Stirn", "粗粒圆头柱形金刚砂钻"}},
 
     {"score.residual_caries_mm3", {"Residual caries, volume", "Restkaries, Volumen", "残余龋坏体积"}},
     {"score.residual_caries_percent", {"Residual caries, share", "Restkaries, Anteil", "残余龋坏比例"}},
