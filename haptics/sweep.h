@@ -51,7 +51,8 @@ class Sweep {
   LeafCut carve_leaf(const glm::ivec3& lo, float* distance) const noexcept;
   static constexpr int kLeaf = 8;
 
-  /// Returns true if the path is long, so that a search along the path is necessary for each sample.
+  /// Returns true if the path is so long, or the rotation so large, that the depths of samples are computed along the
+  /// whole path and not only at its end. Such a sweep takes longer than others.
   bool is_long() const noexcept { return straights_ > 0; }
 
   /// Returns true if both sweeps have the same head.

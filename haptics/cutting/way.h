@@ -28,8 +28,8 @@ struct Straight {
   // Second-order term of a rotating head: at the fraction s of the path, a sample is off the straight line by
   // s (s - 1) (bend_shift + bend_turn p).
   float bend_shift[3] = {}, bend_turn[9] = {};
-  float bent =
-      0;  // voxels, largest distance of a sample's path from the straight line; 0 without the second-order term
+  // voxels, largest distance of a sample's path from the straight line; 0 without the second-order term
+  float bent = 0;
 };
 Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach);
 

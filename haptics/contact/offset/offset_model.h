@@ -124,6 +124,7 @@ class OffsetModel : public PatchModel {
   bool remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept;
   void carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept;
   void finish_coarse() noexcept;
+  VoxelFrame coarse_frame() const noexcept { return {settings_.frame.origin, voxel() * patch_.wide.front().every}; }
   PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept override;
   void update_coarse(SurfacePatch& fresh, bool edited) noexcept override;
   void adopted(bool strokes_edited, bool known) noexcept override;

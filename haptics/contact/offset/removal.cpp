@@ -64,7 +64,7 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
   const double turned = 2.3 * std::sqrt(std::max(0.0, 2 - 2 * std::abs(glm::dot(X_WB.R, coarse_.X_WA.R))));
   const double moved = glm::length(X_WB.p - coarse_.X_WA.p) + turned * tool().reach();
   coarse_.cut = cut_count_;
-  if (goes_on && coarse_.waits == 0 && moved < CoarseParameters::cut_step * voxel() * patch_.wide.front().every) return;
+  if (goes_on && coarse_.waits == 0 && moved < CoarseParameters::cut_step * coarse_frame().voxel) return;
   coarse_.X_WB = X_WB;
   coarse_.tool = tool_;
   ++coarse_.waits;
@@ -75,8 +75,8 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
 void OffsetModel::finish_coarse() noexcept {
   if (coarse_.waits == 0) return;
   coarse_.waits = 0;
-  const VoxelFrame frame{settings_.frame.origin, voxel() * patch_.wide.front().every};
-  const Sweep sweep(heads_[coarse_.tool].tool, coarse_.X_WA, coarse_.X_WB, frame, coarse_.goes_on, settings_.laws);
+  const Sweep sweep(heads_[coarse_.tool].tool, coarse_.X_WA, coarse_.X_WB, coarse_frame(), coarse_.goes_on,
+                    settings_.laws);
   carve(patch_.wide.front(), sweep, nullptr, &coarse_front_);
   coarse_.X_WA = coarse_.X_WB;
   coarse_.goes_on = true;

@@ -192,21 +192,18 @@ void HeadDistances::know(const VertexHead& head, const mesh::NearPoints& points,
   compute_all(head, points, X_WG);
 }
 
-/// Stores the distance of point `at` of the list, which is kept point i, for extrapolation.
-void HeadDistances::remember(std::size_t at, std::size_t i, const glm::dmat3& R_TW, const dvec3& off_W) noexcept {
-  const glm::vec3 p(R_TW * off_W), n(R_TW * normal_W(i));
-  p_x_[at] = p.x, p_y_[at] = p.y, p_z_[at] = p.z;
-  g_x_[at] = n.x, g_y_[at] = n.y, g_z_[at] = n.z;
-  d_[at] = static_cast<float>(distance_[i]);
-}
-
 /// Computes the distances of all listed points from a head at X_WG, for extrapolation.
 void HeadDistances::compute_all(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept {
   const glm::dmat3 R_WT(glm::mat3_cast(X_WG.R)), R_TW = glm::transpose(R_WT);
   clear();
   for (std::size_t i = 0; i < points.size(); ++i) add(static_cast<std::uint32_t>(i), points[i] - X_WG.p);
   evaluate(head, R_WT, std::numeric_limits<double>::infinity());
-  for (std::size_t i = 0; i < size_; ++i) remember(i, i, R_TW, {x_[i], y_[i], z_[i]});
+  for (std::size_t i = 0; i < size_; ++i) {
+    const glm::vec3 p(R_TW * dvec3(x_[i], y_[i], z_[i])), n(R_TW * normal_W(i));
+    p_x_[i] = p.x, p_y_[i] = p.y, p_z_[i] = p.z;
+    g_x_[i] = n.x, g_y_[i] = n.y, g_z_[i] = n.z;
+    d_[i] = static_cast<float>(distance_[i]);
+  }
   known_list_ = points.number(), known_ = points.size(), known_at_ = X_WG;
 }
 

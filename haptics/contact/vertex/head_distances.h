@@ -70,7 +70,6 @@ class HeadDistances {
 
  private:
   void compute_all(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept;
-  void remember(std::size_t at, std::size_t i, const glm::dmat3& R_TW, const dvec3& off_W) noexcept;
   void know(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept;
   void extrapolate(const Pose& X_WG, double far, const dvec3& motion_W) noexcept;
 
