@@ -68,8 +68,8 @@ TYPODONT_KERNEL void take_root(F8& v) {
   v = root;
 }
 
-/// A table of permutations of a vector's lanes. For each set of lanes, the table contains the permutation that moves
-/// these lanes to the front of a vector.
+/// Permutations of the eight lanes of a vector. For each set of lanes (a mask with one bit per lane), `order` contains
+/// the permutation that moves these lanes to the front of the vector.
 struct Compaction {
   I8 order[256] = {};
   Compaction() {

@@ -353,7 +353,8 @@ void SoftTissue::bleed(std::uint32_t point, Nanos t) noexcept {
 }
 
 void SoftTissue::spread_and_sleep() noexcept {
-  // number of active points before this tick adds new ones; the new points are first computed in the next tick
+  // Number of active points at the start of this tick. Points that this tick activates are computed from the next tick
+  // on.
   const std::size_t count = active_.size();
   for (std::size_t i = 0; i < count; ++i) {
     if (active_[i].v < P::wakes) continue;

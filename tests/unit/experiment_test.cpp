@@ -156,8 +156,8 @@ TEST(Psychometric, TheIntervalHoldsTheObserversThresholdInNineteenOfTwentyExperi
     bias_held += result.fit->bias.low <= truth.bias && truth.bias <= result.fit->bias.high;
     logs += std::log(result.fit->jnd.value / jnd);
   }
-  // The interval is meant to contain the true value in at least 95 % of the experiments. Then fewer than 106 of 120
-  // occur only once in a thousand times.
+  // The interval is meant to contain the true value in at least 95 % of the experiments. If it does, it
+  // contains the value in fewer than 106 of 120 experiments with a probability of only 0.1 %.
   EXPECT_GE(held, 106);
   EXPECT_GE(bias_held, 106);
   EXPECT_NEAR(logs / kExperiments, 0, 0.15) << "mean error of the threshold";

@@ -96,8 +96,8 @@ TEST(VoxelPenalty, ItsDirectionHasErrorsOfDegreesWhereTheOffsetSurfaceIsExact) {
 }
 
 TEST(VoxelPenalty, TheTorqueIsTheSumOfTheSamplesLeverTimesForce) {
-  // A cylinder lies flat on the edge of a block, with its middle 1 mm beyond the edge. So the block pushes on one half
-  // of the cylinder only.
+  // A cylinder lies flat on the edge of a block, with its middle 1 mm beyond the edge. So the block pushes only
+  // on one half of the cylinder.
   haptics::ServoSettings settings = probe_settings("voxel_penalty");
   settings.tool.shape = haptics::HeadShape::kCylinder;
   settings.tool.diameter = 1.0_mm;

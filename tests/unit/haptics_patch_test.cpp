@@ -137,7 +137,7 @@ TEST(SurfacePatch, AMovedPatchHasTheBitsOfANewlyExtractedOne) {
       }
       carver.apply(cut);
       const haptics::Sweep sweep(tools[0], cut.X_WA, cut.X_WB, carver.volume().frame());
-      haptics::carve(patch, sweep);  // the carver does not make this cut, so it must copy the owner's changes again
+      haptics::carve(patch, sweep);  // as the servo does; the carver must copy the samples that this changes again
     }
     if (round % 7 == 6) undone += carver.undo();
     const double step = round % 5 == 4 ? 12 : round % 2 ? 0.7 : 0.1;  // mm

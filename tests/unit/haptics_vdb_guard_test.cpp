@@ -132,7 +132,7 @@ TEST_F(VdbGuard, AVolumeWithAFarVoxelIsRefused) {
       HasSubstr("spread over"));
   EXPECT_THAT(message_with([](auto&, auto& labels) { labels.tree().addTile(3, openvdb::Coord(0, 0, 4096), 1, true); }),
               HasSubstr("spread over"));
-  // A second piece of tissue may be as far away as another tooth.
+  // A volume with two pieces of tissue is accepted if the distance between them is that of two teeth.
   EXPECT_EQ(message_with([](auto& field, auto& labels) {
               field.tree().setValue(openvdb::Coord(200, 0, 0), 0.1f);
               labels.tree().setValue(openvdb::Coord(200, 0, 0), 1);

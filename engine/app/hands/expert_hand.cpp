@@ -50,14 +50,13 @@ struct Lead {
   // The lead is the vector from the target point to the hand: a gain times the vector from the tool to the target
   // point. The coupling (the spring between hand and tool) turns the lead into a force.
   static constexpr double reaction_time = 0.05;  // s, time constant of the hand's reaction
-  // ratio: lead of the hand (its distance from the target point) to the tool's distance from the target point, while
-  // cutting
+  // while cutting: distance of the hand from the target point, divided by the distance of the tool from it
   static constexpr double gain = 50;
   // Limit of the gain: gain · tick duration / reaction_time must not exceed this value, because the hand would
   // oscillate.
   static constexpr double steady_gain = 1.5;
-  // ratio: lead of the hand (its distance from the target point) to the tool's distance from the target point, while
-  // scraping soft filling
+  // while scraping soft filling: distance of the hand from the target point, divided by the distance of the tool from
+  // it
   static constexpr double scrape_gain = 30;
   // m, largest lead of the hand (distance ahead of the target point) while scraping
   static constexpr double most_scrape_lead = 1.2e-3;

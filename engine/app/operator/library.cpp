@@ -130,7 +130,7 @@ std::vector<RigChoice> find_rigs(const OperatorState& s) {
         continue;  // the file is incomplete or belongs to another version of the program, so it is not listed
       }
       const bool shipped = folder == assets_folder() / "rigs";
-      if (shipped && file.stem().string().ends_with("_window")) continue;  // replaces "window" in some scenes
+      if (shipped && file.stem().string().ends_with("_window")) continue;  // usual_rig() selects it
       const std::string title = shipped && file.stem() == "window"   ? s.text("op.second_window")
                                 : shipped && file.stem() == "mirror" ? s.text("op.half_mirror")
                                                                      : title_of(file.stem().string());

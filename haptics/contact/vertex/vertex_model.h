@@ -93,7 +93,7 @@ class VertexModel final : public ContactModel {
     mesh::Index v;  // index of the vertex; kNone: the point is not a vertex
     Tissue tissue;
   };
-  /// Contact points, with the properties of each point.
+  /// A list of contact points. `samples` contains the properties of each point, in the same order.
   struct PointList {
     mesh::NearPoints points{kMostSamples};
     std::vector<Sample> samples;
