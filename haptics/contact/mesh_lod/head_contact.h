@@ -1,4 +1,5 @@
-// Contact of a head that is not a ball. Points on the surrounding faces keep the head outside the tissue.
+// Computes the contact between a mesh and a head that is not a ball. Contact points on the faces near the head keep it
+// outside the tissue.
 #pragma once
 
 #include <vector>
@@ -31,13 +32,13 @@ class HeadContact final : public SurfaceContact {
  private:
   static constexpr std::size_t kMostPoints = 1 << 14;
   static constexpr int kSlotBits = 15;
-  // Spacing of contact points as a ratio to the head's radius. It equals the edge length of a surface that a cut
+  // Distance between contact points, as a ratio to the head's radius. It equals the edge length of a surface that a cut
   // produces (VertexMethod::edge_for).
   static constexpr double kSpacing = 1.0 / 6;
-  static constexpr int kMostParts = 64;  // upper limit of the number of parts into which an edge of a face is divided
+  static constexpr int kMostParts = 64;  // largest number of parts into which an edge of a face is divided
   static constexpr std::uint32_t kFree = ~0U;
 
-  /// The surface area that a contact point represents.
+  /// The surface area that one contact point represents.
   struct Share {
     dvec3 area{0};  // m², area vector; its direction is the outward normal
     std::uint32_t face = 0;
@@ -46,10 +47,10 @@ class HeadContact final : public SurfaceContact {
   /// A face near the head.
   struct NearFace {
     std::uint32_t face = 0;
-    double longest = 0;  // m, its longest edge
+    double longest = 0;  // m, length of the face's longest edge
   };
 
-  /// Returns the largest displacement of any point of the head since the points were listed, m.
+  /// Returns how far any point of the head has moved at most since the contact points were listed, m.
   double moved_since_listing(const dvec3& c) const noexcept;
   void list_around(const TriangleGrid& grid, const dvec3& c) noexcept;
   void list_points(const TriangleGrid& grid, const dvec3& c, const glm::dmat3& R_WT) noexcept;
@@ -64,7 +65,7 @@ class HeadContact final : public SurfaceContact {
   vertex::HeadFollower follower_{distances_};
   mesh::NearPoints points_{kMostPoints};
   std::vector<NearFace> near_;
-  std::vector<Share> shares_;  // the area of each contact point
+  std::vector<Share> shares_;  // for each contact point: the area that it represents
   // hash table that maps the position of a corner to the index of the contact point at this position
   std::vector<std::uint32_t> slots_;
   bool listed_ = false;

@@ -1,5 +1,5 @@
-// Creates the levels of detail of a tissue mesh. A mesh that is too coarse is subdivided first; meshoptimizer then
-// simplifies it. Set-up time.
+// Creates the levels of detail of a tissue mesh. A mesh that is too coarse is first subdivided. The library
+// meshoptimizer then simplifies it. Used at set-up.
 #pragma once
 
 #include <memory>
@@ -11,12 +11,12 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Returns the number of vertices that triangles use.
+/// Returns the number of vertices that belong to at least one triangle.
 std::size_t vertex_count(const TissueMesh& mesh);
 /// Returns the mesh with every triangle divided into four at the midpoints of its edges; the surface does not change.
 TissueMesh subdivided(const TissueMesh& mesh);
-/// Simplifies a mesh in one pass to about `part` times its number of triangles, as far as the borders allow it;
-/// simplified() states which borders do not change. Called by the carver thread.
+/// Simplifies a mesh in one pass to about `part` times its number of triangles. The result has more triangles if the
+/// borders, which simplified() preserves, allow no further simplification. Carver thread.
 TissueMesh thinned(const TissueMesh& mesh, double part);
 /// Simplifies a mesh to about the given number of vertices (within 1 % if the mesh allows it). Open borders do not
 /// change. A border between two tissues keeps its line but may lose vertices. Remaining vertices do not move.
@@ -26,25 +26,25 @@ TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices);
 struct LevelOptions {
   // number of vertices of the base mesh, from which the levels are made; empty: the given mesh is the base mesh
   std::optional<std::size_t> vertices;
-  // number of vertices of each level, finest first; empty: three levels with 100 %, 40.15 % and 22.46 % of the base
-  // mesh's vertices
+  // number of vertices of each level, finest first; empty: three levels with 100 %, 40.15 % and 22.46 % of the vertices
+  // of the base mesh
   std::vector<std::size_t> levels;
 };
 
-/// The levels of detail, finest first. Immutable; carver and servo use the same object.
+/// The levels of detail, finest first. They never change, and carver and servo use the same object.
 struct Levels {
   std::vector<TriangleGrid> grids;
   std::vector<std::size_t> vertices;  // number of vertices of each level, finest first
-  TissueMesh finest;                  // mesh of the first level
+  TissueMesh finest;                  // mesh of the finest level
 };
 /// Creates the levels. Throws Error if the options request more vertices than the mesh can have, list the levels in
-/// increasing order, or list no level.
+/// increasing order, or if the list of levels is empty.
 std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOptions& options);
 /// Returns the base mesh, from which the levels are made.
 TissueMesh base_mesh(TissueMesh mesh, const LevelOptions& options);
 
-/// Returns the Hausdorff distance between two levels in m, in both directions. It is evaluated at corners and at the
-/// midpoints of edges and faces.
+/// Returns the larger of the two one-sided Hausdorff distances between two levels, m. It is evaluated at corners and at
+/// the midpoints of edges and faces.
 double hausdorff_distance(const TriangleGrid& one, const TriangleGrid& other);
 
 }  // namespace typodont::haptics::mesh_lod

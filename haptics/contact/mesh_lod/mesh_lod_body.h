@@ -1,5 +1,5 @@
 // The part of the contact model "mesh_lod" that runs on the carver thread. It owns the levels of detail and the mesh
-// that is cut.
+// that the cuts change.
 #pragma once
 
 #include <optional>
@@ -50,13 +50,13 @@ class MeshLodBody final : public TissueBody {
 
   std::shared_ptr<const Levels> levels_;
   std::optional<vertex::VertexBody> solid_;
-  // m; travel_: distance that a tool may move before the next snapshot is due; reach_: largest reach of all tools
+  // m; travel_: motion of a tool after which the next snapshot is due; reach_: largest reach of all tools
   double travel_, reach_ = 0;
   bool cut_ = false;            // true if the tissue was cut
-  std::optional<Nanos> first_;  // time of the first cut since the last snapshot
+  std::optional<Nanos> first_;  // time of the first cut that no snapshot contains yet
 };
 
-/// Returns the distance in m that a tool may move before the next snapshot is due.
+/// Returns the distance that a tool may move before the next snapshot is due, m.
 double travel_for(std::span<const Tool> tools);
 
 }  // namespace typodont::haptics::mesh_lod

@@ -19,8 +19,8 @@ namespace typodont::haptics::mesh_lod {
 class LevelBySpeed {
  public:
   LevelBySpeed(std::vector<double> speeds, double hysteresis) : speeds_(std::move(speeds)), hysteresis_(hysteresis) {}
-  /// Returns the level for this tick among `count` levels; 0 is the finest. `way`: m, displacement of the hand in this
-  /// tick; `dt`: s, duration of the tick.
+  /// Returns the index of the level for this tick, from 0 (finest) to `count` - 1. `way`: m, displacement of the hand
+  /// in this tick; `dt`: s, duration of the tick.
   std::size_t step(double way, double dt, std::size_t count) noexcept;
   void reset() noexcept { fresh_ = true; }
 
@@ -68,11 +68,12 @@ class MeshLodModel final : public ContactModel {
   }
   /// Returns the distance in m that a tool at pose X may move before it touches the mesh of any of its levels.
   double room_for(std::uint32_t tool, const Pose& X) noexcept;
-  /// Returns true if the snapshot contains all faces within the distance `reach` (m) of p.
+  /// Returns true if the snapshot contains all faces within the distance `reach` (m) of the point p.
   bool holds(const dvec3& p, double reach) const noexcept;
-  /// Returns true if the snapshot's faces can still stop the head at `to`, even if the snapshot lacks some cuts.
+  /// Returns true if the head may move to `to`: the faces of the snapshot can still stop it there, although the
+  /// snapshot may lack the last cuts.
   bool may_sink_to(const dvec3& to) noexcept;
-  /// Returns true if the snapshot lacks some cuts. Faces that overlap the head then count as removed.
+  /// Returns true if the snapshot lacks some of the servo's cuts. Faces that overlap the head then count as removed.
   bool behind() const noexcept { return snapshot_.cuts < made_.last(); }
   SurfaceContact& point() noexcept { return *points_[tool_]; }
   const SurfaceContact& point() const noexcept { return *points_[tool_]; }
@@ -85,18 +86,19 @@ class MeshLodModel final : public ContactModel {
   const ServoSettings& settings_;
   Parameters parameters_;
   MeshSnapshot snapshot_;
-  std::vector<std::unique_ptr<SurfaceContact>> points_;  // contact points, one for each tool
-  std::vector<dvec3> ends_;                              // m, for each tool: centre of its contact shape in frame T
+  std::vector<std::unique_ptr<SurfaceContact>> points_;  // for each tool: its contact with the mesh
+  std::vector<dvec3> ends_;                              // m, frame T, for each tool: centre of its contact shape
   std::uint32_t tool_ = 0;
   LevelBySpeed by_speed_;
   std::size_t level_ = 0;
-  bool placed_ = false;  // true if the contact point corresponds to the tool's present position
-  // true: the servo has moved the tool without contact since the last tick; placed_ is then false
+  bool placed_ = false;  // true if the contact shape is at the tool's present position
+  // true: since the last tick, the servo has moved the tool without contact; placed_ is then false
   bool moved_freely_ = false;
   dvec3 hip_{0};  // m, position of the hand in the last tick ("haptic interface point")
-  // m, vector from the contact point to its position before the last change of level or wall; fades to zero
+  // m, vector from the contact point to its position before the last change of level or wall; shrinks to zero, so that
+  // the force does not jump
   dvec3 offset_{0};
-  bool eases_ = false;  // true if the bur has cut since it was last free; ease() then limits its force
+  bool eases_ = false;  // true if the bur has cut since it last lost contact; ease() then limits its force
   // m, vector from the hand to the position of the tool that was returned to the servo in the last tick
   dvec3 last_lag_{0};
   dquat last_R_{1, 0, 0, 0};  // orientation of the hand in the last tick
@@ -105,7 +107,7 @@ class MeshLodModel final : public ContactModel {
   dvec3 wall_normal_{0};
   double wall_stiffness_ = 0;
 
-  // Data that is stored for each cut of the servo.
+  // Data that the servo stores for each of its cuts.
   struct Made {
     PerTissue removed{};  // m³, estimated removed volume of each tissue
     dvec3 from{0};        // m, centre of the contact shape before the cut

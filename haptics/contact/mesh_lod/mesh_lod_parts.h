@@ -13,15 +13,15 @@ namespace typodont::haptics::mesh_lod {
 
 struct Parameters {
   LevelOptions levels;
-  // m/s, limits of the hand's speed; if the hand is faster than the k-th limit, the model changes from level k to the
-  // next coarser level
+  // m/s, limits of the hand's speed, one between each two levels; above the k-th limit, the model uses the level after
+  // level k, which is coarser
   std::vector<double> switch_speed{30e-3, 120e-3};
   double hysteresis = 0.1;  // hysteresis around each limit of the hand's speed, as a ratio to that limit
-  // At a change of the level of detail, true: the contact point is mapped to the new mesh; false: it is computed again
-  // from the hand's position.
+  // true: at a change of level, the contact point is mapped to the new mesh; false: it is computed again from the
+  // hand's position
   bool maps = true;
   double ramp = 5;  // N/s, rate of change of the force after a change of level; 0: the force changes in one step
-  double wall_limit = 0.5;  // N, force above which a wall between two tissues yields
+  double wall_limit = 0.5;  // N, force at which a wall between two tissues yields
 };
 
 /// The tissue's surface for the servo. Before the first cut the servo uses the levels, which never change. After the
@@ -31,14 +31,14 @@ struct MeshSnapshot : Snapshot {
   bool cut = false;                 // true if the tissue was cut; `local` is then used instead of `levels`
   std::vector<TriangleGrid> local;  // all faces that overlap the box from lo to hi; one grid per level, finest first
   dvec3 lo{0}, hi{0};               // m, corners of the box that contains the faces in `local`
-  // m³, volume removed by all cuts in this snapshot; cuts that were undone do not count
+  // m³, volume that all cuts in this snapshot have removed; cuts that were undone do not count
   PerTissue removed{};
 };
 
 /// Sizes and update rate of the snapshots in a session with a cutting tool.
 struct LocalParameters {
   static constexpr double travel = 2e-3;  // m, distance that the tool may move before the next snapshot is due
-  // m, additional width of a snapshot, beyond the size of the tool and `travel`
+  // m, additional width of a snapshot, beyond the tool's size and `travel`
   static constexpr double margin = 0.5e-3;
   // ns, time between two updates of the geometry (30 Hz, as in paper S3)
   static constexpr Nanos interval = 33'000'000;

@@ -8,8 +8,8 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// A plane constraint. It allows the points x with n · (x - c) >= -room, where c is the common reference point of all
-/// planes in a set. SI units.
+/// A plane constraint. It allows the points x with n · (x - c) >= -room, where c is a reference point that all planes
+/// of a set share. SI units.
 struct Plane {
   dvec3 n{0};               // unit normal
   double room = 0;          // m, distance that the point may move from c in the direction opposite to n
@@ -35,8 +35,8 @@ class PlaneSet {
   const Plane& operator[](int i) const noexcept { return planes_[static_cast<std::size_t>(i)]; }
 
   /// Returns the displacement from c that satisfies all planes and is nearest to the displacement `goal`. If no
-  /// displacement satisfies all planes, returns zero. `active`: the planes that limit the result, each with its push
-  /// (the distance in m by which the plane holds the point back).
+  /// displacement satisfies all planes, returns zero. `active` receives the planes that limit the result, each with its
+  /// push (the distance in m by which the plane holds the point back).
   dvec3 nearest_allowed(const dvec3& goal, ActivePlanes& active) const noexcept;
 
  private:

@@ -13,7 +13,7 @@ struct Hold {
   dvec3 p{0};  // m, point on the surface
   // unit normal, pointing out of the tissue; for a wall between tissues, towards the softer tissue
   dvec3 n{0};
-  double push = 0;               // m, length by which this contact holds the tool back from the hand
+  double push = 0;               // m, distance by which this contact keeps the tool away from the hand
   Tissue tissue = Tissue::kAir;  // tissue of the face; for a wall the harder tissue
   bool wall = false;
 };
@@ -38,38 +38,38 @@ class SurfaceContact {
   virtual double radius() const noexcept = 0;
   /// Returns the distance from the contact shape's centre to its farthest point, m.
   virtual double reach() const noexcept = 0;
-  /// Returns the distance from the contact shape's centre within which faces of the mesh are examined, m.
+  /// Returns the search distance: faces within this distance of the contact shape's centre are examined, m.
   virtual double outlook() const noexcept = 0;
 
   /// Sets the orientation of the tool for all following calls.
   virtual void turn_to(const dquat& /*R_WT*/) noexcept {}
-  /// Must be called before a call with another grid than in the previous call, or if the faces of that grid have
+  /// Call this before a call with another grid than before, and after the faces of the grid have
   /// changed.
   virtual void mesh_changed() noexcept {}
 
   /// Starts a contact with the contact shape's centre at p. Returns false if the tool overlaps tissue there.
   virtual bool put(const TriangleGrid& grid, const dvec3& p) noexcept = 0;
-  /// Moves the contact shape's centre to p, where the caller knows that the tool has no contact.
+  /// Moves the contact shape's centre to p. The tool must have no contact there.
   virtual void put_free(const dvec3& p) noexcept = 0;
   /// Transfers the contact to another mesh. The new position is the point outside that mesh that is nearest to the old
   /// position (SCP mapping, paper S3, section 3.2).
   virtual void map_to(const TriangleGrid& grid) noexcept = 0;
-  /// Follows the hand's position `hip` (haptic interface point). `give`: if faces overlap the head, the tissue is
-  /// treated as removed to the depth of the overlap.
+  /// Follows the hand's position `hip` (haptic interface point). `give`: if the head overlaps faces, the tissue counts
+  /// as removed to the depth of the overlap.
   virtual void follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept = 0;
-  /// Moves the centre into the tissue. If follow() is then called with `give` = true, it treats the overlapped tissue
-  /// as removed.
+  /// Moves the centre into the tissue. A following follow() with `give` = true then treats the overlapped tissue as
+  /// removed.
   void sink_to(const dvec3& c) noexcept { c_ = c; }
 
   /// Returns the distance from the tool at p to the surface, but at most `most`.
   virtual double clearance(const TriangleGrid& grid, const dvec3& p, double most) noexcept = 0;
-  /// Returns, for each tissue, the area of the surface that touches or overlaps the head, projected along the unit
-  /// vector `way`, m².
+  /// Returns the area of the surface that touches or overlaps the head, projected along the unit vector `way`, for each
+  /// tissue, m².
   virtual PerTissue engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept = 0;
 
  protected:
-  // Upper limit of the distance between the head and a surface point that counts as in contact, as a ratio to the
-  // head's radius.
+  // A surface point counts as in contact if its distance from the head is below this limit, a ratio to the head's
+  // radius.
   static constexpr double kOnHead = 0.03;
 
   dvec3 c_{0};

@@ -10,15 +10,15 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Stiffness of every tissue, N/m. There is a wall at each border from a softer to a stiffer tissue.
+/// The stiffness of each tissue, N/m. A wall stands at each border from a softer to a stiffer tissue.
 using Stiffness = PerTissue;
 
 struct SurfaceOptions {
   double radius = 0;  // m, radius of the tool's end; 0: a point
-  // true: walls exist at the borders between tissues; they stop only a motion from the softer tissue
+  // true: borders between tissues have walls, which stop a tool only on its way from the softer to the stiffer tissue
   bool walls = true;
   double wall_limit = 0.5;   // N, force above which a wall yields
-  double unit_force = 1000;  // N/m, stiffness of the coupling for a material stiffness of 1 N/mm
+  double unit_force = 1000;  // N/m, stiffness of the coupling if the material has a stiffness of 1 N/mm
 };
 
 /// Surface contact point after Wang et al. 2009, section 3.2. The paper's search moves from a primitive (vertex, edge
@@ -64,44 +64,45 @@ class SurfacePoint final : public SurfaceContact {
   // true after a wall has yielded: all walls are ignored until the contact is on the harder tissue `beyond_`
   bool behind_ = false;
   Tissue beyond_ = Tissue::kAir;  // the harder tissue of the wall that yielded
-  // Indices and boxes of the collected faces, with one array per coordinate.
+  // The collected faces as arrays: the index of each face, and one array for each coordinate of their boxes.
   static constexpr int kMostNear = 2048, kBatch = 8;
   struct Boxes {
     alignas(32) float lo_x[kMostNear + kBatch], lo_y[kMostNear + kBatch], lo_z[kMostNear + kBatch];
     alignas(32) float hi_x[kMostNear + kBatch], hi_y[kMostNear + kBatch], hi_z[kMostNear + kBatch];
   };
   std::array<std::uint32_t, kMostNear> near_{};
-  // for each collected face: a number that increases in the order of TriangleGrid::for_near()
+  // for each collected face: its rank, which increases in the order in which TriangleGrid::for_near() reports faces
   std::array<std::uint64_t, kMostNear> order_{};
   int near_count_ = 0;
   Boxes boxes_{};
   // grid from which the faces were collected; null: they must be collected again
   const TriangleGrid* collected_ = nullptr;
-  // The faces that the present iteration uses, as indices of near_.
+  // The faces that the present iteration uses, as indices into near_.
   std::array<std::uint32_t, kMostNear + kBatch> close_{};
   dvec3 near_from_{0};
   double near_reach_ = 0;
   // A face whose nearest primitive is an edge or a corner.
   struct Edge {
     std::uint32_t face = 0;
-    std::uint64_t order = 0;  // rank of the face's plane among all planes
+    std::uint64_t order = 0;  // rank of the face's plane in the set of planes
     OnFace at;
     dvec3 n{0};           // unit vector from the nearest point to the ball's centre
     double distance = 0;  // m, distance of the nearest point from the ball's centre
   };
-  // Bits in the rank of a plane. Planes of edges follow all planes of interiors, and walls follow all planes of edges.
+  // These bits are set in the rank of a plane, so that planes of edges follow all planes of interiors, and walls follow
+  // all planes of edges.
   static constexpr std::uint64_t kOfEdge = std::uint64_t{1} << 62, kOfWall = std::uint64_t{1} << 63;
   std::array<Edge, kMostNear> edges_;
   // A face that touches or overlaps the ball.
   struct Engaged {
-    std::uint64_t order = 0;  // rank of the face in a search of the grid
+    std::uint64_t order = 0;  // rank of the face in the order of the grid's search
     double across = 0;        // m², area of the face projected along the direction of the cut
     Tissue tissue = Tissue::kAir;
   };
   std::array<Engaged, kMostNear> engaged_;
   PlaneSet planes_;
-  // Planes of the faces whose nearest point lies in their interior; these planes are first in the list of planes. One
-  // array for each coordinate of the normal, and one for the distance from the ball's centre.
+  // Planes of the faces to whose interior the ball is nearest; they are first in the list of planes. There is one array
+  // for each coordinate of the normal, and one for the plane's distance from the ball's centre.
   struct Inner {
     alignas(32) float x[PlaneSet::kMost], y[PlaneSet::kMost], z[PlaneSet::kMost], distance[PlaneSet::kMost];
   };
@@ -129,7 +130,7 @@ class SurfacePoint final : public SurfaceContact {
 
    private:
     struct Slot {
-      std::uint32_t time = 0, face = 0, plane = 0;  // time: number of the call of clear() before the entry was added
+      std::uint32_t time = 0, face = 0, plane = 0;  // time: number of the clear() call before this entry was added
     };
     static constexpr int kBits = 12;
     static constexpr std::size_t kSlots = 1 << kBits;

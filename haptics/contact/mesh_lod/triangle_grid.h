@@ -1,5 +1,5 @@
-// The triangles of one level in a uniform grid. Three queries: triangles near a point, distance to the surface, inside
-// test.
+// The triangles of one level of detail, sorted into a uniform grid. Answers three queries: the triangles near a point,
+// the distance from a point to the surface, and whether a point is inside.
 #pragma once
 
 #include <algorithm>
@@ -12,16 +12,16 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// A triangle prepared for queries. SI units, frame W.
+/// A triangle with data that make queries fast. SI units, frame W.
 struct Face {
   dvec3 a, b, c;
   Tissue tissue = Tissue::kAir;
-  // For the edges ab, bc, ca: tissue of the face on the other side of the edge; kAir if it is the same tissue or there
-  // is no such face.
+  // For the edges ab, bc, ca: tissue of the face on the other side of the edge; kAir if that face has the same tissue
+  // or does not exist.
   std::array<Tissue, 3> across{};
-  // For each edge: index of the face on the other side; ~0 if there is none, or more than one. Bit k of `hollow_front`
-  // (or `hollow_back`) is set if the surface at edge k is flat or concave, seen from the front (or back) of this face.
-  // The plane of this face is then also valid for a ball beyond the edge.
+  // For each edge: index of the face on the other side; ~0 if there is no such face, or more than one. Bit k of
+  // `hollow_front` (or `hollow_back`) is set if the surface at edge k is flat or concave, seen from the front (or back)
+  // of this face. The plane of this face is then also valid for a ball beyond the edge.
   std::array<std::uint32_t, 3> beyond{~0U, ~0U, ~0U};
   std::uint8_t hollow_front = 0, hollow_back = 0;
 
@@ -40,7 +40,7 @@ struct OnFace {
 OnFace nearest_on(const Face& face, const dvec3& p) noexcept;
 /// Returns the point of the face's border nearest to p.
 OnFace nearest_on_edges(const Face& face, const dvec3& p) noexcept;
-// smallest squared sine of a face's angle; for a flatter face, only its edges are used
+// limit of the squared sine of a face's angle; a face with a smaller angle is treated as its three edges
 inline constexpr double kSliver = 1e-12;
 /// Returns the point of the segment from a to b that is nearest to p.
 inline dvec3 nearest_on_segment(const dvec3& a, const dvec3& b, const dvec3& p) noexcept {
@@ -109,8 +109,8 @@ class TriangleGrid {
 
  private:
   glm::ivec3 cell_of(const glm::vec3& p) const noexcept {
-    // The conversion to int truncates. This differs from floor only for negative numbers, which the clamp sets to 0
-    // anyway, and it is faster.
+    // The conversion to int truncates, which is faster than floor. The results differ only for negative numbers, which
+    // the clamp sets to 0.
     return glm::clamp(glm::ivec3(p * inverse_), glm::ivec3(0), cells_ - 1);
   }
   std::size_t index(const glm::ivec3& i) const noexcept {
@@ -118,22 +118,22 @@ class TriangleGrid {
                static_cast<std::size_t>(cells_.z) +
            static_cast<std::size_t>(i.z);
   }
-  /// Returns the index of face i in the mesh.
+  /// Returns the index in the mesh of the grid's face i.
   std::uint32_t rank(std::uint32_t i) const noexcept { return rank_.empty() ? i : rank_[i]; }
   void sort_faces(const TissueMesh& mesh);
   void join_faces(const TissueMesh& mesh);
   void choose_cells(const glm::vec3& extent);
 
   bool part_ = false;
-  std::vector<std::uint32_t> rank_;  // for each face: its index in the mesh; empty if they are equal
+  std::vector<std::uint32_t> rank_;  // for each face of the grid: its index in the mesh; empty if both are equal
   std::vector<Face> faces_;
   std::vector<Box> boxes_;
-  /// Faces that are near each other, and the bounding box of their boxes.
+  /// A group of neighbouring faces, and the bounding box of their boxes.
   struct Block {
     Box box;
     std::uint32_t first = 0, last = 0;  // the block contains the faces from `first` to `last` - 1
   };
-  std::vector<Block> blocks_;  // for a part of a mesh: all faces, block by block
+  std::vector<Block> blocks_;  // if the mesh is a part of a larger mesh: its faces, grouped into blocks
   // for each cell: index of its first element in entries_; the last element marks the end
   std::vector<std::uint32_t> start_;
   std::vector<std::uint32_t> entries_;  // indices of the faces in each cell, cell by cell

@@ -10,13 +10,13 @@
 
 namespace typodont::haptics::vertex {
 
-/// Computes the distances of eight points at the same time. The results have the same bits as those of
-/// VertexHead::distance(), on every processor, unless they are extrapolated. Any thread; allocates memory only at
+/// Computes the distances of eight points at the same time. On every processor, the results have the same bits as
+/// those of VertexHead::distance(), except extrapolated results. Any thread; allocates memory only at
 /// construction.
 class HeadDistances {
  public:
   static constexpr std::size_t kBatch = 8;
-  /// The kept points as arrays, which are longer than `count` by kBatch.
+  /// The kept points as arrays, which have kBatch more elements than `count`.
   struct Columns {
     const double *distance, *n_x, *n_y, *n_z;
     std::size_t count;
@@ -26,28 +26,30 @@ class HeadDistances {
   /// since the distances of listed points were computed, find() extrapolates them; 0: never.
   explicit HeadDistances(std::size_t most, double reuse = 0);
 
-  /// Finds the points that are at most `far` metres from a head at X_WG, in the order of the list. The distances that
-  /// are stored in the list show which points cannot be so near.
+  /// Finds the listed points that are at most `far` metres from a head at X_WG, in the order of the list. Points that
+  /// are certainly farther, by the distances stored in the list, are skipped.
   ///
   /// An extrapolated distance is the linear approximation of the distance, which is a convex function because heads are
   /// convex. So the distance is never overestimated. For a smooth part of a head whose radius of curvature is r, it is
-  /// underestimated by at most m²/2r after a motion m. `exact`: distances are not extrapolated.
+  /// underestimated by at most m²/2r after a motion m. `exact`: true: no distance is extrapolated.
   void find(const VertexHead& head, mesh::NearPoints& points, const Pose& X_WG, double far,
             bool exact = false) noexcept;
-  /// Finds the points that are inside a head at X_WG after its linearised motion by `motion_W` (m): those whose
-  /// distance is smaller than the component of the motion along the gradient, which is positive. Needs `reuse`.
+  /// Finds the points that are inside a head after it has moved from X_WG by `motion_W` (m). The distances are
+  /// extrapolated linearly: a point is found if its distance is smaller than the component of the motion along the
+  /// gradient, and this component is positive. Needs `reuse`.
   void find_pushed(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG,
                    const dvec3& motion_W) noexcept;
-  /// Call this when find() is used for another list. It forgets the distances from which find() extrapolates.
+  /// Call this before find() is used for another list. It deletes the distances from which find() extrapolates.
   void forget() noexcept { known_list_ = 0; }
-  /// Removes the points from index `first` on that are farther than `far` metres from the head at points.listed_at(),
-  /// and stores the distances of the others in the list.
+  /// Removes the points from index `first` on that are farther than `far` metres from the head at points.listed_at().
+  /// Stores the distances of the remaining points in the list.
   void keep_within(const VertexHead& head, mesh::NearPoints& points, std::size_t first, double far) noexcept;
 
-  // The same for points that are in no list: clear(), then add() for each point, then evaluate().
+  // The next functions do the same for points that are in no list. Call clear(), then add() for each point, then
+  // evaluate().
   void clear() noexcept { size_ = 0; }
   bool full() const noexcept { return size_ == most_; }
-  /// Adds a point with any index, at `off_W` (m, frame W) from the head's centre.
+  /// Adds a point with a freely chosen index, at `off_W` (m, frame W) from the head's centre.
   void add(std::uint32_t index, const dvec3& off_W) noexcept {
     index_[size_] = index;
     x_[size_] = off_W.x, y_[size_] = off_W.y, z_[size_] = off_W.z;
@@ -78,11 +80,11 @@ class HeadDistances {
   std::vector<std::uint32_t> index_;
   std::vector<double> x_, y_, z_;  // m, frame W, positions of the points relative to the head's centre
   std::vector<double> distance_, n_x_, n_y_, n_z_;
-  // The distances from which find() extrapolates: those of all listed points from a head at one pose. Empty arrays if
-  // nothing is ever extrapolated.
+  // Distances of all listed points from a head at one pose, from which find() extrapolates. The arrays are empty if
+  // find() never extrapolates.
   std::uint64_t known_list_ = 0;  // number of the list to which the points belong
-  std::size_t known_ = 0;         // number of points
-  Pose known_at_;                 // pose of the head
+  std::size_t known_ = 0;         // number of points with known distances
+  Pose known_at_;                 // pose of the head for which the distances are known
   // m, frame T: positions of the points, and directions in which the distances increase
   std::vector<float> p_x_, p_y_, p_z_, d_, g_x_, g_y_, g_z_;
 };

@@ -17,16 +17,16 @@ struct FollowParameters {
   // Longest displacement of the head in one iteration, as a ratio to the head's radius. It is short, because each
   // contact point limits the displacement only by a linear approximation.
   static constexpr double step = 0.15;
-  static constexpr int looks = 2;  // number of iterations for which one list of near points is used
+  static constexpr int looks = 2;  // number of iterations after which the near points are listed again
   // Upper limit of the number of lists per tick; the head can then move by at most 4.8 radii per tick.
   static constexpr int rounds = 16;
-  // Convergence tolerance: if the last displacement was shorter than this fraction of `step`, no further iteration is
-  // made.
+  // Convergence tolerance: the iterations end when a displacement is shorter than this fraction of
+  // `step`.
   static constexpr double settled = 0.2;
-  // Threshold of the overlap of head and points, as a ratio to the head's radius. With a larger overlap, the head
-  // counts as inside tissue and is moved out.
+  // Limit of the overlap of head and points, as a ratio to the head's radius. If the overlap is larger, the head counts
+  // as inside the tissue and is moved out.
   static constexpr double led_out = 0.05;
-  /// The near points are listed again when the head has moved farther than this, as a ratio to the head's radius.
+  /// When the head has moved farther than this, as a ratio to its radius, the near points are listed again.
   static constexpr double kept = 0.15;
   /// Distance from the head within which points are listed, as a ratio to the head's radius.
   static constexpr double margin = kept + looks * step;
@@ -41,7 +41,7 @@ struct FollowParameters {
 /// still valid.
 template <class List>
 dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, double radius, List&& list) noexcept {
-  constexpr int kMostHops = 64;  // upper limit of the number of steps without contact in one tick
+  constexpr int kMostHops = 64;  // largest number of steps without contact in one tick
   const double free = (FollowParameters::margin - FollowParameters::kept) * radius;
   for (int hop = 0; points.empty() && from != to && hop < kMostHops; ++hop) {
     const dvec3 rest = to - from;
@@ -62,7 +62,7 @@ class HeadFollower {
     double push;          // m, distance by which the point holds the head back from the hand
   };
 
-  /// `distances` is a buffer of the owner, which must exist as long as this object. follow() overwrites its contents.
+  /// `distances` is a buffer of the caller; it must exist as long as this object. follow() overwrites its contents.
   explicit HeadFollower(HeadDistances& distances) : distances_(distances) {
     gaps_.resize(distances.most() + HeadDistances::kBatch);
   }
@@ -73,7 +73,7 @@ class HeadFollower {
   /// already inside the head only prevents a deeper overlap. `list(p)` must list the points around p, unless the
   /// present list is still valid. A fast head needs several lists in one tick; otherwise it would lag behind the hand.
   /// `complete(p, far)` must add the points within the distance `far` (m) of the head at p that the list lacks. If
-  /// `may_go_on()` is false, the head stays where its list of points ends, until the next tick.
+  /// `may_go_on()` returns false, no further list is made in this tick, and the head stops where its last list ends.
   template <class List, class Complete, class MayGoOn>
   dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double slack, bool give,
                List&& list, Complete&& complete, MayGoOn&& may_go_on) noexcept {
@@ -105,7 +105,7 @@ class HeadFollower {
                 bool give) noexcept;
 
   HeadDistances& distances_;
-  std::vector<double> gaps_;  // m, for each near point: distance by which the head may approach it
+  std::vector<double> gaps_;  // m, for each near point: the distance that the head may move towards it
   ActivePlanes active_;
   Hold holds_[3] = {};
   bool bounded_ = false, led_out_ = false;

@@ -20,42 +20,43 @@
 
 namespace typodont::haptics::vertex {
 
-/// Parameters of a cut, with their reasons. Lengths are ratios to the edge length of the cut surface, which depends on
-/// the head.
+/// Parameters of a cut, with their reasons. Lengths are ratios to the target edge length of the cut surface, which
+/// depends on the head.
 struct CutParameters {
-  // Longest edge; a longer edge is split (Botsch & Kobbelt 2004).
+  // Longest allowed edge; a longer edge is split (Botsch & Kobbelt 2004).
   static constexpr double longest = 4.0 / 3;
-  static constexpr double shortest = 0.35;  // shortest edge; a shorter edge is collapsed
+  static constexpr double shortest = 0.35;  // shortest allowed edge; a shorter edge is collapsed
   // Longest step of the head. It is so short that no face rotates far in one step.
   static constexpr double step = 0.5;
   // Largest displacement of a vertex in one step. A vertex that would move farther belongs to another wall, and does
   // not move.
   static constexpr double farthest = 3;
-  // smallest cosine between the normals of a face before and after a step
+  // smallest allowed cosine between the normals of a face before and after a step
   static constexpr double least_turn = 0.2;
-  // Exception for faces that end parallel to the head: if the cosine between the face's normal and the reversed normal
-  // of the head is above this limit, the face may rotate farther.
+  // Exception to `least_turn` for faces that end parallel to the head: if the cosine between the face's normal and the
+  // reversed normal of the head is above this limit, the face may rotate farther.
   static constexpr double faces_head = 0.3;
-  // limit of the cosine between the normals of two faces that share a vertex; above it, the faces are not tested for
-  // intersection
+  // if the cosine between the normals of two faces that share a vertex is above this limit, the faces are not tested
+  // for intersection
   static constexpr double same_way = 0.6;
-  // limit of the ratio of a triangle's height to its longest edge; a flatter triangle is a sliver
+  // smallest ratio of a triangle's height to its longest edge; a flatter triangle is a sliver
   static constexpr double flattest = 0.12;
-  // Length of a tiny edge. If it is collapsed, a face whose shape is bad may keep a bad shape.
+  // Length below which an edge is tiny. A tiny edge may be collapsed even if a face next to it keeps a bad shape.
   static constexpr double tiny = 0.1;
-  // smallest area of a face after an edge is collapsed, as a ratio to half the square of the edge length
+  // smallest allowed area of a face after an edge is collapsed, as a ratio to half the square of the edge length
   static constexpr double least_area = 1e-6;
   // first version of the servo's force laws in which an edge next to a face of bad shape may be collapsed
   static constexpr std::uint32_t laws_of_bad_faces = 11;
   // m, tolerance: a vertex that overlaps the head by less than this counts as on its surface
   static constexpr double overlap = 1e-10;
-  // smallest cosine between the normals of two faces whose common edge may be flipped
+  // limit of the cosine between the normals of two faces; their common edge may be flipped only above this limit
   static constexpr double same_plane = 0.9;
-  // Smallest cosine between the normals of a face before and after the repair of a sliver.
+  // Smallest allowed cosine between the normals of a face before and after the repair of a sliver.
   static constexpr double least_turn_in_mending = 0.5;
-  // largest change of volume when a vertex inside the head is merged into a neighbour, as a ratio to edge³
+  // largest allowed change of volume when a vertex inside the head is merged into a neighbour, as a ratio to the cube
+  // of the edge length
   static constexpr double most_given = 0.2;
-  // largest change of volume when a sliver is repaired, as a ratio to edge³
+  // largest allowed change of volume when a sliver is repaired, as a ratio to the cube of the edge length
   static constexpr double most_volume = 0.02;
 };
 
@@ -73,9 +74,9 @@ struct CutDone {
 using Effort = std::int64_t;
 inline constexpr Effort kNoLimit = std::numeric_limits<Effort>::max();
 
-/// Faces that are already known to be near a head.
+/// Faces near a head that an earlier search has already found.
 struct KnownFaces {
-  std::span<const mesh::Index> faces;  // includes all faces within the distance `within` of the head at X_W
+  std::span<const mesh::Index> faces;  // contains at least all faces within the distance `within` of the head at X_W
   Pose X_W;
   double within = 0;  // m; 0: no faces are known
 };
@@ -89,22 +90,22 @@ class MeshCutter {
 
   /// Sets the version of the servo's force laws. Called before the first cut.
   void set_laws(std::uint32_t laws) noexcept { accepts_bad_faces_ = laws >= CutParameters::laws_of_bad_faces; }
-  /// Moves the head from A to B in straight steps and cuts the mesh. At A the head must not overlap tissue. `edge`:
-  /// edge length of the cut surface, m.
+  /// Cuts the mesh along the motion of the head from A to B, which is divided into straight steps. At A the head must
+  /// not overlap tissue. `edge`: edge length of the cut surface, m.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
-  /// Does the same in parts: begin(), then work() until it returns true, then done(). `head` must exist until then, and
-  /// nothing else may change the mesh. work() stops when `left` is not positive, and subtracts its effort. Between the
-  /// parts, the mesh is connected correctly, but vertices may have moved too far. The parts have no effect on the
-  /// result, and neither has `known`, which saves a search of the mesh.
+  /// Makes the same cut in parts: call begin(), then work() until it returns true, then done(). `head` must exist until
+  /// then, and nothing else may change the mesh. work() subtracts its effort from `left`, and stops when `left` is not
+  /// positive. Between the parts, the mesh is connected correctly, but vertices may have moved too far. Neither the
+  /// division into parts nor `known`, which saves a search of the mesh, changes the result.
   void begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept;
   bool work(mesh::EditableMesh& mesh, const KnownFaces& known, Effort& left) noexcept;
-  /// Divides the cut only between its stages, as force laws 9 and 10 do. Stops before the effort exceeds `most`, in
-  /// faces whose vertices are tested once.
+  /// Divides the cut only between its stages, as force laws 9 and 10 do. Stops before the effort exceeds `most`, which
+  /// is counted in faces whose vertices are tested once.
   bool work_in_stages(mesh::EditableMesh& mesh, const KnownFaces& known, std::size_t most) noexcept;
   const CutDone& done() const noexcept { return done_; }
-  /// The algorithm as printed in paper S4: vertices inside the head at B move away from its centre or axis. No face is
-  /// split or repaired.
+  /// Makes a cut by the algorithm that is printed in paper S4: vertices inside the head at B move away from its centre
+  /// or axis. No face is split or repaired.
   CutDone cut_as_printed(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept;
 
  private:
@@ -119,7 +120,7 @@ class MeshCutter {
   };
   struct Affected {
     mesh::Index f;
-    double volume6;  // m³, six times the volume of the tetrahedron formed by the face and the head's centre, with sign
+    double volume6;  // m³, six times the signed volume of the tetrahedron formed by the face and the head's centre
     dvec3 normal;    // normal of the face; its length is twice the face's area
   };
   /// A head at a given pose.
@@ -136,14 +137,14 @@ class MeshCutter {
     }
   };
 
-  /// The cut that begin() has begun.
+  /// The cut that begin() started.
   struct Job {
     const VertexHead* head = nullptr;
     Pose X_WA, X_WB;
     double edge = 0;          // m, edge length of the cut surface
-    int steps = 0, step = 0;  // number of straight steps, and number of those that have begun
+    int steps = 0, step = 0;  // total number of straight steps, and number of steps that have begun
   };
-  /// The next part of a cut. Each step of the head passes through all stages from kRefine to kRepair.
+  /// The parts into which each step of a cut is divided. A step passes through all stages from kRefine to kRepair.
   enum class Stage : std::uint8_t {
     kNextStep,
     kRefine,
@@ -164,7 +165,7 @@ class MeshCutter {
   Placed place(const VertexHead& head, const Pose& X) const noexcept;
   void run_stage(mesh::EditableMesh& mesh, const KnownFaces& known) noexcept;
   std::size_t effort_of_stage() const noexcept;
-  /// Continues to call fn(i) for each index i below `count`, until the effort is used up. `cost`: effort of a call.
+  /// Calls fn(i) for the indices from at_ to `count` - 1, until the effort is used up. `cost`: effort of one call.
   /// Returns true after the last index.
   template <class Fn>
   bool each(std::size_t count, Effort cost, Fn&& fn) noexcept {
@@ -218,45 +219,46 @@ class MeshCutter {
   }
 
   SharedLabels labels_;
-  bool accepts_bad_faces_ = true;  // true: an edge may be collapsed if a face next to it keeps a bad shape
+  bool accepts_bad_faces_ = true;  // true: an edge may be collapsed even if a face next to it keeps a bad shape
   std::uint32_t look_ = 0;
   // for each vertex or face: number of the last search that visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
   std::vector<std::uint32_t> place_of_;  // for each vertex that moves in the present step: its index in moved_
   std::uint32_t edge_look_ = 0;
-  // for each vertex: number of the last search in which one of its faces faced away from the head
+  // for each vertex: number of the last search that found a face of it that faces away from the head
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, sorted_, suspects_;
   HeadDistances distances_{kMostTogether};
-  std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;  // m, bounding balls of the faces in near_, in slices
+  std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;  // m, bounding balls of the faces in near_, sorted into slices
   std::vector<std::uint32_t> ball_at_;                    // for each ball: index of its face in near_
   int slice_axis_ = 0;                                    // axis along which the balls are sorted into slices
   float slice_lo_ = 0, slices_per_m_ = 0;
   float widest_ = 0;                                      // m, largest radius of a ball in the slices
   std::array<std::uint32_t, kSlices + 2> slice_start_{};  // for each slice, and for the large balls: its first ball
-  // balls that overlap the ball of the face under test
+  // balls that overlap the bounding ball of the face under test
   std::vector<std::uint32_t> overlapping_;
-  // The corners of the faces in near_, in slices. They are listed in a round in which very many balls overlap. So many
-  // tiny faces collect at the rim of a hole, because a cut cannot remove the membrane between the two sides of a sheet.
+  // The corners of the faces in near_, sorted into slices. The table is filled only if very many balls overlap. This
+  // happens at the rim of a hole, where many tiny faces collect, because a cut cannot remove the membrane between the
+  // two sides of a sheet.
   mesh::TriangleTable crowd_;
   bool crowded_ = false;                // true if the table is valid in this round
-  std::vector<std::uint32_t> slot_of_;  // for each face of the table: its index in the table
+  std::vector<std::uint32_t> slot_of_;  // for each face in the table: its index there
   // for each face: number of the last round in which it was tested and crossed no other face
   std::vector<std::uint32_t> tested_in_;
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
   bool thin_ = false;  // true if a face near the head faces away from it (thin wall or undercut)
-  // The state of a cut between its parts.
+  // The cut in progress, and its state between two parts.
   Job job_;
-  Placed head_;  // head of the present step
+  Placed head_;  // the head in the present step
   Stage stage_ = Stage::kDone;
   Effort left_ = 0;               // effort that the present call of work() may still spend
   std::size_t at_ = 0;            // index at which the present stage continues
-  std::size_t looking_away_ = 0;  // number of suspects that face away from the head
+  std::size_t looking_away_ = 0;  // number of faces to test that face away from the head
   bool held_ = false;             // true if vertices were moved back in this round of the intersection test
   int rounds_ = 0;                // number of rounds of the intersection test in this step
-  bool unfold_held_ = false;      // true if vertices were moved back in this round of keep_unfolded()
-  int unfold_rounds_ = 0;         // number of rounds of keep_unfolded()
+  bool unfold_held_ = false;      // true if vertices were moved back in this round of the unfolding (keep_unfolded())
+  int unfold_rounds_ = 0;         // number of rounds of the unfolding in this step
   CutDone done_;
 };
 

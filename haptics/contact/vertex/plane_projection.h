@@ -7,8 +7,8 @@
 
 namespace typodont::haptics::vertex {
 
-/// Linear bounds on a step (displacement) of the head, which contact points give: n·step <= gap. The arrays must be at
-/// least eight numbers longer than `count`. The additional gaps must be very large, and the additional normals finite.
+/// Linear bounds on a step (displacement) of the head: n·step <= gap. Each contact point gives one bound. The arrays
+/// must have at least eight more elements than `count`; in these, the gaps must be very large and the normals finite.
 struct StepBounds {
   const double *n_x, *n_y, *n_z;  // unit direction from the head to the contact point
   const double* gap;              // m, distance between point and head; negative if they overlap

@@ -1,5 +1,5 @@
-// The part of the contact model "vertex" that runs on the carver thread. It owns the mesh, its strokes for undo, and
-// the field that is computed from the mesh.
+// The part of the contact model "vertex" that runs on the carver thread. It owns the mesh, the strokes for undo, and
+// the distance field that is computed from the mesh.
 #pragma once
 
 #include <deque>
@@ -20,7 +20,7 @@ namespace typodont::haptics::vertex {
 struct VertexSnapshot final : Snapshot {
   mesh::EditableMesh mesh;
   MeshCutter cutter;
-  std::vector<std::uint32_t> sample_of;  // for each vertex: its index in the model's list of samples
+  std::vector<std::uint32_t> sample_of;  // for each vertex: its index in the servo's list of samples (VertexModel)
 };
 
 struct KeyLess {
@@ -28,11 +28,11 @@ struct KeyLess {
     return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
   }
 };
-/// Blocks of 8³ samples of the field. A block is identified by its index along each axis.
+/// Blocks of 8³ samples of the distance field. A block is identified by its index along each axis.
 using FieldBlocks = std::set<glm::ivec3, KeyLess>;
 
 /// The tissue as a mesh, and the distance field that is computed from it. Carver thread. Cuts change only the mesh; the
-/// field is updated on request.
+/// distance field is updated on request.
 class VertexBody final : public TissueBody {
  public:
   VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<const Tool> tools, const Parameters& parameters);
@@ -64,8 +64,8 @@ class VertexBody final : public TissueBody {
  private:
   struct Stroke {
     mesh::MeshRecord record;
-    PerTissue removed{};   // m³, removed volume of each tissue
-    FieldBlocks blocks;    // blocks of the field that the stroke may have changed
+    PerTissue removed{};   // m³, volume of each tissue that the stroke has removed
+    FieldBlocks blocks;    // blocks of the distance field that the stroke may have changed
     bool painted = false;  // true: the stroke painted tissue; painting changes only the distance field
   };
   MeshCutter new_cutter() const;
@@ -74,7 +74,8 @@ class VertexBody final : public TissueBody {
   void count_painted();
 
   TissueVolume volume_;
-  // number of strokes that the volume contained at the start; they are not in the list of strokes
+  // number of earlier strokes, which the volume already contained at the start; the list of strokes does not contain
+  // them
   std::size_t strokes_before_;
   TissueVolume untouched_;
   Parameters parameters_;
@@ -88,8 +89,8 @@ class VertexBody final : public TissueBody {
   bool in_stroke_ = false;
   PerTissue removed_{}, taken_back_{};
   bool remembers_ = false;
-  std::vector<Cut> written_;  // cuts that were made since the call remember_writes(true)
-  // blocks of the distance field that cuts have changed but that are not updated yet
+  std::vector<Cut> written_;  // cuts that were made since remember_writes(true) was called
+  // blocks of the distance field that cuts have changed and that must be updated
   FieldBlocks unseen_;
   std::optional<mesh::SurfacePieces> pieces_;  // surface for the renderer; created at the first request
 };

@@ -7,14 +7,14 @@
 
 namespace typodont::haptics::vertex {
 
-/// The head of one tool, as a shape that keeps points outside. Any thread; never allocates after construction. Metres,
-/// frame T of the tool.
+/// The head of one tool, as a shape outside which points must stay. Any thread; never allocates after construction.
+/// Metres, frame T of the tool.
 class VertexHead {
  public:
   explicit VertexHead(const Tool& tool);
 
   bool is_ball() const noexcept { return ball_; }
-  /// Returns the distance field of the head's meridian, in metres. A ball does not need it.
+  /// Returns the distance field of the head's meridian (its outline), in metres. A ball does not need it.
   const HeadField& field() const noexcept { return field_; }
   double radius() const noexcept { return radius_; }
   /// Returns the distance from the origin to the farthest point of the head, m.
@@ -26,18 +26,19 @@ class VertexHead {
     return ball_ ? dvec3(radius_)
                  : half_ * glm::abs(axis_W) + radius_ * glm::sqrt(glm::max(1.0 - axis_W * axis_W, 0.0));
   }
-  /// Quick test, cheaper than distance(). Returns false only if a point at `off` from the head's centre is certainly
-  /// farther than `far` from the head. If it returns true, the point may be near or far. `off` may be up to 1 cm long.
+  /// Quick test, which is cheaper than distance(). Returns false if a point at `off` from the head's centre is
+  /// certainly farther than `far` from the head. If it returns true, the point may be near or far. `off` may be up to 1
+  /// cm long.
   bool may_be_within(const glm::vec3& off, const glm::vec3& axis, float far) const noexcept {
-    constexpr float kRounding = 1e-8f;  // m, bound of the rounding error of floats
+    constexpr float kRounding = 1e-8f;  // m, upper bound of the rounding error of floats
     const float room = far + kRounding, square = glm::dot(off, off), reach = static_cast<float>(reach_) + room;
     if (square > reach * reach || ball_) return square <= reach * reach;
     const float along = glm::dot(off, axis), wide = static_cast<float>(radius_) + room;
     return std::abs(along) <= static_cast<float>(half_) + room && square - along * along <= wide * wide;
   }
 
-  /// Returns the signed distance (m) of the point p_TQ from the head's surface, negative inside. `n_T`: unit vector in
-  /// which the distance increases.
+  /// Returns the signed distance (m) of the point p_TQ from the head's surface, negative inside. `n_T` receives the
+  /// unit direction in which the distance increases.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept {
     if (!ball_) return field_.distance(p_TQ, n_T);
     const double length = glm::length(p_TQ);
@@ -49,9 +50,9 @@ class VertexHead {
   }
   /// Returns the distance from a point inside the head to the surface along the unit direction `way_T`, m.
   double distance_to_surface(const dvec3& p_TQ, const dvec3& way_T) const noexcept;
-  /// Returns the target of a point inside the head by the rule printed in paper S4. Inside a ball (3.1), or inside the
-  /// lower half ball of a round-ended head, the point moves away from the centre. Otherwise it moves away from the axis
-  /// at the same height (3.3), (3.6).
+  /// Returns the position to which the rule printed in paper S4 moves a point inside the head. Inside a ball (3.1), or
+  /// inside the lower half ball of a round-ended head, the point moves away from the centre. Otherwise it moves away
+  /// from the axis and stays at its height (3.3), (3.6).
   dvec3 as_printed(const dvec3& p_TQ) const noexcept;
 
  private:

@@ -13,10 +13,10 @@ inline constexpr std::string_view kName = "vertex";
 
 struct Parameters {
   double edge = 0;          // m, edge length of the cut surface; 0: a sixth of the head's radius
-  bool as_printed = false;  // true: uses the rules as printed in paper S4 (README.md)
+  bool as_printed = false;  // true: uses the rules that are printed in paper S4 (README.md)
   // parameters of the force filter of paper S4, figure 5; empty: the force is not filtered
   std::optional<ForceFilterLaw> filter;
-  std::size_t spare = 200'000;  // number of vertices for which memory is reserved; cuts may add this many
+  std::size_t spare = 200'000;  // number of additional vertices for which memory is reserved; cuts may add so many
 
   double edge_for(const Tool& tool) const { return edge > 0 ? edge : tool.radius() / 6; }
 };

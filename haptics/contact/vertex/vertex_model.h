@@ -1,6 +1,6 @@
 // The part of the contact model "vertex" that runs on the servo thread. README.md of this folder has an overview and
-// defines the terms. The vertices of the tissue's mesh keep the tool's head outside the tissue. The force comes from
-// springs on the vertices that a small virtual motion of the head would push.
+// defines the terms. The vertices of the tissue's mesh keep the tool's head outside the tissue. To compute the force,
+// the model imagines a small motion of the head (virtual motion). Each vertex that it would push gives a spring.
 #pragma once
 
 #include <array>
@@ -17,55 +17,56 @@ namespace typodont::haptics::vertex {
 
 /// Parameters of contact and force. Most of them are ratios to the head's radius.
 struct FeelParameters {
-  // Depth of the virtual motion at which the springs are evaluated, as a ratio to the head's radius. It is large enough
-  // to include many vertices, and small enough that no vertex passes the head's centre.
+  // Length of the virtual motion for which the springs are evaluated, as a ratio to the head's radius. It is large
+  // enough to include many vertices, and small enough that no vertex passes the head's centre.
   static constexpr double probe = 0.2;
   static constexpr double slack = 0.01;  // allowed overlap of a head that is not a ball, as a ratio to its radius
-  // upper limit of the springs' transverse force, as a ratio to their force along the pull (direction from the head to
-  // the hand)
+  // largest transverse force of the springs, as a ratio to their force along the pull (direction from the head to the
+  // hand)
   static constexpr double most_aside = 0.25;
   static constexpr double ease = 15;  // N/s, largest rate of change of a bur's force while the hand does not move
-  // Shortest displacement of the head that is cut in one step, as a ratio to the edge length. Shorter displacements are
-  // collected; otherwise every tick would cut.
+  // Displacement of the head at which it makes a cut, as a ratio to the edge length. Shorter displacements are added up
+  // first; otherwise every tick would cut.
   static constexpr double sweep = 0.04;
-  // Shortest displacement that a cutting edge without rotation cuts in one step, as a ratio to the edge length of the
-  // mesh. It is very short, because a dragged edge stores little energy.
+  // The same limit for a cutting edge that does not rotate. It is very short, because a dragged edge stores little
+  // energy.
   static constexpr double scrape = 2e-5;
   // longest displacement of the head that is cut in one step, as a ratio to the edge length
   static constexpr double stride = 0.5;
   // In one tick, the cutting edge of a hand instrument advances by less than the height differences between
-  // neighbouring vertices. So it meets only a fraction of the area that the springs represent. This fraction is
-  // measured as a running mean. met_weight: weight of a new measurement; least_met: lower limit of the fraction.
+  // neighbouring vertices. So it meets only a fraction of the area that the springs represent. The model measures this
+  // fraction as a running mean: met_weight is the weight of a new measurement, and least_met is the smallest allowed
+  // fraction.
   static constexpr double met_weight = 0.1, least_met = 0.01;
-  // Threshold of the distance between head and nearest point, as a ratio to the head's radius. At a smaller distance,
-  // the head cannot move freely.
+  // Limit of the distance between head and nearest point, as a ratio to the head's radius. Below it, the head cannot
+  // move freely.
   static constexpr double touches = 0.01;
   static constexpr double look_ahead = 0.5e-3;  // m, search distance around a head without contact
-  // While the head cuts, it moves little before the points are listed again. It may move by this ratio of its radius
-  // before a short list must be completed.
+  // While the head cuts, only the points very near to it are listed (short list), because it moves little until the
+  // next list. When it has moved by this ratio of its radius, the list must be completed.
   static constexpr double short_list = 0.05;
-  // Motion of the head up to which distances of points are extrapolated, as a ratio to its radius.
+  // Distances of points are extrapolated until the head has moved by this ratio of its radius.
   static constexpr double reuse = 0.02;
-  // After a cut, the next cut waits for up to `rest` times as many ticks as the cut took, so that most ticks do not
-  // cut. The wait is shorter the larger the displacement that the energy pays for, and zero for a displacement of
-  // `hurry` edge lengths for each square of the head's radius in the cut area. A thin head slides between the vertices
-  // if it advances far at once.
+  // After a cut, the next cut waits for up to `rest` times as many ticks as the cut took, so that most ticks do
+  // not cut. The wait is shorter if the energy pays for a larger displacement. It is zero for a displacement of
+  // `hurry` × (cut area / radius²) edge lengths. A thin head slides between the vertices if it advances far at
+  // once.
   static constexpr double rest = 3, hurry = 0.08;
-  // Effort of a cut in one tick. A longer cut is divided over several ticks.
+  // Largest effort of a cut in one tick. A longer cut is divided over several ticks.
   static constexpr Effort most_effort = 6000;
-  // the same after a cut in which vertices stayed inside the head
+  // the same limit for the cut after a cut in which vertices stayed inside the head
   static constexpr Effort more_effort = 8000;
-  // Effort of the lists of a tick in which a fast head needs several lists. If the next list would exceed it, the head
-  // follows in the next tick.
+  // Largest effort of all lists in one tick; a fast head needs several lists. If the next list would exceed it, the
+  // head continues in the next tick.
   static constexpr Effort most_listed = 15000;
-  // effort of a cut in one tick for force laws 9 and 10, in faces whose vertices are tested once
+  // the limit of a cut in one tick for force laws 9 and 10, counted in faces whose vertices are tested once
   static constexpr std::size_t most_faces = 2000;
 };
 
 /// The part of the contact model "vertex" that runs on the servo thread.
 class VertexModel final : public ContactModel {
  public:
-  /// Throws Error for a filling instrument, because vertices can only recede.
+  /// Throws Error for a filling instrument, because a cut can only remove material.
   VertexModel(const ServoSettings& settings, const Parameters& parameters);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
@@ -85,7 +86,8 @@ class VertexModel final : public ContactModel {
  private:
   static constexpr std::size_t kMostSamples = 1 << 16;
   static constexpr std::size_t kMostProposed = 64;  // largest number of points whose distances are computed at once
-  // first versions of the force laws that divide a long cut over several ticks: between its stages, and anywhere
+  // versions of the force laws that first divided a long cut over several ticks: between its stages (9), and anywhere
+  // (11)
   static constexpr std::uint32_t kStages = 9, kFineParts = 11;
   /// A contact point near the head: a vertex, or a point that a refinement of a large face would add.
   struct Sample {
@@ -93,13 +95,13 @@ class VertexModel final : public ContactModel {
     mesh::Index v;  // index of the vertex; kNone: the point is not a vertex
     Tissue tissue;
   };
-  /// A list of contact points. `samples` contains the properties of each point, in the same order.
+  /// A list of contact points. `samples` contains the data of each point, in the same order.
   struct PointList {
     mesh::NearPoints points{kMostSamples};
     std::vector<Sample> samples;
-    double within = 0;  // m, all points within this distance of the head at points.listed_at() are listed
+    double within = 0;  // m, the list contains all points within this distance of the head at points.listed_at()
   };
-  /// The state of a list that is being made.
+  /// The state of a list while it is being made.
   struct Listing {
     enum class Stage : std::uint8_t { kFaces, kVertices, kAreas, kDone } stage = Stage::kDone;
     const VertexHead* head = nullptr;
@@ -107,17 +109,17 @@ class VertexModel final : public ContactModel {
     Pose X;           // pose of the head
     glm::dmat3 R_WT{1};
     double margin = 0;         // m, distance from the head within which points are listed
-    std::size_t at = 0;        // index in near_ at which the present stage continues
+    std::size_t at = 0;        // index in near_ at which the next part of the work starts
     std::size_t vertices = 0;  // number of points that are vertices
   };
-  /// The springs of the vertices that push the head, as sums over these vertices.
+  /// The springs of the vertices that push the head, summed over these vertices.
   struct Springs {
     dvec3 force{0}, torque{0};  // sums of force (N) and torque (N·m), each multiplied by the vertex's area (m²)
     double area = 0;            // m², area that the vertices represent
-    double across = 0;   // m², area of the vertices projected along the pull (direction from the head to the hand)
+    double across = 0;   // m², area that the vertices represent, projected along the pull (from the head to the hand)
     double sum = 0;      // N·m², sum of the magnitudes of the forces
-    double weight = 0;   // m³, sum of area × depth over the vertices in contact
-    PerTissue tissue{};  // m³, for each tissue: the sum of area × depth over its vertices in contact
+    double weight = 0;   // m³, sum of (area × depth) over the vertices in contact
+    PerTissue tissue{};  // m³, the same sum for the vertices of each tissue
     int count = 0;
   };
 
@@ -128,14 +130,15 @@ class VertexModel final : public ContactModel {
   bool is_ahead(const dvec3& proxy, const ContactInput& in) const noexcept;
   bool continue_cut(Effort& left) noexcept;
   bool divides_anywhere() const noexcept { return settings_.laws >= kFineParts; }
-  /// In versions 9 and 10 of the force laws, a cut is divided between its stages, except for an edge that the hand
-  /// draws, and after a cut in which vertices stayed inside the head.
+  /// Returns true if a cut is divided only between its stages. This is so in versions 9 and 10 of the force laws,
+  /// except for an edge that the hand draws, and except after a cut in which vertices stayed inside the head.
   bool divides_in_stages() const noexcept {
     return settings_.laws >= kStages && !divides_anywhere() && !parameters_.as_printed && !part_.scrapes &&
            !part_.stayed;
   }
   KnownFaces known_faces() const noexcept { return {near_, list_.points.listed_at(), found_ ? list_.within : 0}; }
-  // m, distance from the head within which a list contains all points: a complete list, and a list while the head cuts
+  // The next two functions return the distance from the head (m) within which a list contains all points: for a
+  // complete list, and for a list that is made while the head cuts.
   double complete_list_length() const noexcept;
   double short_list_length() const noexcept;
   void forget() noexcept;
@@ -165,35 +168,35 @@ class VertexModel final : public ContactModel {
   std::uint32_t tool_ = 0;
   Springs springs_;
   dvec3 filtered_{0};              // N, force of the last tick after the filter
-  bool eases_ = false;             // true if the bur has cut since it was last free; eased() then limits its force
+  bool eases_ = false;             // true if the bur has cut since it last lost contact; eased() then limits its force
   dvec3 eased_{0};                 // N, force of the last tick before the filter
   dquat last_R_{1, 0, 0, 0};       // orientation of the hand in the last tick
-  std::vector<mesh::Index> near_;  // faces near the head for which points were listed last
+  std::vector<mesh::Index> near_;  // faces near the head in the last search for points
   PointList list_;
-  PointList next_list_;  // list after an open cut
+  PointList next_list_;  // list of points after an unfinished cut
   Listing listing_;
-  Effort listed_ = 0, last_list_ = 0;  // effort of the undivided lists of this tick, and of the last one
-  bool found_ = false;                 // true if the mesh has not changed since the points in list_ were listed
+  Effort listed_ = 0, last_list_ = 0;  // effort of the undivided lists of points in this tick and in the last tick
+  bool found_ = false;                 // true if the mesh has not changed since list_ was made
   bool touching_ = false;              // true if the last constrain() found contact, at position touching_at_
   dvec3 touching_at_{0};               // m, position of the proxy at which the last constrain() found contact
   HeadDistances distances_, proposed_{kMostProposed};
   std::array<std::pair<dvec3, Sample>, kMostProposed> proposals_;
   HeadFollower follower_{distances_};
-  double met_ = 1;  // for an edge that the hand drags: low-pass filtered ratio of removed volume to area × displacement
+  double met_ = 1;  // for an edge that the hand drags: low-pass filtered ratio of removed volume to (area × path)
   /// A cut that may take several ticks. Until it is finished, the contact is computed from the points listed before it.
   struct PartialCut {
-    bool open = false;  // true until the servo has been told of the cut
+    bool open = false;  // true from the begin of the cut until the servo knows of it
     bool scrapes = false;
-    bool stayed = false;  // true if vertices stayed inside the head in the cut before
+    bool stayed = false;  // true if vertices stayed inside the head in the previous cut
     std::uint32_t tool = 0;
     Pose from, to;
     double estimated = 0;  // m³, volume that was expected when the cut began
     CutDone done;
     bool finished = false;  // true if the mesh has been cut
-    bool lists = false;     // true if the list of points after the cut has been begun
-    bool advances = false;  // true if the head will be at the end of the cut; valid if `lists`
+    bool lists = false;     // true if the new list of points has been begun
+    bool advances = false;  // true if the head will move to the end of the cut; valid only if `lists` is true
     int ticks = 0;          // number of ticks that the cut took
-    int rest = 0;           // number of ticks since then
+    int rest = 0;           // number of ticks since the cut was finished
   } part_;
   RecentCuts<MadeCut> made_;
 };
