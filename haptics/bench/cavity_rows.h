@@ -1,4 +1,4 @@
-// Measures the time of a servo tick deep in tissue, for the contact models that use triangle meshes.
+// Measures the time of a servo tick deep inside tissue, for the contact models that use triangle meshes.
 #pragma once
 
 #include <vector>
@@ -7,8 +7,8 @@
 
 namespace typodont::haptics::bench {
 
-/// Adds the rows. Burs of three shapes, or of all seven (`all_burs`), sink 1.5 mm into a block of dentin and widen the
-/// hole on a growing circle.
+/// Adds the rows. A bur sinks 1.5 mm into a block of dentin and then widens the hole on a growing circle. `all_burs`:
+/// true: burs of all seven shapes; false: of three shapes.
 void cavity_rows(const char* model, bool all_burs, bool quick, std::vector<BenchRow>& rows);
 
 }  // namespace typodont::haptics::bench

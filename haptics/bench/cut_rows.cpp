@@ -15,7 +15,8 @@ namespace typodont::haptics::bench {
 
 namespace {
 
-/// Consecutive samples along z that a cut changes, so that they differ between two patches.
+/// Consecutive samples along z whose values a cut changes. They are found by comparing the patches before and after the
+/// cut.
 struct Stretch {
   std::size_t from, count;
 };
@@ -84,7 +85,7 @@ void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dens
   Carver carver(TissueVolume(dense), std::span(&tool, 1));
   SurfacePatch patch;
   patch.resize(patch_edge_for(std::span(&tool, 1), dense.frame.voxel));
-  // Number of cuts of 0.03 voxel (as in drilling) after which every list of the active front was renewed once.
+  // Number of cuts of 0.03 voxel (as in drilling) in which every list of the active front is renewed once.
   constexpr int kCycle = 34;
   const double way = 0.03 * dense.frame.voxel;
   const auto at = [&](int i) {

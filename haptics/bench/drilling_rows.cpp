@@ -54,8 +54,8 @@ void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       }
       double left = 0;
       for (const double volume : last->carver.volume().volumes()) left += volume;
-      // Compares the volume that the servo's work can remove (work / specific energy) with the volume that the carver
-      // has removed.
+      // Compares two volumes: the volume that corresponds to the servo's work (work / specific energy), and the volume
+      // that the carver has removed.
       error = std::abs(work / 8e9 / (whole - left) - 1);
       return run;
     });
@@ -67,7 +67,7 @@ void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       rows.push_back({name, knob, error, "volume against energy", slow, "tick", "its median", slow / median});
     }
     histogram_rows("drilling tick, histogram", knob, ticks, rows);
-    if (!by_default(options)) continue;  // the following rows need the patches of the default model
+    if (!by_default(options)) continue;  // the following rows measure the patches of the default model
     const double floor = drilling_floor(dense, settings, options.ticks);
     rows.push_back(
         {"floor: the tick's cut alone, a query, a scan of the same samples", knob, BenchRow::kNone, "", floor, "tick"});

@@ -1,5 +1,5 @@
-// Measures ticks of the model `implant` (paper S1 in docs/papers.md), without contact and in a bed. The tool has voxels
-// of 0.06 mm.
+// Measures ticks of the model `implant` (paper S1 in docs/papers.md), without contact and in a bed (the drilled hole).
+// The tool has voxels of 0.06 mm.
 #include <fmt/format.h>
 
 #include <memory>
@@ -66,7 +66,7 @@ struct Case {
   Tool tool;
   double pedal;
   double bed_mm;  // mm, depth of the bed at the start; 0 if there is none
-  Motion state;   // state that the tool must have at the end of the motion
+  Motion state;   // state of the contact (no contact, drilling …) that the motion must reach
   dvec3 (*hand)(int tick, const ServoTick& last, double half);  // returns the position of the head's centre in m
 };
 

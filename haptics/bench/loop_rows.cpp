@@ -32,9 +32,9 @@ void free_air_row(const BenchOptions& options, std::vector<BenchRow>& rows) {
   rows.push_back({"free air, median", "round 1.2 mm", BenchRow::kNone, "", ns, "tick"});
 }
 
-/// Counts missed deadlines while another thread keeps a second core busy. Without drilling, the count shows how many
-/// deadlines the machine itself misses. Like the servo of a session, the loop first sleeps and then spins, and has
-/// real-time priority if the system grants it.
+/// Counts missed deadlines while another thread keeps a second core busy. If `drilling` is false, the count shows how
+/// many deadlines are missed because of the machine and not because of the servo. Like the servo of a session, the loop
+/// first sleeps and then spins, and has real-time priority if the system grants it.
 static void deadline_rows(const BenchOptions& options, bool drilling, std::vector<BenchRow>& rows) {
   constexpr Nanos kPeriod = 100'000, kSpin = 40'000;
   ServoSettings settings;
@@ -74,7 +74,7 @@ static void deadline_rows(const BenchOptions& options, bool drilling, std::vecto
       late.push_back(static_cast<double>(end - next));
       ++ticks;
       next += kPeriod;
-      for (; next < end; next += kPeriod) ++missed, ++ticks;  // counts the ticks that were skipped
+      for (; next < end; next += kPeriod) ++missed, ++ticks;  // counts the ticks that were skipped, as missed deadlines
     }
   });
   servo.join();

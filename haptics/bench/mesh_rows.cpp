@@ -1,5 +1,5 @@
-// Measures triangle meshes with levels of detail (paper S3 in docs/papers.md): the time of a sliding tick against the
-// number of vertices.
+// Measures the contact with triangle meshes that have levels of detail (paper S3 in docs/papers.md): the time of a tick
+// of a sliding tool, for several numbers of vertices.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -79,7 +79,7 @@ constexpr Bur kBurs[] = {{"round 1.2 mm", HeadShape::kSphere, 1.2e-3, 1.2e-3},
                          {"cone 1.2 x 4 mm", HeadShape::kCone, 1.2e-3, 4e-3},
                          {"flame 1.0 x 4 mm", HeadShape::kFlame, 1.0e-3, 4e-3}};
 
-/// Measures the time of a tick on both threads while a bur sinks into the highest cusp and oscillates there.
+/// Measures the ticks of servo and carver while a bur sinks into the highest cusp and oscillates there.
 void cutting_rows(const TissueMesh& mesh, const Bur& bur, bool quick, std::vector<BenchRow>& rows) {
   const dvec3 top = *std::ranges::max_element(mesh.vertices, {}, &dvec3::z);
   ServoSettings settings;

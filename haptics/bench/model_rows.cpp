@@ -1,6 +1,6 @@
 // The command `typodont bench models`. It measures every contact model on the same tissue, with the same hand and
-// clock, and compares it with the exact result. The name of a row is "tissue, motion, model: measure". Its knob is the
-// setting that makes the model more accurate or faster.
+// clock, and compares the results with the exact solution. The name of a row is "tissue, motion, model: measure". Its
+// column `knob` contains the setting by which the model becomes more accurate or faster.
 #include <fmt/format.h>
 #include <malloc.h>
 
@@ -34,30 +34,31 @@ using namespace bench;
 
 constexpr double kStiffness = 1000;      // N/m, stiffness of tissue and coupling
 constexpr double kSpecificEnergy = 8e9;  // J/m³, specific energy of the tissue
-// N, smallest force whose direction is evaluated, because the direction of a smaller force has no meaning.
+// N; the direction of a force is evaluated only if the force is at least this, because a tiny force has no meaningful
+// direction
 constexpr double kLeast = 0.02;
-// number of ticks after which the hand is on the surface and the force has risen completely
+// number of ticks after which the hand has reached the surface and the force has risen completely
 constexpr int kSettled = 100;
-// number of ticks after which a bur has not come through a sheet; the other burs need 600 at most
+// number of ticks after which a bur counts as stopped by a sheet; burs that come through need at most 600
 constexpr int kBreakThroughTicks = 1500;
 constexpr double kFallen = 8e-3;           // m; a bur deeper than this below the surface has fallen through the tissue
 constexpr double kDynamicFriction = 0.15;  // dynamic friction coefficient of every tissue in the bench
 constexpr double kHeld = 0.1;  // N; a hand on the other side of a sheet counts as held if its force is at least this
-constexpr double kHostileForce = 8;                     // N, force limit for erratic hands
+constexpr double kHostileForce = 8;                     // N, force limit for tests with erratic hands
 constexpr double kLedger = 1e-9;                        // J, largest debt of the energy ledger that passes
 constexpr std::uint64_t kSeed = 1;                      // seed of all random hands
 constexpr double kEscapeSheets_mm[] = {0.2, 0.5, 1.0};  // mm, thickness of the sheets of the motion "escape"
 constexpr double kGrid = 0.02e-3;                       // m, spacing of the grid with which a swept volume is measured
 
-/// A contact model with one value of its setting, which makes it more accurate or faster.
+/// A contact model with one value of the setting by which it becomes more accurate or faster.
 struct Setting {
   std::string model, knob;
   SharedContactMethod method;
-  double voxel_mm = 0.1;  // mm, voxel edge of the tissue's distance field
+  double voxel_mm = 0.1;  // mm, voxel size of the tissue's distance field
 };
 
-/// Returns the settings with which a model is measured on a tissue, from fast to accurate. An anatomy states its own
-/// voxel sizes; its mesh is used unchanged.
+/// Returns the settings with which a model is measured on a tissue, from fast to accurate. An anatomical tissue states
+/// its own voxel sizes, and its mesh is used unchanged.
 std::vector<Setting> settings_of(const std::string& model, const ModelTissue& tissue, bool quick) {
   std::vector<Setting> all;
   const bool anatomy = !tissue.voxels_mm.empty();
@@ -110,7 +111,8 @@ double angle_between(const dvec3& a, const dvec3& b) {
   return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) / kDegree;
 }
 
-/// Statistics of the force in a run: its error against the exact force, its largest step, and the energy that it gave.
+/// Statistics of the force in a run: the error against the exact force, the largest step between two ticks, and the
+/// energy that the force gave to the hand.
 class ForceRecord {
  public:
   /// Adds one tick: the force, the exact force, and the hand's displacement since the last tick. If `counts` is false,
@@ -172,8 +174,9 @@ class ModelBench {
         setting_ = &usual;
         if (wanted(options_.motions, "break-through") && !tissue.solid)
           timed("break-through", [&] { break_through(); });
-        // With the option `quick`, the motion "hostile" is omitted, because a short run does not come to the tissue. It
-        // is omitted for `mesh_lod` on the thin sheet too, where the carver's mesh grows until a tick takes 2 s.
+        // With the option `quick`, the motion "hostile" is omitted, because a short run does not reach the tissue. For
+        // `mesh_lod` on the thin sheet it is always omitted, because the carver's mesh grows there until a tick takes 2
+        // s.
         const bool takes_long = model == "mesh_lod" && !tissue.solid;
         if (wanted(options_.motions, "hostile") && tissue.voxels_mm.empty() && !takes_long && !options_.quick)
           timed("hostile", [&] { hostile(); });
@@ -217,7 +220,7 @@ class ModelBench {
     return settings;
   }
 
-  /// Measures a hand that follows a path whatever the force is. The servo has a spring without damper and friction.
+  /// Measures a hand whose path does not depend on the force. The servo has a spring, but no damper and no friction.
   void follow(const char* motion, const Course& course) {
     ServoSettings settings = servo_settings();
     settings.friction = settings.cutting = false;
@@ -230,7 +233,7 @@ class ModelBench {
     ForceRecord asked, felt;
     double penetration = 0;
     std::vector<double> times(course.hand.size(), 1e18);
-    // All passes do the same work. So the minimum over the passes is the time of a tick without interrupts.
+    // All passes do the same work. So the shortest time of a tick over the passes is its time without interrupts.
     for (int pass = 0; pass < (options_.quick ? 1 : kRuns); ++pass) {
       for (std::size_t i = 0; i < course.hand.size(); ++i) {
         times[i] = std::min(times[i], scene.tick({course.hand[i]}, 0));
@@ -356,7 +359,8 @@ class ModelBench {
     add("drag", "friction", 100 * worst, "%, greatest");
   }
 
-  /// Presses the bur of drill() onto a sheet. Measures whether the bur comes through, and which force remains.
+  /// Presses the bur of drill() onto a sheet. Measures whether the bur comes through the sheet, and which force
+  /// remains.
   void break_through() {
     ServoSettings settings = servo_settings();
     settings.spindle.free_speed = 300 * kKrpm;
@@ -385,7 +389,7 @@ class ModelBench {
     add("break-through", "step, felt", step, "N a tick");
   }
 
-  /// Moves hands through a sheet by 1, 5 and 20 mm per tick. Measures whether a force still pulls them back.
+  /// Moves hands through a sheet, by 1, 5 and 20 mm per tick. Measures whether the force still pulls them back.
   void escape(double thickness_mm) {
     ServoSettings settings = servo_settings();
     settings.friction = settings.cutting = false;

@@ -1,5 +1,5 @@
-// The default setting of each contact model, for measurements that do not vary the setting: the comparison of models
-// and the stress tests.
+// Default settings of the contact models, for measurements that do not vary the setting. These are the comparison of
+// models and the stress tests.
 #pragma once
 
 #include <fmt/format.h>
@@ -11,7 +11,7 @@
 
 namespace typodont::haptics::bench {
 
-inline constexpr double kDefaultVoxel = 0.1;  // mm, voxel edge of the distance field
+inline constexpr double kDefaultVoxel = 0.1;  // mm, voxel size of the distance field
 
 inline SharedContactMethod method_of(const std::string& json) {
   return read_contact_method(Json::parse(json, "bench"));

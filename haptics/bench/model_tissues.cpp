@@ -52,8 +52,8 @@ std::function<TissueVolume(double)> sampled(std::string solid) {
   };
 }
 
-/// Returns the direction of a motion around a body. It turns about an oblique axis, so that the hand crosses faces and
-/// edges.
+/// Returns the direction of a motion around a body. The direction turns about an oblique axis, so that the hand crosses
+/// faces and edges.
 dvec3 around(int, const dvec3&, const dvec3& n) {
   return glm::cross(dvec3(0.1, 1, 0.25), n);
 }
@@ -110,7 +110,7 @@ ModelTissue mesh_tissue(const ModelAnatomy& anatomy) {
           anatomy.make,
           anatomy.start + (kProbeRadius + 0.5_mm) * out,
           [out](int i, const dvec3&, const dvec3&) {
-            // rad, multiple of the golden angle, so that the directions never repeat
+            // rad; the angle is a multiple of the golden angle, so that the direction never repeats
             const double turn = 2.4 * (i / kTurn);
             const dvec3 a = glm::normalize(glm::cross(out, std::abs(out.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
             return std::cos(turn) * a + std::sin(turn) * glm::cross(out, a);

@@ -1,4 +1,4 @@
-// The tissues of `typodont bench models` with their exact shapes, and the paths of a hand on them.
+// The tissues that `typodont bench models` uses, with their exact shapes, and the paths of a hand on them.
 #pragma once
 
 #include <functional>
@@ -23,7 +23,7 @@ struct ModelTissue {
   /// Returns the direction of the hand's path along the surface in tick `i`. The contact is at c, and n is the unit
   /// normal out of the tissue. The direction need not be tangential or of unit length.
   std::function<dvec3(int i, const dvec3& c, const dvec3& n)> ahead;
-  bool solid = true;  // false if a bur would fall through the tissue, because it is thin
+  bool solid = true;  // true: the tissue is thick; false: it is so thin that a bur would fall through
   // mm, voxel sizes with which an anatomical tissue is measured; empty for other tissues
   std::vector<double> voxels_mm{};
 };
@@ -45,7 +45,7 @@ struct Course {
 };
 struct Slide {
   double radius = kProbeRadius;  // m, radius of the ball
-  double depth = kHandDepth;     // m, depth of the hand below the ball
+  double depth = kHandDepth;     // m, distance of the hand below the ball
   double speed = 20e-3;          // m/s, speed of the hand
 };
 /// Returns the path of a hand that moves down onto the surface and slides over it.

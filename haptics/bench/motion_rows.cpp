@@ -1,4 +1,4 @@
-// Measures the servo's tick for every tool of the program and several motions of a hand.
+// Measures the time of a servo tick for every tool of the program and for several motions of the hand.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,8 +21,8 @@ namespace {
 constexpr std::string_view kBone = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [18, 18, 16]}}}])";
 constexpr double kBoneTop = 8e-3;  // m, height of the bone's surface
 
-/// An oscillation of a hand that holds a tool in a hole. `turn` is its largest angular speed and `way` its largest
-/// linear speed.
+/// A motion of a hand that oscillates while its tool is in a hole. `turn` is its largest angular speed and `way` its
+/// largest linear speed.
 struct Motion {
   const char* name;
   double turn, way;  // largest angular speed in rad/s, largest linear speed in m/s
@@ -33,8 +33,8 @@ constexpr Motion kMotions[] = {{"holds still", 0, 0},
                                {"goes at 0.5 m/s", 0, 0.5},
                                {"turns at 20 rad/s and goes at 0.5 m/s", 20, 0.5}};
 
-/// A hand that pushes the tool straight down. Then it oscillates: it rotates the tool about one axis across the shank,
-/// and moves it along another.
+/// A hand that first pushes the tool straight down and then oscillates. It rotates the tool about one axis across the
+/// shank, and moves the tool along another axis.
 class MovingHand {
  public:
   MovingHand(const Tool& tool, const Motion& motion)

@@ -1,5 +1,5 @@
-// A reference for bench rows: a point proxy on a mesh that was enlarged by the head's radius, with force shading.
-// Programs based on CHAI3D use this method for a ball.
+// A contact method for comparison in benchmark rows: a point proxy on a mesh that was enlarged by the head's radius,
+// with force shading. Programs based on CHAI3D use this method for a ball.
 #pragma once
 
 #include <cstdint>
@@ -17,11 +17,11 @@ class OffsetMesh {
   OffsetMesh(double radius, int subdivisions);
   std::size_t triangles() const { return grid_.size(); }
 
-  /// Sets the position of the proxy, which must be outside.
+  /// Sets the position of the proxy, which must be outside the mesh.
   void place(const dvec3& p) { proxy_ = p; }
   /// Computes one tick: moves the proxy along the surface to the point nearest to `goal` (Zilles & Salisbury 1995).
   /// Returns the direction of the force, interpolated from the normals of the vertices (Morgenbesser & Srinivasan
-  /// 1996). It is zero without contact.
+  /// 1996). The direction is zero without contact.
   dvec3 follow(const dvec3& goal) noexcept;
 
  private:

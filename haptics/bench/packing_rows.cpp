@@ -1,4 +1,5 @@
-// Measures sphere packings (paper S2 in docs/papers.md): coverage, and the time and accuracy of contact and cutting.
+// Measures sphere packings (paper S2 in docs/papers.md): the filled fraction of the tissue, and the time and accuracy
+// of contact and cutting.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -53,8 +54,8 @@ dvec3 direction(std::mt19937_64& random) {
   }
 }
 
-/// Returns the volume, in m³, of the part of the ball that lies within `r` of the segment. The points of a grid are
-/// counted.
+/// Returns the volume of the part of the ball that lies within `r` of the segment from a to b, m³. It counts the points
+/// of a grid.
 double exact_groove(const dvec3& a, const dvec3& b, double r) {
   constexpr double h = 0.02e-3;
   const dvec3 lo = glm::min(a, b) - r, hi = glm::max(a, b) + r;
@@ -70,7 +71,7 @@ double exact_groove(const dvec3& a, const dvec3& b, double r) {
   return static_cast<double>(count) * h * h * h;
 }
 
-/// The model "packing" with a packing that was computed before.
+/// The contact model "packing" with a packing that was computed before.
 class PackedMethod final : public ContactMethod {
  public:
   explicit PackedMethod(const SpherePacking& packing) : packing_(packing) { parameters_.spheres = packing.size(); }
@@ -184,7 +185,7 @@ class Rows {
         "look");
   }
 
-  /// Measures the three passes of a tick separately, on the CPU and, if there is one, on a Vulkan device.
+  /// Measures the three passes of a tick separately, on the CPU, and also on a Vulkan device if there is one.
   void passes(const SpherePacking& packing, bool quick) {
     std::unique_ptr<SpherePasses> on_device = make_sphere_passes(packing.size(), true);
     if (!on_device) return;
@@ -226,7 +227,8 @@ class Rows {
     }
   }
 
-  /// Measures complete ticks of a servo with this model. A round bur is pressed onto the ball and moved over it.
+  /// Measures complete ticks of a servo with the model "packing". A round bur is pressed onto the ball and moved over
+  /// it.
   void ticks(const SpherePacking& packing, bool quick) {
     const int count = quick ? 1000 : 5000;
     ServoSettings settings;
@@ -254,13 +256,13 @@ class Rows {
     settings.spindle.free_speed = 0.3 * kKrpm;
     settings.stiffness = 60e3, settings.damping = 20;
     settings.force_limit = 250, settings.torque_limit = 10;
-    // N/m, stiffness, and J/m³, specific cutting energy of all tissues
+    // stiffness in N/m, and specific cutting energy in J/m³, of all tissues
     for (Material& m : settings.materials) m.stiffness = 1000, m.specific_energy = 0.4e9;
     settings.method = std::make_shared<PackedMethod>(packing);
     const std::vector<double> times = bench::least_of([&] {
       dvec3 x(0, 0, kReamerStart), v(0);
       return bench::servo_times(TissueVolume(DenseTissue(socket)), settings, 1, count, [&](int, const ServoTick& last) {
-        // A hand of 3 kg, 1000 N·s/m and 20 N/mm across the axis.
+        // The hand has a mass of 3 kg, a damping of 1000 N·s/m, and a stiffness of 20 N/mm across the axis.
         const dvec3 pull(-20e3 * x.x, -20e3 * x.y, -180);
         v += 1e-3 * (pull - 1000.0 * v + last.f_T_W) / 3.0;
         return x += 1e-3 * v;
@@ -280,7 +282,7 @@ class Rows {
   bool differ_ = false;
 };
 
-/// Fits the times of the rows with this name by c · spheres^p, with least squares of the logarithms.
+/// Fits the function c · spheres^p to the times of the rows with this name, by least squares of the logarithms.
 void add_growth(const std::string& name, std::vector<BenchRow>& rows) {
   double x = 0, y = 0, xx = 0, xy = 0, k = 0;
   for (const BenchRow& row : rows) {

@@ -1,5 +1,5 @@
-// Measures the total CPU time of a tick: the time of the servo alone, and the time of the whole process with the carver
-// and the transfer of patches.
+// Measures the CPU time of a tick, both for the servo alone and for the whole process, which includes the carver and
+// the transfer of patches.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace typodont::haptics::bench {
 
 namespace {
 
-// number of ticks before the measurement begins; by then the force has risen and contact exists
+// number of ticks before the measurement begins; by then the tool has contact and the force has risen
 constexpr int kApproach = 200;
 
 /// A case of the benchmark: one hand with one tool. `hand(i, last, dt)` returns the tool's pose in tick i after the
@@ -58,8 +58,8 @@ std::vector<ProcessCase> cases() {
           drilling("drilling, flame 1.2 x 4 mm", head(HeadShape::kFlame, 1.2e-3, 4e-3))};
 }
 
-/// Mean CPU time of a tick, ns, if the patches are passed as in a session (PatchExchange). A session has four patches,
-/// and LockStep two. In contrast to measure(), no clock is read within a tick.
+/// Returns the mean CPU time of a tick, ns. Patches are passed as in a session (PatchExchange), which has four patches,
+/// while LockStep has two. Unlike measure(), this function does not read the clock within a tick.
 double measure_session(const ProcessCase& c, const DenseTissue& dense, const ServoSettings& settings, int ticks) {
   double least = std::numeric_limits<double>::infinity();
   for (int run = 0; run < kRuns; ++run) {
@@ -84,8 +84,8 @@ double measure_session(const ProcessCase& c, const DenseTissue& dense, const Ser
   return least;
 }
 
-/// CPU time of a run. Here servo, carver and transfer run on one thread, so the CPU time of this thread is the time of
-/// the whole program.
+/// CPU time of a run. Servo, carver and transfer of patches run on one thread, so the CPU time of this thread is the
+/// time of the whole program.
 struct ProcessTime {
   double all = std::numeric_limits<double>::infinity();  // ns, mean time of a tick with the carver and the transfer
   double session = 0;                                    // ns, result of measure_session()

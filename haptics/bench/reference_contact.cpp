@@ -66,8 +66,8 @@ struct HalfSpace {
 };
 
 /// Moves `x` to the point nearest to the goal in the intersection of the half spaces `used`. It uses Hildreth's method,
-/// which is coordinate ascent of the dual problem. `push`: m, displacement along the normal of each half space, which
-/// the function continues to change; x is the goal plus all displacements.
+/// which is coordinate ascent of the dual problem. `push`: m, displacement along the normal of each half space. The
+/// function starts from these displacements and improves them; x is the goal plus all displacements.
 void project(const std::vector<HalfSpace>& used, std::vector<double>& push, dvec3& x) {
   constexpr int kSweeps = 2000;
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
@@ -83,8 +83,9 @@ void project(const std::vector<HalfSpace>& used, std::vector<double>& push, dvec
 }
 
 /// Returns the point nearest to `goal` in the intersection of all half spaces. A dense mesh has thousands of faces near
-/// the ball, but only few of them hold it. So the half space that is violated most is added to a small set until the
-/// solution for this set violates no half space. This solution is then also the solution for all half spaces.
+/// the ball, but only few of them hold it. So the function solves the problem for a small set of half spaces, adds the
+/// half space that the solution violates most, and repeats this. A solution that violates no half space is the solution
+/// for all of them.
 dvec3 nearest_in(const std::vector<HalfSpace>& spaces, const dvec3& goal) {
   constexpr int kMostUsed = 400;
   std::vector<HalfSpace> used;
@@ -111,8 +112,8 @@ dvec3 nearest_in(const std::vector<HalfSpace>& spaces, const dvec3& goal) {
 /// nearest point limits the position of the ball's centre. Faces are convex, so the ball stays outside all examined
 /// faces. Returns true if the position has converged.
 bool ReferenceContact::step(const dvec3& hand) {
-  // Limit of the displacement of the ball's centre in this step. Only faces within this distance plus the ball's radius
-  // can stop the ball.
+  // Largest displacement of the ball's centre in this step. Only faces within this distance plus the ball's radius can
+  // stop the ball.
   const double way = std::min(glm::distance(hand, center_), 0.5 * radius_);
   const dvec3 goal = glm::distance(hand, center_) > way ? center_ + glm::normalize(hand - center_) * way : hand;
   shape_.all_near(center_, radius_ + 2 * way + kTolerance, near_);
@@ -129,7 +130,7 @@ bool ReferenceContact::step(const dvec3& hand) {
 }
 
 const dvec3& ReferenceContact::follow(const dvec3& hand) {
-  // If only one face stops the ball, its position has a closed form.
+  // If only one face stops the ball, a formula gives its position without iteration.
   const double to_hand = glm::distance(hand, center_);
   if (to_hand < radius_) {
     const ExactShape::Nearest at = shape_.nearest(hand, 2 * radius_);

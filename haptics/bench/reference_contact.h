@@ -1,6 +1,6 @@
 // The exact contact for `typodont bench models`: the position of a ball that must stay outside the tissue while the
-// hand pulls it. It is computed from the exact shape (ball, torus or triangles) in double precision. This code is
-// independent of the contact models, except for the grid with which triangles near a point are found.
+// hand pulls it. It is computed from the exact shape (ball, torus or triangles) in double precision. This code shares
+// nothing with the contact models, except the grid that finds the triangles near a point.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace typodont::haptics::bench {
 
-/// The exact surface of a tissue, in m in frame W. Use at set-up or bench time; may allocate.
+/// The exact surface of a tissue, in m in frame W. Used at set-up and in benchmarks; may allocate memory.
 class ExactShape {
  public:
   static ExactShape ball(double radius);
@@ -24,8 +24,8 @@ class ExactShape {
     dvec3 p{0};           // m, nearest point of the surface
     double distance = 0;  // m, distance to the surface, negative inside a closed shape
   };
-  /// Returns the surface point nearest to p. If it is farther away than `most`, returns the distance `most` and no
-  /// valid point.
+  /// Returns the surface point nearest to p. If the distance is larger than `most`, the result has the distance `most`,
+  /// and its point is not valid.
   Nearest nearest(const dvec3& p, double most) const;
 
   /// Finds the nearest point of each face within `reach` of p. A ball or a torus has one such point, and a mesh has one

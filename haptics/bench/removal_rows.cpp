@@ -38,7 +38,8 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     const auto [csg_error, csg_ns] = run([&] { return csg.volume(); }, [&](int i) { csg.cut_ball(at(i), r); });
     rows.push_back({"removal, OpenVDB csgDifference", knob, csg_error, "of the volume", csg_ns, "cut"});
 
-    // Removes whole voxels, as programs based on CHAI3D do: either all voxels within the head, or one voxel per tick.
+    // Removes whole voxels, as programs based on CHAI3D do: either all voxels within the head at once, or one voxel per
+    // tick.
     const double voxel3 = std::pow(dense.frame.voxel, 3);
     const auto clear = [&](const char* name, bool one) {
       std::vector<char> full;

@@ -10,26 +10,27 @@
 
 namespace typodont::haptics::bench {
 
-/// Returns true if the bench measures the default contact model.
+/// Returns true if the benchmark measures the default contact model.
 inline bool by_default(const BenchOptions& options) {
   return !options.method || options.method->name() == default_contact_method()->name();
 }
 
-/// Adds rows for a hand that slides on a ball. They compare the voxel penalty, queries with both orders of
-/// interpolation, the servo, and methods of other programs (penalty with OpenVDB's field, point proxy on an enlarged
+/// Adds rows for a hand that slides on a ball. They compare the method "voxel penalty", field queries with both orders
+/// of interpolation, the servo, and methods of other programs (penalty with OpenVDB's field, point proxy on an enlarged
 /// mesh). Also adds rows for single queries.
 void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// Adds the fraction of the ticks in each octave of time: 1 to 2 µs, 2 to 4 µs, and so on. `ticks`: ns.
+/// Adds rows of a histogram: the fraction of the ticks that take 1 to 2 µs, 2 to 4 µs, and so on. `ticks`: ns.
 void histogram_rows(const std::string& name, const std::string& knob, const std::vector<double>& ticks,
                     std::vector<BenchRow>& rows);
 
-/// Adds rows for a hand that drills into a block with four heads. They contain ticks, cuts alone, and patches.
+/// Adds rows for a hand that drills into a block, with four different heads. They contain the times of ticks, of cuts
+/// alone, and of patches.
 void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// Adds rows for the cut of one tick. It is compared with two lower bounds: reading and writing only the samples that
-/// the cut changes, and reading and writing the groups of samples that the cut processes. Both sets are known before
-/// the measurement.
+/// Adds rows for the time of the cut in one tick. The time is compared with two lower bounds: reading and writing only
+/// the samples that the cut changes, and reading and writing the groups of samples that the cut processes. Both sets
+/// are known before the measurement.
 void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dense, std::vector<BenchRow>& rows);
 
 /// Returns a lower bound, in ns, of the median time of a drilling tick. It is the sum of three times: the tick's cut
@@ -37,19 +38,19 @@ void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dens
 double drilling_floor(const DenseTissue& dense, const ServoSettings& settings, int ticks);
 
 /// Adds rows for a patch that is copied during drilling and passed to the servo. `scene` is a drilling scene with the
-/// pedal pressed. Afterwards its hole is slightly deeper.
+/// pedal pressed. The measurement makes the hole in the scene slightly deeper.
 void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>& rows);
 
 /// Adds rows for sliding and drilling hands with several voxel sizes. They contain the mean time per tick of the whole
 /// process (servo, carver, transfer of patches as in LockStep and as in a session) and of the servo alone, and
-/// quantiles and a histogram of the servo's time. The means include work that is done only once in many ticks.
+/// quantiles and a histogram of the servo's time. The means also include work that is done only once in many ticks.
 void process_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// Adds rows for a stroke of a ball along the surface, in steps. They contain the error of the removed volume and the
-/// time per step.
+/// Adds rows for a ball that moves along the surface in steps and removes tissue. They contain the error of the removed
+/// volume and the time per step.
 void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// Adds a row for the time of a tick without tissue nearby.
+/// Adds a row for the time of a tick when no tissue is near the tool.
 void free_air_row(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 /// Adds rows for ticks with soft tissue: pressing, cutting, and at rest.

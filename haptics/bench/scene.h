@@ -26,8 +26,8 @@ Tool head(HeadShape shape, double diameter, double length);
 
 double degrees_between(const dvec3& a, const dvec3& b);
 
-/// A thread that copies patches in place of the carver's thread. As in a session, it runs on another core if there is
-/// one. So its memory accesses do not remove the servo's code and data from the caches.
+/// A thread that copies patches instead of the carver's thread. As in a session, it runs on another core if there is
+/// one, so its memory accesses do not displace the servo's code and data from the caches.
 class OtherThread {
  public:
   OtherThread();
@@ -70,8 +70,8 @@ struct Scene {
   double tick(const Pose& X_WT, double pedal);
 };
 
-/// Returns the CPU times, in ns, of `count` ticks of the servo alone. The servo uses the snapshot of the first tick for
-/// all ticks. hand(i, last tick) returns the position of the tool in m.
+/// Returns the CPU times of `count` ticks of the servo alone, ns. The servo uses the snapshot of the first tick in all
+/// ticks. hand(i, last tick) returns the position of the tool in m.
 template <class Hand>
 std::vector<double> servo_times(TissueVolume tissue, const ServoSettings& settings, double pedal, int count,
                                 Hand&& hand) {

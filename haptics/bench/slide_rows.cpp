@@ -36,7 +36,7 @@ struct Slide {
   DenseTissue dense;
   std::string knob;
   ServoSettings settings;
-  double radius;  // m, radius of the path of the head's centre
+  double radius;  // m, radius of the circular path of the head's centre
   dvec3 outside;
 
   Slide(const BenchOptions& o, double voxel_mm, std::vector<BenchRow>& r)
@@ -82,7 +82,7 @@ struct Slide {
     return ns;
   }
 
-  /// Measures a god-object on the offset surface with eight queries per tick, to compare the orders of interpolation.
+  /// Measures a proxy on the offset surface with eight field queries per tick, to compare the orders of interpolation.
   template <class Sample>
   void by_looks(Sample sample, const char* name, double penalty_ns) {
     Scene still(dense, settings);
@@ -158,7 +158,7 @@ struct Slide {
     return quantile(times, 0.5);
   }
 
-  /// Measures single queries in batches near the head's centre, and their lower bound.
+  /// Measures single field queries in batches near the head's centre, and their lower bound.
   void queries() {
     Scene scene(dense, settings);
     scene.tick({sliding(0, radius)}, 0);
@@ -182,8 +182,8 @@ struct Slide {
     query_floor(patch, points, cubic_ns);
   }
 
-  /// Measures the lower bound of a query: it reads and adds the 6 × 6 rows of samples that a query reads, at points
-  /// that are known before.
+  /// Measures a lower bound for the time of a query: the time to read and add the 6 × 6 rows of samples that a query
+  /// reads, at points that are known before.
   void query_floor(const SurfacePatch& patch, const std::vector<dvec3>& points, double cubic_ns);
 };
 

@@ -17,7 +17,7 @@ std::shared_ptr<const SoftSurface> layer() {
                                              [](const dvec3& p) { return p.z; });
 }
 
-/// Returns the time, in ns, that the soft layer alone needs in each tick. The tool presses 0.6 mm deep and slides on a
+/// Returns the CPU time of the soft layer alone in each tick, ns. The tool presses 0.6 mm deep and slides on a
 /// circle.
 std::vector<double> press(const Tool& tool, const Pose& tilted, double cutting, int ticks) {
   const std::vector<Tool> tools{tool};
@@ -32,7 +32,7 @@ std::vector<double> press(const Tool& tool, const Pose& tilted, double cutting, 
       soft.tick({i * Nanos(1'000'000), 1e-3, X_WG, 0, cutting});
       times.push_back(static_cast<double>(thread_cpu_time() - start));
     }
-    // The ticks before the tool has its full depth are omitted.
+    // Removes the ticks before the tool has its full depth.
     times.erase(times.begin(), times.begin() + ticks / 4);
     return times;
   });
@@ -58,7 +58,7 @@ void soft_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
   constexpr int kBatch = 1024;
   bool awake = false;
   const double ns = batch_ns(std::max(ticks / 100, 5), kBatch, [&](int k) {
-    awake |= !soft.at_rest({dvec3(1e-6 * k, 0, 6e-3)}, 0);  // the tool moves at 1 mm/s, like a tool in a hand
+    awake |= !soft.at_rest({dvec3(1e-6 * k, 0, 6e-3)}, 0);  // the tool moves at 1 mm/s, like a tool in a hand at rest
   });
   rows.push_back({"soft tissue, asleep", "tool 6 mm away", BenchRow::kNone, "", awake ? BenchRow::kNone : ns, "tick"});
 }

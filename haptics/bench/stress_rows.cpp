@@ -1,6 +1,6 @@
 // The command `typodont bench stress`. It measures difficult conditions that a contact model must survive. The name of
-// a row is "campaign, model: measure". Its ratio is relative to the largest value that passes, so the model survives
-// with a ratio of 1 or less.
+// a row is "campaign, model: measure". Its column `ratio` is the value divided by the largest value that passes, so a
+// model passes with a ratio of 1 or less.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,9 +29,10 @@ namespace {
 using namespace bench;
 
 constexpr double kMostEnergy = 1e-9;  // J, largest energy that a hand may receive; the energy ledger guarantees this
-// N per tick, largest allowed step of the force in addition to the coupling's response to the hand's own motion.
+// N per tick, largest allowed step of the force, in addition to the change that the hand's own motion causes in the
+// coupling.
 constexpr double kMostStep = 0.25;
-constexpr double kHostileLimit = 8;  // N, force limit for erratic hands
+constexpr double kHostileLimit = 8;  // N, force limit for tests with erratic hands
 constexpr std::string_view kBlock6 = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}])";
 constexpr double kBlock6Top = 2e-3;  // m, height of the block's surface
 
@@ -40,8 +41,8 @@ struct Felt {
   int ticks = 0, not_finite = 0;
   double most_force = 0;  // N, largest force in the run
   double over_limit = 0;  // N, largest excess over the force limit
-  double energy = 0;      // J, largest energy that was given to the hand
-  double step = 0;  // N per tick, largest step of the force in addition to stiffness times the hand's displacement
+  double energy = 0;      // J, largest energy that the force gave to the hand
+  double step = 0;        // N per tick, largest step of the force beyond (stiffness × displacement of the hand)
   double last_force = 0, depth = 0;  // force in N and penetration depth in m in the last tick
   int holes = 0;  // number of ticks inside the tissue without force; in work(): 1 if the hand came through the block
 
@@ -60,8 +61,8 @@ class Run {
   Run(TissueVolume tissue, const ServoSettings& settings)
       : steps_(std::move(tissue), settings), settings_(steps_.settings()) {}
 
-  /// Computes one tick, `dt` s after the last one. If `judged` is false, the step of the force in this tick does not
-  /// count.
+  /// Computes one tick, `dt` s after the previous tick. If `judged` is false, the force's step in this tick is not
+  /// evaluated.
   const ServoTick& tick(const Pose& X_WT, double pedal, double dt, bool judged = true) {
     t_ += from_seconds(dt);
     Cut cut;
@@ -133,8 +134,8 @@ class Stress {
   }
 
  private:
-  /// Adds a row. `most` is the largest value that passes. With 0, every value above 0 fails; with infinity, the value
-  /// is only reported.
+  /// Adds a row. `most` is the largest value for which the test passes. If it is 0, every value above 0 fails; if it is
+  /// infinite, the value is only reported.
   void add(const char* campaign, const char* measure, double value, const char* unit, double most) {
     BenchRow row;
     row.name = fmt::format("{}, {}: {}", campaign, model_, measure);
@@ -166,8 +167,8 @@ class Stress {
     return s;
   }
 
-  /// Tests hands that wander, rotate the tool and drill. With `nonsense`, one tick in fifty has invalid input, as from
-  /// a broken device or clock.
+  /// Tests hands that wander, rotate the tool and drill. If `nonsense` is true, one tick in fifty has invalid input, as
+  /// from a broken device or clock.
   void hostile(bool nonsense) {
     const char* campaign = nonsense ? "nonsense" : "hostile hand";
     const int hands = options_.quick ? 1 : 6, ticks = options_.quick ? 600 : 3000;
@@ -197,12 +198,12 @@ class Stress {
       }
     }
     add_sense(campaign, worst);
-    // after invalid poses, the energy has no meaning, because the hand never was there
+    // after invalid poses, the energy is not evaluated, because the hand was never at these poses
     if (!nonsense) add_energy(campaign, worst);
   }
 
-  /// Tests a hand that slides, drills or taps on a block, while the carver stops for `stall` s (0: never). The period
-  /// of the clock varies by the fraction `jitter`, and five of a hundred ticks are missing.
+  /// Tests a hand that slides, drills or taps on a block, while the carver's thread stops for `stall` s (0: it never
+  /// stops). The period of the clock varies by the fraction `jitter`, and five of a hundred ticks are missing.
   Felt work(Gesture gesture, double stall, double jitter) const {
     ServoSettings s = settings(1.2e-3);
     s.spindle.free_speed = 300 * kKrpm;
@@ -302,8 +303,9 @@ class Stress {
     add(kCampaign, "force off", 100 * off, "% of 200 N, mean", 5);
   }
 
-  /// Tests an explorer's tip that slides over edges, a groove and the meshes of the anatomies at 30 to 120 mm/s. Its
-  /// depth is half of its radius, because at an edge a deeper tip could also be held by the other face.
+  /// Tests an explorer's tip that slides over edges, a groove and the meshes of the anatomies at 30 to 120 mm/s. The
+  /// depth of the tip is half of its radius. At an edge, a deeper tip could also be held by the other face, and the
+  /// exact force would not be unique.
   void fast_probe() {
     constexpr const char* kCampaign = "fast probe";
     constexpr double kTip = 0.125e-3;     // m, radius of the probe's tip
@@ -317,7 +319,7 @@ class Stress {
     double squares = 0;
     int count = 0;
     for (const ModelTissue& tissue : tissues) {
-      // A faster hand uses only every n-th position of the slow path.
+      // A faster hand uses only every n-th position of the path for the slow hand.
       const Course course = slide_course(tissue, options_.quick ? 700 : 1500, {kTip, kTip / 2, 30e-3});
       for (const std::size_t stride : {1, 2, 4}) {
         ServoSettings s = settings(2 * kTip);

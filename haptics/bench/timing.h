@@ -1,4 +1,4 @@
-// Measures the time of calls and ticks that are too short for a single reading of the clock.
+// Measures the time of calls and ticks that are too short to be measured with two readings of the clock.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@ double batch_ns(int repeats, int batch, F&& work) {
   return quantile(times, 0.5);
 }
 
-/// Returns the time in ns that two readings of the clock take. It is subtracted from measured times.
+/// Returns the time between two successive readings of the clock, ns. It is subtracted from measured times.
 inline double clock_ns() {
   std::vector<double> times;
   for (int i = 0; i < 1001; ++i) {
@@ -32,7 +32,7 @@ inline double clock_ns() {
   return quantile(times, 0.5);
 }
 
-/// Number of equal runs. The minimum of a tick's time over all runs is its time without interrupts.
+/// Number of equal runs. The shortest time of a tick over all runs is its time without interrupts.
 inline constexpr int kRuns = 3;
 template <class Run>  // `run` returns the times of its ticks in ns
 std::vector<double> least_of(Run&& run) {

@@ -1,5 +1,5 @@
-// Measures vertex deformation (paper S4 in docs/papers.md): the time of a tick that slides over the arch, and of a tick
-// that cuts it, against the number of vertices.
+// Measures the contact model "vertex" (vertex deformation, paper S4 in docs/papers.md): the times of ticks of a tool
+// that slides over the arch, and of a tool that cuts it, for several numbers of vertices.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -35,8 +35,8 @@ TissueVolume with_mesh(TissueMesh mesh) {
   return volume;
 }
 
-/// Returns the times, in ns, of the servo's ticks after the approach. A round bur oscillates on the highest cusp. Each
-/// time is the minimum over equal runs.
+/// Returns the times of the servo's ticks after the approach, ns. A round bur oscillates on the highest cusp. The time
+/// of a tick is its shortest time over several equal runs.
 std::vector<double> tick_times(const TissueMesh& mesh, bool cuts, int ticks) {
   const dvec3 top = *std::ranges::max_element(mesh.vertices, {}, &dvec3::z);
   ServoSettings settings;

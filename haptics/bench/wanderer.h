@@ -1,5 +1,5 @@
-// A hand that moves as no human does, and invalid input. The tests of all contact models and `typodont bench models`
-// and `bench stress` use them.
+// A hand that moves as no human does, and a source of invalid input. The tests of all contact models and the commands
+// `typodont bench models` and `bench stress` use them.
 #pragma once
 
 #include <cmath>
@@ -47,10 +47,10 @@ class ErraticHand {
   dquat R_{1, 0, 0, 0};
 };
 
-/// Produces invalid input, as a broken device or clock would.
+/// Produces invalid input, as a broken device or a broken clock would.
 class InvalidInput {
  public:
-  /// Changes that the caller must make in a tick with invalid input.
+  /// Changes that the caller must make in a tick, because spoil() cannot make them.
   struct Other {
     Nanos clock = 0;    // ns, jump of the clock that the caller must add to its time
     bool undo = false;  // true if the caller must undo the last stroke

@@ -1,4 +1,5 @@
-// Measures the time that the devices' code adds to a tick: the rows of `typodont bench devices` and their limits.
+// Measures the time that the code of the devices adds to a tick. Prints the rows of `typodont bench devices` and checks
+// their limits.
 #include "haptics/device_bench.h"
 
 #include <fmt/format.h>

@@ -1,4 +1,5 @@
-// Compares the time of a tick through the C interface with the time of the same tick of the core, in the same run.
+// Compares the time of a servo tick through the C interface with the time of the same tick without this interface, in
+// the same run.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <typodont.h>
@@ -16,8 +17,8 @@ namespace {
 constexpr const char* kBall = R"({"tissue": {"voxel_mm": 0.1, "solids": [
   {"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012", "spindle_krpm": 300})";
 constexpr int kTicks = 500, kRounds = 20;
-/// Two cores with the same tissue differ by up to 3 %, because they lie at different addresses in memory. So several
-/// pairs are measured.
+/// The times of two equal cores (servo and tissue) differ by up to 3 %, because they lie at different addresses in
+/// memory. So several pairs are measured.
 constexpr int kPairs = 61;
 
 double median(std::vector<double> values) {
@@ -34,11 +35,11 @@ double time_of(Nanos& t, Tick&& tick) {
 }
 
 struct Round {
-  double own, through;  // ns per tick of the core, and of the same tick through the C interface
+  double own, through;  // ns per tick of the core without the interface, and of the same tick through the C interface
 };
 
-/// Measures a core and a core behind the C interface, in alternating rounds. The hand moves about z metres above the
-/// ball's centre. `own_first`: true if the core without the interface is created first.
+/// Measures two equal cores, one without and one with the C interface, in alternating rounds. The hand moves about z
+/// metres above the ball's centre. `own_first`: true if the core without the interface is created first.
 std::vector<Round> rounds(double z, bool own_first) {
   const Scene scene = parse_scene(Json::parse(kBall, "ball"), "ball.json");
   haptics::DeviceInfo hand;

@@ -1,5 +1,5 @@
-// Measures the simulated expert's score and time in every shipped exercise that it can do. If two minutes or 95 points
-// cannot be reached, docs/tasks.md states the reason.
+// Measures the simulated expert's score and time in every shipped exercise that it can do. The targets are two minutes
+// and 95 points; docs/tasks.md states why some exercises miss them.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// Drills a class I cavity with the mouse alone. Repeats the actions of the user of mouse_user.h with xdotool's pointer
-// in the program's own window, in real time, on the present desktop. Takes more than three minutes.
+// Drills a class I cavity with the mouse alone. The simulated user of mouse_user.h moves the pointer of the present
+// desktop with xdotool, in the program's own window and in real time. Takes more than three minutes.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -32,7 +32,7 @@ TEST(Trial, AClassICavityIsDrilledWithTheMouseAlone) {
       fmt::format("DISPLAY={}", std::getenv("DISPLAY")));
   for (int i = 0; i < 600 && Desktop::xdotool("search --name Typodont").empty(); ++i)
     std::this_thread::sleep_for(100ms);
-  std::this_thread::sleep_for(3s);  // until the picture is shown and its quality is constant
+  std::this_thread::sleep_for(3s);  // waits until the picture is shown and its quality no longer changes
   Desktop::xdotool("search --name Typodont windowfocus");
 
   std::FILE* xdotool = popen("xdotool -", "w");

@@ -1,7 +1,8 @@
 // Measures the time of a frame for each step of the quality ladder. The scene is the molar with its gum and neighbours
-// in stereo, 1280×1024 per eye: while drilling (the tool moves, bricks change), and with a moving head, when everything
-// is drawn again. Prints rows of CSV on standard output. The time is processor time, so that other work on the machine
-// does not count. The two cores share the processor time of lavapipe evenly.
+// in stereo, with 1280×1024 pixels per eye. It is measured while drilling (the tool moves, bricks change), and with a
+// moving head, when everything is drawn again. Prints rows of CSV on standard output. The time is CPU time, so that
+// other work on the machine does not count. The frame rate on two cores assumes that they share lavapipe's CPU time
+// evenly.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -28,7 +29,7 @@ TEST(Bench, StereoFrameOfTheMolarIsDrawnInTime) {
   double best = 0;
   for (const render::Quality& quality : render::kQualityLadder) {
     const auto bricks = TissueView(surface_tolerance(rig, volume.frame().voxel, quality)).update(volume);
-    // bricks that a bur of this size touches at this position
+    // the bricks that a bur of this size touches at this position
     std::vector<render::MeshUpdate> touched;
     for (const render::MeshUpdate& b : bricks) {
       if (b.vertices.empty()) continue;

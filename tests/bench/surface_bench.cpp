@@ -18,7 +18,7 @@ const std::vector<BenchRow>& rows() {
   return measured;
 }
 
-/// Returns the number of rows with this name. Each of them must have a ratio below `most`.
+/// Returns the number of rows with this name. Fails for each of them whose ratio is not below `most`.
 int rows_below(const std::string& name, double most) {
   int found = 0;
   for (const BenchRow& row : rows()) {

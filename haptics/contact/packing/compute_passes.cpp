@@ -34,7 +34,8 @@ constexpr double kEpsilon = 0.05e-3;  // m, enlargement of the tool's spheres fo
 // Upper limit of the number of results of one pass. A pass with more results counts as failed.
 constexpr std::size_t kExpected = 65536;
 
-/// Sorts the results by the tool's sphere (`ball`). Results of the same ball are in the order of the sphere tree.
+/// Sorts the results by the index of the tool's sphere (`ball`). Results of the same sphere stay in the order of the
+/// sphere tree.
 template <class Result>
 void order(const SphereTree& tree, std::vector<Result>& results) noexcept {
   std::sort(results.begin(), results.end(), [&](const Result& a, const Result& b) {
@@ -51,7 +52,7 @@ bool take(std::span<const Result> from, std::vector<Result>& to) noexcept {
   return true;
 }
 
-/// Computes pass 1 (the first contact) on the CPU, by a search in the tree of the tissue's spheres.
+/// Computes pass 1 (the first contact) on the CPU, with the tree of the tissue's spheres.
 FirstContact by_tree(const SphereTree& tree, std::span<const SweptBall> balls) noexcept {
   FirstContact first;
   for (std::size_t k = 0; k < balls.size(); ++k) {
@@ -160,7 +161,7 @@ PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, Co
   TriedCut tried(tissue.size());
   const auto same = [](const auto& a, const auto& b) { return std::memcmp(&a, &b, sizeof a) == 0; };
   for (int look = 0; look < looks; ++look) {
-    // Creates a motion with which CPU and GPU are compared. The tool's first sphere moves from outside into a sphere of
+    // Creates a motion for which CPU and GPU are compared: the tool's first sphere moves from outside into a sphere of
     // the tissue, by a fifth of its own radius.
     const auto number =
         static_cast<int>(tissue.size() * static_cast<std::size_t>(2 * look + 1) / static_cast<std::size_t>(2 * looks));

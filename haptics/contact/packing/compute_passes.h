@@ -1,5 +1,5 @@
-// Runs the three passes of the contact model "packing" on a GPU. The sums have the same order as on the CPU, so the
-// results have the same bits.
+// Runs the three passes of the contact model "packing" on a GPU. All sums are computed in the same order as on the CPU,
+// so the results have the same bits.
 #pragma once
 
 #include <memory>
@@ -34,7 +34,8 @@ class ComputePasses {
   bool estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
                         double epsilon, const PerTissue& density, SurfaceEstimate& estimate) noexcept;
   /// Pass 3 without a change of the tissue: computes the energy in J that a motion of the head from `from` to `to`
-  /// costs. `near_to`: end of the longest motion for which this cost will be computed.
+  /// costs. `near_to`: end of the longest motion for which the cost will be computed in this tick; the spheres near
+  /// this motion are searched only once.
   bool cost(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& from, const Pose& to, const Pose& near_to,
             const PerTissue& energy, double& joules) noexcept;
   /// Pass 3: removes the tissue on the tool's motion from X_WA to X_WB, with the same result as packing::carve() on the
@@ -50,15 +51,15 @@ class ComputePasses {
   std::vector<RestingBall> resting_;
   std::vector<CuttingBall> cutting_;
   std::vector<std::uint32_t> number_;  // for each ball in resting_: index of the tool's sphere
-  std::vector<SphereShare> shares_;    // overlaps, sorted in the order in which the CPU sums them
+  std::vector<SphereShare> shares_;    // overlaps, sorted into the order in which the CPU sums them
   std::vector<SphereChange> changes_;
   std::vector<CutSphere> loaded_;  // the spheres in the order of their indices, while they are copied to the GPU
 };
 
-/// Mean times of the passes at one tool position, on the CPU and on a GPU.
+/// Mean computing times of the passes on the CPU and on a GPU.
 struct PassTimes {
   double processor = 0, gpu = 0;  // s, mean time per tool position on the CPU and on the GPU
-  bool same = true;               // true if all results had the same bits
+  bool same = true;               // true if CPU and GPU gave the same bits in all tests
   /// Returns true if the GPU is faster and gives the same bits.
   bool gpu_is_better() const { return same && gpu < processor; }
 };

@@ -46,8 +46,9 @@ void DepthField::copy(const DenseTissue& tissue) {
   }
 }
 
-// Makes the borders between labels smooth. solid.cpp dithers labels to get exact volumes, but a sphere needs a smooth
-// border. Each voxel gets the most frequent label among its neighbours.
+// Makes the borders between labels smooth. The function that creates the labels (solid.cpp) dithers them to get exact
+// volumes, but the packing of spheres needs a smooth border. Each voxel gets the most frequent label among its
+// neighbours.
 void DepthField::smooth_labels() {
   const std::vector<Tissue> before = label_;
   std::array<int, 256> count{};
@@ -80,7 +81,7 @@ void DepthField::smooth_labels() {
 }
 
 // Finds for every voxel the closest point on the tissue's surface or on a border between tissues. The closest points
-// are passed from voxel to voxel (Danielsson 1980; here they may lie between the voxels). The distances in the field
+// are passed from voxel to voxel (Danielsson 1980; there they are voxels, here any points). The distances in the field
 // cannot be used, because they are exact only in the field's band and not near cuts.
 void DepthField::find_closest_points(double band) {
   std::vector<glm::vec3> way(depth_.size());  // vector from each voxel to its closest point
@@ -93,8 +94,8 @@ void DepthField::find_closest_points(double band) {
     return true;
   };
 
-  // Start points of the propagation: points where the line between two neighbouring voxels leaves the tissue, and
-  // points along the field's gradient.
+  // Start points of the propagation: the points where the line between two neighbouring voxels crosses the tissue's
+  // surface, and the points that follow from the field's gradient.
   const std::array<std::ptrdiff_t, 3> strides = {stride_x_, stride_y_, 1};
   for (const std::ptrdiff_t i : solid_) {
     const float own = depth_[static_cast<std::size_t>(i)];
@@ -130,8 +131,8 @@ void DepthField::find_closest_points(double band) {
     before[n] = (k / 9 - 1) * stride_x_ + (k / 3 % 3 - 1) * stride_y_ + k % 3 - 1;
   }
   // Scans the voxels alternately forward and backward, until a scan changes nothing. A neighbour is evaluated only if
-  // it changed in this scan or in the previous scan; earlier scans have already used older changes. `changed_in`:
-  // number of the last scan that changed a voxel; 0: a start point.
+  // it changed in this scan or in the previous scan, because all older changes have already been used. `changed_in`:
+  // for each voxel, the number of the last scan that changed it; 0: never, or a start point.
   std::vector<std::uint16_t> changed_in(depth_.size(), 0);
   const auto scan = [&](std::ptrdiff_t i, int sign, std::uint16_t number) {
     const std::uint16_t since = static_cast<std::uint16_t>(number <= 2 ? 0 : number - 1);

@@ -8,8 +8,8 @@
 
 namespace typodont::haptics::packing {
 
-/// Depth of a point in tissue: the distance to the tissue's surface or to a border with another tissue, whichever is
-/// nearer. Lengths and positions are in voxels of the field; p_V = (0,0,0) is the first sample.
+/// Depth of a point in tissue: its distance to the nearest surface of the tissue or border with another tissue. Lengths
+/// and positions are in voxels of the field; p_V = (0,0,0) is the first sample.
 class DepthField {
  public:
   explicit DepthField(const DenseTissue& tissue);
@@ -19,13 +19,13 @@ class DepthField {
   /// Returns the volume of each tissue in m³. A voxel at the surface counts with the fraction that lies inside.
   const PerTissue& volume() const { return volume_; }
 
-  /// Returns the tissue of the nearest of the eight samples around the point that contains tissue; kAir if none of them
-  /// does.
+  /// Returns the tissue of the nearest of the eight samples around the point; samples without tissue are skipped.
+  /// Returns kAir if none of them has tissue.
   Tissue tissue_at(const dvec3& p_V) const;
-  /// Returns the depth (voxels) of the point p in the tissue at p; -1 if there is no tissue at p.
+  /// Returns the depth (voxels) of the point p in its own tissue; -1 if there is no tissue at p.
   double at(const dvec3& p_V) const { return in(tissue_at(p_V), p_V); }
   /// Returns the depth (voxels) of a point in the given tissue, by trilinear interpolation. The depth is negative
-  /// outside this tissue, and -1 for kAir and outside the field.
+  /// outside this tissue. It is -1 outside the field, and always -1 for the tissue kAir.
   double in(Tissue tissue, const dvec3& p_V) const;
 
  private:

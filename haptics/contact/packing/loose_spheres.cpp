@@ -9,13 +9,13 @@ namespace typodont::haptics::packing {
 namespace {
 
 /// Two spheres are linked if the gap between them is at most this factor times the smaller radius. The factor is large,
-/// because a cut shrinks a sphere towards the side that faces away from the tool. The sphere's links must then connect
-/// this smaller sphere with the next deeper layer of spheres.
+/// because a cut shrinks a sphere towards the side that faces away from the tool. The links of the sphere must then
+/// still reach the next deeper layer of spheres.
 constexpr double kLink = 1.5;
-// m, upper limit of the growth of the gap between two linked spheres; at a larger gap the link breaks. It is less than
-// the diameter of any tool.
+// m, largest allowed growth of the gap between two linked spheres; if the gap grows more, the link breaks. It is less
+// than the diameter of any tool.
 constexpr double kWidened = 0.1e-3;
-constexpr int kPace = 16;  // number of spheres that each flood fill adds before the next flood fill continues
+constexpr int kPace = 16;  // number of spheres that a flood fill adds before it is the next flood fill's turn
 
 /// Returns true if two spheres with the radii `ri` and `rj` are still linked at this distance of their centres.
 bool holds(double ri, double rj, double distance, double gap_at_start) {
@@ -25,8 +25,8 @@ bool holds(double ri, double rj, double distance, double gap_at_start) {
 }
 
 struct Flood {
-  std::vector<int> reached;  // all spheres in this flood fill
-  std::size_t done = 0;      // number of spheres in `reached` whose neighbours were visited
+  std::vector<int> reached;  // all spheres that this flood fill has reached
+  std::size_t done = 0;      // number of spheres in `reached` whose neighbours have been visited
 };
 
 }  // namespace
@@ -117,7 +117,7 @@ std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue
 void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds, std::vector<std::vector<int>>& loose) {
   ++search_;
   std::vector<Flood> floods(seeds.size());
-  std::vector<int> joined(seeds.size());  // for each flood fill: index of the flood fill that it was merged into
+  std::vector<int> joined(seeds.size());  // for each flood fill: index of the flood fill with which it was merged
   std::iota(joined.begin(), joined.end(), 0);
   const auto root = [&](int f) {
     while (joined[static_cast<std::size_t>(f)] != f) f = joined[static_cast<std::size_t>(f)];
@@ -161,7 +161,7 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
       }
       Flood& now = floods[static_cast<std::size_t>(into)];
       if (into == f && now.done >= now.reached.size()) {
-        // this flood fill ended without meeting another one: its spheres are a loose piece
+        // this flood fill ended without meeting another one, so its spheres are a loose piece
         loose.push_back(std::move(now.reached));
       } else if (into == f) {
         next.push_back(f);

@@ -1,5 +1,5 @@
-// Finds the loose pieces that a cut detached. A loose piece is a set of spheres that are no longer linked with their
-// body.
+// Finds the loose pieces that a cut detached. A loose piece is a set of spheres that is no longer linked with the rest
+// of its body.
 #pragma once
 
 #include <span>
@@ -11,12 +11,12 @@
 namespace typodont::haptics::packing {
 
 /// Finds loose pieces. Carver thread. The result depends only on the spheres, so it is deterministic. Spheres that lie
-/// close together in the packing are linked. A link remains while both spheres exist and the gap between them is
-/// smaller than the sum of their radii, or has hardly grown since the start. If a tool passes between two spheres, both
-/// shrink away from each other and the link breaks; a sphere that was cut on one side keeps its distance to the spheres
-/// on its far side. Flood fills start at the spheres that lost links, and grow along links at equal speed until they
-/// meet. A flood fill that ends without meeting another one is a loose piece. Bodies that were separate at the start
-/// (two teeth) do not count as loose pieces.
+/// close together in the packing are linked. A link remains as long as both spheres exist and the gap between them has
+/// grown by at most 0.1 mm since the start, or is smaller than the sum of their radii. If a tool passes between two
+/// spheres, both shrink away from each other, and the link breaks. The gap on the far side of a cut sphere does not
+/// change, so its links on that side remain. Flood fills start at the spheres that lost links, and grow along links at
+/// equal speed until they meet. A flood fill that ends without meeting another one is a loose piece. Bodies that were
+/// separate at the start (two teeth) do not count as loose pieces.
 class LooseSpheres {
  public:
   LooseSpheres(const SpherePacking& packing, const SphereTree& tree);
@@ -27,8 +27,8 @@ class LooseSpheres {
     dvec3 center;   // m, centre of the sphere
     double radius;  // m, radius of the sphere
   };
-  /// Must be called after each cut, with all spheres that the cut changed (each listed once). Returns the pieces that
-  /// this cut detached, as lists of spheres; the tissue still contains these spheres.
+  /// Call this after each cut, with all spheres that the cut changed (each listed once). Returns the loose pieces that
+  /// this cut detached, as lists of spheres. The function does not remove these spheres from the tissue.
   std::vector<std::vector<int>> after_cut(const SphereTissue& tissue, std::span<const Changed> changed);
   /// Returns the number of separate bodies at the start.
   int bodies() const { return bodies_; }
@@ -50,7 +50,7 @@ class LooseSpheres {
   std::vector<Link> links_;
   std::vector<int> body_;  // for each sphere: index of its body
   int bodies_ = 0;
-  std::vector<Changed> before_;  // for each sphere: its state before the last cut that changed it
+  std::vector<Changed> before_;  // for each sphere: its state before the most recent cut that changed it
   std::vector<unsigned> cut_;    // for each sphere: number of the cut that last changed it
   unsigned cuts_ = 0;
   std::vector<unsigned> seen_;  // for each sphere: number of the search that last reached it

@@ -17,16 +17,16 @@ namespace {
 
 using namespace packing;
 
-/// One time interval of the measurement, and the tissue that the tool removes in this interval.
+/// One time interval of the measurement, with the tissue that the tool removes in this interval.
 struct Moment {
   double t = 0, measured = 0;  // t: start of the interval, s; measured: mean measured force, N
-  // index of each sphere that the tool overlaps, with the overlapping volume in m³
+  // indices of the spheres that the tool overlaps, each with the overlapping volume in m³
   std::vector<std::pair<int, double>> overlap;
   double gain = 0;  // N, simulated force if all densities were 1
 };
 
-/// Returns the ratio of the tool's force to the cutting power, N/W. It follows from power = μ_c · efficiency · F · R ·
-/// ω (see `earn` in the servo); the motor's loss of speed under load is neglected.
+/// Returns the ratio of the tool's force to the cutting power, N/W. It follows from the equation power = μ_c ·
+/// efficiency · F · R · ω (see `earn` in the servo). The motor's loss of speed under load is neglected.
 double newtons_per_watt(const ServoSettings& settings, const Pose& X_WT, const dvec3& feed) {
   const Tool& tool = settings.tool;
   const double along = glm::dot(glm::normalize(feed), X_WT.R * dvec3(0, 0, 1));

@@ -16,24 +16,24 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr int kBlock = 8;  // voxels, edge length of the blocks in which the field is updated
-// voxels; while the tool cuts a sphere, PackingBody::changed() adds a note (the number of the sphere, and the position
-// and radius of the tool's ball) each time the ball has moved this far; rasterize() updates the field from the notes
+// voxels; when the ball of the tool that cuts a sphere has moved this far, PackingBody::changed() stores a note: the
+// index of the sphere, and the position and radius of the ball; rasterize() updates the field from the notes
 constexpr double kNoteEvery = 0.03;
-// voxels, margin around a sphere and its gaps within which the field is updated, because interpolation also reads
-// neighbouring voxels
+// voxels, width of the region around a sphere and its gaps in which the field is updated, because interpolation also
+// reads neighbouring voxels
 constexpr double kAround = 1.8;
-// distance around a sphere within which the gaps belong to it, as a multiple of the radius of the largest hole in the
+// gaps up to this distance from a sphere belong to it, as a multiple of the radius of the largest hole in the
 // packing
 constexpr double kGapsAround = 2;
-// first version of the force laws in which the gaps around a sphere become smaller when the sphere is cut
+// first version of the force laws in which a cut also reduces the gaps that belong to the cut sphere
 constexpr std::uint32_t kLawsOfReducedGaps = 7;
-// upper limit of the number of notes (balls of the tool that cut spheres) that wait for the next update of the field;
-// with more notes, the field is updated at once
+// largest number of notes that may wait for the next update of the field; when there are more notes, the field is
+// updated at once
 constexpr std::size_t kMost = 50000;
 
 const dvec3 kNowhere(std::numeric_limits<double>::infinity());
 
-/// Returns the position of the tool's ball at its deepest overlap with the sphere `s`.
+/// Returns the position that the tool's ball had when it overlapped the sphere `s` most deeply.
 dvec3 ball_of(const CutSphere& s) {
   return s.base - (s.tool + s.base_radius - s.overlap) * s.away;
 }
@@ -91,8 +91,8 @@ void PackingBody::set_laws(std::uint32_t laws) {
 }
 
 /// Sets tissue and hardness of each sphere to those of the voxel at its initial centre. The packer smooths dithered
-/// borders, so the voxel's label may differ from the sphere's tissue. So the label is used only if the voxel was
-/// painted after packing.
+/// borders between tissues, so a voxel's label may differ from the sphere's tissue although nobody painted it. So the
+/// label is used only if the voxel was painted after packing.
 void PackingBody::read_materials() {
   const VoxelFrame& frame = volume_.frame();
   const bool first = label_.empty();
@@ -129,7 +129,7 @@ std::size_t PackingBody::strokes_in_field() const {
       std::count_if(done_.begin(), done_.end(), [](const Stroke& stroke) { return stroke.in_field; }));
 }
 
-/// Records a change of a sphere for undo, for snapshots and for the field.
+/// Records a change of a sphere, for undo, for snapshots and for the update of the field.
 void PackingBody::changed(int i, const CutSphere& before) {
   const auto k = static_cast<std::size_t>(i);
   if (in_stroke_ && kept_in_[k] != stroke_) {
@@ -138,7 +138,7 @@ void PackingBody::changed(int i, const CutSphere& before) {
   }
   if (remembers_) written_.push_back(i);
   const CutSphere& now = spheres_.sphere(i);
-  // The sphere is cut from another side than before. So a note for its previous cut is added first.
+  // A new cut of the sphere from another side begins. A note for the previous cut is stored first.
   if (before.overlap > 0 && now.base != before.base && ball_of(before) != last_noted_[k]) note(i, before);
   const double moved = glm::distance(ball_of(now), last_noted_[k]);
   if (!(moved < kNoteEvery * volume_.frame().voxel) || !(spheres_.tree().radius(i) > 0)) note(i, now);
@@ -177,8 +177,8 @@ void PackingBody::take_out_pieces(const Cut& cut) {
       spheres_.set(i, taken_by_ball(before.back(), r));
     }
     // When a detached sphere is removed from the field, the gaps around it are removed too, up to the spheres that
-    // stay. If the sphere was cut before, the space around its remainder also contains tissue that stays. So the
-    // removed gaps are then smaller.
+    // stay. If the sphere was cut before, tissue that stays may lie closer to it. In this case, a smaller gap is
+    // removed.
     for (std::size_t k = 0; k < piece.size(); ++k) {
       const dvec3 c = before[k].center();
       const double r = before[k].radius(), whole = packing_.radius[static_cast<std::size_t>(piece[k])];
@@ -217,7 +217,7 @@ void PackingBody::end_stroke() {
   if (done_.back().kept.empty() && !done_.back().in_field) done_.pop_back();
 }
 
-/// Exchanges the present states of a stroke's spheres with the stored states, for undo and redo.
+/// Exchanges the present states of the spheres of a stroke with the stored states. Undo and redo use this function.
 void PackingBody::exchange(Stroke& stroke) {
   for (Kept& kept : stroke.kept) {
     const auto k = static_cast<std::size_t>(kept.sphere);

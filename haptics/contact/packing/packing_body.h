@@ -1,5 +1,5 @@
-// The part of the contact model "packing" that runs on the carver thread. It contains the spheres, the strokes for
-// undo, and the field that is computed from the spheres.
+// The part of the contact model "packing" that runs on the carver thread. It owns the spheres, the strokes for undo,
+// and the distance field that is computed from the spheres.
 #pragma once
 
 #include <span>
@@ -13,10 +13,10 @@
 namespace typodont::haptics::packing {
 
 /// The tissue as spheres, and the distance field that is computed from them. Carver thread. A cut changes only the
-/// spheres; the field is updated on request. Each cut sphere stores the position of the tool's ball at its deepest
-/// overlap. In the field, the part of this ball that lies in the sphere and its gaps becomes air. To this end, the
-/// sphere adds a note with the ball's position whenever the ball has moved by 0.03 voxel. So the field depends only on
-/// the cuts and not on the times of the requests, and its error is at most 0.03 voxel.
+/// spheres; the field is updated on request. Each cut sphere stores the position that the tool's ball (a sphere of the
+/// tool) had at the deepest overlap. In the field, the part of this ball that lies in the sphere and in the gaps around
+/// it becomes air. Whenever this position has moved by 0.03 voxel, a note with the position is stored for the update.
+/// So the field depends only on the cuts and not on the times of the requests, and its error is at most 0.03 voxel.
 class PackingBody final : public TissueBody {
  public:
   /// Throws Error if `packing` was not made from `tissue`.
@@ -84,15 +84,15 @@ class PackingBody final : public TissueBody {
   bool in_stroke_ = false;
   std::vector<std::uint64_t> kept_in_;  // for each sphere: number of the stroke that last stored its state
   std::uint64_t stroke_ = 0;
-  std::vector<LooseSpheres::Changed> cut_now_;  // spheres changed by the present cut
+  std::vector<LooseSpheres::Changed> cut_now_;  // spheres that the present cut has changed
   std::vector<std::uint64_t> changed_in_;       // for each sphere: number of the last cut that changed it
   std::uint64_t cut_number_ = 0;
   PerTissue taken_back_{};
   bool remembers_ = false;
-  std::vector<int> written_;       // spheres changed since remember_writes(true)
+  std::vector<int> written_;       // spheres that changed since remember_writes(true) was called
   std::vector<dvec3> last_noted_;  // m, for each sphere: position of the tool's ball in the last Note of this sphere
   std::vector<Note> notes_;
-  std::uint64_t paints_ = 0;  // number of brush strokes in volume_ that the spheres already include
+  std::uint64_t paints_ = 0;  // number of brush strokes in volume_ that have already been applied to the spheres
   bool repainted_ = false;    // true if the tissue was painted since the last snapshot
 };
 

@@ -13,43 +13,46 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr double kLook = 10e-3;  // m, upper limit of the distance that clearance() examines
-// m, search distance: the tissue at a point is that of the nearest sphere if it is at most this far away
+constexpr double kLook = 10e-3;  // m, largest distance that clearance() can return
+// m, search distance: a point has the tissue of the nearest sphere if this sphere is not farther away
 constexpr double kNearby = 0.2e-3;
-// upper limit of the number of cost computations that determine the length of one step of a cut
+// largest number of cost computations by which the length of one step of a cut is determined
 constexpr int kTrials = 8;
-// lower limit of the ratio of a step's energy to the energy budget; a step that uses at least this fraction of the
-// budget is accepted
+// smallest ratio of a step's energy to the energy budget; the search for a step's length ends when the step uses at
+// least this fraction
 constexpr double kWellSpent = 0.85;
 constexpr double kPathUnit = 0.1e-3;    // m, unit of length of the stored path of the tool
 constexpr int kPositionsCompared = 16;  // number of tool positions at which the times of GPU and CPU are compared
 // rad, largest rotation in one cut; the chord then deviates from the arc by less than 5e-5 of the head's reach
 constexpr double kLargestTurn = 0.02;
-// N, force limit of a dental scene. Up to this force limit, a retreating tool uses the same limit of the force's rate
-// of change as the model "offset". For a larger force limit, the rate of change grows in proportion.
+// N, force limit of a dental scene. Scenes with a force limit up to this value use the same limit of the force's rate
+// of change for a retreating tool as the model "offset". In other scenes, the limit of the rate grows in proportion to
+// the force limit.
 constexpr double kDentalForces = 20;
 // first version of the force laws in which the limit of the force's rate of change grows with the force limit
 constexpr std::uint32_t kLawsOfLargeForces = 7;
-// first version of the force laws in which the projection onto the contacts starts from the pushes of the last tick
+// first version of the force laws in which the projection onto the contacts starts from the pushes (multipliers) of the
+// last tick
 constexpr std::uint32_t kLawsOfWarmStarts = 7;
 // first version of the force laws in which the proxy's speed is limited
 constexpr std::uint32_t kLawsOfLimitedSpeed = 8;
 // first version of the force laws in which a proxy that does not move is projected onto its contacts only once
 constexpr std::uint32_t kLawsOfOneProjection = 11;
-// m/s, largest speed of the tool's farthest point. Hands are slower; the limit bounds the time of a tick in which the
-// measured pose jumps.
+// m/s, largest speed of the tool's farthest point. Hands are slower. If the measured pose jumps, this limit keeps the
+// tick short.
 constexpr double kFastest = 5;
 
-// First version of the force laws in which a head with a large contact area postpones its cuts. A tick moves such a
-// head by some ten nanometres, but the cut computes thousands of spheres.
+// First version of the force laws in which a head with a large contact area postpones its cuts. Such a head advances by
+// only some ten nanometres per tick, but a cut must compute thousands of spheres, so a cut in every tick would cost too
+// much time.
 constexpr std::uint32_t kLawsOfPostponedCuts = 10;
 constexpr double kLargeArea = 10e-6;   // m², contact area above which cuts are postponed
-constexpr double kLeastStep = 0.1e-6;  // m, step of the head for which the saved energy must suffice
-// First version of the force laws in which the saved energy must suffice for a longer step. In soft bone, a head
-// advances by more than kLeastStep in a tick.
+constexpr double kLeastStep = 0.1e-6;  // m, length of the step for which the saved energy must be sufficient
+// First version of the force laws in which the saved energy must be sufficient for a longer step (kLongStep). In soft
+// bone, a head advances by more than kLeastStep in a tick.
 constexpr std::uint32_t kLawsOfLongSteps = 11;
-constexpr double kLongStep = 1e-6;        // m, this step
-constexpr double kLongestDelay = 4.5e-3;  // s, upper limit of the time for which a cut is postponed
+constexpr double kLongStep = 1e-6;        // m, length of this longer step
+constexpr double kLongestDelay = 4.5e-3;  // s, longest time for which a cut is postponed
 
 /// Returns options without spring, damper and friction. The servo computes spring and damper; set_friction() sets the
 /// friction in every tick.
@@ -123,8 +126,9 @@ double PackingModel::travel() const noexcept {
 void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<PackingSnapshot&>(snapshot);
   const bool first = snapshot_.number == 0;
-  // The new snapshot lacks the cuts that the servo made after it was taken, so these cuts are repeated in the snapshot.
-  // If the carver has undone a stroke or removed a loose piece, a repeated cut may remove another volume than before.
+  // The new snapshot lacks the cuts that the servo made after it was taken, so the servo repeats these cuts in the
+  // snapshot. If the carver has undone a stroke or removed a loose piece, a repeated cut may remove a different volume
+  // than the first time.
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
     const PerTissue now =
@@ -140,8 +144,8 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   postponed_for_ = 0;
   const bool came_back = first || fresh.edits != snapshot_.edits;
   std::swap(fresh, snapshot_);
-  // Without undo or redo, the new snapshot has the same spheres as the servo, except for removed loose pieces. The near
-  // lists then stay valid.
+  // Without undo or redo, the new snapshot contains the same spheres that the servo has, except for removed loose
+  // pieces. In this case, the near lists stay valid.
   if (came_back) {
     for (SphereProxy& proxy : proxies_) proxy.forget_near();
   }
@@ -151,7 +155,7 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
 double PackingModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
   const double reach = proxy().tool().reach;
-  // The servo uses only a clearance that is larger than a voxel.
+  // The servo needs only clearances larger than a voxel, so smaller ones need not be exact.
   const double least = settings_.frame.voxel;
   return std::max(0.0, snapshot_.spheres.tree().room(X_WG.p, kLook + reach, least + reach) - reach);
 }
@@ -181,8 +185,8 @@ void PackingModel::forget_contact() noexcept {
   retreat_.leading = retreat_.wedged = false;
 }
 
-/// Stores the tool's path. Detects a blocked tool: contacts hold the tool, although it would have no contact at the
-/// hand's position.
+/// Stores the tool's path. Detects a blocked tool: contacts hold the tool, although a tool at the hand's position would
+/// have no contact.
 void PackingModel::watch_retreat(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   retreat_.wedged = false;
@@ -206,7 +210,8 @@ void PackingModel::watch_retreat(const ContactInput& in) noexcept {
 }
 
 /// Leads the tool back along its path, at a limited speed and without cutting, to the path point nearest to the hand.
-/// The path stays free of tissue, because tissue is only removed. Returns true while the tool is led back.
+/// The path is free of tissue, because the tool has moved along it and no tissue has been added since. Returns true
+/// while the tool is led back.
 bool PackingModel::lead_back(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   if (!retreat_.leading) return false;
@@ -245,7 +250,8 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
     out.faults |= bits(Fault::kPatchEdge);
     return;
   }
-  // The servo moves a free tool without calling this model, so the proxy must take the servo's pose.
+  // While the tool has no contact, the servo moves it without calling this model. So the proxy must first take the
+  // servo's pose.
   if (!placed_ || in.X_WG.p != held_) proxy().place(in.X_WG);
   placed_ = true;
   if (lead_back(in)) {
@@ -273,8 +279,8 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.area = surface_.volume / parameters_.epsilon;
 }
 
-/// Pass 2: estimates the tissue at the contact. While a cut is postponed, no sphere changes, so the last estimate stays
-/// valid until the head has moved.
+/// Pass 2: estimates the tissue at the contact. While a cut is postponed, no sphere changes. So the last estimate stays
+/// valid as long as the head does not move.
 void PackingModel::estimate_tissue() noexcept {
   const Pose& X = proxy().pose();
   if (postponed_for_ > 0 && surface_.volume > 0) {
@@ -290,8 +296,8 @@ void PackingModel::estimate_tissue() noexcept {
   if (!(surface_.volume > 0)) take_tissue_from_contacts();
 }
 
-/// Determines the tissue from the contacts if the head overlaps no tissue: only the shank has contact, or the contact
-/// is a point.
+/// Determines the tissue from the contacts. Used if the head overlaps no tissue, because only the shank has contact or
+/// the contact is a point.
 void PackingModel::take_tissue_from_contacts() noexcept {
   double total = 0;
   for (const ProxyContact& c : proxy().contacts()) {
@@ -332,9 +338,9 @@ void PackingModel::find_near(const Pose& to) noexcept {
   }
 }
 
-/// Returns the energy that a motion costs, in J. For laws older than kLawsOfRings it is an upper bound: if several of
-/// the head's spheres cover the same tissue, this tissue counts once for each of them. `near_to`: end of the motion for
-/// which find_near() was called.
+/// Returns the energy for removing the tissue on a motion, J. For force laws older than kLawsOfRings it is an upper
+/// bound: tissue that several of the head's spheres cover counts once for each of these spheres. `near_to`: end of the
+/// motion for which find_near() was called.
 double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   double sum = 0;
@@ -350,14 +356,14 @@ double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to)
   return sum;
 }
 
-/// Returns the largest fraction of the motion, at most `most`, for which the energy budget is sufficient. The result
-/// may leave up to 15 % of the budget unused; this energy is used in the next tick. The first guess uses the energy per
+/// Returns the largest fraction of the motion, at most `most`, for which the energy budget is sufficient. The motion
+/// may leave up to 15 % of the budget unused, which is then used in the next tick. The first guess uses the energy per
 /// metre of the last step. The secant method then increases the fraction.
 double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most,
                                 double budget) noexcept {
   double safe = 0, safe_cost = 0, dear = most, dear_cost = -1;
   double part = price_ > 0 ? 0.97 * budget / price_ : most;
-  double listed = -1;  // fraction of the motion for which the near spheres were last listed (find_near)
+  double listed = -1;  // fraction of the motion for which find_near() last listed the near spheres
   Pose near_to = from;
   for (int k = 0; k < kTrials; ++k) {
     part = std::min(part, most);
@@ -379,8 +385,8 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
       if (part < 1.5 * safe) part = 1.5 * safe;
       continue;
     }
-    // The energy of a cut increases faster once the tool touches another sphere, and the secant method then converges
-    // slowly. So every second step of the search is a bisection.
+    // The energy of a cut increases faster as soon as the tool touches another sphere. The secant method then converges
+    // slowly, so every second step of the search is a bisection.
     const double by_secant = (budget - safe_cost) / (dear_cost - safe_cost);
     part = safe + (k % 2 == 0 ? 0.97 * by_secant : 0.5) * (dear - safe);
   }
@@ -388,8 +394,8 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
   return safe;
 }
 
-/// Returns true if a cut waits until the energy suffices for a longer step. The energy is saved, so the volume that the
-/// motor's work removes stays the same. `step`: m, step for which the present energy suffices.
+/// Returns true if the cut must wait until the energy is sufficient for a longer step. The energy is saved, so the
+/// motor's work removes the same volume, only later. `step`: m, step for which the present energy suffices.
 bool PackingModel::postpones(double dt, double step) noexcept {
   const double least = settings_.laws >= kLawsOfLongSteps ? kLongStep : kLeastStep;
   const bool waits = settings_.laws >= kLawsOfPostponedCuts && step < least &&
@@ -433,7 +439,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       changed = true;
       proxy().note_cut(tree, place, protrudes);
     };
-    // On a straight path, the near lists that were made for the tried cut contain all spheres that the cut reaches.
+    // On a straight path, the near lists of the tried cut (TriedCut) contain all spheres that the cut reaches.
     const bool straight = turn == dvec3(0) || (tool.head == 1 && tool.center_T[0] == dvec3(0));
     if (tried_share_ == most && straight && settings_.laws >= kLawsOfRings && tried_.complete() &&
         near_end_[tool.head - 1] < near_.size()) {
@@ -449,7 +455,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       proxy().end_notes();
     }
   }
-  // If no sphere changed, only rounding errors stopped the proxy, and follow() will move it in the next tick.
+  // If no sphere changed, only rounding errors stopped the proxy. follow() will move it in the next tick.
   if (!changed) return false;
   made_.add(made_.last() + 1, {from, to, tool_, removed.volume});
   cut = {made_.last(), in.tick, in.t, from, to, tool_, removed.volume, {}, in.spindle};

@@ -21,11 +21,12 @@ namespace typodont::haptics::packing {
 /// The contact model "packing" on the servo thread. constrain() runs passes 1 and 2 (first contact, material at the
 /// contact); cut() runs pass 3 (removal along the motion). If the packing has millions of spheres, the model compares
 /// CPU and GPU at the first snapshot. It uses the GPU if the GPU is faster and gives the same bits. The cutting speed
-/// of eq. 4 is v_d = v_b / ρ with the density ρ relative to dentin. Here v_b follows from the energy that the servo has
-/// earned. To remove the volume dV of tissue with the specific energy u costs the energy u dV. So a head with the
-/// contact area A that moves at v_d needs the power A u v_d. The motor delivers the power P at the teeth (specific
-/// cutting energy: Shaw, "Metal Cutting Principles"; the servo's `earn` computes P by Preston's law). So v_b = P / (A
-/// u_dentin). The area A is not estimated: cut() finds the step whose removal costs exactly the earned energy.
+/// of eq. 4 is v_d = v_b / ρ, with the base speed v_b and the density ρ relative to dentin. In this model, v_b follows
+/// from the energy that the motor has delivered (the servo's energy budget). To remove the volume dV of tissue with the
+/// specific energy u costs the energy u dV. So a head with the contact area A that moves at v_d needs the power A u
+/// v_d. The motor delivers the power P at the teeth (specific cutting energy: Shaw, "Metal Cutting Principles"; the
+/// servo's `earn` computes P by Preston's law). So v_b = P / (A u_dentin). The area A is not estimated: cut() finds the
+/// step that costs exactly the energy in the budget.
 class PackingModel final : public ContactModel {
  public:
   /// Throws Error for a filling instrument, because the tissue's spheres can only shrink. Throws Error for a tool with
@@ -74,12 +75,12 @@ class PackingModel final : public ContactModel {
   bool gpu_must_win_ = false;           // true: the GPU is used only if it is faster than the CPU
   std::uint32_t tool_ = 0;
   bool placed_ = false;
-  dvec3 held_{0};  // m, position of the proxy that was last returned to the servo
+  dvec3 held_{0};  // m, position of the proxy that the servo last received
   /// Leads a tool back along its path if contacts hold it far from the hand, as in the model "offset".
   struct Retreat {
-    offset::RetreatPath path;  // earlier path of the tool, in units of kPathUnit
-    dvec3 held_at{0};          // m, position near which the blocked proxy has stayed
-    double held_for = 0;       // s, time for which the proxy has stayed near held_at while the hand was far away
+    offset::RetreatPath path;  // earlier path of the tool; its unit of length is kPathUnit
+    dvec3 held_at{0};          // m, position near which the proxy has been blocked
+    double held_for = 0;       // s, time that the proxy has spent near held_at while the hand was far away
     bool leading = false;      // true while the proxy is led back along `path`
     std::size_t to = 0;        // index of the path point to which the proxy is led back
     bool wedged = false;       // true if the proxy is stuck: the hand is far away, and no path back was found
@@ -91,12 +92,12 @@ class PackingModel final : public ContactModel {
   TriedCut tried_;
   // result of find_near(): one list for each sphere of the head, stored one after the other
   std::vector<Place> near_;
-  // fraction of the motion for which tried_ contains the computed cut; negative: tried_ contains no cut
+  // fraction of the motion for which tried_ contains a computed cut; negative: tried_ contains no cut
   double tried_share_ = -1;
   std::vector<std::size_t> near_end_;  // for each list in near_: the index after its last entry
-  // J, estimated energy for cutting along the whole motion, from the energy per metre of the last step; 0: unknown
+  // J, estimated energy for a cut along the whole motion, from the energy per metre of the last step; 0: unknown
   double price_ = 0;
-  double last_path_length_ = 0;  // m, length of the whole motion in the last cut
+  double last_path_length_ = 0;  // m, length of the whole motion for which the last cut was computed
   RecentCuts<MadeCut> made_;
 };
 

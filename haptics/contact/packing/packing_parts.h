@@ -1,5 +1,5 @@
-// Data types shared by the two parts of the contact model "packing" (servo thread and carver thread): parameters,
-// snapshot and cut.
+// Data types shared by the two parts of the contact model "packing" (servo thread and carver thread): the parameters,
+// the snapshot, and the function that makes a cut.
 #pragma once
 
 #include <cstdint>
@@ -17,20 +17,21 @@ namespace typodont::haptics::packing {
 
 struct Parameters {
   std::size_t spheres = 36000;  // number of spheres in the tissue's packing
-  std::uint64_t seed = 1;       // random seed of the packings of tissue and tools
+  std::uint64_t seed = 1;       // random seed for the packings of tissue and tools
   std::filesystem::path file;   // file with a packing to read; empty: a packing is computed
-  // Head of the first tool, made from a closed mesh; empty: the head's shape comes from the tool table.
+  // Head of the first tool, made from a closed mesh; empty: the head has the shape in the tool table.
   std::optional<ToolSpheres> tool_mesh;
   std::size_t tool_spheres = 60;  // number of spheres of a head that is not a ball
   /// m/s, fixed value of the base speed v_b in eq. 4, which is the cutting speed at density 1; it does not depend on
   /// the force, as in paper S2. 0: v_b follows from the motor's power (see class PackingModel).
   double base_speed = 0;
-  double free_speed = 0.02;  // m/s, upper limit of the cutting speed of eq. 4, for tissue of very low density
-  // Applies only if base_speed (v_b) is fixed. true: the cutting speed uses the density ρ of eq. 3, which grows with
-  // the contact area (for reaming); false: it uses the normalised density ρ̂.
+  double free_speed = 0.02;  // m/s, largest cutting speed; it limits eq. 4 in tissue of very low density
+  // Used only if base_speed is not 0. true: the cutting speed uses the density ρ of eq. 3, which grows with the contact
+  // area (for reaming); false: it uses the normalised density ρ̂.
   bool by_contact = false;
   double epsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the estimate of the tissue's surface
-  // density of each tissue relative to dentin; a negative value is replaced by the ratio of the specific energies
+  // density of each tissue relative to dentin; a negative value means the ratio of the tissue's specific energy to that
+  // of dentin
   PerTissue density = given();
   std::filesystem::path material;              // file with the result of a material fit (eq. 14)
   std::optional<std::uint64_t> material_hash;  // hash of the tissue for which the material was fitted
@@ -44,8 +45,8 @@ struct Parameters {
   }
 };
 
-/// First version of the force laws in which heads consist of overlapping spheres in rings. Tissue that several of these
-/// spheres cover costs energy only once.
+/// First version of the force laws in which heads consist of overlapping spheres in rings. Tissue that is covered by
+/// several of these spheres costs energy only once.
 inline constexpr std::uint32_t kLawsOfRings = 7;
 
 /// Returns the sphere model of one tool of the set.
@@ -81,8 +82,8 @@ struct CutBuffers {
 
 /// Removes the tissue that the tool's head covers on its motion from A to B. Servo and carver both call this function,
 /// so their tissues stay equal bit by bit. Calls keep(place, sphere before) for each sphere that changes. near(t,
-/// places) must write the places of the tissue spheres that head sphere t can touch on its motion, in the tree's order,
-/// and return their number.
+/// places) must write to `places` the places of the tissue spheres that head sphere t can touch on its motion, in the
+/// tree's order, and must return their number.
 template <class Near, class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Near&& near, Keep&& keep) noexcept(noexcept(keep(Place{}, CutSphere{}))) {

@@ -1,5 +1,5 @@
-// Geometry of two spheres (sphere_pair.h) for eight pairs at once, with the same bits. Private to the .cpp files of the
-// packing model.
+// Geometry of two spheres as in sphere_pair.h, but for eight pairs at once, with the same bits. Included only by the
+// .cpp files of the packing model.
 #pragma once
 
 #include "engine/base/pose.h"
@@ -12,7 +12,8 @@ TYPODONT_KERNEL void ball_volumes(const D8& r, D8& volume) {
   volume = 4.0 / 3.0 * kPi * r * r * r;
 }
 
-/// Computes the volume of the lens of two spheres in each lane. The result has the same bits as lens_volume().
+/// Computes the volume of the overlap of two spheres (a lens) in each lane. The result has the same bits as
+/// lens_volume().
 TYPODONT_KERNEL void lens_volumes(const D8& r1, const D8& r2, const D8& d, D8& volume) {
   const D8 sum = r1 + r2, off = r1 - r2, in = sum - d;
   D8 whole;

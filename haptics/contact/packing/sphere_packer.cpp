@@ -24,20 +24,20 @@ using packing::DepthField;
 
 constexpr int kEdge = 4;  // number of nodes along the edge of a block
 constexpr int kNodes = kEdge * kEdge * kEdge;
-// The free radius of a grid node is the radius of the largest sphere that fits around it. This is the upper limit of
-// the stored free radii, as a multiple of the radius limit.
+// The free radius of a grid node is the radius of the largest sphere that fits around it. Stored free radii are limited
+// to this multiple of the radius limit.
 constexpr float kFullDepths = 2;
 constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid, as a ratio to the radius limit
-// In grid spacings. If the largest sphere that still fits has at most this radius, a finer grid is made.
+// In grid spacings. When the largest sphere that still fits has at most this radius, a finer grid is made.
 constexpr double kFinest = 0.9;
 constexpr double kFiner = 1.5;  // ratio of the spacings of two successive grids
-// In grid spacings, smallest radius of a sphere that is placed with this grid. A smaller sphere is skipped and may be
-// found again with a finer grid.
+// In grid spacings, smallest radius of a sphere that is placed with a grid. A smaller sphere is skipped, and a finer
+// grid may find it again.
 constexpr double kLeastRadius = 0.3;
 // Lower limit of the ratio of a sphere's radius to the free radius (largest sphere that fits) stored at its grid node.
-// A smaller sphere is not placed yet.
+// A smaller sphere is postponed.
 constexpr double kAsExpected = 0.8;
-constexpr double kLargestTravel = 1.0;  // grid spacings, largest distance of a sphere's centre from its node
+constexpr double kLargestTravel = 1.0;  // grid spacings, largest distance between a sphere's centre and its node
 constexpr double kLastStep = 0.02;      // grid spacings, length of the last step in the search for a sphere's centre
 // Voxels, smallest grid spacing. If a finer grid would be needed, the packing is complete.
 constexpr double kSmallestSpacing = 0.004;
@@ -58,8 +58,8 @@ struct Placed {
   double r;
 };
 
-/// Reduces the free radii of a block's nodes after a sphere was placed. `to`: vector from the sphere's centre to the
-/// first node. Returns true if any free radius became smaller.
+/// Reduces the free radii of a block's nodes after a sphere was placed. `to`: vector from the centre of this sphere to
+/// the first node. Returns true if any free radius became smaller.
 TYPODONT_DISPATCH("avx2", "default")
 bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   int lowered = 0;
@@ -124,7 +124,8 @@ class Packer {
         renew_key(b);
         continue;
       }
-      // The free sphere of this node became smaller, so another node may now have a larger free sphere.
+      // The sphere that fits at this node is now smaller than its stored free radius, so another node may have a larger
+      // one.
       if (found.r < kAsExpected * std::min(static_cast<double>(free), limit_)) {
         free = static_cast<float>(found.r);
         renew_key(b);
@@ -285,8 +286,8 @@ class Packer {
         }
       }
     }
-    // Reduces the free radii near the spheres placed so far. A further sphere is hardly larger than the last one, so
-    // only blocks near each sphere are affected.
+    // Reduces the free radii near the spheres placed so far. Further spheres are hardly larger than the last one, so
+    // only blocks near these spheres can change.
     for (const Placed& s : placed_) {
       for_blocks_near(s.p, s.r + std::min(largest_free, kFullDepths * limit_),
                       [&](int b) { lower(blocks_[static_cast<std::size_t>(b)], s); });
@@ -320,8 +321,8 @@ class Packer {
     const int i = static_cast<int>(placed_.size());
     placed_.push_back(s);
     link(i);
-    // The stored free radii are limited, so a placed sphere changes only nodes within the distance s.r + most of its
-    // centre.
+    // The stored free radii are limited. So a placed sphere changes only nodes whose distance from its centre is less
+    // than s.r + most.
     const double most = s.r < limit_ ? s.r + 2 * spacing_ : kFullDepths * limit_;
     for_blocks_near(s.p, s.r + most, [&](int b) {
       Block& block = blocks_[static_cast<std::size_t>(b)];
@@ -330,8 +331,8 @@ class Packer {
     });
   }
 
-  /// Returns the largest free sphere with its centre near `node`. The search tries evenly distributed directions, and
-  /// halves its step when no direction gives a larger sphere.
+  /// Returns the largest free sphere whose centre is near `node`. The search tries evenly distributed directions, and
+  /// halves its step if no direction gives a larger sphere.
   Placed refined(const dvec3& node) {
     const Tissue tissue = field_.tissue_at(node);
     const double room = std::min(field_.in(tissue, node), kFullDepths * limit_);
@@ -344,7 +345,7 @@ class Packer {
         near_.push_back(placed_[static_cast<std::size_t>(i)]);
     });
     double best = free_at(node, tissue);
-    // Spheres farther away than the largest possible radius cannot limit the result.
+    // A sphere that is farther away than the largest possible radius cannot limit the result.
     std::erase_if(near_, [&](const Placed& s) { return glm::distance(s.p, node) - s.r > best + 2 * travel; });
     dvec3 at = node;
     static const std::array<dvec3, 14> kAround = even_directions<14>();

@@ -1,5 +1,5 @@
-// Geometry of two spheres: time of contact, penetration depth, and volume of overlap. Pure functions; any unit of
-// length.
+// Geometry of two spheres: time of contact, penetration depth, and volume of overlap. Pure functions, which work in any
+// unit of length.
 #pragma once
 
 #include <algorithm>
@@ -16,8 +16,8 @@ inline constexpr double kNever = std::numeric_limits<double>::infinity();
 /// Paper S2, eq. 1: returns the time at which a sphere that moves by `m` between time 0 and 1 first touches a sphere at
 /// rest; kNever if it does not touch. `D`: vector from the moving centre to the other centre. `R`: sum of the radii. If
 /// the spheres touch or overlap at the start, returns 0 if they approach (m·D > 0), and otherwise kNever, so that
-/// overlapping spheres can always separate. The root in the paper subtracts two nearly equal numbers, which loses
-/// precision. This form avoids it with (m·D)² - m²(D² - R²) = m²R² - |m × D|².
+/// overlapping spheres can always separate. In the paper's formula, the root is taken of the difference of two nearly
+/// equal numbers, which loses precision. This function avoids the loss with (m·D)² - m²(D² - R²) = m²R² - |m × D|².
 inline double contact_time(const dvec3& D, const dvec3& m, double R) noexcept {
   const double nearing = m.x * D.x + m.y * D.y + m.z * D.z;
   const double cx = m.y * D.z - m.z * D.y, cy = m.z * D.x - m.x * D.z, cz = m.x * D.y - m.y * D.x;
@@ -30,8 +30,8 @@ inline double contact_time(const dvec3& D, const dvec3& m, double R) noexcept {
 }
 
 /// Paper S2, eq. 2: returns the volume of the overlap of two spheres with centre distance `d`. The volume is 0 if they
-/// do not overlap, and the volume of the smaller sphere if it lies inside the larger one. In the printed equation, the
-/// denominator and the square of the difference of radii are missing.
+/// do not overlap, and the volume of the smaller sphere if it lies inside the larger one. The equation as printed in
+/// the paper lacks the denominator and the square of the difference of radii; they are added here.
 inline double lens_volume(double r1, double r2, double d) noexcept {
   if (!(d < r1 + r2)) return 0;
   const double least = std::min(r1, r2);

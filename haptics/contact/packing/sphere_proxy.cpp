@@ -13,30 +13,30 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-// upper limit of the number of motions with a collision test in one tick; the remaining motion follows in the next tick
+// largest number of motions with a collision test in one tick; the remaining motion follows in the next tick
 constexpr int kSweeps = 24;
-// Upper limit of the number of consecutive motions in which the proxy makes no progress. Then the tick ends. This
-// happens in a cavity with many contacts.
+// Largest number of consecutive motions without progress, as they occur in a cavity with many contacts. After this
+// number, the tick ends.
 constexpr int kStuck = 8;
-// upper limit of the number of contacts of the non-cutting parts that are searched in one cut
+// largest number of contacts of the non-cutting parts that are searched in one cut
 constexpr int kSlides = 6;
-constexpr int kRounds = 60;         // upper limit of the number of iterations in one projection onto the contact planes
+constexpr int kRounds = 60;         // largest number of iterations in one projection onto the contact planes
 constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projection
-// m, tolerance: the proxy has reached its goal if the remaining displacement is smaller
+// m, tolerance: the proxy has reached its goal if the remaining displacement is smaller than this
 constexpr double kArrived = 1e-10;
-// rad, largest rotation in one step; the chord then deviates from the arc by less than 5e-5 of the reach
+// rad, largest rotation in one step; the chord of the step then deviates from the arc by less than 5e-5 of the reach
 constexpr double kLargestTurn = 0.02;
-constexpr double kMargin = 60e-6;          // m, smallest mean margin of the near lists (SphereProxy::NearList)
+constexpr double kMargin = 60e-6;          // m, smallest mean margin of the near lists (see SphereProxy::NearList)
 constexpr double kLargestMargin = 300e-6;  // m, largest mean margin of the near lists, for a fast tool
 constexpr double kAhead = 3;               // mean margin for a fast tool, as a multiple of its motion per tick
 // m, search distance for the nearest sphere if no sphere lies within the margin
 constexpr double kLook = 2e-3;
-constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of a distance; all bounds are widened by it
-// Factor slightly above 1 on the length of a motion, so that contacts exactly at its end are found.
+constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of a distance; it is added to all bounds
+// This factor makes a motion slightly longer, so that contacts exactly at its end are found.
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // smallest capacity of one near list, as a number of spheres
 constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all near lists, as a number of spheres
-// m, largest gap up to which nearly all spheres of a long list are near the tool (listed_near)
+// m, largest gap for which nearly all spheres in a long list are near the tool (see listed_near)
 constexpr double kFewOthers = 100e-6;
 constexpr std::size_t kLongList = 1024;  // smallest length of a long near list, as a number of spheres
 constexpr std::size_t kLanes = 8;        // number of spheres in a near list that are compared by one vector instruction
@@ -44,12 +44,12 @@ constexpr std::size_t kLanes = 8;        // number of spheres in a near list tha
 // spheres overlap so deeply that every comparison finds them.
 constexpr float kFloatRounding = 1e-9f;
 constexpr double kLeastMargin = 1e-6;  // m, a near list with a smaller margin is not made
-constexpr double kReduced = 0.8;       // factor on the margin of a near list that is too long
-// lists that are made ahead of need (prepare_lists)
+constexpr double kReduced = 0.8;       // if a near list would be too long, its margin is multiplied by this factor
+// parameters of lists that are made before they are needed (prepare_lists)
 constexpr double kLargestPrepared = 0.5e-3;  // m, largest mean margin
 constexpr double kTicksAhead = 10;           // mean margin for a fast tool, as a multiple of its motion per tick
 constexpr std::size_t kLeavesATick = 320;    // smallest number of leaves of the tree that one tick searches
-// if a near list is too long for its memory, it is made again only after this number of searches
+// if a near list is too long for its memory, this number of searches passes before it is made again
 constexpr int kNotAgain = 64;
 
 /// Returns the mean margin of a long near list. `way`: motion of the tool sphere per tick, m.
@@ -89,7 +89,7 @@ SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
 }
 
 SphereProxy::Motion SphereProxy::motion_to(const Pose& goal) const noexcept {
-  const double half = std::abs(glm::dot(X_W_.R, goal.R));  // cosine of half the rotation angle
+  const double half = std::abs(glm::dot(X_W_.R, goal.R));  // cosine of half the angle of the remaining rotation
   return {goal, glm::distance(X_W_.p, goal.p) + kRounding, 2 * std::sqrt(std::max(0.0, 1 - half * half) + 1e-15)};
 }
 
@@ -133,8 +133,8 @@ void SphereProxy::end_notes() noexcept {
   protrudes_ = 0;
 }
 
-/// Returns a slightly different margin for each near list. Otherwise all lists of a tool that moves steadily would
-/// become invalid in the same tick.
+/// Returns a slightly different margin for each near list. With equal margins, all lists of a tool that moves steadily
+/// would become invalid in the same tick.
 double SphereProxy::spread_margin(std::size_t i, double margin) const noexcept {
   const double spread = 0.61803398875 * static_cast<double>(i);
   return margin * (0.75 + 0.5 * (spread - std::floor(spread))) + std::max(0.0, lists_[i].wider);
@@ -148,8 +148,8 @@ void SphereProxy::start_list(const SphereTree& tree, std::size_t i, const dvec3&
   next_.search = tree.start_search();
 }
 
-/// Continues the search for the spheres of the next near list. Returns true if the list is complete. If the spheres do
-/// not fit into the memory of a list, the margin is reduced.
+/// Continues the search for the spheres of the next near list. Returns true when the list is complete. If the spheres
+/// do not fit into the memory of the list, its margin is reduced.
 bool SphereProxy::continue_list(const SphereTree& tree, std::size_t leaves) noexcept {
   const double r = tool_.radius[next_.tool_sphere];
   for (std::size_t left = leaves; !next_.search.done() && left > 0;) {
@@ -174,7 +174,7 @@ bool SphereProxy::continue_list(const SphereTree& tree, std::size_t leaves) noex
   return next_.search.done();
 }
 
-/// Replaces the near list of a tool sphere by the complete next list.
+/// Replaces the near list of a tool sphere by the new list, which is complete.
 void SphereProxy::use_list() noexcept {
   const std::size_t i = next_.tool_sphere;
   NearList& list = lists_[i];
@@ -200,7 +200,7 @@ void SphereProxy::use_list() noexcept {
   }
 }
 
-/// Makes the near list of one of the tool's spheres: the tissue's spheres around it.
+/// Makes the near list of one of the tool's spheres: finds the tissue's spheres around it.
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
   const double needed = way + std::max(0.0, lists_[i].wider) + kRounding;
   if (!next_.active || next_.tool_sphere != i || !(next_.moved + needed < next_.margin)) {
@@ -216,8 +216,8 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
   }
 }
 
-/// Makes long near lists ahead of need, a part in each tick. A list is replaced when the tool has moved by half of its
-/// margin. A faster tool gets a wider margin and a larger part in each tick.
+/// Makes long near lists before they are needed, a part in each tick. A list is replaced when the tool has moved by
+/// half of the list's margin. A faster tool gets lists with a wider margin, and larger parts in each tick.
 void SphereProxy::prepare_lists(const SphereTree& tree) noexcept {
   if (room_ < kLongList) return;
   if (!next_.active || !(next_.moved < next_.margin)) {
@@ -282,8 +282,8 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
 }
 
 /// Returns the first contact of the tool's spheres `begin` to `end` - 1 before time `until`. Among simultaneous
-/// contacts, returns the one with the lowest index. The near lists are searched first. They usually contain a contact,
-/// and the motion up to it is so short that the tree need not be searched.
+/// contacts, returns the one with the lowest index. The near lists are searched first. Usually they contain a contact,
+/// and the motion before this contact is so short that the tree need not be searched.
 FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end,
                                         const Motion& motion, double until) noexcept {
   FirstContact first;
@@ -335,8 +335,9 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
 }
 
 /// Writes the spheres of near list `i` that are nearer than `reach` to the segment from a to b, in the tree's order.
-/// Spheres whose listed gap exceeds `gap` are skipped, because they are too far away. Returns their number. A long list
-/// belongs to a large head. Nearly all spheres with such a gap are then near the segment, so they are not tested.
+/// Spheres whose listed gap exceeds `gap` are skipped, because they are too far away. Returns their number. The spheres
+/// of a long list are not tested one by one: such a list belongs to a large head, and nearly all spheres with a gap
+/// below `gap` are near the segment.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<Place> found) const noexcept {
   std::size_t count = 0, waiting = 0;
@@ -382,14 +383,14 @@ std::size_t SphereProxy::near_here(const SphereTree& tree, std::size_t i, double
   return listed_near(tree, i, list.moved + epsilon + kRounding, c, c, reach, found);
 }
 
-/// Returns the fraction 0..1 of the motion to `goal` that the proxy can make. The proxy stops at the distance kGap
-/// before the first contact.
+/// Returns the fraction 0..1 of the motion to `goal` that the proxy can make. The proxy stops at the distance kGap from
+/// the first contact.
 double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept {
   if (first.ball < 0) return 1;
   const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
   const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
-  // m, speed at which the spheres approach each other at the contact; the motion's parameter runs from 0 to 1 and has
-  // no unit
+  // m, rate at which the distance between the spheres decreases at the contact, per unit of the motion's parameter (0
+  // at the start, 1 at the end)
   const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);
   return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }
@@ -409,9 +410,9 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
       move = by, turn = turned;
       return first.ball < 0 ? 1 : part;
     }
-    // Adds this contact as a constraint and repeats the search. (follow() does not find this contact while a contact of
-    // the head stops the proxy earlier.) If the motion approaches a contact that is already known, the rotation has
-    // curved the path. The gap of the constraint is then reduced by the approach.
+    // Adds this contact as a constraint and repeats the search. (follow() does not find this contact if a contact of
+    // the head stops the proxy earlier.) If the contact is already a constraint, the motion reached it only because the
+    // rotation curves the path. The gap of the constraint is then reduced accordingly.
     const auto ball = static_cast<std::size_t>(first.ball);
     const std::size_t listed = contact_of(first.ball, first.sphere);
     const dvec3 moved = goal * tool_.center_T[ball] - X_W_ * tool_.center_T[ball];
@@ -447,8 +448,8 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
     }
     steps[count++] = {&c, turned, 1 + glm::dot(c.turn, turned)};
   }
-  // A ball at the origin of the tool's frame does not turn by its contacts. Without the sums that are zero, each step
-  // waits for fewer results of the step before it.
+  // A ball at the origin of the tool's frame is not turned by its contacts. In this case, the rotational sums are zero
+  // and are left out, so that each iteration waits for fewer results of the previous one.
   const bool turns = tool_.size() > 1 || arm_[0] > 0;
   for (int round = 0; round < kRounds; ++round) {
     double changed = 0;
@@ -457,8 +458,8 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
       double gap = c.gap + glm::dot(c.n, allowed_move);
       if (turns) gap += glm::dot(c.turn, allowed_turn);
       const double before = c.multiplier;
-      // A constraint without push and with a positive gap changes nothing. Without this branch, the computation of each
-      // constraint would wait for the sums of the one before it.
+      // A constraint with a positive gap and without push changes nothing, so it is skipped. The next constraint then
+      // need not wait for the sums of this one.
       if (before == 0 && gap >= 0) continue;
       c.multiplier = std::max(0.0, before - (turns ? gap / steps[k].yields : gap));
       const double by = c.multiplier - before;
@@ -480,7 +481,7 @@ std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept 
 
 void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept {
   std::size_t at = contact_of(tool_sphere, sphere);
-  if (at == kMostContacts) {  // if the array of contacts is full, replaces the contact with the smallest push
+  if (at == kMostContacts) {  // if the array of contacts is full, the new contact replaces that with the smallest push
     at = 0;
     for (std::size_t k = 1; k < count_; ++k) {
       if (constraints_[k].multiplier < constraints_[at].multiplier) at = k;
@@ -526,8 +527,8 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     dvec3 by, turned;
     project(move, turn, by, turned);
 
-    // Coulomb friction (eq. 10–13): the distance by which the contacts hold the proxy back along the normal limits how
-    // far it slides.
+    // Coulomb friction (eq. 10–13): the sum of the pushes limits how far the contacts let the proxy
+    // slide.
     dvec3 pushed(0);
     for (std::size_t k = 0; k < count_; ++k) pushed += constraints_[k].multiplier * constraints_[k].n;
     const double normal = glm::length(pushed);
@@ -542,8 +543,8 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       }
     }
 
-    // Moves the proxy along a part of the motion, with a collision test. The length of the part is limited by the
-    // largest allowed rotation and by the remaining path of this tick.
+    // Moves the proxy along a part of the motion, with a collision test. Both the largest allowed rotation and the path
+    // that remains in this tick limit the length of this part.
     const double angle = glm::length(turned), way = glm::length(by) + tool_.reach * angle;
     const double share = std::min({1.0, kLargestTurn / std::max(angle, 1e-300), path_left / std::max(way, 1e-300)});
     by *= share, turned *= share;
@@ -572,7 +573,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
   }
 
   // Determines the push of each contact at the proxy's new position. If the proxy has not moved since the last
-  // projection, that projection has determined the pushes.
+  // projection, the pushes of that projection are still valid.
   if (!(arrived && options_.projects_once)) {
     dvec3 by, turned;
     project(X_WH.p - X_W_.p, rotation_angle(X_W_.R, X_WH.R), by, turned);

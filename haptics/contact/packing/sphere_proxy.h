@@ -1,5 +1,5 @@
-// The tool's proxy among the tissue's spheres. It follows the hand as far as the spheres allow (paper S2, pass 1 and
-// sec. III B, C).
+// Moves the tool's proxy among the tissue's spheres. The proxy follows the hand as far as the spheres allow (paper S2,
+// pass 1 and sec. III B, C).
 #pragma once
 
 #include <algorithm>
@@ -36,7 +36,7 @@ struct ProxyContact {
   dvec3 n_W{0};     // unit vector from the tissue's sphere to the tool's sphere
   int sphere = -1;  // index of the tissue's sphere
   int tool_sphere = -1;
-  double push = 0;  // m, distance by which the constraint holds the proxy back along n_W
+  double push = 0;  // m, push: distance by which this contact holds the proxy back along n_W
 };
 
 /// The proxy of a tool that consists of spheres. Servo thread. follow() is noexcept and never allocates. Frame W,
@@ -48,19 +48,21 @@ class SphereProxy {
  public:
   SphereProxy(const ToolSpheres& tool, const ProxyOptions& options);
 
-  /// Sets the pose of the proxy without a collision test. If spheres overlap the tool, it can move out of them but not
-  /// deeper.
+  /// Sets the pose of the proxy without a collision test. If the tool then overlaps spheres, it can move out of them
+  /// but not deeper.
   void place(const Pose& X_W) noexcept;
-  /// Moves the proxy to the pose `X_W` without a collision test, after a cut has removed the tissue on this motion.
+  /// Moves the proxy to the pose `X_W` without a collision test. Called after a cut has removed the tissue on this
+  /// motion.
   void move_to(const Pose& X_W) noexcept;
   /// Sets the friction coefficients μ_s and μ_d of eq. 13, which depend on the tissue in contact.
   void set_friction(double static_friction, double dynamic_friction) noexcept {
     options_.static_friction = static_friction, options_.dynamic_friction = dynamic_friction;
   }
-  /// Invalidates all near lists, because spheres may have become larger or may exist again.
+  /// Invalidates all near lists. Needed when spheres may have become larger or may exist again.
   void forget_near() noexcept;
-  /// Must be called for each sphere that a cut changed. The near lists remain valid if the sphere only shrank. But the
-  /// sphere may protrude from its previous state, because a cut that takes several ticks moves it.
+  /// Must be called for each sphere that a cut changed. The near lists remain valid if the sphere only shrank. But a
+  /// cut that takes several ticks also moves the sphere, so its new surface may lie up to `protrudes` metres outside
+  /// its previous surface.
   void note_cut(const SphereTree& tree, Place place, double protrudes) noexcept {
     if (!(protrudes > 0)) return;
     noted_ = true;
@@ -70,15 +72,16 @@ class SphereProxy {
       note_large(tree, place, protrudes);
     }
   }
-  /// Must be called after the note_cut() of the spheres that one of the tool's spheres changed, before the next search.
+  /// Must be called when note_cut() was called for all spheres that one of the tool's spheres changed, before the next
+  /// search.
   void end_notes() noexcept;
 
   /// Computes which motion the non-cutting parts of the tool allow during a cut. Changes `move` (m) and `turn` (rad) to
   /// the nearest motion on which these parts do not penetrate the tissue; they may slide along it. Stores their
-  /// contacts. Returns the fraction 0..1 of the changed motion that is possible before a new contact. Contacts are
-  /// searched only on the first `longest_path` metres of the motion; if there are none, the fraction is 1.
+  /// contacts. Returns the fraction 0..1 of the changed motion after which a new contact occurs. Contacts are searched
+  /// only on the first `longest_path` metres of the motion; if there are none, the fraction is 1.
   double non_cutting_parts_allow(const SphereTree& tree, double longest_path, dvec3& move, dvec3& turn) noexcept;
-  /// Moves the proxy in one tick as near to the hand as the spheres allow. If `gpu` is given and ready, the GPU
+  /// Moves the proxy as near to the hand as the spheres allow, once per tick. If `gpu` is given and ready, the GPU
   /// searches the first contact.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
 
@@ -87,8 +90,8 @@ class SphereProxy {
   std::size_t near_path(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
                         std::span<Place> found) const noexcept;
 
-  /// Finds the tissue's spheres near one tool sphere at the proxy's pose, if the tool sphere is enlarged by `epsilon`
-  /// (m), with the same result as SphereTree::near_segment().
+  /// Finds the tissue's spheres near one tool sphere at the proxy's pose. The tool sphere is enlarged by `epsilon` (m).
+  /// The result is the same as that of SphereTree::near_segment().
   std::size_t near_here(const SphereTree& tree, std::size_t tool_sphere, double epsilon,
                         std::span<Place> found) noexcept;
 
@@ -102,8 +105,8 @@ class SphereProxy {
 
   /// Paper S2, eq. 7: returns the force on the hand, N. `v_WH`: velocity of the hand, m/s.
   dvec3 force(const dvec3& v_WH) const noexcept;
-  /// Paper S2, eq. 8: returns the torque in N·m that `force`, acting at the contact point, has about the tool's centre
-  /// of mass.
+  /// Paper S2, eq. 8: returns the torque of `force` about the tool's centre of mass, N·m. The force acts at the contact
+  /// point.
   dvec3 torque(const dvec3& force) const noexcept;
   /// Returns the point at which the force acts, m: the mean of the contact points, weighted by their pushes.
   dvec3 contact_point() const noexcept;
@@ -114,11 +117,11 @@ class SphereProxy {
   static dquat turned_by(const dvec3& turn) noexcept;
 
   static constexpr std::size_t kMostContacts = 12;
-  static constexpr double kGap = 1e-7;  // m, gap that the proxy keeps from a sphere
+  static constexpr double kGap = 1e-7;  // m, distance that the proxy keeps from a sphere
 
  private:
-  // m. A cut sphere may protrude from its earlier state. Up to this distance, all near lists lose that much of their
-  // margin; a larger protrusion reduces only the margins of the lists near the sphere.
+  // m. After a cut, a sphere may protrude from its earlier state. If it protrudes by up to this length, all near lists
+  // lose that much of their margin. If it protrudes farther, only the lists near this sphere lose margin.
   static constexpr double kStickOut = 1e-6;
 
   /// A motion of the tool from the proxy's pose to another pose.
@@ -127,18 +130,18 @@ class SphereProxy {
     // shift: m, displacement of the origin of the tool's frame; turn: rotation as the length of a chord of the unit
     // circle
     double shift = 0, turn = 0;
-    /// Returns an upper bound (m) of the displacement of a tool sphere whose centre is at the distance `arm` (m) from
-    /// the origin of the tool's frame.
+    /// Returns an upper bound of the displacement (m) in this motion of a tool sphere whose centre is at the distance
+    /// `arm` (m) from the origin of the tool's frame.
     double way(double arm) const { return shift + turn * arm; }
   };
   /// Near list (Verlet 1967): the tissue's spheres near one tool sphere, in the tree's order. The list is valid until
   /// the tool sphere has moved by the list's margin. So the tree must be searched only once in many ticks.
   struct NearList {
-    // m; when this near list was made, the gap between the tool sphere and every sphere of the tissue outside the list
-    // was at least this wide
+    // m; when this near list was made, every tissue sphere outside the list was at least this far from the tool
+    // sphere
     double margin = 0;
-    // m, upper bound of the displacement of the tool sphere since this near list was made, plus, for each cut since
-    // then, the largest distance by which a cut sphere protrudes from its previous state
+    // m, upper bound of the displacement of the tool sphere since this near list was made; after each cut, the largest
+    // distance by which a cut sphere protrudes from its previous state is added
     double moved = 0;
     // m, largest distance by which a cut sphere protrudes from its previous state; end_notes() adds it to `moved`
     double protrudes = 0;
@@ -149,7 +152,7 @@ class SphereProxy {
     // memory for so many spheres, so near_here() searches the tree
     double wider = 0;
     std::size_t count = 0;  // number of spheres in the list
-    int refused = 0;        // number of searches until the list is made again; used after the list was too long
+    int refused = 0;        // number of searches after which the list is made again, if it was too long
   };
   /// A near list that is being made, for a position of its tool sphere.
   struct NextList {
@@ -157,7 +160,7 @@ class SphereProxy {
     bool active = false;
     dvec3 center{0};                // m, position of the tool sphere for which the list is made
     double margin = 0;              // m
-    double moved = 0;               // m, as in NearList, since the start of the search
+    double moved = 0;               // m, as NearList::moved, counted since the start of the search
     SphereTree::PartSearch search;  // search for the spheres of the list
     std::size_t leaves = 0;         // number of the tree's leaves that the search has examined
     std::size_t expected = 0;       // number of leaves that the last complete search examined; 0: none was complete
@@ -186,8 +189,8 @@ class SphereProxy {
   void use_list() noexcept;
   void prepare_lists(const SphereTree& tree) noexcept;
   double spread_margin(std::size_t tool_sphere, double margin) const noexcept;
-  /// Calls visit(place) for the listed spheres whose gap was at most limit(), which the visits may reduce, and for a
-  /// few others.
+  /// Calls visit(place) for all listed spheres whose gap was at most limit(), and for a few others. The calls may
+  /// reduce limit().
   template <class Limit, class Visit>
   void each_listed(std::size_t tool_sphere, Limit&& limit, Visit&& visit) const noexcept;
   std::size_t listed_near(const SphereTree& tree, std::size_t tool_sphere, double gap, const dvec3& a, const dvec3& b,
@@ -206,9 +209,9 @@ class SphereProxy {
   std::size_t count_ = 0;
   std::vector<double> arm_;      // m, for each tool sphere: distance from the frame's origin
   std::vector<NearList> lists_;  // near lists, one for each tool sphere
-  std::size_t room_;             // number of entries for which each list has memory, a multiple of 8
+  std::size_t room_;             // number of entries for which each list has memory; a multiple of 8
   std::vector<Place> listed_;    // entries of all near lists, one list after the other
-  std::vector<float> gap_;       // m, for each entry: gap when the list was made; infinite after the last
+  std::vector<float> gap_;       // m, for each entry: its gap when the list was made; infinite for unused entries
   NextList next_;
   std::vector<double> moved_before_;         // m, for each near list: value of `moved` at the end of the last tick
   std::vector<SweptBall> swept_;             // balls of one search on the GPU, with their motions

@@ -11,12 +11,12 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// Lower limit of the cosine of the angle between the directions of two cuts of a sphere. If the angle is less than
-/// 60°, the second cut continues the first one.
+/// If the angle between the directions of two cuts of a sphere is less than 60°, the second cut continues the first
+/// one. This is the cosine of that angle.
 constexpr double kSameSide = 0.5;
 // number of cuts after which the tree's boxes above a leaf are made exact again
 constexpr std::size_t kExactEvery = 16;
-constexpr double kRounding = 1e-15;  // m, upper bound of the rounding error of a sphere's motion
+constexpr double kRounding = 1e-15;  // m, upper bound of the rounding error in the displacement of a sphere
 constexpr double kTouching = 1e-13;  // m, overlap that rounding can cause between touching spheres
 
 double ball_volume(double r) {
@@ -63,8 +63,8 @@ PerTissue SphereTissue::volumes() const noexcept {
   return sum;
 }
 
-/// Cuts the sphere `s` with a ball of radius `r` that moves from a to b. Returns false if the ball does not overlap `s`
-/// more deeply than before; the sphere then stays unchanged.
+/// Cuts the sphere `s` with a ball of radius `r` that moves from a to b. If the ball does not overlap `s` more deeply
+/// than before, returns false and does not change the sphere.
 bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept {
   dvec3 away;
   const auto overlap_of = [&](const dvec3& center, double radius) {
@@ -75,7 +75,7 @@ bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, doubl
   };
   double overlap = overlap_of(s.base, s.base_radius);
   if (s.overlap > 0 && (glm::dot(away, s.away) < kSameSide || r != s.tool || !(overlap > s.overlap))) {
-    // A new cut starts: the present state of the sphere becomes the base of this cut, from which the ball removes
+    // A new cut of the sphere starts. Its present state becomes the base, from which the ball removes
     // tissue.
     s = {s.center(), s.radius(), counted(s), {}, 0, 0};
     overlap = overlap_of(s.base, s.base_radius);
@@ -96,7 +96,7 @@ std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::spa
 std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r,
                                    std::span<Place> changed, std::span<CutSphere> before, Removed& removed) noexcept {
   std::size_t kept = 0;
-  std::optional<Place> unmended;  // place of a sphere in the leaf whose boxes are not updated yet
+  std::optional<Place> unmended;  // one sphere of the leaf whose boxes must still be updated
   for (std::size_t k = 0; k < found; ++k) {
     const Place place = changed[k];
     CutSphere s = sphere(place);
@@ -135,7 +135,7 @@ struct SphereTissue::Lanes {
   static constexpr std::size_t kWide = SphereTree::kWide;
   double base[3][kWide], base_radius[kWide], base_volume[kWide], away[3][kWide], overlap[kWide], tool[kWide];
   double new_away[3][kWide], new_overlap[kWide], taken[kWide], protrudes[kWide];
-  unsigned changes;  // bit mask of the spheres that change, and whose result is valid
+  unsigned changes;  // bit mask of the spheres that change; their results are valid
   unsigned others;   // bit mask of the spheres for which after_cut() must be called
 
   void put(std::size_t k, const CutSphere& s) {
@@ -155,7 +155,7 @@ struct SphereTissue::Lanes {
 
 namespace {
 
-/// Computes SphereTissue::counted() of eight spheres with the corrected rule, with the same bits.
+/// Computes SphereTissue::counted() for eight spheres with the corrected rule, with the same bits.
 TYPODONT_KERNEL void counted_lanes(const D8& base_radius, const D8& base_volume, const D8& overlap, const D8& tool,
                                    D8& volume) {
   const D8 rest = base_radius - 0.5 * overlap, radius = rest > D8{} ? rest : D8{};
@@ -189,7 +189,8 @@ void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r)
   D8 before, after;
   counted_lanes(base_radius, base_volume, overlap, tool, before);
   counted_lanes(base_radius, base_volume, deepest, zero + r, after);
-  // How far the cut sphere protrudes from the sphere before the cut: both are moved and reduced by half of the overlap.
+  // Distance by which the cut sphere protrudes from the sphere before the cut. Half of the overlap is the length by
+  // which a sphere has moved and by which its radius has become smaller.
   const D8 half = 0.5 * overlap, new_half = 0.5 * deepest, rest = base_radius - half, new_rest = base_radius - new_half,
            moved_x = new_half * to_x - half * away_x, moved_y = new_half * to_y - half * away_y,
            moved_z = new_half * to_z - half * away_z;
@@ -221,7 +222,8 @@ double TriedCut::add(const SphereTissue& tissue, std::span<const Place> near, co
     if (tissue.removal_ == Removal::kAsPrinted) lanes.changes = 0, lanes.others = ~0u;
     for (std::size_t k = 0; k < some.size(); ++k) {
       const Place place = some[k];
-      // A step that does not change the sphere, or for which there is no space, is overwritten by the next one.
+      // A step that does not change the sphere is overwritten by the next step. If there is no space left, the last
+      // entry is overwritten.
       Step& step = steps_[std::min(count_, kMostSteps)];
       step.place = place, step.first = count_ == first;
       if (lanes.others >> k & 1) {
@@ -251,7 +253,8 @@ void SphereTissue::set(int i, const CutSphere& s) noexcept {
   tree_.mend_above(tree_.place_of(i));
 }
 
-/// Updates the tree's boxes above a sphere that make() has changed. In most cuts the boxes are only widened.
+/// Updates the tree's boxes above a sphere that make() has changed. Most cuts only widen the boxes, which is faster
+/// than making them exact.
 void SphereTissue::renew_boxes(Place place) noexcept {
   if ((made_ + static_cast<std::size_t>(place) / SphereTree::kWide) % kExactEvery == 0) {
     tree_.mend_above(place);
@@ -282,9 +285,9 @@ std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree&
       }
     }
   }
-  // Each voxel was assigned to its nearest sphere. Possibly no voxel was assigned to a sphere that is smaller than a
-  // voxel. So each sphere represents at least its own volume. Then the volumes are scaled such that, for each tissue,
-  // their sum is the volume of the tissue.
+  // Each voxel was assigned to its nearest sphere, so a sphere smaller than a voxel may have got none. Such a sphere
+  // represents its own volume. Then the volumes are scaled, so that for each tissue their sum is the volume of the
+  // tissue.
   PerTissue sum{};
   for (std::size_t i = 0; i < cell.size(); ++i) {
     cell[i] = std::max(cell[i], ball_volume(packing.radius[i]));

@@ -16,7 +16,7 @@ namespace typodont::haptics::packing {
 /// The tissue that a cut removes.
 struct Removed {
   PerTissue volume{};  // m³, removed volume of each tissue
-  // m³, removed volume times hardness; the product with the specific energy is the cutting energy
+  // m³, sum of (removed volume × hardness); multiplied by the specific energy, it gives the cutting energy
   PerTissue hardened{};
 
   Removed& operator+=(const Removed& other) noexcept {
@@ -39,8 +39,8 @@ class SphereTissue {
 
   std::size_t size() const { return tree_.size(); }
   const SphereTree& tree() const { return tree_; }
-  // The functions with an int refer to a sphere by its index in the packing, the functions with a Place by its place in
-  // the tree.
+  // Functions with an int identify a sphere by its index in the packing. Functions with a Place identify it by its
+  // place in the tree.
   Tissue tissue(Place place) const noexcept { return tissue_[static_cast<std::size_t>(place)]; }
   Tissue tissue(int i) const noexcept { return tissue(tree_.place_of(i)); }
   const CutSphere& sphere(Place place) const noexcept { return spheres_[static_cast<std::size_t>(place)]; }
@@ -63,24 +63,24 @@ class SphereTissue {
   /// Removes the tissue that a ball of radius `r` covers on its path from a to b (paper S2, eq. 6). Writes the places
   /// of the changed spheres to `changed` and their previous states to `before` (which may be empty). Adds the removed
   /// volume to `removed`. Returns the number of changed spheres. `changed` must have space for all spheres that the
-  /// ball can touch; the others are not cut.
+  /// ball can touch; spheres without space are not cut.
   std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<Place> changed, std::span<CutSphere> before,
                   Removed& removed) noexcept;
   /// Same as cut(), but without a search: the first `found` entries of `changed` already contain the spheres that the
   /// ball can touch.
   std::size_t cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<Place> changed,
                        std::span<CutSphere> before, Removed& removed) noexcept;
-  /// Returns the cost of a cut by one ball: the sum over all spheres in `near` of removed volume (m³) × hardness ×
-  /// `weight` of the tissue. For several balls that overlap, see class TriedCut.
+  /// Returns the cost of a cut by one ball: the sum of (removed volume in m³ × hardness × `weight` of the tissue) over
+  /// all spheres in `near`. If several balls overlap, use class TriedCut.
   double cost(std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
               const PerTissue& weight) const noexcept;
   /// Sets a sphere back to an earlier state.
   void set(int i, const CutSphere& sphere) noexcept;
   /// Sets a sphere to its state after a cut, and adds the removed volume to `removed`.
   void take(int i, const CutSphere& after, Removed& removed) noexcept;
-  /// Makes the last cut that `tried` computed, with the same bits as carve(). Calls changes(place, distance
-  /// by which the sphere protrudes from its former surface) for every change, and ends_ball() after the changes by one
-  /// of the tool's spheres.
+  /// Applies the last cut that `tried` has computed to the tissue, with the same bits as carve(). Calls changes(place,
+  /// distance by which the sphere protrudes from its former surface) for every change, and ends_ball() after the
+  /// changes by one of the tool's spheres.
   template <class Changes, class EndsBall>
   void make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept;
 
@@ -92,7 +92,7 @@ class SphereTissue {
   /// its contact could not be felt.
   static constexpr double kLeast = 1e-3;
 
-  /// Returns the memory used by the spheres and the tree, bytes.
+  /// Returns the size of the memory that the spheres and the tree use, bytes.
   std::size_t bytes() const { return size() * (sizeof(CutSphere) + sizeof(Tissue) + sizeof(float)) + tree_.bytes(); }
 
  private:
@@ -113,7 +113,7 @@ class SphereTissue {
   }
 
   Removal removal_;
-  std::size_t made_ = 0;  // number of cuts by make()
+  std::size_t made_ = 0;  // number of cuts that make() has applied
   SphereTree tree_;
   // for each place of the tree
   std::vector<CutSphere> spheres_;
@@ -122,12 +122,13 @@ class SphereTissue {
   bool graded_ = false;
 };
 
-/// Computes the cost of a cut by several balls, one after the other, without changing the tissue. Each ball pays only
-/// for the tissue that the previous balls left, as in carve(). Allocates memory only in the constructor. Servo thread.
+/// Computes the cost of a cut by several balls, one after the other, without changing the tissue. As in carve(), the
+/// cost of a ball includes only tissue that the previous balls have left. Allocates memory only in the constructor.
+/// Servo thread.
 class TriedCut {
  public:
   explicit TriedCut(std::size_t spheres)
-      : state_(spheres + SphereTree::kWide), tried_in_(state_.size(), 0) {  // the tree's last places may be empty
+      : state_(spheres + SphereTree::kWide), tried_in_(state_.size(), 0) {  // includes unused places at the tree's end
     steps_.resize(kMostSteps + 1);
   }
   /// Starts a new cut by this number of balls.
@@ -136,7 +137,7 @@ class TriedCut {
     several_ = balls > 1;
     count_ = 0;
   }
-  /// True if SphereTissue::make() can make the cut: its changes were few enough to be stored.
+  /// Returns true if SphereTissue::make() can apply the cut, because all its changes could be stored.
   bool complete() const noexcept { return count_ <= kMostSteps; }
   /// Returns the cost of the next ball, as defined in SphereTissue::cost().
   double add(const SphereTissue& tissue, std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
@@ -147,14 +148,14 @@ class TriedCut {
   static constexpr std::size_t kMostSteps = 16384;
   struct Step {
     Place place{};
-    bool first = false;    // the first change by one of the tool's spheres
+    bool first = false;    // true for the first change by each of the tool's spheres
     double taken = 0;      // m³, removed volume
     double protrudes = 0;  // m, upper bound of the distance by which the sphere protrudes from its state before the cut
     CutSphere after;
   };
   std::vector<Step> steps_;  // changes in the order of carve(); the first count_ are valid
   std::size_t count_ = 0;    // number of changes; greater than kMostSteps if some of them were not stored
-  // true: several balls cut, so a later ball may cut a sphere that an earlier ball has changed
+  // true: several balls cut, so a ball may cut a sphere that an earlier ball has already changed
   bool several_ = true;
   std::vector<CutSphere> state_;         // for each place: the sphere after the present cut, if several balls cut
   std::vector<std::uint64_t> tried_in_;  // for each place: number of the last cut that changed state_
@@ -163,7 +164,7 @@ class TriedCut {
 
 template <class Changes, class EndsBall>
 void SphereTissue::make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept {
-  std::optional<Place> unmended;  // place of a sphere in the leaf whose boxes are not updated yet
+  std::optional<Place> unmended;  // one sphere of the leaf whose boxes must still be updated
   ++made_;
   for (std::size_t k = 0; k < tried.count_; ++k) {
     const TriedCut::Step& step = tried.steps_[k];
@@ -179,7 +180,7 @@ void SphereTissue::make(const TriedCut& tried, Removed& removed, Changes&& chang
   ends_ball();
 }
 
-/// Returns for each sphere the volume of tissue that belongs to it, m³. The tissue of each voxel counts for the nearest
+/// Returns for each sphere the volume of tissue that belongs to it, m³. Each voxel of tissue belongs to the nearest
 /// sphere, so the volume includes the gaps around the sphere. The volumes of a tissue's spheres are scaled such that
 /// their sum is the volume of the tissue (packing.solid_volume).
 std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree& tree, const TissueVolume& tissue);

@@ -15,7 +15,7 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr std::size_t kWide = SphereTree::kWide;
-// Upper bound of the rounding error, as a fraction of the packing's extent. It covers about twelve roundings in single
+// Upper bound of the rounding error, as a fraction of the packing's size. It covers about twelve roundings in single
 // precision.
 constexpr double kRounding = 2e-6;
 constexpr std::size_t kDeepest = SphereTree::kDeepest;
@@ -44,7 +44,7 @@ unsigned near_lanes(const SphereTree::Leaf& leaf, const dvec3& a, const dvec3& b
   return near_in(leaf, a, b, reach);
 }
 
-/// Computes the distance from a point to the surface of each sphere, minus `offset`. Returns a bit mask of the spheres
+/// Computes for each sphere the distance from a point to its surface, minus `offset`. Returns a bit mask of the spheres
 /// for which the result is less than `most`.
 TYPODONT_KERNEL unsigned gaps_in(const SphereTree::Leaf& leaf, const dvec3& p, double offset, double most, D8& gap) {
   D8 x, y, z, r;
@@ -74,7 +74,7 @@ void box_of(const SphereTree::Leaf& leaf, const dvec3& origin, double slack, flo
   }
 }
 
-/// Returns the box around all children of a node.
+/// Returns the box that contains the boxes of all children of a node.
 TYPODONT_KERNEL void box_of(const SphereTree::Node& node, float* lo, float* hi) {
   for (int a = 0; a < 3; ++a) {
     lo[a] = least_of(*reinterpret_cast<const F8*>(node.lo[a]));
@@ -82,7 +82,7 @@ TYPODONT_KERNEL void box_of(const SphereTree::Node& node, float* lo, float* hi) 
   }
 }
 
-/// Computes the squared distance from a point to each child's box; infinite for an empty box.
+/// Computes the squared distance from a point to the box of each child; infinite for an empty box.
 TYPODONT_KERNEL void far_squared(const SphereTree::Node& node, const glm::vec3& from, F8& far2) {
   far2 = F8{};
   for (int a = 0; a < 3; ++a) {
@@ -101,7 +101,7 @@ TYPODONT_KERNEL unsigned children_within(const SphereTree::Node& node, const glm
 }
 
 /// A ball around the whole path of a moving sphere. Children of a node outside this ball need no further test. For a
-/// large sphere, this test excludes more children than the test of the boxes.
+/// large moving sphere, this test excludes more children than the test of the boxes.
 struct Around {
   glm::vec3 middle;
   float reach;
@@ -110,8 +110,8 @@ struct Around {
   }
 };
 
-/// A moving sphere as data for children_hit(). This function returns a bit mask of the children of a node that the
-/// sphere may touch before time `until`. `enter`: earliest possible time of contact for each child.
+/// A moving sphere as data for children_hit(). children_hit() returns a bit mask of those children of a node that the
+/// sphere may touch before the time `until`. `enter` receives the earliest possible time of contact for each child.
 struct Ray {
   F8 origin[3], inverse[3];
   float reach;
@@ -196,8 +196,8 @@ void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::siz
   order(center, middle, to, chunk);
 }
 
-/// Updates the boxes of all nodes above a leaf. Stops at the first box that does not change.
-/// With `exactly` false, also stops at the first box that is large enough.
+/// Updates the boxes of all nodes above a leaf. Stops at the first box that does not change. If `exactly` is false, it
+/// stops already at the first box that is large enough.
 void SphereTree::mend(std::size_t leaf, bool exactly) noexcept {
   float lo[3], hi[3];
   box_of(leaves_[leaf], origin_, slack_, lo, hi);
@@ -247,13 +247,13 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
   Ray ray;
   const dvec3 from = p - origin_;
   for (int a = 0; a < 3; ++a) {
-    // m, threshold; a smaller displacement along an axis counts as zero, because it is far smaller than the margin of
-    // the boxes
+    // m, limit; a smaller displacement along an axis counts as zero, because it is far smaller than the margin of the
+    // boxes
     const double slow = 1e-6 * slack_;
     ray.origin[a] = F8{} + static_cast<float>(from[a]);
     ray.inverse[a] = F8{} + (std::abs(m[a]) > slow ? static_cast<float>(1 / m[a]) : 1e25f);
   }
-  // The additional reach is an upper bound of the single-precision errors of positions and contact times.
+  // The reach is increased by an upper bound of the single-precision errors of positions and contact times.
   ray.reach = static_cast<float>(r + slack_ + kRounding * (glm::length(m) + glm::length(from)));
 
   const Around around(from, m, static_cast<double>(ray.reach));
@@ -283,7 +283,7 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
     const Node& node = nodes_[level_[at.level - 1] + at.index];
     unsigned hit = children_hit(node, ray, until, enter);
     if (hit) hit &= children_within(node, around.middle, around.reach);
-    // The nearest child is pushed last, so that it is visited first.
+    // The nearest child is pushed onto the stack last, so that it is visited first.
     const std::size_t first = depth;
     for (; hit; hit &= hit - 1) {
       const int k = std::countr_zero(hit);
@@ -306,7 +306,7 @@ TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reach,
                                      std::span<Place> found) const noexcept {
   ++t_search_counts.spheres;
-  // Upper bound of the rounding errors of single-precision positions.
+  // Upper bound of the rounding errors of positions in single precision.
   const double rounding = kRounding * (glm::length(b - a) + glm::length(a - origin_) + reach);
   const Around around(a - origin_, b - a, reach + slack_ + rounding);
   std::size_t count = 0;
@@ -361,8 +361,8 @@ std::size_t SphereTree::search_on(PartSearch& search, const dvec3& p, double rea
   return count;
 }
 
-/// Calls visit(place, distance from p to the sphere's surface) for all spheres that may be nearer than `most`. The
-/// visit may reduce `most` to shorten the search; negative infinity ends it.
+/// Calls visit(place, distance from p to the sphere's surface) for all spheres that may be nearer than `most`. visit()
+/// may reduce `most` to shorten the search. It ends the search by setting `most` to negative infinity.
 template <class Visit>
 void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) const noexcept {
   const glm::vec3 from(p - origin_);
@@ -391,7 +391,7 @@ void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) cons
     }
     F8 far2;
     far_squared(nodes_[level_[level - 1] + index], from, far2);
-    // The nearest child is pushed last, so that it is visited first.
+    // The nearest child is pushed onto the stack last, so that it is visited first.
     const std::size_t first = depth;
     for (unsigned bits = bits_of(far2 <= F8{} + reach2()); bits; bits &= bits - 1) {
       const int k = std::countr_zero(bits);

@@ -13,8 +13,9 @@
 
 namespace typodont::haptics::packing {
 
-/// Place of a sphere in the order of the tree. Spheres that are near each other mostly have near places, so data that
-/// are stored by place are near each other in memory. A place is leaf · 8 + lane.
+/// Place of a sphere in the order of the tree. Spheres that are near each other in space usually have neighbouring
+/// places. Data are stored in the order of the places, so they are also near each other in memory. place = leaf · 8 +
+/// lane.
 enum class Place : std::int32_t {};
 
 /// A tree with eight spheres per leaf and eight children per node, which are tested in parallel. Metres, any frame.
@@ -22,7 +23,7 @@ enum class Place : std::int32_t {};
 class SphereTree {
  public:
   static constexpr std::size_t kWide = 8;
-  static constexpr std::size_t kDeepest = 10;  // upper limit of the number of levels; the tree then has 8^10 leaves
+  static constexpr std::size_t kDeepest = 10;  // largest number of levels; a tree with so many levels has 8^10 leaves
 
   struct Hit {
     double t = kNever;  // fraction 0..1 of the motion at the contact; kNever: no contact
@@ -33,7 +34,7 @@ class SphereTree {
   SphereTree(std::span<const dvec3> center, std::span<const double> radius);
 
   std::size_t size() const { return place_of_.size(); }
-  /// Number of places, a multiple of eight. The last places may be empty.
+  /// Returns the number of places, a multiple of eight. The last places may be empty.
   std::size_t places() const { return sphere_in_.size(); }
   Place place_of(int i) const noexcept { return place_of_[static_cast<std::size_t>(i)]; }
   /// Returns the index of the sphere at a place.
@@ -70,7 +71,7 @@ class SphereTree {
     return static_cast<std::size_t>(a) / kWide == static_cast<std::size_t>(b) / kWide;
   }
   void mend_above(Place place) noexcept { mend(static_cast<std::size_t>(place) / kWide, /*exactly=*/true); }
-  /// Updates the boxes above a sphere only if they would become too small. Boxes that are larger than necessary make
+  /// Enlarges the boxes above a sphere if they have become too small. Boxes that are larger than necessary make
   /// searches slower, but do not change their results.
   void widen_above(Place place) noexcept { mend(static_cast<std::size_t>(place) / kWide, /*exactly=*/false); }
 
@@ -82,9 +83,9 @@ class SphereTree {
   /// most kWide). The result has the same bits.
   Hit first_of(std::span<const Place> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
-  /// Writes to `found` the places of the spheres that are nearer than `reach` to the segment from a to b. Their order
-  /// depends only on the tree. Returns their number; spheres for which `found` has no space are counted but not
-  /// written.
+  /// Writes to `found` the places of the spheres that are nearer than `reach` to the segment from a to b. Their
+  /// order depends only on the tree. Returns the number of these spheres, including those for which `found` has no
+  /// space.
   std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<Place> found) const noexcept;
 
   /// State of a search around a point that is computed in parts. Between the parts, spheres may change.
@@ -105,8 +106,8 @@ class SphereTree {
   }
   /// Continues a search for the spheres whose surface is nearer than `reach` to p. Appends their places to `found` and
   /// the distances from p to their surfaces, minus `offset` (m), to `gap`, in the order of near_segment(). Ends after
-  /// `leaves` leaves of the tree, or if `found` may have no space for the next leaf. Reduces `leaves` by the number of
-  /// leaves that it examined. Returns the number of spheres.
+  /// `leaves` leaves of the tree, or when the space in `found` might be too small for the next leaf. Reduces `leaves`
+  /// by the number of leaves that it examined. Returns the number of spheres.
   std::size_t search_on(PartSearch& search, const dvec3& p, double reach, double offset, std::size_t& leaves,
                         std::span<Place> found, float* gap) const noexcept;
 
@@ -120,8 +121,8 @@ class SphereTree {
     return (last - place / kLanes) * kLanes + place % kLanes;
   }
 
-  /// Returns the distance that a point may move before it can be inside a sphere, m: at most `most`; negative if the
-  /// point is inside a sphere. If the distance is at most `enough`, the search ends early, and the result is any value
+  /// Returns the distance from a point to the nearest surface of a sphere, m: at most `most`, and negative if the point
+  /// is inside a sphere. If the distance is at most `enough`, the search ends early, and the result is any value
   /// between the distance and `enough`.
   double room(const dvec3& p, double most, double enough = -kNever) const noexcept;
 

@@ -1,5 +1,5 @@
-// The tissue in contact with the tool, and the cutting speed that follows from it (paper S2, pass 2 and eq. 2 to 5).
-// Pure functions. Servo thread, noexcept.
+// Estimates which tissue is in contact with the tool, and the cutting speed that follows from it (paper S2, pass 2 and
+// eq. 2 to 5). Pure functions. Servo thread, noexcept.
 #pragma once
 
 #include <span>
@@ -27,7 +27,8 @@ class OverlapSum {
   /// Adds an overlap of the volume `v` (m³) between the tool sphere with centre `c` and the tissue sphere
   /// at `place`.
   void add(const dvec3& c, Place place, double v) noexcept;
-  /// Same, with the unit vector `n` from the tissue sphere to the tool sphere; zero if their centres coincide.
+  /// Adds an overlap whose direction is known. `n`: unit vector from the tissue sphere to the tool sphere; zero if
+  /// their centres coincide.
   void add(Place place, const dvec3& n, double v) noexcept;
   SurfaceEstimate estimate() const noexcept;
 
@@ -40,7 +41,7 @@ class OverlapSum {
 };
 
 /// Sums the overlaps (eq. 2, 3) between the tissue and the head's spheres near the contact, which are enlarged by
-/// `epsilon` (m). `density`: density of each tissue, which is multiplied by the hardness of each sphere; 0 means no
+/// `epsilon` (m). `density`: density of each tissue; it is multiplied by the hardness of each sphere, and 0 means no
 /// resistance. `scratch`: buffer for the places of the spheres near one tool sphere.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP,
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
@@ -58,7 +59,7 @@ inline double cutting_speed(double base_speed, double density, double free_speed
 }
 
 /// Paper S2, eq. 5, corrected: returns the tool's displacement in `dt` seconds towards a point at the distance `left`
-/// (m). (The printed formula m · v_d / Δt is not a length.)
+/// (m). (The formula m · v_d / Δt in the paper does not give a length.)
 inline double cutting_step(double speed, double dt, double left) noexcept {
   return std::min(speed * dt, left);
 }

@@ -16,13 +16,13 @@ constexpr double kSamples = 48;  // number of field samples along the longest si
 // Distance between two neighbouring spheres of a chain, as a ratio to their radius. The notch between them is then 2 %
 // of the radius deep.
 constexpr double kChainStep = 0.4;
-// Parameters for rings of spheres: number of nodes across the head's radius; distance between two neighbouring spheres
-// of a ring, as a ratio to their radius; smallest volume that an additional ring must cover, as a ratio to the head's
-// volume.
+// Parameters of the rings of spheres. kCells: number of grid nodes across the head's radius. kRingStep: distance
+// between two neighbouring spheres of a ring, as a ratio to their radius. kLeastCovered: smallest uncovered volume that
+// an additional ring must cover, as a ratio to the head's volume.
 constexpr int kCells = 25;
 constexpr double kRingStep = 0.8, kLeastCovered = 2e-4;
 
-/// Adds a chain of inscribed spheres on the axis of a part that never cuts.
+/// Adds a chain of inscribed spheres, centred on the axis, for a part of the tool that never cuts.
 void add_chain(const NonCuttingPart& part, ToolSpheres& to) {
   const double half = part.shape.half();
   const auto room = [&](double z) { return -part.shape.distance(dvec3(0, 0, z)); };
@@ -55,15 +55,15 @@ ToolSpheres packed(const dvec3& lo, const dvec3& hi, std::size_t spheres, std::u
   PackOptions options;
   options.spheres = spheres;
   options.seed = seed;
-  options.max_radius = field.band;  // spheres may be as large as the field allows, because a tool is never cut
+  options.max_radius = field.band;  // spheres may be as large as the field allows; only tissue needs small spheres
   const SpherePacking packing = pack_spheres(field, options);
 
   return {packing.center, packing.radius};
 }
 
 /// Models a rotationally symmetric head by overlapping inscribed spheres, in rings around its axis. Rings are added one
-/// by one. The next ring is always the one that covers the largest part of the remaining head per sphere. The surface
-/// is smoother than that of a packing, whose spheres do not overlap.
+/// by one. The next ring is always the ring that covers the largest uncovered volume per sphere. The resulting surface
+/// is smoother than the surface of a packing, because the spheres overlap.
 class Rings {
  public:
   explicit Rings(const Tool& tool)
@@ -88,7 +88,7 @@ class Rings {
     std::vector<double> radii;
     while (true) {
       int best_i = -1, best_j = 0;
-      double most_gain = 0;  // largest volume per sphere that an additional ring would cover
+      double most_gain = 0;  // largest uncovered volume per sphere that an additional ring would cover
       for (int j = 0; j < levels_; ++j) {
         for (int i = 0; i < kCells; ++i) {
           const std::size_t count = in_ring(i, j);
@@ -115,8 +115,8 @@ class Rings {
   std::size_t sum(int i, int j) const { return static_cast<std::size_t>(j * (kCells + 1) + i); }
   double rho(int i) const { return i * side_; }
   double z(int j) const { return bottom_ + j * side_; }
-  /// Returns the volume that belongs to a node of ring i (the node's distance from the axis in node distances), in
-  /// units of 2π side³.
+  /// Returns the volume that belongs to a node of ring i, in units of 2π side³. i: the node's distance from the axis,
+  /// in distances between two nodes.
   static double weight(int i) { return i > 0 ? i : 0.125; }
   void add_up(int level) {
     for (int i = 0; i < kCells; ++i) {
@@ -130,8 +130,8 @@ class Rings {
     return i > 0 ? std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(2 * kPi * rho(i) / (kRingStep * r))))
                  : 1;
   }
-  /// Calls f(level, first node, end node) for each level that the ring through (i, j) covers. The cross-section is
-  /// taken midway between two spheres of the ring, where the ring is thinnest.
+  /// Calls f(level, first node, end node) for each level of nodes that the ring through the node (i, j) covers. The
+  /// cross-section is taken midway between two spheres of the ring, where the ring is thinnest.
   template <class F>
   void each_level(int i, int j, F&& f) const {
     const double half = kPi * rho(i) / static_cast<double>(in_ring(i, j)), r = room_[node(i, j)];
@@ -161,7 +161,7 @@ class Rings {
   double bottom_;                      // m, height of the first node level
   std::vector<double> room_;           // m, for each node: its depth below the surface of the head
   std::vector<std::uint8_t> covered_;  // for each node: true if it is outside the head or inside a ring
-  std::vector<double> open_;           // for each level: prefix sums of the uncovered volume, ordered by radius
+  std::vector<double> open_;           // for each level: cumulative sums of the uncovered volume, from the axis out
   double enough_ = 0;
 };
 

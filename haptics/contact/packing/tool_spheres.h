@@ -1,4 +1,4 @@
-// Sphere model of a tool for the contact model "packing". Set-up time.
+// Models a tool by spheres, for the contact model "packing". Set-up time.
 #pragma once
 
 #include <cstdint>
@@ -19,11 +19,12 @@ struct ToolSpheres {
 
   std::vector<dvec3> center_T;
   std::vector<double> radius;
-  // Number of spheres of the head, which come first. The remaining spheres belong to the shank and the safe end.
+  // Number of spheres of the head; they are the first spheres in the list. The remaining spheres belong to the shank
+  // and the safe end.
   std::size_t head = 0;
   dvec3 com_T{0};         // m, the head's centre of mass (eq. 9) for uniform density
-  double reach = 0;       // m, distance from T's origin to the farthest point of any sphere
-  double head_reach = 0;  // m, distance from T's origin to the farthest point of the head's spheres
+  double reach = 0;       // m, distance from the origin of frame T to the farthest point of any sphere
+  double head_reach = 0;  // m, distance from the origin of frame T to the farthest point of the head's spheres
 
   std::size_t size() const { return radius.size(); }
 };
