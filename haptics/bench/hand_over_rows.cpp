@@ -52,7 +52,7 @@ void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>
       scene.carver.bring_up_to_date(fresh);
       kept_up.push_back(static_cast<double>(thread_cpu_time() - start) - clock);
     });
-    thread_cpu_time();  // this call is here because the first reading of the clock after a wait is slow
+    thread_cpu_time();  // the first reading of the clock after a wait is slow, so it is made before the measurement
     const Nanos start = thread_cpu_time();
     scene.servo.adopt(fresh);
     handed_over.push_back(static_cast<double>(thread_cpu_time() - start) - clock);

@@ -50,7 +50,8 @@ std::vector<dvec3> path_over(const TriangleGrid& grid, double tip, int ticks) {
     if (i < kApproach) {
       hand = top + dvec3(0, 0, tip + 0.2e-3 - (kDepth + 0.2e-3) * i / (kApproach - 1));
     } else {
-      const double turn = 2.4 * (i / kTurn);  // rad, multiple of the golden angle, so that the directions never repeat
+      // rad; the angle is a multiple of the golden angle, so that the direction never repeats
+      const double turn = 2.4 * (i / kTurn);
       const dvec3 ahead(std::cos(turn), std::sin(turn), 0);
       const dvec3 along = ahead - glm::dot(ahead, n) * n;
       hand = point.place() - kDepth * n + kSpeed * 1e-3 * along;

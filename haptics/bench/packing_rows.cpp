@@ -37,7 +37,8 @@ constexpr double kHead = 0.6e-3;   // m, radius of a round bur
 constexpr double kDepth = 0.1e-3;  // m, depth at which the surface is estimated
 constexpr std::size_t kToolSpheres = 200;
 constexpr double kReamer = 22e-3;         // m, radius of the reamer
-constexpr double kReamerStart = 16.5e-3;  // m, initial height of the reamer's centre, 1 mm above its contact
+// m, initial height of the reamer's centre: 1 mm above its height at the first contact
+constexpr double kReamerStart = 16.5e-3;
 
 DenseTissue ball_field() {
   return read_solids(Json::parse(
@@ -145,7 +146,7 @@ class Rows {
         first[1] = std::min(first[1], of_tool.first_hit(packing.center[b] - from, packing.radius[b], -way).t);
       }
       by_tool.push_back(static_cast<double>(thread_cpu_time() - start));
-      if (i >= 2) continue;  // the search without a tree is slow and always takes the same time
+      if (i >= 2) continue;  // the search without a tree is slow and always takes the same time, so two runs suffice
       start = thread_cpu_time();
       for (std::size_t t = 0; t < tool.radius.size(); ++t) {
         first[2] = std::min(first[2], tissue.brute_force(from + tool.center_T[t], tool.radius[t], way).t);

@@ -58,7 +58,8 @@ void ExactShape::all_near(const dvec3& p, double reach, std::vector<dvec3>& poin
 
 namespace {
 
-constexpr double kTolerance = 1e-10;  // m; the ball's position has converged if it changes by less
+// m, convergence tolerance: the iteration ends if the ball's position changes by less
+constexpr double kTolerance = 1e-10;
 
 struct HalfSpace {
   dvec3 n;       // unit normal; the ball's centre x must satisfy n·x >= least

@@ -42,7 +42,8 @@ struct Slide {
   Slide(const BenchOptions& o, double voxel_mm, std::vector<BenchRow>& r)
       : options(o), rows(r), dense(tissue(kBall, voxel_mm)), knob(fmt::format("voxel {:g} mm", voxel_mm)) {
     settings.tool = head(HeadShape::kSphere, 1.2e-3, 1.2e-3);
-    settings.friction = false;  // friction would change the direction of the force, which is compared
+    // friction is off, because it would change the direction of the force, which is measured
+    settings.friction = false;
     settings.damping = 0;
     settings.cutting = false;
     radius = kBallRadius + settings.tool.radius();

@@ -26,7 +26,7 @@ std::vector<double> press(const Tool& tool, const Pose& tilted, double cutting, 
     SoftTissue soft(surface, tools, 1000);
     std::vector<double> times;
     for (int i = 0; i < ticks; ++i) {
-      const double way = 2e-6 * i, depth = std::min(1e-6 * i, 0.6e-3);  // m; the tool moves at 2 mm/s
+      const double way = 2e-6 * i, depth = std::min(1e-6 * i, 0.6e-3);  // m; the tool slides at 2 mm/s
       const Pose X_WG{tilted.p + dvec3(1e-3 * std::cos(way / 1e-3), 1e-3 * std::sin(way / 1e-3), -depth), tilted.R};
       const Nanos start = thread_cpu_time();
       soft.tick({i * Nanos(1'000'000), 1e-3, X_WG, 0, cutting});

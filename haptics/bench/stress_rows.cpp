@@ -28,7 +28,8 @@ namespace {
 
 using namespace bench;
 
-constexpr double kMostEnergy = 1e-9;  // J, largest energy that a hand may receive; the energy ledger guarantees this
+// J, largest energy that a hand may receive; the servo's passivity controller guarantees this limit
+constexpr double kMostEnergy = 1e-9;
 // N per tick, largest allowed step of the force, in addition to the change that the hand's own motion causes in the
 // coupling.
 constexpr double kMostStep = 0.25;
@@ -44,7 +45,9 @@ struct Felt {
   double energy = 0;      // J, largest energy that the force gave to the hand
   double step = 0;        // N per tick, largest step of the force beyond (stiffness × displacement of the hand)
   double last_force = 0, depth = 0;  // force in N and penetration depth in m in the last tick
-  int holes = 0;  // number of ticks inside the tissue without force; in work(): 1 if the hand came through the block
+  // number of ticks without force although the tool was inside the tissue; in work(): 1 if the hand came through the
+  // block
+  int holes = 0;
 
   void worse_of(const Felt& other) {
     ticks += other.ticks, not_finite += other.not_finite, holes += other.holes;

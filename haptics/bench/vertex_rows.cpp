@@ -25,7 +25,7 @@ namespace {
 
 constexpr double kBur = 0.6e-3;    // m, radius of a round bur
 constexpr int kApproach = 500;     // number of ticks in which the hand moves from the air into the surface
-constexpr double kDepth = 0.1e-3;  // m, depth of a sliding probe; a bur sinks to three times this depth
+constexpr double kDepth = 0.1e-3;  // m, depth of a sliding probe below the surface; a bur sinks three times as deep
 
 TissueVolume with_mesh(TissueMesh mesh) {
   TissueVolume volume(read_solids(Json::parse(

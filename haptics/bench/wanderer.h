@@ -26,7 +26,7 @@ class ErraticHand {
     }
     v_ += std::sqrt(dt) * 3.0 * speed_ * anywhere() - dt * (6.0 * v_ + 60.0 * (p_ - home_));
     if (const double length = glm::length(v_); length > speed_) v_ *= speed_ / length;
-    turn_ += std::sqrt(dt) * 10.0 * anywhere() - dt * 4.0 * turn_;  // rad/s, rotation speed of the hand
+    turn_ += std::sqrt(dt) * 10.0 * anywhere() - dt * 4.0 * turn_;  // rad/s, angular velocity of the hand
     if (const double rate = glm::length(turn_); rate > 0) {
       R_ = glm::normalize(glm::angleAxis(rate * dt, turn_ / rate) * R_);
     }

@@ -53,7 +53,7 @@ class ComputePasses {
   std::vector<std::uint32_t> number_;  // for each ball in resting_: index of the tool's sphere
   std::vector<SphereShare> shares_;    // overlaps, sorted into the order in which the CPU sums them
   std::vector<SphereChange> changes_;
-  std::vector<CutSphere> loaded_;  // the spheres in the order of their indices, while they are copied to the GPU
+  std::vector<CutSphere> loaded_;  // the tissue's spheres in the order of their indices; buffer for the copy to the GPU
 };
 
 /// Mean computing times of the passes on the CPU and on a GPU.
