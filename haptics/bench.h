@@ -21,7 +21,7 @@ struct BenchOptions {
 /// Measures sliding, drilling, removal, free motion and deadlines with one contact model. The default model also gets
 /// rows for its own parts (field queries, cuts alone, patches).
 std::vector<BenchRow> bench_contact(const BenchOptions& options);
-/// Measures sphere packings of a ball for different numbers of spheres: coverage, collision, normals, removal and tick
+/// Measures packings of a ball with different numbers of spheres: filled fraction, collision, normals, removal and tick
 /// time. `quick`: omits the largest packing and repeats less often.
 std::vector<BenchRow> bench_packing(bool quick);
 
@@ -33,12 +33,12 @@ struct ModelAnatomy {
   dvec3 start{0};  // point on the surface where the hand makes contact
   // unit vector that points out of the tissue at `start`; the hand approaches in the opposite direction
   dvec3 out{0, 0, 1};
-  // Voxel sizes in mm, from coarse to fine, at least one. An anatomy from a voxel file has only the size of that file.
+  // Voxel sizes in mm, from coarse to fine, at least one. An anatomy from a voxel file has only that file's size.
   std::vector<double> voxels_mm;
 };
 
 struct ModelBenchOptions {
-  // true: few ticks and coarse settings, for an overview; the figures are then not reliable
+  // true: few ticks and coarse settings, for an overview; the results are then not reliable
   bool quick = false;
   std::vector<std::string> tissues;  // names of the tissues to use; empty: all
   // Motions to use: "slide", "tap", "drag", "drill", "break-through", "escape", "hostile"; empty: all.
@@ -56,7 +56,7 @@ struct StressBenchOptions {
   std::vector<std::string> models;   // names of the models to use; empty: all
   std::vector<ModelAnatomy> meshes;  // meshes for the fast-probe test, in addition to the built-in edges and a groove
 };
-/// Tests the safety of every contact model: motions faster than any human's, invalid input, late carvers, irregular
+/// Tests the safety of every contact model: motions faster than a human's, invalid input, late carvers, irregular
 /// clocks, a push of 200 N, fast probes and thin walls. The name of a row is "campaign, model: measure"; its ratio is
 /// the measured value divided by the largest permitted value.
 std::vector<BenchRow> bench_stress(const StressBenchOptions& options);
@@ -65,7 +65,7 @@ struct MotionBenchOptions {
   std::filesystem::path tools;     // folder of tool files
   std::vector<std::string> names;  // names of the tools to use; empty: all
   double voxel_mm = 0.1;
-  int ticks = 1000;  // number of ticks per tool and motion; the count starts when the tool has sunk into the tissue
+  int ticks = 1000;  // number of ticks per tool and motion, counted from when the tool has sunk into the tissue
 };
 /// Measures the thread CPU time of a servo tick for every tool and every hand motion (up to 20 rad/s and 0.5 m/s).
 std::vector<BenchRow> bench_motions(const MotionBenchOptions& options);

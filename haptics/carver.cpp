@@ -55,8 +55,8 @@ void Carver::apply(const Cut& cut) {
   if (cut.fill_radius > 0) {
     body_->fill(cut);
   } else {
-    // An undo or redo may have restored tissue at the head. So the next cut removes the tissue in the whole head at its
-    // start, and not only the tissue ahead of the head.
+    // An undo or redo may have restored tissue at the head. So the next cut also removes the tissue inside the head at
+    // the start of its path, and not only the tissue ahead of the head.
     const bool edited = edits_ > 0 && cuts_ == edited_at_;
     body_->carve(cut, cuts_ > 0 && !edited && cut.tool == end_tool_ && same(cut.X_WA, end_));
     end_ = cut.X_WB;
@@ -88,7 +88,7 @@ TissueVolume Carver::take_tissue() {
   if (TissueSurface* own = surface()) {
     left.set_mesh(std::make_shared<const TissueMesh>(own->mesh()));
   } else if (cuts_ > 0) {
-    left.set_mesh(nullptr);  // the source mesh shows the uncut tissue, so it must be dropped
+    left.set_mesh(nullptr);  // the source mesh shows the tissue before all cuts, so it must not be used any more
   }
   return std::move(left);
 }

@@ -24,13 +24,13 @@ class Carver {
   Carver(TissueVolume tissue, const ServoSettings& settings);
 
   /// Repeats a cut of the servo. Cuts must arrive in order and without gaps. Cuts without a pause between them belong
-  /// to one stroke. A cut may separate loose pieces: they are removed in the same stroke, and a new snapshot is then
-  /// due. The result is deterministic.
+  /// to one stroke. If a cut separates loose pieces, they are removed in the same stroke, and a new snapshot is due.
+  /// The result is deterministic.
   void apply(const Cut& cut);
   /// Returns the loose pieces that were removed since the last call.
   std::vector<LoosePiece> take_pieces();
 
-  /// Returns true if `cut` would start a new stroke.
+  /// Returns true if `cut` would be the first cut of a new stroke.
   bool begins_stroke(const Cut& cut) const;
 
   /// Undoes or redoes the last stroke; returns false if there is none. Afterwards a new snapshot is due. With this
@@ -39,8 +39,8 @@ class Carver {
   bool redo() { return edit(body_->redo()); }
   /// Ends the stroke: the next cut begins a new stroke. A stroke that changed nothing is discarded.
   void end_stroke();
-  /// Informs the carver that all cuts up to time t (on the clock of the cuts) have been applied. If the last stroke has
-  /// ended before time t, this call closes it and prepares its undo.
+  /// Informs the carver that all cuts up to time t (on the clock of the cuts) have been applied. If the pause since the
+  /// last cut is long enough, this call ends the stroke and prepares its undo.
   void rest(Nanos t);
 
   /// Returns an empty snapshot whose buffers already have their full size.
@@ -53,9 +53,9 @@ class Carver {
   /// Fills a snapshot with the tissue around `center_W`. A replay passes the snapshot's recorded `number`, because a
   /// live servo may have skipped some numbers. 0: the next number is used.
   void take_snapshot(const dvec3& center_W, Snapshot& snapshot, std::uint32_t number = 0);
-  /// Updates the newest snapshot to the present tissue: copies only the samples written since the call of
-  /// remember_writes(). If the tissue was edited by undo or redo, returns false and changes nothing; a new snapshot is
-  /// then due.
+  /// Updates the newest snapshot to the present tissue: copies only the samples that were written since
+  /// remember_writes() was called. If the tissue was edited by undo or redo, returns false and changes nothing; a new
+  /// snapshot is then due.
   bool bring_up_to_date(Snapshot& snapshot);
   void remember_writes(bool wanted) { body_->remember_writes(wanted); }
 
@@ -91,7 +91,7 @@ class Carver {
   // last snapshot was taken.
   std::uint32_t piece_count_ = 0, pieces_in_snapshot_ = 0;
   std::uint32_t edits_ = 0, edits_in_snapshot_ = 0;
-  std::uint64_t edited_at_ = 0;  // value of cuts_ at the last edit
+  std::uint64_t edited_at_ = 0;  // number of cuts (cuts_) at the last edit
   std::uint32_t snapshots_ = 0;
   dvec3 center_W_{0};  // m, centre of the last snapshot
 };

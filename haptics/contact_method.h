@@ -34,8 +34,8 @@ class ContactMethod {
 };
 using SharedContactMethod = std::shared_ptr<const ContactMethod>;
 
-/// Function that reads a method's parameters from an object of the scene; nullopt: the scene contains only the name.
-/// Throws Error.
+/// Function that reads a method's parameters from an object of the scene; nullopt: the scene contains only the method's
+/// name. Throws Error.
 using ContactMethodReader = std::function<SharedContactMethod(const std::optional<Json>& parameters)>;
 
 /// Registers a contact method that another module defines. Declare an object at namespace scope in any file of the
@@ -56,7 +56,7 @@ std::vector<std::string> contact_method_names();
 /// Returns the list of names for help and messages: "one of: offset, …".
 std::string known_contact_methods();
 
-/// Number of models (servo thread) and bodies (carver thread) of one method that this process has created.
+/// Number of models (servo thread) and of bodies (carver thread) that this process has created for one method.
 struct MethodCount {
   std::string name;
   std::uint64_t models = 0, bodies = 0;

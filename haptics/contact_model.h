@@ -21,35 +21,35 @@ struct ContactInput {
   Pose X_WT;               // pose of the tool if it follows the hand exactly
   Pose X_WG;               // pose of the proxy at the end of the last tick
   dvec3 moved{0};          // m, displacement of the hand since the last tick
-  bool jumped = false;     // the hand moved faster than a human hand can: its pose has jumped in this tick
+  bool jumped = false;     // true: the hand's pose has jumped, farther than a human hand can move in a tick
   double pedal = 0;        // pedal position 0..1; negative: backward rotation, for a tool with a thread
 
   // The following members describe the contact in the last tick.
   double normal_force = 0;        // N, magnitude of the contact force
   dvec3 normal{0};                // unit normal, pointing out of the tissue
-  double relative_stiffness = 1;  // factor on the stiffness in ServoSettings; it depends on the tissue under the head
+  double relative_stiffness = 1;  // factor on ServoSettings::stiffness; it depends on the tissue under the head
 
   // The following members limit the removal in this tick.
   bool cuts = false;     // the tool cuts in this tick: its spindle rotates, or its edge scrapes
   bool scrapes = false;  // the tool cuts with an edge that the hand draws over the surface without rotation
-  // true if the scraping edge has removed more volume than its work has paid for; it must then not remove more in this
+  // true: the scraping edge has removed more than corresponds to its work, so it must not remove more in this
   // tick
   bool must_earn = false;
   double specific_energy = 0;  // J/m³, specific cutting energy of the tissue under the head
   double budget = 0;           // J, energy that may be spent on removing tissue in this tick
-  double wall_budget = 0;      // J, energy that may be spent at a wall of harder tissue; it is included in `budget`
+  double wall_budget = 0;      // J, the part of `budget` that may be spent at a wall of harder tissue
   double power = 0;            // W, power that the motor delivers at the teeth
   double spindle = 0;          // rad/s, speed of the spindle under load
 };
 
 /// Result of a contact model. A model with a proxy (constraint method) sets the pose of the proxy. A penalty method
-/// sets force, torque and stored energy. Both kinds of model set the remaining members. SI, frame W. The unit of some
-/// lengths is the member `unit`; their comments say so.
+/// sets force, torque and stored energy. Both kinds of model set the remaining members. SI, frame W; lengths with the
+/// comment "in `unit`" are multiples of the member `unit`.
 struct Contact {
   // The following members are results of constrain().
   dvec3 p_WG{0};                  // m, position of the head's centre at the proxy; for a penalty method, at the hand
   bool touching = false;          // the head touches tissue
-  bool breaking_through = false;  // the head has broken through the tissue, and the proxy has not reached the hand yet
+  bool breaking_through = false;  // the head has broken through the tissue, and the proxy still moves towards the hand
   bool lost = false;              // the tool is outside the snapshot
   bool deep = false;              // the head is so deep inside the tissue that no surface is found
   // there is no snapshot of the tissue at the tool; the plane of the last contact replaces the tissue
@@ -58,15 +58,15 @@ struct Contact {
   bool rejoining = false;    // a snapshot was missing (bridging), and the proxy now returns to the surface
   bool leading_out = false;  // the proxy is moved out of tissue that it overlapped
   bool settled = true;       // false: the head is free, but the model still has state from the last contact
-  // the tool remains in the tissue as an implant, or a cut is not finished; the servo then calls cut() even if the tool
-  // does not cut
+  // true: the servo calls cut() although the tool does not cut, because the tool becomes an implant or a cut is not
+  // finished
   bool places = false;
   // Vector from the hand to the position at which the contacts alone would hold the head; zero without contact.
   dvec3 contact_direction{0};
   double area = 0;            // m², area of the head in contact with tissue; 0: none
   bool own_friction = false;  // p_WG already includes the effect of friction, so the servo must not add friction
   bool gives_force = false;   // true for a penalty method: feel() sets force, torque, stored and depth
-  // Fraction 0..1 of the power with which the head cuts at a wall of harder tissue; 0: there is no such wall.
+  // Ratio 0..1 of the power at a wall of harder tissue to the head's full power; 0: there is no such wall.
   double wall = 0;
   std::uint32_t faults = 0;  // bits of enum Fault
   std::uint32_t level = 0;   // level of detail, for a method with several levels; 0 is the finest

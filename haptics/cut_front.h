@@ -1,8 +1,8 @@
 // Determines which samples of a patch the next cuts can change (active front, docs/cutting.md). Each sample has a
-// slack: a lower bound of how far the head must still move before it can change the sample. So each block of samples
-// stores the path length at which it must be examined again. Most cuts examine only the samples just ahead of the head:
-// lists contain the samples that may change during the next voxel of path. The lists are divided into parts, which are
-// renewed one after the other.
+// slack: a lower bound of how far the head must still move before it can change the sample. From the slacks, each block
+// of samples gets the path length at which it must be examined again. Most cuts examine only the samples just ahead of
+// the head: lists contain the samples that may change during the next voxel of path. The lists are divided into parts,
+// which are renewed one after the other.
 #pragma once
 
 #include <array>
@@ -28,8 +28,8 @@ class CutFront {
   CutFront(std::span<const Tool> tools, double voxel, int lanes = widest_group());
 
   /// Returns the number n of parts of the lists. Part i contains every n-th layer of blocks of samples along x,
-  /// starting at layer i. A larger head has more parts, so that the renewal of one part does not make a tick much
-  /// longer.
+  /// starting at layer i. A larger head has more parts, so that each part is small enough to be renewed within one
+  /// tick.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
   /// Consecutive groups of samples in a list that have the same kind. The kind states which pieces of the head's
@@ -60,12 +60,12 @@ class CutFront {
     float* y;
     std::int32_t* z;
     std::int32_t* at;      // array index of the group's first sample, relative to the first voxel of the active front
-    std::uint8_t* length;  // number of samples in the group of samples that may change
+    std::uint8_t* length;  // number of samples in the group that may change
     std::uint8_t* label;   // tissue of the samples that may change
   };
 
-  /// Must be called when the field was lowered by a filling, an undo or another tool, because the stored slacks are
-  /// then not valid any more.
+  /// Must be called after a filling or an undo, and after cuts by another tool, because the stored slacks are then not
+  /// valid.
   void forget() noexcept { known_ = false; }
   /// The first sample of a listed group, as an index in a patch with edge length n whose first voxel is `patch_lo`.
   /// `lanes`: number of samples in the group.
@@ -81,7 +81,7 @@ class CutFront {
   friend class Sweep;
 
   static constexpr int kRows = 4, kDeep = 8;
-  static constexpr double kRound = 512;  // voxels; the path length then restarts at 0, to keep float precision
+  static constexpr double kRound = 512;  // voxels; at this value the path length restarts at 0, to keep float precision
   static constexpr float kNever = 1e9f;
   static constexpr int kKinds = 20;  // upper limit of the number of kinds of groups of samples (see Run)
   // Length of the head's path, in voxels, for which a list is valid. kListedOfBall: for balls; kListedOfHead: for other
@@ -99,8 +99,8 @@ class CutFront {
     std::vector<std::int32_t> z, at;
     std::vector<std::uint8_t> length, label;
     int count = 0;
-    // voxels; until: path length of the head up to which the list is valid; lasts: length of the path for which the
-    // list is valid
+    // voxels; until: path length at which the list expires; lasts: path length for which the list is valid in
+    // total
     double until = -1, lasts = 0;
     int room() const { return static_cast<int>(x.size()) - kRoom; }
     Listed listed() { return {x.data(), y.data(), z.data(), at.data(), length.data(), label.data()}; }
@@ -116,8 +116,8 @@ class CutFront {
     int stage(double way) const noexcept { return static_cast<int>((way - (until - lasts)) / lasts * kStages); }
   };
 
-  /// Must be called before each sweep. If a drill moves along its axis, its lists lack the samples beside its flank.
-  /// Such lists are dropped before any other sweep.
+  /// Must be called before each sweep. While a drill moves along its axis, its lists contain no samples beside its
+  /// flank. Such lists are dropped before a sweep in another direction.
   void begin_sweep(bool along_axis) noexcept {
     if (along_axis_ && !along_axis) drop_listed();
     along_axis_ = along_axis;
@@ -134,8 +134,8 @@ class CutFront {
     return due_.data() + (at.x * size_.y + at.y) * size_.z + at.z;
   }
 
-  /// Returns the part of the lists that contains a layer of blocks of samples; layers are counted from the first layer
-  /// of the active front.
+  /// Returns the index of the part of the lists that contains a layer of blocks; layers are counted from the first
+  /// layer of the active front.
   int part_of(int layer) const noexcept { return (first_.x + layer) & (parts() - 1); }
   /// Sets the patch to which the lists refer. The existing lists stay valid if `holds` is true, that is, if the new
   /// patch contains all their samples. `n`: edge length of the patch in samples.
@@ -143,7 +143,7 @@ class CutFront {
   void drop_listed() noexcept {
     for (Groups& part : parts_) part.until = -1;
   }
-  /// Returns the number of parts of the lists that must be renewed.
+  /// Returns the number of parts of the lists that have expired.
   int outdated() const noexcept;
   /// Returns a part of the lists that should be renewed now, before it expires, so that later no tick must renew
   /// several parts; -1: none. `way`: path of the head per tick, voxels.
@@ -170,7 +170,7 @@ class CutFront {
   int listed_n_ = 0;
   std::vector<float> heights_;
   bool known_ = false;
-  bool along_axis_ = false;  // true if the last sweep was along the axis of a drill
+  bool along_axis_ = false;  // true if the last sweep was a motion of a drill along its axis
   double way_ = 0;           // voxels, path length of the head's farthest point since the last restart
   Pose X_V_;                 // pose of the head in the frame V of the voxel grid, in voxels
 };

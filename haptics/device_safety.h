@@ -1,5 +1,5 @@
-// Protects the hand from the motors: emergency stop, and zero force whenever the program ends for any reason.
-// devices/safe_device.h contains the limits of the force.
+// Protects the hand from the motors: emergency stop, and zero force whenever the program ends for any reason. The
+// limits of the force are in devices/safe_device.h.
 #pragma once
 
 #include <cstdint>

@@ -25,9 +25,9 @@ struct HandOptions {
   std::filesystem::path assets;       // folder that contains devices/*.json
   std::optional<double> force_limit;  // N, additional force limit; it can only lower the device's own limit
   double pedal_limit = 0;  // s, longest time for which the pedal may be pressed without a break; 0: the default
-  /// Opens hands that belong to a window or a headset ("mouse:", "openxr:right"). Arguments: the part of the address
-  /// before the colon, and the part after it. The program sets this function while it has a window. If it is empty,
-  /// there is no window, and the drivers report an error.
+  /// Opens hands that belong to a window or a headset ("mouse:", "openxr:right"). Its arguments are the parts of the
+  /// address before and after the colon. The program sets this function while it has a window. Without a window the
+  /// function is empty, and the drivers report an error.
   std::function<std::unique_ptr<HapticDevice>(const std::string& scheme, const std::string& rest)> window;
 };
 
@@ -39,11 +39,11 @@ struct FoundDevice {
   std::string node;        // device node, such as /dev/hidraw0, or name of the service
   double force_limit = 0;  // N, largest force of the device
   bool permitted = true;
-  std::string mend;  // command or sentence that tells the user how to repair a problem; empty: no problem
+  std::string mend;  // advice that tells the user how to repair a problem; empty: no problem
 };
 
 struct Driver {
-  std::string scheme;  // scheme of the address: "spacemouse" opens "spacemouse:REST"
+  std::string scheme;  // scheme of the address; for example "spacemouse" opens "spacemouse:REST"
   std::string rest;    // description of the REST of the address, for help: "[PATH]"
   std::string about;   // description of the device in one line
   // true: open_hand() adds the safety layer, the pedal and the pose of the base; the driver's poses are then in the

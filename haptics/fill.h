@@ -1,5 +1,5 @@
-// The filling that an instrument adds in one tick, as a distance field (the counterpart of class Sweep). Servo and
-// carver both use this class, so that their tissues stay equal bit by bit.
+// The filling that an instrument adds in one tick, as a distance field (the class Sweep does the same for a removal).
+// Servo and carver both use this class, so that their tissues stay equal bit by bit.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ class FreshLabels {
     if (count_ < kMost) at_[count_] = static_cast<std::int32_t>(at);
     ++count_;
   }
-  /// Returns false if more voxels were added than this list can store.
+  /// Returns false if some voxels are missing, because more than kMost voxels were added.
   bool all() const noexcept { return count_ <= kMost; }
   std::span<const std::int32_t> known() const noexcept {
     return {at_, static_cast<std::size_t>(count_ < kMost ? count_ : kMost)};
@@ -32,9 +32,9 @@ class FreshLabels {
   int count_ = 0;
 };
 
-/// The filling added in one tick: a ball, minus the head that presses it, minus the head's exit path along its axis,
-/// and only inside the tool's limit if it has one. The filling keeps a clearance of half a voxel (kClear) from the head
-/// and the exit path, so that it neither pushes nor holds the hand.
+/// The shape of the filling that is added in one tick. It is a ball without the head that presses it and without the
+/// head's exit path along its axis. If the tool has a limit, only the part inside the limit counts. The filling keeps a
+/// clearance of half a voxel (kClear) from the head and the exit path, so that it neither pushes nor holds the hand.
 class Fill {
  public:
   Fill(const Tool& tool, const dvec3& center_W, double radius, const Pose& X_WT, const VoxelFrame& frame);

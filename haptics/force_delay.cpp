@@ -24,7 +24,7 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
 
   Wrench wrench{tick.f_T_W, tick.tau_T_W};
   if (delay > 0) {
-    wrench = {};  // the force is zero until a stored force is old enough
+    wrench = {};  // the force is zero until a stored force is as old as the delay
     for (std::size_t i = 0; i < count_; ++i) {
       const Row& row = past_[(newest_ + past_.size() - i) % past_.size()];
       if (tick.t - row.t < delay) continue;
@@ -32,8 +32,8 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
       break;
     }
   }
-  // Neither the delayed force nor the present force acts any more. So a negative balance of energy is set to zero, and
-  // the next contact starts at zero.
+  // The contact has ended for both the delayed and the present force. A debt in the ledger is cancelled, so that the
+  // next contact starts without debt.
   if (wrench.f_T_W == dvec3(0) && tick.f_T_W == dvec3(0)) energy_ = std::max(energy_, 0.0);
   const double share =
       passive_fraction(law_, wrench.f_T_W, moved, wrench.tau_T_W, turned, dt > 0 ? dt : tick_, tick_, energy_, state_);

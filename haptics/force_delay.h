@@ -22,8 +22,8 @@ class ForceDelay {
   /// `settings`: settings of the servo whose force is delayed. `most`: largest delay for pass(), s.
   ForceDelay(const ServoSettings& settings, double most);
 
-  /// Must be called once per tick. Returns the force and torque that the servo computed `delay` ns ago or slightly
-  /// earlier. With a delay of 0, returns the tick's own force unchanged.
+  /// Must be called once per tick. Returns the newest force and torque that are at least `delay` ns old. With a delay
+  /// of 0, returns the tick's own force unchanged.
   Wrench pass(const ServoTick& tick, Nanos delay) noexcept;
 
  private:
@@ -36,7 +36,7 @@ class ForceDelay {
   std::vector<Row> past_;  // ring buffer of the last forces
   std::size_t newest_ = 0, count_ = 0;
   PassivityState state_;
-  double energy_ = 0;  // J, energy that the delayed force has received from the hand so far
+  double energy_ = 0;  // J, balance of the ledger: energy that the hand has given to the delayed force so far
   Wrench sent_;
   Pose X_WT_;
   Nanos t_ = 0;

@@ -31,7 +31,7 @@ struct SafetyStatus {
   bool gives_force = false;   // the device has motors
   bool armed = false;         // the safety layer lets force reach the hand
   double heat = 0;            // heat of the motor windings relative to their limit, 0..1
-  double bearable_force = 0;  // N, force that the windings can sustain at present
+  double bearable_force = 0;  // N, force that the windings can sustain at their present heat
   std::uint32_t events = 0;   // SafetyEvent bits that occurred since the last call of safety()
 };
 
@@ -53,7 +53,7 @@ class HapticDevice {
   /// Must be called after write(), with the servo's result for the last sample. Simulated hands use it to react to
   /// their tool; hardware ignores it. Servo thread; never allocates.
   virtual void see(const ServoTick&) noexcept {}
-  /// Returns the fault bits of the last read(), for the tick that uses its sample.
+  /// Returns the fault bits that belong to the sample of the last read().
   virtual std::uint32_t faults() const noexcept { return 0; }
   /// Returns the joint angles of the last read() in rad, starting at the base: the three joints of the arm, then the
   /// three joints of the stylus if it has encoders. Empty if the device does not report angles. Servo thread; valid

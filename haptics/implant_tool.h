@@ -12,7 +12,7 @@ namespace typodont::haptics {
 /// Purpose of an instrument in an implant set.
 enum class ImplantToolKind {
   kRound,    // round bur: cuts on all sides and moves freely, even in a bed
-  kDrill,    // drill: begins, deepens or widens a bed along its axis
+  kDrill,    // drill: makes a bed, or makes it deeper or wider, along its axis
   kGauge,    // gauge: measures a bed, never cuts
   kTap,      // tap: cuts a thread; advances by rotation
   kImplant,  // implant: has a thread; remains in the bone
@@ -32,10 +32,10 @@ struct ImplantTool {
   double thrust_ratio = 1;    // alpha of eq. (2): ratio of tangential to normal force at the teeth
   double pitch = 0;           // m, advance per turn of the thread; 0: no thread
   double core_diameter = 0;   // m, core diameter of the thread; 0 without a thread
-  double bore_diameter = 0;   // m, diameter of the inner thread of an implant that accepts a screw; 0: none
-  double bore_depth = 0;      // m, depth of the inner thread for a screw
+  double bore_diameter = 0;   // m, diameter of the inner thread of an implant, which receives a screw; 0: none
+  double bore_depth = 0;      // m, depth of the inner thread that receives a screw
   double speed = 0;           // rad/s, speed that the manufacturer recommends; 0: the tool does not rotate
-  // rad/s, speed at full pedal with a reduction gear for this tool; 0: no gear, the motor's own speed
+  // rad/s, speed at full pedal if the tool is used with a reduction gear; 0: no gear, so the tool has the motor's speed
   double top_speed = 0;
   bool by_hand = false;        // true: a hand rotates the tool (ratchet), not the motor
   bool irrigated = false;      // true: the tool needs cooling water

@@ -38,7 +38,7 @@ inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t a
                           std::ptrdiff_t stride_y) noexcept {
   if (!is_filled(label[at]) || distance[at] <= 0) return false;
   const Tissue before = emptied(label[at]);
-  // a voxel that is partly inside the surface has volume, so its label cannot become air
+  // a voxel that lies partly inside the surface still contains some tissue, so its label cannot become air
   if (before == Tissue::kAir && distance[at] < 0.5f) return false;
   for (std::ptrdiff_t x = -stride_x; x <= stride_x; x += stride_x) {
     for (std::ptrdiff_t y = -stride_y; y <= stride_y; y += stride_y) {
@@ -51,8 +51,8 @@ inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t a
   return true;
 }
 
-/// Applies restore_label() to a box of voxels. The arrays must contain one more sample on every side. One call after
-/// several cuts gives the same result as one call after each cut. Returns true if any label changed.
+/// Applies restore_label() to a box of voxels. The arrays must contain one more sample on every side. A single call
+/// after several cuts gives the same result as a call after each cut. Returns true if any label changed.
 inline bool restore_labels(const glm::ivec3& size, const float* distance, Tissue* label, std::ptrdiff_t stride_x,
                            std::ptrdiff_t stride_y) noexcept {
   bool changed = false;
@@ -60,7 +60,7 @@ inline bool restore_labels(const glm::ivec3& size, const float* distance, Tissue
     for (int y = 0; y < size.y; ++y) {
       const std::ptrdiff_t row = x * stride_x + y * stride_y;
       for (int z = 0; z < size.z; ++z) {
-        if (z + 8 <= size.z) {  // quick test of eight voxels at once, because most of them have no filling
+        if (z + 8 <= size.z) {  // a quick test of eight voxels at once, because most voxels contain no filling
           std::uint64_t eight;
           std::memcpy(&eight, label + row + z, sizeof eight);
           if (!(eight & 0xf0f0f0f0f0f0f0f0u)) {

@@ -54,14 +54,14 @@ TYPODONT_KERNEL bool any_of(const I8& mask) {
 }
 
 TYPODONT_KERNEL void take_root(D8& v) {
-  asm("" : "+m"(v));  // forces the vector through memory, as in take_root(F8&)
+  asm("" : "+m"(v));  // writes the vector to memory and reads it again, for the reason stated at take_root(F8&)
   D8 root;
   for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
   v = root;
 }
 TYPODONT_KERNEL void take_root(F8& v) {
-  // Forces the value through memory. Otherwise the compiler would split the vector and compute some of the eight roots
-  // one by one.
+  // Writes the value to memory and reads it again. Otherwise the compiler would split the vector and compute some of
+  // the eight roots one by one.
   asm("" : "+m"(v));
   F8 root;
   for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);

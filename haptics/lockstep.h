@@ -51,7 +51,7 @@ class LockStep {
   Servo servo_;
   std::unique_ptr<Snapshot> spare_;
   std::deque<Cut> waiting_;  // cuts of the servo that the carver has not repeated yet
-  ServoTick placed_;         // last tick, of which only the time and the poses of hand and proxy are set
+  ServoTick placed_;         // the last tick, but only with its time and the poses of hand and proxy
   std::uint64_t ticks_ = 0;
   bool stalled_ = false, fresh_ = false;
   PatchUse use_;

@@ -28,7 +28,7 @@ class MeshBaseline {
     std::vector<glm::vec3> points;  // voxels, positions of the vertices
     std::vector<std::array<std::uint32_t, 3>> triangles;
   };
-  /// Extracts the mesh `repeats` times. Returns the median time in ns; `mesh`: the last result.
+  /// Extracts the mesh `repeats` times. Returns the median time in ns; `mesh` receives the result.
   double extract(int repeats, Mesh& mesh) const;
 
  private:

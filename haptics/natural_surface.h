@@ -1,5 +1,5 @@
-// Stores which samples of a volume were inside tissue before the first cut. The renderer uses this to distinguish a cut
-// surface from a natural one, because cut enamel and dentin look different from a crown and a root.
+// Stores which samples of a volume were inside tissue before the first cut. With these data, the renderer distinguishes
+// cut surfaces from natural ones, because cut enamel and dentin look different from natural surfaces.
 #pragma once
 
 #include <cstdint>

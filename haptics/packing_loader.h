@@ -1,5 +1,5 @@
-// Registration of file readers for the contact model "packing". This module uses neither HDF5 nor a mesh reader. So a
-// module that can read these files registers its functions here.
+// Registration of file readers for the contact model "packing". The files need HDF5 or a mesh reader, which this module
+// does not use. So a module that can read them registers its functions here.
 #pragma once
 
 #include <filesystem>

@@ -4,7 +4,7 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr Nanos kPatience = 5'000'000;  // ns, longest wait of the servo; a cutting hand moves < 0.25 mm in 5 ms
+constexpr Nanos kPatience = 5'000'000;  // ns, longest time that the servo waits; a cutting hand moves < 0.25 mm in 5 ms
 
 }  // namespace
 
@@ -46,7 +46,7 @@ Snapshot* PatchExchange::take(const Snapshot& held, std::uint64_t cuts, Nanos t)
       adopted_ = true;
       return &fresh;
     }
-    if (way_.give_back()) break;  // if this fails, a newer patch has arrived meanwhile, and the loop examines it
+    if (way_.give_back()) break;  // if this fails, a newer patch has arrived, and the loop examines that patch
   }
   return nullptr;
 }

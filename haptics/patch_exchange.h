@@ -1,6 +1,6 @@
-// Passes patches from the carver to the servo. While the carver copies a patch, the servo continues to cut. So the new
-// patch lacks these cuts, and the servo would have to repeat all of them in one tick. To avoid this, the servo leaves
-// such a patch in the channel for a few milliseconds, and the carver adds the cuts to it.
+// Passes patches from the carver to the servo. While the carver copies a patch, the servo continues to cut. The new
+// patch therefore lacks the cuts of this time, and the servo would have to repeat all of them in one tick. To avoid
+// this, the servo leaves the patch in the channel for a few milliseconds, while the carver adds these cuts.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ namespace typodont::haptics {
 /// Connects one carver thread and one servo thread. Neither blocks; the servo's side is lock-free (class Latest).
 class PatchExchange {
  public:
-  /// `carver` creates the empty snapshots. It is not needed after this call.
+  /// Uses `carver` only to create the empty snapshots.
   explicit PatchExchange(const Carver& carver) : way_([&] { return carver.make_snapshot(); }) {}
 
   // Functions for the carver thread.
@@ -31,9 +31,9 @@ class PatchExchange {
   Snapshot* take(const Snapshot& held, std::uint64_t cuts, Nanos t) noexcept;
 
  private:
-  /// Numbers that identify the edits of the tissue other than cuts: undo, redo and removed loose pieces. If these
-  /// numbers differ from those of the servo's patch, the carver must not add cuts to the offered patch. The servo must
-  /// then repeat the cuts itself, because after an edit it must correct the volume that they have removed.
+  /// Numbers that identify the edits of the tissue other than cuts: undo, redo and removed loose pieces. If they differ
+  /// from the numbers of the servo's patch, the carver must not add cuts to the offered patch. The servo must then
+  /// repeat the cuts itself, because after an edit the same cut may remove another volume, and the servo must count it.
   struct Tissue {
     std::uint32_t edits = 0, pieces = 0;
     bool operator==(const Tissue&) const = default;
@@ -41,11 +41,11 @@ class PatchExchange {
   static Tissue tissue_of(const Snapshot& patch) { return {patch.edits, patch.pieces}; }
 
   Latest<std::unique_ptr<Snapshot>> way_;
-  // Members used by the carver thread.
+  // The next members are used by the carver thread.
   alignas(64) std::uint32_t offered_ = 0;  // number of the offered patch; 0: none
   std::uint64_t offered_cuts_ = 0;
   Tissue offered_tissue_, held_tissue_;
-  // Members used by the servo thread.
+  // The next members are used by the servo thread.
   alignas(64) Nanos waiting_since_ = 0;  // ns, time at which the servo began to wait; 0: it does not wait
   bool adopted_ = false;                 // true: the last call of take() returned a patch
 };

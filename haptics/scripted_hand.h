@@ -1,5 +1,5 @@
-// A hand without hardware: either a path from a CSV file, or a simulated hand (mass, damper, spring, tremor) that a
-// path pulls.
+// A hand without hardware. It either follows a path from a CSV file, or is simulated: a path pulls a mass with damper,
+// spring and tremor.
 #pragma once
 
 #include <filesystem>
@@ -35,8 +35,8 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
 /// Orientation and pedal follow the path exactly.
 struct HandModel {
   double mass = 0.15;  // kg, mass of the hand (m in the equation of motion)
-  double damping = 5;  // N·s/m, damping of the hand's pull towards the path (b in the equation of motion)
-  // N/m, stiffness of the hand's pull towards the path on each axis (diagonal of K in the equation of motion)
+  double damping = 5;  // N·s/m, damper between the hand and the path (b in the equation of motion)
+  // N/m, spring between the hand and the path, for each axis (diagonal of K in the equation of motion)
   dvec3 stiffness{0};
   dvec3 push{0};                // N, constant additional force
   double tremor_amplitude = 0;  // N, amplitude of a sinusoidal force on each axis (physiological tremor has 8–12 Hz)

@@ -27,7 +27,7 @@ dquat made_unit(const dquat& R) {
   return std::abs(glm::dot(R, R) - 1) < kRounding ? R : glm::normalize(R);
 }
 
-/// Copies a tick in pieces of 16 bytes. For a copy of the whole struct, the compiler would use a string instruction,
+/// Copies a tick in pieces of 16 bytes. To copy the whole struct at once, the compiler would use a string instruction,
 /// which is slow to start.
 void copy_tick(const ServoTick& from, ServoTick& to) noexcept {
   static_assert(std::is_trivially_copyable_v<ServoTick> && sizeof(ServoTick) % 8 == 0);
@@ -177,8 +177,9 @@ inline bool Servo::State::move_free(TickData& now) noexcept {
       (settings.vibration.band > 0 && cutting.speed > 0)) {
     return false;
   }
-  // The tool may move freely within m.room. Each tick reduces it by the motion of the hand. Only when it is used up,
-  // the model computes a new clearance. If m.room is not zero, the last tick was free, so the proxy was at the hand.
+  // m.room is the distance that the tool may move before it can touch anything. Each tick subtracts the motion of the
+  // hand from it. Only when it is used up, the model computes a new clearance. If m.room is not zero, the tool had no
+  // contact in the last tick, so the proxy was at the hand.
   const double moved = glm::length(now.moved), least = settings.frame.voxel;
   double way = moved;
   if (!(m.room > least && way <= m.room)) {
@@ -193,7 +194,7 @@ inline bool Servo::State::move_free(TickData& now) noexcept {
   }
   m.due_for = snapshot_due_for(now.X_WT.p, snapshot->center_W, travel) ? m.due_for + now.dt : 0;
   out.faults = m.due_for > P::stale_time ? bits(Fault::kStalePatch) : 0;
-  cutting.budget = std::min(cutting.budget, 0.0);  // a head without contact earns no energy
+  cutting.budget = std::min(cutting.budget, 0.0);  // a head without contact must not collect energy for a later cut
   cutting.wall_budget = 0;
   Limits& l = limits;
   l.ramp = now.hand.faults & bits(Fault::kHeld) ? 0 : 1;
@@ -334,9 +335,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   out.tool = s.in_hand;
 
   // With invalid input or without a hand, the force of this tick is zero, and the proxy starts again afterwards. The
-  // energy ledger must ignore the hand's motion in this time, because the hand felt no force. Otherwise the product of
-  // the last force and a jump of the pose could put the ledger in debt, and a ledger in debt permits no force. The
-  // comparison of the orientation comes first, because the orientation often stays the same.
+  // hand feels no force in this time, so its motion must not count in the energy ledger. Otherwise (last force × jump
+  // of the pose) could put the ledger in debt, and a ledger in debt permits no force. The comparison of the orientation
+  // comes first, because the orientation often stays the same.
   const bool comes_turned = hand.X_WT.R != s.motion.came_R;
   const bool valid = in_workspace(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
   if (!valid || (hand.faults & kNoPose)) {

@@ -23,7 +23,7 @@ class SoftTissue;
 
 /// The settings of the servo: everything that it needs before its first tick. SI units.
 struct ServoSettings {
-  // N/m, stiffness of the coupling in enamel; for another tissue it is scaled by the tissue's own stiffness
+  // N/m, stiffness of the coupling for enamel; for other tissue it is scaled by that tissue's stiffness
   double stiffness = 1000;
   double damping = 2;  // N·s/m, damping along the contact normal
   bool friction = true;
@@ -62,7 +62,7 @@ inline std::span<const Tool> tool_set(const ServoSettings& settings) {
   return settings.tools.empty() ? std::span<const Tool>(&settings.tool, 1) : std::span<const Tool>(settings.tools);
 }
 
-/// State of the hand at one tick.
+/// The hand's state in one tick.
 struct HandSample {
   Nanos t = 0;
   Pose X_WT;
@@ -79,9 +79,9 @@ inline constexpr std::uint32_t kNoPose = bits(Fault::kBadInput) | bits(Fault::kD
 inline constexpr double kPedalUp = 0.01;
 
 /// Computes contact, cutting and force of one hand in one tissue. Servo thread only; tick() is noexcept, never
-/// allocates and never locks. Deterministic: equal samples and equal snapshots give the same bits. Change of the tool:
-/// it happens in the first tick in which the pedal is released, the spindle has stopped, and neither the old nor the
-/// new head touches tissue. So it causes no force step.
+/// allocates and never locks. Deterministic: equal samples and equal snapshots give the same bits. The tool is changed
+/// in the first tick in which the pedal is released, the spindle has stopped, and neither the old nor the new head
+/// touches tissue. So a change of the tool causes no force step.
 class Servo {
  public:
   /// `settings` must be complete, including the frame. Throws Error if the contact method rejects the settings.
@@ -101,7 +101,7 @@ class Servo {
   /// does not contain the change.
   void set_stiffness(const PerTissue& stiffness) noexcept;
 
-  /// Starts the end of a session: the force falls to zero within ramp_time.
+  /// Begins the end of a session: the force falls to zero within ramp_time.
   void ramp_out() noexcept;
 
   /// Returns the tissue snapshot that the servo uses at present.
@@ -116,7 +116,7 @@ class Servo {
 };
 
 /// Returns the best centre for a new snapshot in m, frame W. It lies on the line from the proxy p_WG to the hand p_WT,
-/// at most travel / 2 from the proxy. `travel`: ContactModel::travel(), m.
+/// at most travel / 2 from the proxy. `travel`: m, ContactModel::travel().
 dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept;
 /// Returns true if a snapshot centred at `center_W` should be replaced by a snapshot centred at `wanted_W`.
 inline bool snapshot_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) noexcept {

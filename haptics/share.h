@@ -1,5 +1,5 @@
 // Computes the fraction of a voxel that lies inside a surface, for all of haptics. Fractions are integer numbers of
-// small units. So volumes are exact sums in any order, and the removed, added and remaining volumes are consistent.
+// small units. Sums of integers are exact in any order, so the removed, added and remaining volumes are consistent.
 #pragma once
 
 #include <bit>
@@ -13,7 +13,7 @@ inline constexpr double kFractionUnit = 1.0 / (1 << 23);
 /// voxels away from the voxel's centre. Floats between 1 and 2 have equal spacing (one unit), so the difference of two
 /// bit patterns is a number of units.
 inline std::int32_t inside_units(float distance) {
-  // The code has no branch, so that the compiler can vectorise the sum over the 512 samples of a leaf.
+  // There is no branch here, so that the compiler can vectorise the sum over the 512 samples of a leaf.
   const float above = distance < -0.5f ? -0.5f : distance;
   const float at = (above > 0.5f ? 0.5f : above) + 1.5f;
   return std::bit_cast<std::int32_t>(2.0f) - std::bit_cast<std::int32_t>(at);

@@ -4,8 +4,9 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Maps shared memory without a file at `both` and at `both` + `size`. mremap() with an old length of 0 maps shared
-/// memory a second time. Valgrind does not know this use of mremap(). Returns false if it fails.
+/// Maps the same shared memory twice, at `both` and at `both` + `size`, without a file: mremap() with an old length of
+/// 0 creates the second mapping. Returns false if this fails, as under Valgrind, which does not know this use of
+/// mremap().
 bool map_without_file(char* both, std::size_t size) {
   void* const once = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (once == MAP_FAILED) return false;

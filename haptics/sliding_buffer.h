@@ -14,8 +14,8 @@
 
 namespace typodont::haptics {
 
-/// Returns the address of `size` bytes that the next `size` bytes repeat. `size`: a multiple of the size of a page. All
-/// pages are in memory, so that the servo causes no page faults later. Throws std::bad_alloc.
+/// Maps `size` bytes twice, one after the other, and returns their address. `size`: a multiple of the size of a page.
+/// All pages are already in memory, so that the servo causes no page faults. Throws std::bad_alloc.
 void* map_twice(std::size_t size);
 
 /// An array whose start can be moved. It owns its memory; a copy of the object copies the elements. Set-up functions
@@ -100,7 +100,7 @@ class SlidingBuffer {
 
   T* memory_ = nullptr;
   std::size_t count_ = 0;  // number of elements
-  std::size_t ring_ = 0;   // number of elements of the ring buffer, after which its memory repeats
+  std::size_t ring_ = 0;   // number of elements in the ring; after so many elements the same memory follows again
   std::size_t first_ = 0;  // position of the array's first element in the ring
 };
 

@@ -12,13 +12,13 @@ namespace typodont::haptics {
 /// Material and geometry of the soft tissue. SI units. haptics/soft/README.md names the sources of the defaults.
 struct SoftLaw {
   double elastic_modulus = 1e6;  // Pa, Young's modulus
-  // m, thickness of the soft layer on the bone; where the tissue is thinner, its real thickness is used
+  // m, thickness of the soft layer on the bone; thinner tissue has its real thickness
   double thickness = 2e-3;
   double return_time = 0.2;         // s, time constant with which the tissue recovers after release
   double friction = 0.1;            // coefficient of Coulomb friction for a tool that does not rotate
   double specific_energy = 0.3e9;   // J/m³, energy that a bur needs to remove soft tissue
   double spacing = 0.35e-3;         // m, distance between the simulated points
-  double bleeding_depth = 0.25e-3;  // m, threshold of the depth of a cut; a deeper cut bleeds
+  double bleeding_depth = 0.25e-3;  // m, limit of the depth of a cut; a deeper cut bleeds
   double blood_radius = 2.5e-3;     // m, final radius of the blood stain around a wound
   double blood_time = 8;            // s, time constant with which the stain grows
 };

@@ -1,5 +1,5 @@
-// Soft tissue around the tooth being treated, for example gum. It yields under an instrument, pushes back, and recovers
-// its resting surface. A rotating bur cuts it, and a deep cut bleeds. haptics/soft/README.md explains the model.
+// Soft tissue around the tooth being treated, for example gum. It yields under an instrument, pushes back, and returns
+// to its resting shape. A rotating bur cuts it, and a deep cut bleeds. haptics/soft/README.md explains the model.
 #pragma once
 
 #include <array>
@@ -92,7 +92,7 @@ class SoftTissue {
   struct Input {
     Nanos t = 0;
     double dt = 1e-3;        // s, duration of this tick
-    Pose X_WG;               // pose of the tool that results from the hand and the hard tissue
+    Pose X_WG;               // pose that the tool would have without soft tissue, from the hand and the hard tissue
     std::uint32_t tool = 0;  // index of the tool
     double cutting = 0;      // m/s, speed of the bur's rim times its cutting coefficient; 0: the tool does not cut
   };
@@ -152,7 +152,7 @@ class SoftTissue {
     double stiffness = 0;      // N/m, stiffness of the layer below the point
     double springs = 0;        // N/m, sum of the stiffness of the layer and of all links to neighbours
     double limit = 0;          // m, largest displacement, including the depth of a cut
-    double yield = 0;          // m/N, displacement of the point per newton within one tick
+    double yield = 0;          // m/N, compliance of the point within one tick
     // The following members describe the contact of the point with the tool.
     bool contact = false;
     double exit = 0;  // m, depth to which the head extends below the resting position of the point
@@ -209,7 +209,7 @@ class SoftTissue {
   bool placed_ = false;  // true if last_ contains the pose of the last tick
   Pose last_;
   std::uint32_t tool_ = 0;
-  Pose seen_;         // pose at which room_ was computed
+  Pose seen_;         // pose of the tool for which room_ was computed
   double room_ = -1;  // m, distance that the tool may move from seen_ before it can touch a point
 };
 

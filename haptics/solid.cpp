@@ -70,7 +70,7 @@ struct Cylinder : Solid {
 /// A truncated cone, or a cone with a tip. The distance is computed in the half plane through the axis.
 struct Cone : Solid {
   dvec3 center, axis;
-  // m; radius: at the height -half; top_radius: at the height +half; half: half the height
+  // m; radius: at the height -half; top_radius: at the height +half; half: half of the height
   double radius, top_radius, half;
 
   double distance(const dvec3& p) const override {
@@ -82,7 +82,8 @@ struct Cone : Solid {
     const double above = glm::length(glm::dvec2(std::max(q.x - top_radius, 0.0), q.y - half));
     const double s = std::clamp(glm::dot(q - corner, side) / glm::dot(side, side), 0.0, 1.0);
     const double nearest = std::min({below, above, glm::length(q - corner - s * side)});
-    const double out = side.y * (q.x - corner.x) - side.x * (q.y - corner.y);  // positive: outside the slanted side
+    // positive: the point is outside the slanted side
+    const double out = side.y * (q.x - corner.x) - side.x * (q.y - corner.y);
     return std::abs(z) < half && out < 0 ? -nearest : nearest;
   }
   void bounds(dvec3& lo, dvec3& hi) const override {
@@ -270,14 +271,15 @@ struct Part {
 };
 
 constexpr double kHalfVoxel = 0.87;  // voxels, upper bound of the distance from the centre of a voxel to its corners
-// Voxels, tolerance. Two surfaces nearer to each other than this count as one surface, which belongs to the later
-// solid.
+// Voxels, tolerance. If two surfaces are nearer to each other than this, they count as one surface, which belongs to
+// the later solid.
 constexpr double kTies = 1e-6;
 
 /// Returns the point inside a voxel at which its label is determined, in voxels relative to the centre. The points of
 /// neighbouring voxels differ, and are evenly distributed along each axis (sequence R2 of Roberts 2018, "The
-/// unreasonable effectiveness of quasirandom sequences"). So the number of voxels of each tissue at a border is
-/// proportional to its volume. With the voxel centres, a border could shift by up to half a voxel.
+/// unreasonable effectiveness of quasirandom sequences"). So at a border, the number of voxels of each tissue is
+/// proportional to its volume. If the label were always determined at the centre, a border could shift by up to half a
+/// voxel.
 dvec3 place_within(const glm::ivec3& voxel) {
   constexpr double a = 0.7548776662466927, b = 0.5698402909980532, along = 0.5497004779019703;
   const dvec3 v(voxel);
@@ -349,7 +351,7 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
     lo -= dense.band;
     hi += dense.band;
   }
-  // Voxel centres are multiples of h. So a solid has the same samples, whatever the bounds of the grid are.
+  // The centres of voxels are multiples of h, so that the samples of a solid do not depend on the bounds of the grid.
   const dvec3 first = glm::floor(lo / h), last = glm::ceil(hi / h);
   const dvec3 size = last - first + 1.0;
   constexpr double kMaxVoxels = 6e8;
@@ -365,9 +367,9 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
   if (std::ranges::any_of(parts, [](const Part& part) { return part.hardness != kOwnHardness; }))
     dense.hardness.assign(count, kOwnHardness);
 
-  // Samples the solids block by block. The distance to a solid changes from point to point by at most the distance of
-  // the points. So the distances at the centre of a block show which solids matter in the block. Often they show that
-  // the whole block is air or deep inside.
+  // Samples the solids block by block. Between two points, the distance to a solid changes by at most the distance
+  // between the points. So the distances at the centre of a block show which solids can be near the block, and often
+  // that the whole block is air or deep inside.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto label = [&](std::size_t i, const Part* part) {

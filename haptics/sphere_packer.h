@@ -11,7 +11,7 @@ namespace typodont::haptics {
 
 struct PackOptions {
   std::size_t spheres = 36000;  // number of spheres, 1 to kMaxSpheres
-  // random seed; shifts the grid of candidate positions, which gives a different packing of the same kind
+  // random seed; it shifts the grid of candidate positions, so another seed gives another packing
   std::uint64_t seed = 1;
   /// Largest radius in m. 0: kDefaultMaxRadius times the radius of `spheres` equal spheres that have the tissue's
   /// volume. A sphere is the smallest unit that a cut can remove. Without a limit, the first sphere of a molar would be

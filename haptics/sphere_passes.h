@@ -82,9 +82,9 @@ struct SphereChange {
   packing::CutSphere after;
 };
 
-/// The three passes on a GPU. Used by one thread at a time; after set-up, by the servo thread. All results have the
-/// same bits as on the CPU. The returned lists are not sorted. If a function returns false, the state of the tissue on
-/// the GPU is unknown, and load() must be called before any other function.
+/// The three passes (see the top of this file) on a GPU. Used by one thread at a time; after set-up, by the servo
+/// thread. All results have the same bits as on the CPU. The returned lists are not sorted. If a function returns
+/// false, the tissue on the GPU is unknown, and load() must be called before any other function.
 class SpherePasses {
  public:
   virtual ~SpherePasses() = default;
@@ -98,7 +98,7 @@ class SpherePasses {
   /// Copies the whole tissue to the GPU; `tissue` must contain spheres() elements.
   virtual bool load(std::span<const packing::CutSphere> tissue, packing::Removal removal) noexcept = 0;
 
-  /// Pass 1: finds the first contact on the path of the tool.
+  /// Pass 1: finds the first contact on the path of the tool's spheres.
   virtual bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept = 0;
   /// Pass 2: finds all pairs that overlap, with the volume of their lens. The list is valid until the next call.
   virtual bool overlaps(std::span<const RestingBall> balls, std::span<const SphereShare>& found) noexcept = 0;
@@ -109,8 +109,8 @@ class SpherePasses {
   virtual bool remove(std::span<const CuttingBall> balls, std::span<const SphereChange>& found) noexcept = 0;
 };
 
-/// Function that creates the passes for this number of tissue spheres, at set-up. Returns null if no GPU can run them.
-/// A software GPU is used only if `any_device` is true, for tests and measurements.
+/// A function that creates the passes at set-up, for a given number of tissue spheres. Returns null if no GPU can run
+/// them. A software GPU is used only if `any_device` is true, for tests and measurements.
 using SpherePassesMaker = std::function<std::unique_ptr<SpherePasses>(std::size_t spheres, bool any_device)>;
 
 /// Registers a function that creates the passes, before main(). Declare an object at namespace scope:

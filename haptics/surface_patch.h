@@ -18,7 +18,7 @@
 namespace typodont::haptics {
 
 /// A cube of n³ samples of distance (voxels) and label; z runs fastest. The carver reuses patches that the servo
-/// returns. When it moves a patch, the samples that stay inside are kept; only new and changed samples are copied.
+/// returns: it moves the patch, keeps the samples that stay inside, and copies only new and changed samples.
 struct SurfacePatch : Snapshot {
   glm::ivec3 lo{0};  // position of sample (0,0,0) in voxels
   int n = 0;
@@ -37,9 +37,9 @@ struct SurfacePatch : Snapshot {
   // along each axis, and covers a larger region. Its lengths are in its own, larger voxels.
   std::vector<SurfacePatch> wide;
   int every = 1;
-  // The following members determine which samples the carver must copy when it uses the patch again. copied_at: state
-  // of the tissue at the last copy (TissueVolume::mark(); 0: copy all samples). The box (inclusive) contains the voxels
-  // in which the servo has written to the patch.
+  // The following members tell which samples the carver must copy when it reuses the patch. copied_at: state of the
+  // tissue at the last copy (TissueVolume::mark(); 0: copy all samples). The box (inclusive) contains the voxels that
+  // the servo has written.
   std::uint64_t copied_at = 0;
   glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};
 
@@ -87,8 +87,8 @@ inline void mark_written(SurfacePatch& patch, const glm::ivec3& lo, const glm::i
 inline void mark_cut(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.cut_lo = glm::min(patch.cut_lo, lo), patch.cut_hi = glm::max(patch.cut_hi, hi);
 }
-/// Returns true if cuts have not changed the field around p (voxels), where the field has the value `distance`. This is
-/// the case if neither the stencil of the cubic interpolation nor the nearest tissue is in the box of the cuts.
+/// Returns true if no cut has changed the field around p (voxels). `distance`: value of the field at p. This is the
+/// case if neither the stencil of the cubic interpolation nor the nearest tissue is in the box of the cuts.
 inline bool is_true_around(const SurfacePatch& patch, const dvec3& p_V, double distance) {
   constexpr double kStencil = 5.2;  // voxels, distance from a point to the corners of its stencil (3√3)
   if (!patch.exact_outside) return false;

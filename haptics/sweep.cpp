@@ -13,11 +13,11 @@ namespace typodont::haptics {
 namespace {
 
 // Voxels, longest path that is cut in one step; kShortOfLaws4 is the value for versions 1 to 4 of the force laws. In
-// such a step, the head is cut only at its end pose. Then a search finds the samples that were deeper in the head
+// such a step, the head at its end pose is cut first. Then a search finds the samples that were deeper inside the head
 // during the motion.
 constexpr double kShort = 3, kShortOfLaws4 = 1;
-// Voxels, tolerance of a step of a drill perpendicular to its axis. Below it, the drill counts as moving along its
-// axis. Over a whole bed, the error is then far below kTop.
+// Voxels, tolerance. If a step of a drill moves it sideways by less than this, the drill counts as moving along its
+// axis. Even over a whole bed (the drilled hole), the error is far below kTop.
 constexpr double kAlongAxis = 1e-9;
 // first version of the force laws in which a drill that moves along its axis cuts only at its end
 constexpr std::uint32_t kLawsOfAxis = 7;
@@ -31,7 +31,8 @@ bool has_rim(const MeridianPiece& end, const MeridianPiece& flank) {
 /// Returns true if the drill `tool` moves from A to B (voxels) along its own axis, towards its free end.
 bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double reach) {
   if (!tool.implant || tool.implant->kind != ImplantToolKind::kDrill) return false;
-  // If a head is short, its upper end is near the samples that the lower end cuts, so it could affect them too.
+  // If a head is shorter than its diameter, its upper end is near the samples that the lower end cuts, so it could also
+  // change them.
   if (tool.shape != HeadShape::kCylinder || tool.length < tool.diameter) return false;
   const dvec3 axis = A.R * dvec3(0, 0, -1), way = B.p - A.p;
   const double along = glm::dot(way, axis);
@@ -40,7 +41,7 @@ bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double rea
 }
 
 // Voxels, largest allowed deviation of a sample's curved path from a straight line; kBendOfLaws4 is the value for
-// versions 1 to 4 of the force laws. With the larger value, a fast rotation is divided into half as many segments.
+// versions 1 to 4 of the force laws. With the larger value, a fast rotation needs only half as many segments.
 constexpr double kBend = 0.01, kBendOfLaws4 = 0.0025;
 // Voxels, largest such deviation for a head with a round end. The paths of its samples have a second-order term
 // (Straight::bend_turn), so the error is much smaller than the deviation.
@@ -84,8 +85,8 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     along_axis_ = continues && laws >= kLawsOfAxis && straights_ == 0 && has_rim(pieces_[0], pieces_[1]) &&
                   moves_along_axis(tool, X_VA_, X_VB_, reach);
     if (along_axis_) {
-      // In a motion along the axis, a sample does not change if its nearest point of the head at A (the start of the
-      // sweep) is already on the flank.
+      // In a motion along the axis, a sample does not change if the point of the head at A (the start of the sweep)
+      // that is nearest to the sample is on the flank.
       const MeridianPiece& end = pieces_[0];  // flat end of the drill, from the axis to the rim
       const auto moved = static_cast<float>(glm::length(b - a));
       back_.still_above = end.bz + moved, back_.still_beyond = end.bx + end.bz + moved;
@@ -146,7 +147,7 @@ double Sweep::path_from(const Sweep& before) const noexcept {
 }
 
 bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
-  // voxels, edge length of the blocks of samples around the sweep in which the listed groups of samples lie
+  // voxels, edge length of the blocks into which the region around the sweep is divided to find groups of samples
   constexpr int kBlock = 8;
   const glm::ivec3 lo = lo_ - patch_lo, hi = patch_lo + n - 1 - hi_;
   return std::min({lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}) > kBlock + 1;
@@ -158,7 +159,8 @@ bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* dis
   // The head may have moved through air since the last call. This motion is part of the path length.
   const double way = sphere_ ? glm::length(X_VA_.p - front.X_V_.p) : displacement_bound(front.X_V_, X_VA_, reach_);
   front.advance_to(X_VB_, (front.known_ ? way : 0) + travel_);
-  // The patch must contain one more voxel around the sweep, because the lists are made for a further voxel of path.
+  // The patch must contain one more voxel around the sweep, because the lists also contain samples that change during
+  // the next voxel of path.
   const glm::ivec3 room_lo = lo_ - patch_lo, room_hi = patch_lo + n - 1 - hi_;
   const bool inside = std::min({room_lo.x, room_lo.y, room_lo.z, room_hi.x, room_hi.y, room_hi.z}) > 1;
   if (!inside || !front.holds(lo_ - 1, hi_ + 1)) {

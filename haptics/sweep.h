@@ -17,7 +17,7 @@ class CutFront;
 
 /// The volume that a head sweeps from pose A to pose B. For a ball it is an exact capsule. For any other head, each
 /// voxel gets its largest depth on the path, with an error of at most 5e-4 voxels. A cylindrical implant drill that
-/// moves on along its axis cuts only with its end.
+/// continues along its axis cuts only with its end.
 class Sweep {
  public:
   /// `continues`: true if the previous sweep ended at A (the start of the sweep) and removed the head's volume there;
@@ -32,7 +32,7 @@ class Sweep {
 
   /// Removes tissue from a block of voxels from lo to lo+size-1: each distance is increased to the voxel's depth in the
   /// swept head (at most kInner) if this is larger. z runs fastest; the strides are in samples. `removed` (may be
-  /// null): removed volume per tissue; it requires `tissue`. Returns true if any sample changed. Any thread; the result
+  /// null): removed volume per tissue; it requires `tissue`. Returns true if any sample changed. Any thread. The result
   /// has the same bits on every processor.
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, RemovedVolume* removed) const noexcept;
@@ -100,11 +100,11 @@ class Sweep {
   /// Returns an upper bound (voxels) of the rounding error of a sample's depth in a head that is not a ball.
   float rounding_of_depth() const noexcept { return 1e-3f + 2e-6f * static_cast<float>(reach_); }
   /// Returns true if the step is so short that the ball at B (the end of the sweep) is accurate enough instead of the
-  /// capsule. They differ by ab²/8r.
+  /// capsule. Their surfaces differ by ab²/8r.
   bool is_ball() const noexcept { return continues_ && glm::dot(ab_, ab_) < 8e-5f * radius_; }
 
   bool sphere_, continues_;
-  // true: a drill moves on along its axis and cuts only at its end, so samples beside its flank do not change.
+  // true: the drill continues along its axis and cuts only with its end, so samples beside its flank do not change.
   bool along_axis_ = false;
   std::uint32_t laws_;                           // version of the servo's force laws
   MeridianPiece pieces_[HeadField::kMaxPieces];  // meridian of a head that is not a ball, voxels

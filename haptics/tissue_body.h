@@ -49,8 +49,8 @@ class TissueBody {
   /// Returns the distance in m that the tool may move before a new snapshot is due; infinity if a snapshot contains the
   /// whole tissue.
   virtual double travel() const = 0;
-  /// Returns true if cuts have made a new snapshot due at time t. Only for methods whose servo does not cut its own
-  /// snapshot.
+  /// Returns true if a new snapshot is due at time t because of cuts. Only for methods whose servo does not apply its
+  /// cuts to its own snapshot.
   virtual bool wants_snapshot(Nanos /*t*/) const { return false; }
   /// Copies the tissue around snapshot.center_W to `snapshot`. The carver sets the members of the base class.
   virtual void cut_out(Snapshot& snapshot) = 0;

@@ -52,7 +52,7 @@ class TissueVolume {
   double band() const;  // m, largest stored distance
   /// Returns true if the distances outside the tissue were exact before the first cut.
   bool exact_outside() const;
-  /// Returns in `a_lo` and `a_hi` the bounding box of all cuts within lo .. hi; a_lo > a_hi if there are none.
+  /// Sets `a_lo` and `a_hi` to the bounding box of all cuts within the box lo .. hi; a_lo > a_hi if there are none.
   void cut_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;
   /// Returns the bounding box (inclusive, voxels) of all voxels nearer to the surface than the band; lo > hi if there
   /// are none.
@@ -69,12 +69,12 @@ class TissueVolume {
   /// copies the hardness from before the filling.
   void copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* labels,
                       std::uint8_t* hardness = nullptr) const;
-  /// Returns in `a_lo` and `a_hi` the bounding box of all fillings within lo .. hi; a_lo > a_hi if there are none.
+  /// Sets `a_lo` and `a_hi` to the bounding box of all fillings within lo .. hi; a_lo > a_hi if there are none.
   void filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;
 
   /// Copies a box of every n-th sample, for a coarse patch; the first sample is at voxel n·lo. Distances are in coarse
-  /// voxels, which are n times as large. Near a cut, the field is exact only close to the surface; deeper samples get
-  /// the distance −Sweep::kMargin. `hardness` may be null.
+  /// voxels, which are n times as large. Near a cut, the field is exact only close to the surface, so deeper samples
+  /// get the distance −Sweep::kMargin. `hardness` may be null.
   void copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
                   std::uint8_t* hardness = nullptr) const;
 
@@ -87,8 +87,8 @@ class TissueVolume {
     std::vector<glm::ivec3> blocks;  // keys of the blocks (see solid_block()); a key may occur more than once
     VoxelBox box;                    // bounding box of all writes, voxels
   };
-  /// Returns in `written` the writes since `mark`. Returns false if they are not known any more: after undo or
-  /// painting, or if there were too many.
+  /// Sets `written` to the writes since `mark`. Returns false if they are not known any more: after undo or painting,
+  /// or if there were too many.
   bool written_since(std::uint64_t mark, Written& written) const;
   /// A box of copied samples: every voxel, or every n-th voxel.
   struct Copied {
@@ -106,8 +106,8 @@ class TissueVolume {
   /// Returns the box of the n-th samples that may have changed after writes within the box `written`.
   static VoxelBox every_around(int n, const VoxelBox& written);
 
-  /// Result of a removal: the bounding box of its writes, and the samples (see solid_block()) of the blocks in which
-  /// tissue may have become air.
+  /// Result of a removal: the bounding box of its writes, and the blocks (see solid_block()) in which tissue may have
+  /// become air.
   struct Carved {
     VoxelBox box;
     std::vector<BlockPart> blocks;
@@ -115,7 +115,7 @@ class TissueVolume {
   /// Removes the tissue inside the swept head: each distance becomes the larger of itself and the depth below the
   /// head's surface. Labels do not change, except where a filling was removed.
   Carved carve(const Sweep& sweep);
-  /// Removes whole voxels.
+  /// Removes the whole voxels that the stamp marks.
   Carved carve(const VoxelStamp& stamp);
 
   /// Replaces the distances of a block. Labels do not change. Returns the bounding box of the writes.
@@ -186,8 +186,8 @@ class TissueVolume {
 
   /// Returns the volume of each tissue, m³. A voxel at the surface counts with the fraction that lies inside.
   PerTissue volumes() const;
-  /// Returns the volume of each tissue, m³, where each voxel's volume is multiplied by its hardness 0..1. The ratio to
-  /// volumes() is the mean hardness.
+  /// Returns for each tissue the sum of (volume of a voxel × its hardness 0..1), m³. The ratio to volumes() is the mean
+  /// hardness.
   PerTissue hardness_volumes() const;
   /// Returns the FNV-1a hash over the bytes of all active samples in index order, including hardness. Equal fields have
   /// equal hashes.

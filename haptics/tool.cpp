@@ -17,8 +17,8 @@ namespace {
 
 using glm::dvec2;
 
-// Height above the free end, as a ratio to the head's diameter, below which the density of surface samples does not
-// increase any more.
+// The density of surface samples increases towards the free end, but not below this height above the end, a ratio to
+// the head's diameter.
 constexpr double kBluntEnd = 0.1;
 
 /// One piece of a head's meridian, in the half plane (ρ ≥ 0, z). A meridian is a convex chain of straight lines and
@@ -252,7 +252,8 @@ HeadField HeadField::with_exit_path(const Tool& tool, double unit) {
   return field;
 }
 
-/// Returns the signed distance in the half plane. `n_rho`, `n_z`: unit direction in which the distance increases.
+/// Returns the signed distance in the half plane. `n_rho`, `n_z` receive the unit direction in which the distance
+/// increases.
 double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) const noexcept {
   // best2: squared distance to the closest point; best_x, best_z: vector from the closest point to (ρ, z)
   double best2 = 1e300, best_x = 0, best_z = 0;
@@ -368,8 +369,8 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
     return samples;
   }
   // Sample i is at the quantile (i + 1/2)/count of the sample density along the meridian; successive samples are
-  // rotated by the golden angle. Near the end, the density is area / (height above the end)², so that every octave of a
-  // tip's length gets equally many samples.
+  // rotated by the golden angle. Near the end, the density is area / (height above the end)², so that each doubling of
+  // the height gets equally many samples.
   const Meridian m = meridian(tool);
   struct Step {
     dvec2 q;
@@ -462,7 +463,8 @@ Tool read_tool(const Json& json) {
     if (tool.neck_diameter > tool.diameter * (1 + 1e-9)) {
       shank->fail(fmt::format("a neck of {:g} mm", tool.neck_diameter / kMillimetre), "neck_mm no wider than the head");
     }
-    // A step in width from neck to shank would make the outline concave. So a very short cone replaces it.
+    // Without a taper, the step from the neck to the wider shank would make the outline concave. So it becomes a very
+    // short cone.
     if (tool.neck_diameter < tool.shank_diameter) tool.neck_length = std::max(tool.neck_length, 0.01 * kMillimetre);
   }
   if (const auto end = json.find("safe_end")) {

@@ -42,8 +42,8 @@ class HeadField {
   /// Returns the signed distance from a point in frame T to the surface, negative inside; exact for every shape.
   double distance(const dvec3& p_TQ) const noexcept;
   /// Returns the signed distance from a point in frame T to the surface. `to_piece` receives the distance to each piece
-  /// of the meridian. If the distance to a piece is larger than the smallest one by more than 2 r, this piece is not
-  /// the closest one for any other point within the distance r.
+  /// of the meridian. A piece whose distance exceeds the smallest one by more than 2 r is not the closest piece for any
+  /// point within the distance r of this point.
   double distance(const dvec3& p_TQ, double (&to_piece)[4]) const noexcept;
   /// Returns the signed distance from a point in frame T to the surface. `n_T` receives the unit direction in T in
   /// which the distance increases.
@@ -70,7 +70,7 @@ struct Tool {
   double diameter = 1.2e-3;  // m, largest diameter
   double length = 1.2e-3;    // m, length along the axis; for a ball its diameter
   bool cuts = true;          // false for probes and gauges, which touch tissue but never remove it
-  // fraction of the normal force that contributes to cutting, for a contact at the side of the head
+  // fraction of the normal force that contributes to cutting, if the side of the head has contact
   double side_efficiency = 1;
   // Fraction of the normal force that contributes to cutting, for a contact at the end of the head. Between side and
   // end, the fraction is interpolated by the squared cosine of the angle to the axis.
@@ -85,8 +85,8 @@ struct Tool {
   // larger chips, which need less energy per volume.
   double energy_ratio = 1;
 
-  // The following members describe parts that never cut. The shank extends from the upper end of the head to the
-  // handpiece and widens from its neck. The safe end is a round-ended pin beyond the free end.
+  // The following members describe the parts of the tool that never cut. The shank extends from the upper end of the
+  // head to the handpiece and widens from its neck. The safe end is a round-ended pin beyond the free end.
   double shank_length = 0;         // m, length of the part of the shank that can have contact; 0: none
   double shank_diameter = 1.6e-3;  // m, diameter of the shank; default: friction grip, ISO 1797 type 3
   double neck_diameter = 0;        // m, diameter of the neck

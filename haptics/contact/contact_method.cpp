@@ -54,7 +54,7 @@ ContactMethodRegistration::ContactMethodRegistration(std::string name, ContactMe
 void count_method(std::string_view name, std::uint64_t models, std::uint64_t bodies) {
   const std::lock_guard lock(g_counts);
   Entry* const entry = find(name);
-  if (!entry) return;  // the program created this method without registering it
+  if (!entry) return;  // the method is not in the table, because the program created it without a registration
   entry->models += models, entry->bodies += bodies;
 }
 

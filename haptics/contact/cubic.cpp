@@ -45,8 +45,8 @@ constexpr Polynomials weights() {
 // same bits with and without FMA. Adding kGrid to a number below 2 rounds the number to a multiple of 2^-29.
 constexpr double kGrid = 1.5 * (1 << 23);
 
-/// For each sample: the sum of its weight and the weights of all later samples, rounded to a multiple of 2^-29. The
-/// weights are differences of these sums. So the weights add up to exactly 1, and the derivatives of the weights to
+/// For each sample: the sum of its weight and the weights of all later samples, rounded to a multiple of 2^-29. Each
+/// weight is then the difference of two of these sums. So the weights add up to exactly 1, and their derivatives to
 /// exactly 0.
 constexpr Polynomials sums() {
   const Polynomials of_each = weights();

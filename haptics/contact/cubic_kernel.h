@@ -24,7 +24,8 @@ TYPODONT_KERNEL void weigh(const double (&c)[powers][8], double t, double* weigh
 template <std::size_t powers>
 TYPODONT_KERNEL void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;
-  // sum of the weights after the last sample: it is 0, because no sample follows; adding kGrid rounds the later sums
+  // sum of the weights after the last sample, which is 0; adding kGrid here has the effect that all other sums are
+  // rounded
   Lanes after = Lanes{} + kGrid;
   for (int at = 8 - kLanes; at >= 0; at -= kLanes) {
     const Lanes from = at_fraction(sums, at, t, t2);
@@ -42,8 +43,8 @@ TYPODONT_KERNEL void sum_up(const float* f, std::size_t stride_x, std::size_t st
   weigh(kWeights.slope, fractions[0], x_slope);
   weigh(kWeights.value, fractions[2], z);
   weigh(kWeights.slope, fractions[2], z_slope);
-  // Forces the compiler to keep the weights in memory, because one instruction then loads a weight into all lanes of a
-  // vector.
+  // Forces the compiler to keep the weights in memory. A weight in memory can be loaded into all lanes of a vector by
+  // one instruction.
   asm("" : "+m"(x), "+m"(x_slope), "+m"(y), "+m"(y_slope));
   // sample k of a row is added to partial sum k mod 4, whatever the vector width is, so that all widths give the same
   // bits

@@ -1,4 +1,5 @@
-// A log of the servo's last cuts. When a new snapshot lacks some of these cuts, the servo repeats them in it.
+// A log of the servo's last cuts. If a new snapshot lacks some of these cuts, the servo finds them here and repeats
+// them in the snapshot.
 #pragma once
 
 #include <algorithm>
@@ -69,8 +70,8 @@ class CutLog {
   const Made& made(std::uint64_t index) const noexcept { return made_[index]; }
   std::uint64_t last() const noexcept { return made_.last(); }
   std::uint64_t first_after(std::uint64_t index) const noexcept { return made_.first_after(index); }
-  /// Returns in `lo` and `hi` the union of the boxes of all cuts after `index`, or the whole patch if some of these
-  /// cuts are no longer stored. Returns false if there is no such cut. `filled`: true if one of these cuts may be a
+  /// Sets `lo` and `hi` to the union of the boxes of all cuts after `index`, or the whole patch if some of these cuts
+  /// are no longer stored. Returns false if there is no such cut. `filled`: true if one of these cuts may be a
   /// filling.
   bool since(std::uint64_t index, glm::ivec3& lo, glm::ivec3& hi, bool& filled) const noexcept {
     if (index >= last()) return false;

@@ -13,8 +13,8 @@ PatchModel::PatchModel(const ServoSettings& settings)
 
 void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<SurfacePatch&>(snapshot);
-  // The carver thread has just written this object, so its cache lines are on another core. All lines are prefetched at
-  // once.
+  // The carver thread has just written this object, so its cache lines are in the cache of another core. All lines are
+  // prefetched at once.
   constexpr std::size_t kLine = 64;
   for (std::size_t at = 0; at < sizeof fresh; at += kLine) {
     __builtin_prefetch(reinterpret_cast<const char*>(&fresh) + at, 1);
@@ -35,15 +35,15 @@ void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   adopted(strokes_edited, !edited && !first);
 }
 
-/// After undo, redo or the removal of a loose piece, the old patch lacks this edit. So the cuts that the new patch
-/// lacks are repeated in it, in the same manner as the carver repeats them. A loose piece may contain volume that such
-/// a cut has already removed; this volume must be counted only once.
+/// Repeats in the new patch the cuts that it lacks, if the tissue was edited (undo, redo or removal of a loose piece).
+/// The old patch lacks this edit, so samples cannot be copied from it. The cuts are repeated as the carver repeats
+/// them. A loose piece may contain volume that such a cut has already removed; this volume must be counted only once.
 void PatchModel::repeat_cuts(SurfacePatch& fresh, PerTissue& all_removed) noexcept {
   const double h = voxel();
   for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {
     const CutLog::Made& made = log_.made(i);
-    // The removed volume may differ from that of the original cut. It is larger if undo has restored tissue, and
-    // smaller if a piece was removed.
+    // The removed volume may differ from that of the first time. It is larger if undo has restored tissue, and smaller
+    // if a piece was removed.
     const PerTissue removed = repeat(made, i, fresh);
     for (std::size_t t = 0; t < removed.size(); ++t) all_removed[t] += (removed[t] - made.removed[t]) * h * h * h;
   }

@@ -1,5 +1,5 @@
-// Base class of all contact models that work in a SurfacePatch. It repeats in a new patch the cuts that the patch
-// lacks.
+// Base class of all contact models that work in a SurfacePatch. If a new patch lacks some cuts, this class repeats them
+// in it.
 #pragma once
 
 #include <cstdint>
@@ -32,11 +32,11 @@ class PatchModel : public ContactModel {
   /// Repeats a logged cut in tissue that has changed by undo, redo or the removal of a loose piece. Returns the removed
   /// volume in voxels³; negative for a filling.
   virtual PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept = 0;
-  /// Repeats in the coarse patch of the new patch `fresh` the cuts that it lacks. `edited`: true if undo, redo or the
-  /// removal of a loose piece has changed the tissue since the old patch.
+  /// Repeats the cuts that the coarse patch of the new patch `fresh` lacks. `edited`: true if undo, redo or the removal
+  /// of a loose piece has changed the tissue since the old patch was taken.
   virtual void update_coarse(SurfacePatch& /*fresh*/, bool /*edited*/) noexcept {}
   /// Called after patch_ was replaced. `strokes_edited`: true if undo or redo has changed the tissue. `known`: true if
-  /// the old patch contained all changes that the new patch contains.
+  /// the new patch contains no changes that the old patch lacked.
   virtual void adopted(bool strokes_edited, bool known) noexcept = 0;
 
   const ServoSettings& settings_;

@@ -19,8 +19,8 @@ double travel_for(const Tool& tool, double voxel) {
 int patch_edge_for(std::span<const Tool> tools, double voxel) {
   double half = 0;
   for (const Tool& tool : tools) {
-    // A portion of filling lies beyond the end of the head. It can be added only if the patch contains all of it, so
-    // the reach includes it.
+    // A portion of filling grows beyond the end of the head. It can be added only if it lies completely inside the
+    // patch, so the reach includes it.
     const double reach = std::max(near_reach(tool), tool.fill == Tissue::kAir ? 0.0 : tool.half() + tool.fill_reach);
     half = std::max(half, reach / voxel + Sweep::kMargin + 3 + travel_for(tool, voxel));
   }

@@ -1,5 +1,5 @@
 // Computes bounds of the speed at which a head approaches the samples near a point. With these bounds, the kernels
-// (vector functions) omit samples from which the head recedes. Private to haptics/cutting.
+// (vector functions) skip samples from which the head moves away. Private to haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ struct Advance {
 inline Advance advance_beside(const MeridianPiece& first, const MeridianPiece& last, const glm::vec3& center, float rho,
                               float reach, const glm::vec3& w) {
   const float across = std::sqrt(w.x * w.x + w.y * w.y);
-  /// greatest and least component of the motion w away from the axis, over the samples within `reach`
+  /// greatest and least component of the motion w in the direction away from the axis, over the samples within `reach`
   float most = across, least = -across;
   if (rho > reach) {
     const float inverse = 1 / rho, ux = center.x * inverse, uy = center.y * inverse, sine = reach * inverse,
@@ -30,8 +30,8 @@ inline Advance advance_beside(const MeridianPiece& first, const MeridianPiece& l
   }
   // Finds the largest n·w, where w is the motion and n is any normal of these pieces of the meridian. The normals
   // rotate from the first piece's normal to the last piece's normal. At a tip, they rotate from the downward direction
-  // to the last piece's normal. If the direction of w lies in this range, it is the normal with the maximum, and the
-  // maximum is |w|.
+  // to the last piece's normal. If one of these normals has the direction of w, it gives the maximum, which is then
+  // |w|. Otherwise the first or the last normal gives it.
   const bool tip = first.ax == 0.0f && rho < reach + Sweep::kMargin;
   const float first_x = tip ? 0 : first.nax, first_z = tip ? -1 : first.naz;
   const auto greatest = [&](float away, float along) {

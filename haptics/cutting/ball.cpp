@@ -1,4 +1,4 @@
-// Sweeps of a spherical head.
+// Cuts by a spherical head.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -26,18 +26,18 @@ struct Block {
   float* distance;
   const Tissue* tissue;
   std::size_t stride_x, stride_y;
-  // voxel of the first sample, relative to the sweep's base voxel, from which positions are measured
+  // voxel of the first sample, relative to the base voxel of the sweep (the origin of all positions here)
   int lo_x, lo_y, lo_z;
   int size_x, size_y, size_z;
 };
 
-/// The samples of a sweep that are processed together: groups of eight samples along z, and the data that all groups of
-/// a row share.
+/// The samples of a sweep that are processed together: groups of eight samples along z, and data that are equal for all
+/// groups of a row.
 struct Work {
   // kLongest: upper limit of the number of samples in a row
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;
-  // Terms of the distance from the head's axis that are equal for all samples of a row of samples along z; one lane for
-  // each of eight rows.
+  // Terms of the distance from the path's axis that are equal for all samples of a row along z; each lane belongs to
+  // one of eight rows.
   F8 u[kRowBatches], v[kRowBatches];
   I8 base[kRowBatches];  // index of the row's first sample
   // z[i] contains the z coordinates of the samples i to i + 7 of a row, relative to A (the beginning of the sweep)
@@ -47,9 +47,9 @@ struct Work {
   int batches = 0, count = 0;
 };
 
-/// Raises the samples of some groups. A group is eight samples along z. Each sample becomes max(old, min(radius -
-/// distance, kInner)) if this is above -kMargin, where `distance` is the distance from the centre of the ball.
-/// `narrow`: true if the rows of the block are shorter than a group.
+/// Raises the samples of some groups of eight samples along z. Each sample becomes max(old value, min(radius -
+/// distance, kInner)) if this is above -kMargin, where `distance` is the distance from the ball's centre. `narrow`:
+/// true if the rows of the block are shorter than a group.
 template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
@@ -100,7 +100,7 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
       for (int i = 0; i < size_z; ++i) at[i] = now[i];
     }
     any_raised |= raised;
-    // Stores every group of samples without a branch. A branch on the condition that a group changed would often be
+    // Stores every group of samples, even an unchanged one. A branch that skips unchanged groups would often be
     // mispredicted.
     moved_taken[moved] = eight::share_taken(old, now);
     moved_at[moved] = first;
@@ -128,9 +128,9 @@ TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
 }
 
 /// Raises a block of samples to their depth in the sweep of a ball from A to B. This sweep is a capsule. `capsule`:
-/// false if the sweep is so short that the ball at B covers everything ahead of A. Examines only samples that can
-/// change: samples near the sweep. If the sweep continues another sweep, examines only samples ahead of A and outside
-/// the ball that is already empty. Returns true if a sample changed; adds the removed volume to `removed`.
+/// false if the sweep is so short that the ball at B covers everything ahead of A. Examines only samples near the
+/// sweep. If the sweep continues another sweep, it examines only samples ahead of A and outside the ball at A, which is
+/// already empty. Returns true if a sample changed; adds the removed volume to `removed`.
 template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;
@@ -139,10 +139,10 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
   // everything, otherwise the middle between A and B.
   const float share = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
   const float mx = share * c.abx, my = share * c.aby, mz = share * c.abz, reach2 = reach * reach;
-  // If this sweep continues another sweep, all tissue in a ball around A with the radius `inner` has already been
+  // If this sweep continues another sweep, the tissue in a ball around A with the radius `inner` is already
   // removed.
   const float inner = c.radius - Sweep::kInner - 0.01f, inner2 = c.continues && inner > 0 ? inner * inner : -1.0f;
-  // z of A (the beginning of the sweep), counted from the first sample of a row
+  // z of A (the start of the sweep), measured from the first sample of a row
   const float first = c.az - static_cast<float>(block.lo_z);
   const float end = static_cast<float>(block.size_z);
   const bool rises = c.continues && c.abz > 1e-9f, falls = c.continues && c.abz < -1e-9f;
@@ -156,7 +156,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
   bool changed = false;
   Work work;
   // The z coordinates are computed once for each sample at which a group of samples can start, so that their rounding
-  // does not depend on the start of a row.
+  // errors do not depend on where a row starts.
   for (int start = 0; start <= last_start; ++start) {
     work.z[start] = static_cast<float>(block.lo_z + start) + steps - c.az;
   }
@@ -165,8 +165,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
     if (!(reach2 > (px - mx) * (px - mx))) continue;
     const auto base_x = static_cast<std::int32_t>(static_cast<std::size_t>(x) * block.stride_x);
     for (int y0 = 0; y0 < block.size_y; y0 += 8) {
-      // For each of eight rows, computes the samples that can change. They are an interval [low, high) without a hole.
-      // The hole contains the samples from which the ball has already removed everything.
+      // For each of eight rows, computes which samples can change: the samples of an interval [low, high) without those
+      // in a hole. In the hole, the ball has already removed everything.
       const I8 y = y0 + counts;
       const F8 py = static_cast<float>(block.lo_y + y0) + steps - c.ay, qy = py - my;
       F8 half = reach2 - (px - mx) * (px - mx) - qy * qy;
@@ -227,7 +227,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
           }
         }
       }
-      // Processes and removes the collected groups of samples if eight more rows of maximum length might not fit.
+      // Processes the collected groups now if eight more rows of maximum length might not fit into the list.
       if (work.batches == Work::kRowBatches || work.count > Work::kGroups - 8 * (Work::kLongest / 8 + 1) - 8) {
         changed |= carve_groups<capsule, narrow>(block, c, work, removed);
       }
@@ -237,8 +237,9 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
   return changed;
 }
 
-// Compiled for several processors and chosen at run time. Each sample is computed independently, and FMA is off for the
-// whole program, so that every processor and every division of the work into rows gives the same bits.
+// Compiled for several instruction sets, one of which is chosen at run time. Each sample is computed independently, and
+// FMA is off for the whole program, so that every processor and every division of the work into rows gives the same
+// bits.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_capsule(const Block* block, const Capsule* capsule, RemovedVolume* removed) {
   return block->size_z < 8 ? carve_block<true, true>(*block, *capsule, removed)
@@ -250,8 +251,8 @@ bool carve_ball_ahead(const Block* block, const Capsule* capsule, RemovedVolume*
                            : carve_block<false, false>(*block, *capsule, removed);
 }
 
-/// The blocks of the active front around a ball, the path length at which each block must be examined again, and the
-/// list of groups of samples that carve_due() fills.
+/// The blocks of the active front around a ball, the path lengths at which they must be examined again, and the list of
+/// groups of samples that carve_due() fills.
 struct BallBlocks {
   BallFront f;
   const Tissue* tissue;  // pointer to the tissue label of the first voxel of the active front
@@ -260,16 +261,16 @@ struct BallBlocks {
   glm::ivec3 held_lo, held_hi;  // first and last voxel of the patch
   float* due;  // pointer to the path length at which the front's first block of samples must be examined again
   int due_x, due_y;
-  float way;    // path length of the head at the end of this sweep
-  float ahead;  // additional path length for which the listed groups of samples stay valid; 0: no groups are listed
+  float way;    // path length that the head has covered at the end of this sweep
+  float ahead;  // path length, after this sweep, for which the listed groups stay valid; 0: no groups are listed
   float slip;   // voxels, upper bound of the rounding error of a depth
   int lanes;    // number of samples in a group
-  // The lists of the active front consist of parts. Successive layers of blocks of samples along x belong to successive
-  // parts, cyclically. `parts`: number of parts; `part`: index of this part; `first_layer`: index of the part that
-  // contains the first layer.
+  // The lists of the active front consist of parts. Layer after layer of blocks along x belongs to the next part,
+  // cyclically. `parts`: number of parts; `part`: index of this part; `first_layer`: index of the part that contains
+  // the first layer.
   int parts, part, first_layer;
-  CutFront::Found* found;  // the list that receives the groups of samples
-  // number of groups of samples found, which may exceed the capacity of the list; `room`: capacity of the list
+  CutFront::Found* found;  // the list to which the groups of samples are added
+  // number of groups of samples found, which may exceed the capacity `room` of the list
   int listed, room;
 };
 
@@ -284,7 +285,7 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
 }
 
 /// Computes the depth of eight samples of a row in the ball. `ahead`: mask of the samples ahead of A, the beginning of
-/// the sweep. `u`, `v`: terms of the distance that are equal for all samples of the row.
+/// the sweep. `u`, `v`: terms of the distance from the ball that are equal for all samples of the row.
 template <bool capsule>
 TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
                                     const F8& second, F8& depth, I8& ahead) {
@@ -320,7 +321,7 @@ TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8&
 }
 
 /// Returns the position of a group of samples relative to a ball that continues its present motion: ahead, beside or
-/// behind. The result is used only to sort groups of samples, so that similar groups are processed together.
+/// behind. The result is used only to sort the groups, so that similar groups are processed together.
 inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   const float first = (static_cast<float>(group.x) - c.ax) * c.abx + (static_cast<float>(group.y) - c.ay) * c.aby +
                       (static_cast<float>(group.z) - c.az) * c.abz;
@@ -422,8 +423,8 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             any_raised |= raised;
             const I8 lost = eight::share_taken(old, now);
             if (any_of(lost > 0)) taken.add(lost, b.tissue + first, at, 0, 8);
-            // If the head has already been at its deepest position relative to a sample, the sample does not change any
-            // more.
+            // If the head has already been at the deepest position that it can reach at a sample, this sample does not
+            // change any more.
             F8 slack = (raised ? now : least) - depth;
             slack = now >= Sweep::kInner ? F8{} + kNever : slack;
             least_slack = slack < least_slack ? slack : least_slack;

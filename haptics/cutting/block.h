@@ -1,4 +1,4 @@
-// Dimensions of the blocks of samples in which a sweep examines samples. Private to haptics/cutting.
+// Dimensions of a block of samples. A sweep examines the samples block by block. Private to haptics/cutting.
 #pragma once
 
 #include <glm/glm.hpp>

@@ -35,7 +35,7 @@ void take_greater(float* to, const float* from, const int* size, std::ptrdiff_t 
   }
 }
 
-// voxels, distance: if a sample changes, the labels of voxels up to this distance may change
+// voxels; if a sample changes, the labels of voxels up to this distance may change
 constexpr int kRelabelled = 1;
 
 /// Updates the labels of a box in which distances changed.

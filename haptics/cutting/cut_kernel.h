@@ -2,8 +2,8 @@
 // as a cut does (a cut raises the stored distances), and sums the removed volume of each tissue.
 
 /// Raises samples: where `ahead` is set, a sample becomes its depth in the head (at most kInner), if the depth exceeds
-/// both the old value and −kMargin. Returns the new values. `least`: the limit that the depth had to exceed; `rises`:
-/// mask of the raised samples.
+/// both the old value and −kMargin. Returns the new values. `least` receives the limit that the depth had to exceed;
+/// `rises` receives the mask of the raised samples.
 TYPODONT_KERNEL Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& least, Mask& rises) {
   least = greater(old, all(-Sweep::kMargin));
   rises = more_where(ahead, depth, least);
@@ -17,10 +17,10 @@ TYPODONT_KERNEL Ints share_taken(Floats was, Floats is) {
   return as_ints(after + all(1.5f)) - as_ints(before + all(1.5f));
 }
 
-/// Sums the removed volume for each tissue label. Keeps a running sum as long as the label stays the same.
+/// Sums the removed volume of each tissue. As long as the label stays the same, it uses one running sum.
 struct Taken {
   RemovedVolume* removed;
-  GradedSamples graded;  // a copy, so that the pointers stay in registers
+  GradedSamples graded;  // a copy, so that the pointers can stay in registers
   Ints units = {};
   // Sums of volume units times hardness bytes. hard_low: sum of the low 16 bits of each product; hard_high: sum of the
   // other bits.
@@ -77,7 +77,7 @@ struct Taken {
     label = group_label;
   }
   TYPODONT_KERNEL static std::int64_t sum_of_lanes(const Ints& v) {
-    std::int32_t apart[kLanes];  // a copy, so that the sums stay in a register
+    std::int32_t apart[kLanes];  // a copy, so that the sums can stay in a register
     std::memcpy(apart, &v, sizeof apart);
     std::int64_t sum = 0;
     for (const std::int32_t part : apart) sum += part;

@@ -25,13 +25,13 @@ namespace {
 namespace {
 
 constexpr int kLanes = 8;
-// voxels, limit: air samples up to this distance from the filling also get the filling's label, so that a query at the
-// surface finds the label
+// voxels; air samples up to this distance from the filling also get the filling's label, so that a query at the surface
+// finds the label
 constexpr float kLabelled = 1;
 constexpr float kSlip = 1e-3f;  // voxels, upper bound of the rounding error of a chord of the ball
 
-/// Eight samples of a row, one per lane. Samples outside the block count as completely filled, so that the
-/// filling does not change them.
+/// Eight samples of a row, one per lane. A sample outside the block gets a value for complete filling, so that the
+/// filling does not change it.
 struct Lanes {
   float* at;
   int from, to;  // range of the lanes that lie in the block
@@ -53,8 +53,8 @@ struct Lanes {
 };
 
 /// If the solid that limits the tool's filling is nearer than the ball, the solid determines the distance. The solid is
-/// evaluated for each sample in `meant`, unless it is far from all eight samples. (Groups of eight are aligned like the
-/// volume's leaves, so that the result does not depend on the block.)
+/// evaluated for each sample in the mask `meant`, unless it is far from all eight samples. (Groups of eight are aligned
+/// like the volume's leaves, so that the result does not depend on the block.)
 void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, F8& d) {
   constexpr double kHalf = (kLanes - 1) / 2.0;
   const double middle = filling.beyond_limit(dvec3(first) + dvec3(0, 0, kHalf));
@@ -78,7 +78,7 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
   const float reach = ball.radius + Sweep::kMargin + kSlip;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, inner = F8{} - Sweep::kInner;
   I8 any_lowered = {};
-  // volume that the change from the new to the old distances would remove; this is the added volume
+  // the volume that the reverse change, from the new to the old distances, would remove; this is the added volume
   RemovedVolume reverse;
   eight::Taken taken_in{&reverse};
   for (int x = 0; x < block.size.x; ++x) {

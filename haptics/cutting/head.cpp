@@ -1,4 +1,4 @@
-// Sweeps of every head that is not a ball.
+// Cuts by all heads that are not balls.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -22,11 +22,11 @@ struct HeadBlock {
   float* distance;
   const Tissue* tissue;
   std::ptrdiff_t at, stride_x, stride_y;  // index of the block's first sample, which may lie outside the array
-  int from[3], to[3];                     // range of the samples in the block that are processed, for x, y and z
+  int from[3], to[3];                     // range of the block's samples that are processed, along x, y and z
   glm::ivec3 first;                       // first sample of the block, relative to the base voxel of the pose
-  // A linear function of the position, which is an upper bound of the depth of every sample in the block:
-  // its value at the centre and its three slopes. Such a function exists because the distance from a convex head is a
-  // convex function.
+  // A linear function of the position, which is an upper bound of the depth of every sample in the block: its value at
+  // the centre and its three slopes. Such a function exists because heads are convex, so the depth is a concave
+  // function.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
   // the meridian piece that is nearest to all samples, if the nearest points lie between its ends; otherwise
@@ -45,12 +45,12 @@ struct HeadBlock {
   }
 };
 
-/// Further results of carve_head_block().
+/// Further inputs and results of carve_head_block().
 struct BlockSlack {
-  // voxels, input: samples that may change before the head has moved this far are marked in `live`
+  // voxels, input: `live` marks the samples that may change before the head has moved this far
   float ahead = 0;
   float slack = kNoEnd;  // voxels, motion of the head after which a sample of the processed part may change
-  // output, may be null: for each row, y fastest, one bit per sample; the bit is 1 if the sample may change
+  // output, may be null: for each row, y fastest, one bit per sample, which is 1 if the sample may change
   std::uint64_t* live = nullptr;
   int shift = 0;         // position of the row's first bit in `live`
   bool emptied = false;  // true if a sample became air
@@ -105,12 +105,12 @@ bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Pa
 namespace {
 
 constexpr int kStretch = 64;  // number of samples of a row that are listed together
-// voxels, upper bound of the error if a neighbouring piece of the head's meridian is an arc but is treated as a line
+// voxels, upper bound of the error if a neighbouring piece of the meridian is treated as a line but is an arc
 constexpr float kBent = 0.3f;
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 
-/// Eight blocks of samples relative to a head, one per lane: distances of the blocks' centres from the head and from
-/// each piece of its meridian, and the outward direction.
+/// Eight blocks of samples, one per lane, as seen from a head: the distances of the blocks' centres from the head and
+/// from each piece of its meridian, and the outward direction.
 struct Seen {
   F8 distance, to_piece[HeadField::kMaxPieces];
   // frame T of the head: position of the block's centre, its distance rho from the axis, and the outward direction
@@ -163,7 +163,7 @@ void evaluate_blocks(const MeridianPiece* pieces, int count, const float* R, con
     n_z = nearer ? fz : n_z;
   }
   const F8 signed_best = outside ? best : -best;
-  // If the centre lies on the surface, the direction is undefined, but it is not needed then.
+  // If the centre lies on the surface, the direction is undefined, but in this case it is not needed.
   const F8 inverse = best > 1e-3f ? 1.0f / signed_best : F8{};
   seen->distance = signed_best;
   seen->n_rho = n_rho * inverse;
@@ -271,8 +271,8 @@ class HeadPass {
   }
   int lanes() const { return lanes_; }
 
-  /// Evaluates the added blocks of samples. After this call, what() returns for each block of samples whether it must
-  /// be cut, must only be examined, or need not be read.
+  /// Evaluates the added blocks. After this call, what() tells for each block whether it must be cut, must only be
+  /// examined, or need not be read.
   void look() {
     for (int lane = lanes_; lane < 8; ++lane) {
       for (int i = 0; i < 3; ++i) center_[i][lane] = center_[i][0];
@@ -327,8 +327,8 @@ class HeadPass {
     return true;
   }
 
-  // kNone: the block need not be read. kLook: the block is only examined, because the head recedes from all
-  // its samples. kRaise: samples of the block are raised.
+  // kNone: the block need not be read. kLook: the block is only examined, because the head moves away from all its
+  // samples. kRaise: samples of the block are raised.
   enum class Work { kNone, kLook, kRaise };
   /// Completes a block of samples for which near() returned true. Returns kNone and sets `slack` if no sample of the
   /// block can change while the head moves by `ahead`.
@@ -354,7 +354,7 @@ class HeadPass {
     bool recedes = false;
     block.beside = false;
     if (after_) {
-      // If the head recedes from the whole block of samples, no sample of it can become deeper, so nothing is left to
+      // If the head moves away from the whole block, no sample of it can become deeper, so nothing is left to
       // cut.
       const float* const T = back_.turn;
       const float* const shift = back_.shift;
@@ -374,8 +374,8 @@ class HeadPass {
     const glm::vec3 n_T(out * at.x, out * at.y, seen_.n_z[lane]);
     const glm::vec3 n(R[0] * n_T.x + R[1] * n_T.y + R[2] * n_T.z, R[3] * n_T.x + R[4] * n_T.y + R[5] * n_T.z,
                       R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);  // normal in the frame V of the voxels
-    // If the direction of the head's surface is unknown, the only known bound is that the depth changes by at most one
-    // per voxel.
+    // If the direction of the head's surface is unknown, the only known bound is a change of the depth by one per
+    // voxel.
     const bool known = glm::dot(n, n) > 0.5f;
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
@@ -414,8 +414,8 @@ class HeadBatch {
  public:
   explicit HeadBatch(const HeadPass& none) : pass_(none) {}
 
-  /// Adds a block of samples; `due` receives the path length at which it is due again. Returns true if the batch is
-  /// full.
+  /// Adds a block of samples; `due` receives the path length at which the block must be examined again. Returns true if
+  /// the batch is full.
   bool add(const glm::ivec3& block, float* due) {
     due_[pass_.lanes()] = due;
     return pass_.add(block);
@@ -442,8 +442,8 @@ class HeadBatch {
       }
     }
   }
-  /// Cuts the chosen blocks of samples, and stores the path length of the head at which each block of samples is due
-  /// again (must be examined). `way`: present path length of the head. `again`: true if the blocks are due at once.
+  /// Cuts the chosen blocks, and stores for each block the path length of the head at which it must be examined again.
+  /// `way`: present path length of the head. `again`: true if the blocks must be examined again at once.
   bool carve(PathMaxima& tops, float slip, float way, bool again) {
     bool changed = false;
     for (int lane = 0; lane < lanes_; ++lane) {
@@ -580,8 +580,8 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               slack = clipped ? 0 : found.slack;
               kinds[z - z0] = block.kind;
             }
-            // After the cut at pose A (k = 0), every block of samples is due at once, because its remaining samples are
-            // examined again at pose B.
+            // After the cut at pose A (k = 0), every block must be examined again at once, because pose B
+            // follows.
             row[z] = k == 0 ? -CutFront::kNever : way + (slack - slip);
           }
           if (k == 0) continue;
@@ -622,9 +622,10 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
 }
 
 /// Cuts those blocks of some parts of the front that must be examined, for a head that is too fast for lists. The
-/// samples of a large head are in no cache near the core, so the blocks pass through three stages, eight at a time. The
-/// first stage evaluates the blocks' positions and requests one sample of each block from memory. The second stage
-/// chooses the blocks that may change and requests their rows. The third stage cuts the rows.
+/// samples around a large head do not fit into the caches near the core. So the blocks pass through three stages, eight
+/// at a time, to hide the delay of the memory. The first stage evaluates the blocks' positions and requests one sample
+/// of each block from memory. The second stage chooses the blocks that may change and requests their rows. The third
+/// stage cuts the rows.
 bool Sweep::carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops,
                              const HeadTarget& target) const noexcept {
   const float way = static_cast<float>(front.way_), slip = rounding_of_depth();

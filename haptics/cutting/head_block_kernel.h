@@ -33,7 +33,7 @@ TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
       const float bound_here = static_cast<float>(ix) * block.bound_x + static_cast<float>(iy) * block.bound_y;
       const Floats most = lesser(bound + all(bound_here), inner);
       const Floats least = greater(old, all(-Sweep::kMargin));
-      const Mask full = no_less(old, inner);  // samples that already have the largest value that a cut writes
+      const Mask full = no_less(old, inner);  // samples that already have the largest value that a cut can write
       Floats room = pick(full, no_end, least - most);
       if (any(more(all(looked_at), room))) {
         const float vx = static_cast<float>(block.first.x + ix) - pose.p[0];
@@ -72,8 +72,9 @@ TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
           }
         }
         depth = lesser(depth, inner);
-        // The slack must be valid for every motion, so it uses `depth`. The list is valid only for the present kind of
-        // motion, so it uses `moving`: samples that a motion along the axis does not change count as outside.
+        // The slack must be valid for every later motion, so it is computed from `depth`. The list is valid only for
+        // the present kind of motion, so it is computed from `moving`, in which samples that a motion along the axis
+        // does not change count as outside.
         const Floats moving = unless_still(depth, rho, z, tops.back.still_above, tops.back.still_beyond);
         const Mask raised = more(moving, least);
         room = pick(raised, zero, least - depth);

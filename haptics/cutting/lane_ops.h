@@ -15,7 +15,7 @@
 #include <immintrin.h>
 #endif
 
-// Everything is inlined, so no vector is passed in registers that a baseline processor lacks.
+// All functions are inlined, so no vector is passed in registers that a baseline processor lacks.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace typodont::haptics {

@@ -1,4 +1,4 @@
-// Sweeps of a ball through one leaf of the tissue.
+// Cuts by a ball in one leaf (8³ samples) of the tissue.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -83,8 +83,8 @@ Sweep::LeafCut Sweep::carve_leaf_ball(const glm::ivec3& lo, float* distance) con
   // depth
   const float outer = radius_ + kMargin, slip = 1e-3f + 2e-6f * outer;
   const float away = glm::length(glm::vec3(from) + 3.5f - a_ - ab_) - (kHalf + outer + slip);
-  // All samples are farther from the head at B (the end of the sweep) than the sweep is long. So the head did not touch
-  // them.
+  // All samples are farther from the head at B (the end of the sweep) than the sweep is long, so the head has not
+  // touched them.
   if (away > glm::length(ab_)) return {false, false, away};
   LeafCut cut = carve_on_this_processor(!is_ball(), capsule, from, distance);
   cut.slack -= slip;

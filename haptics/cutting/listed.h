@@ -31,15 +31,15 @@ struct BallFront {
   // position of the first block's first voxel, relative to the base voxel from which `c` is measured
   glm::ivec3 origin;
   float* distance;  // pointer to the distance of the sample at the origin
-  struct {          // tables of terms that depend only on the z coordinate of a sample, which is their index
-    // voxels, distance from A (the start of the sweep) along z; if the ball at B (the end) covers everything: squared
-    // distance from B along z
+  struct {          // tables of terms that depend only on the z coordinate of a sample; this coordinate is the index
+    // voxels, distance along z from A (the start of the sweep); if the ball at B (the end) covers everything: squared
+    // distance along z from B
     float* apart;
     // voxels², distance from A (the start of the sweep) along z, multiplied by the z component of the motion
     float* ahead;
   } heights;
   CutFront::Listed groups;
-  // ranges of the groups of samples that may have changed by now: ahead of the ball, beside it, behind it
+  // ranges of groups that may have changed by now: groups ahead of the ball, beside it, and behind it
   struct Ranges {
     int count;
     struct {
@@ -62,8 +62,8 @@ struct HeadFront {
   PathMaxima* tops;
 };
 
-/// Returns how many samples, from the start of a group (at most `lanes`), have the same label. Samples of air that
-/// contain no part of the tissue count as having the label of the others.
+/// Returns how many samples, from the start of a group (at most `lanes`), have the same label. Air samples whose voxels
+/// contain no tissue match every label.
 inline int with_one_label(const Tissue* labels, const float* distance, int lanes, std::uint8_t& label) {
   label = static_cast<std::uint8_t>(shown(labels[0]));
   std::uint64_t differ = 0, part;

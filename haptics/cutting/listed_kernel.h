@@ -2,17 +2,17 @@
 // of samples in the lists of the active front (haptics/cut_front.h).
 
 constexpr int kChunk = 128;  // number of groups of samples that are processed together
-// number of groups of samples between the group of samples that is processed and the group that is prefetched
+// number of groups between the group that is being processed and the group that is being prefetched
 constexpr int kAhead = 24;
 alignas(64) constexpr float kSteps[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
 TYPODONT_KERNEL void fetch(const float* group) {
   __builtin_prefetch(group);
-  // prefetches the end of the group of samples, too, because groups of samples usually span two cache lines
+  // also prefetches the end of the group, because a group usually spans two cache lines
   if constexpr (kLanes * sizeof(float) >= 64) __builtin_prefetch(group + kLanes - 1);
 }
 
-/// Reads one group per lane, from this group on. Returns true if in each of these groups of samples all samples may
+/// Reads the lengths of several groups, one group per lane. Returns true if all samples of these groups may
 /// change.
 TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
   constexpr std::uint64_t kWhole = kLanes * 0x0101010101010101u;
@@ -22,7 +22,7 @@ TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
   return differ == 0;
 }
 
-/// Terms of the distance that are equal for all samples of a group of samples, for each of kChunk groups of samples.
+/// Terms of the distance that are equal for all samples of a group, for kChunk groups.
 struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };
@@ -87,7 +87,8 @@ TYPODONT_KERNEL void carve_range(const BallFront& f, const Capsule& c, int from,
       where[g / kLanes] = ahead ? kAllAhead : every(more(all(-high), first)) ? kAllBehind : kBeside;
     }
     for (int g = 0; g < end; g += kLanes) {
-      if (where[g / kLanes] == kAllBehind) continue;  // the values of these samples never increase
+      // the values of these samples cannot increase, because they lie behind A
+      if (where[g / kLanes] == kAllBehind) continue;
       const int until = std::min(g + kLanes, end);
       if (!all_whole(f.groups.length + g0 + g)) {
         carve_groups<capsule, false, false>(f, c, rows, g0, g, until, raised, taken);
@@ -115,7 +116,7 @@ TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, RemovedVolu
 }
 
 /// Input of may_be_deeper(), which tests whether samples may have been deeper in the head during the motion than at its
-/// end. Each struct that follows Passed computes the depth below one kind of meridian piece, for consecutive groups of
+/// end. The structs after Passed compute the depth below one kind of meridian piece each, for consecutive groups of
 /// samples.
 struct Passed {
   Floats way_rho, way_z, least;
@@ -194,9 +195,9 @@ struct BelowAny {
 };
 
 /// Values for each of kChunk groups; a group is a row of samples along z. x, y, z: the part of the position in the
-/// head's frame that is equal for all samples of the group (the remaining part depends on the sample's z coordinate in
-/// the volume). way_x, way_y, way_z: path of the group's first sample relative to the head, while the head moves back
-/// to its previous pose. Voxels.
+/// head's frame that is equal for all samples of the group; the other part depends on the sample's z coordinate in the
+/// volume. way_x, way_y, way_z: path of the group's first sample relative to the head, while the head moves back to its
+/// previous pose. Voxels.
 struct HeadRows {
   alignas(64) float x[kChunk], y[kChunk], z[kChunk];
   alignas(64) float way_x[kChunk], way_y[kChunk], way_z[kChunk];
@@ -238,7 +239,8 @@ struct HeadSides {
     const Floats way_z = all(T[2]) * x + all(T[5]) * y + (all(T[8]) * z + all(back.shift[2]));
     store(rows.way_x + g, way_x - all(half * bend[0])), store(rows.way_y + g, way_y - all(half * bend[1]));
     store(rows.way_z + g, way_z - all(half * bend[2]));
-    // The direction perpendicular to the axis differs from sample to sample, so the bounds include its range.
+    // The direction perpendicular to the axis differs from sample to sample, so the bounds must hold for its whole
+    // range.
     const Floats inverse = all(1.0f) / greater(rho, all(1e-3f)), seen = all(off) * inverse;
     const Floats err = all(across) * pick(more(all(0.75f), seen), all(1.14f) * seen, all(2.0f));
     const Mask tip = more(all(first.ax == 0.0f ? off + Sweep::kMargin : 0.0f), rho);
@@ -346,8 +348,8 @@ TYPODONT_KERNEL bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* 
     const CutFront::Run& run = f.runs[r];
     if (run.narrow != narrow) continue;
     const unsigned set = run.kind < kManyPieces ? 1u << run.kind : static_cast<unsigned>(run.kind - kManyPieces);
-    // The first piece of the meridian is the head's end. In a motion along the axis, samples that are nearest to other
-    // pieces do not change.
+    // The first piece of the meridian is the head's end. In a motion along the axis, only samples nearest to this piece
+    // can change.
     if (along_axis && (set & 1) == 0) continue;
     const MeridianPiece& one = pieces[std::countr_zero(set)];
     const MeridianPiece& other = pieces[std::bit_width(set) - 1];

@@ -1,5 +1,5 @@
-// A head that is not a ball, for the kernels: the pieces of its meridian as floats, and a pose. Private to
-// haptics/cutting.
+// Data of a head that is not a ball, for the kernels: the pieces of its meridian (outline) as floats, and a pose.
+// Private to haptics/cutting.
 #pragma once
 
 #include <cstddef>
@@ -42,7 +42,7 @@ struct HeadTarget {
   const Tissue* tissue;
 };
 
-// voxels, a slack (motion until a sample can change) so large that it counts as infinite
+// voxels, a value for the slack (motion until a sample can change) that means "never"
 inline constexpr float kNoEnd = 1e9f;
 
 void flatten(const HeadField& head, MeridianPiece* pieces);

@@ -9,8 +9,8 @@ namespace typodont::haptics {
 
 namespace {
 
-// voxels, limit: air samples up to this distance from the body also get the body's label, so that a query at the
-// surface finds the label
+// voxels; air samples up to this distance from the body also get the body's label, so that a query at the surface finds
+// the label
 constexpr float kLabelled = 1;
 
 }  // namespace

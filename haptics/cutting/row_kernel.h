@@ -7,7 +7,7 @@ struct Row {
   int from, to;
   bool whole;  // true if all samples are processed
 
-  /// Returns the samples of the row. Samples that are not processed get a value that is never raised.
+  /// Returns the samples of the row. Samples that are not processed get a value so large that no cut raises it.
   TYPODONT_KERNEL Floats read() const {
     if (whole) return load(distance);
     Floats old = all(1e9f);

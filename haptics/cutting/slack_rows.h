@@ -1,5 +1,5 @@
-// Slack of the samples in a column of blocks of samples: the distance that the head must move before a sample can
-// change. Also computes the stage of a list's lifetime in which a group of samples can change. Private to
+// Slack of the samples in a column of blocks: the distance that the head must move before a sample can change. Also
+// computes the stage (part of a list's lifetime) in which a group of samples can change. Private to
 // haptics/cutting.
 #pragma once
 
@@ -38,7 +38,7 @@ class SlackRows {
   }
 
  private:
-  // number of samples per stored row; larger than kStretch, because a group of samples may extend beyond these samples
+  // number of samples per stored row; larger than kStretch, because a group may extend beyond the listed samples
   static constexpr int kRow = kStretch + 16;
   static constexpr float kNever = 1e9f;
 

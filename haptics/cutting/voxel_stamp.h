@@ -1,4 +1,5 @@
-// Removes whole voxels: every voxel whose centre lies in the head becomes air. Reference for comparison with Sweep.
+// Removes whole voxels: every voxel whose centre lies in the head becomes air. Used as a reference, with which cuts by
+// Sweep are compared.
 #pragma once
 
 #include <cstddef>

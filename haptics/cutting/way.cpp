@@ -1,7 +1,7 @@
-// Motion of heads that are not balls. A head is convex, so the depth of a sample is a concave function of its
-// position. During a short motion, a sample moves along a straight line in the head's frame. So its depth along the
-// path is a concave curve with a single maximum, and a search finds this maximum. For a long motion, the search runs
-// for all samples; for a short motion, only for the samples near their maximum.
+// Computes cuts along the path of a head that is not a ball. A head is convex, so the depth of a sample is a concave
+// function of its position. During a short motion, a sample moves along a straight line in the head's frame. So its
+// depth along the path is a concave curve with a single maximum, which a search finds. After a long motion, the search
+// runs for all samples; after a short one, only for those that may have been deeper than at the end.
 #include "haptics/cutting/way.h"
 
 #include <algorithm>
@@ -32,9 +32,10 @@ namespace {
 
 // first version of the force laws in which the depth below a single line is computed in closed form
 constexpr std::uint32_t kLawsOfLines = 11;
-constexpr float kRightAngle = 1.001f;  // limit of tan(φ/2) at a corner of the meridian (MeridianPiece::corner_a)
-constexpr int kSteps = 24;           // upper limit of the steps of one search; almost every search needs fewer than ten
-constexpr float kBesideSlip = 0.5f;  // voxels, upper bound of the error when a block is evaluated at its centre
+// tan(φ/2) at a corner of the meridian must be below this limit (MeridianPiece::corner_a)
+constexpr float kRightAngle = 1.001f;
+constexpr int kSteps = 24;           // largest number of steps of one search; almost every search needs fewer than ten
+constexpr float kBesideSlip = 0.5f;  // voxels, upper bound of the error if a block is evaluated only at its centre
 
 /// Restricts the range `lowest` .. `highest` of z coordinates in a column of blocks of samples. It keeps the blocks
 /// that are nearer than `far` (voxels) to the head's axis. The blocks' centres have the offset `off` (x, y) from a
@@ -83,15 +84,15 @@ TYPODONT_KERNEL Points bends_from(const Straight& way, const Points& from) {
           (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + way.bend_shift[2])};
 }
 
-/// Depth of samples at a point of their path, and its derivative along the path.
+/// Depths of samples at a point of their paths, and the derivatives along the paths.
 struct Depth {
   F8 depth, slope;
 };
 
-/// Searches the largest depths of eight samples, with the tolerance kTop. The search for a sample ends when the
-/// sample's depth certainly does not exceed `needed`, or when it exceeds `most`. A concave curve lies below its
-/// tangents, so the intersection of the tangents on both sides of the maximum is an upper bound. The search point
-/// alternates between this intersection (exact for a corner) and the maximum of a parabola.
+/// Searches the largest depths of eight samples, with the tolerance kTop. The search for a sample also ends when its
+/// largest depth is certainly not above `needed`, or certainly above `most`. A concave curve lies below its tangents,
+/// so the intersection of the tangents on both sides of the maximum is an upper bound. The search point alternates
+/// between this intersection (exact for a corner) and the maximum of a parabola.
 struct Search {
   unsigned set;  // one bit for each piece that can be nearest to one of the samples on this path
   // in the head's frame: start positions of the samples, vectors of their paths, second-order terms of their paths
@@ -152,8 +153,8 @@ struct Search {
   TYPODONT_KERNEL void step(const Straight& head, int number, float most) {
     const Depth now = at(head, s);
     best = open ? eight::greater(best, now.depth) : best;
-    // The result for one sample does not depend on the other samples. If the curve rises towards an end, the maximum is
-    // at that end.
+    // The result for one sample does not depend on the other samples. If the curve still rises at an end, the maximum
+    // is at that end.
     const I8 rises = (now.slope > 0.0f) & (s < 1.0f), before = open & (rises | (s <= 0.0f)), after = open & ~before;
     a = before ? s : a, at_a.depth = before ? now.depth : at_a.depth, at_a.slope = before ? now.slope : at_a.slope;
     b = after ? s : b, at_b.depth = after ? now.depth : at_b.depth, at_b.slope = after ? now.slope : at_b.slope;
@@ -167,8 +168,8 @@ struct Search {
   }
 };
 
-/// The place on their paths where eight samples are deepest: the fraction 0..1 of the path, and the samples' positions
-/// and depths there.
+/// The point of its path at which each of eight samples is deepest: the fraction 0..1 of the path, and the samples'
+/// positions and depths there.
 struct Deepest {
   F8 share;
   Points at;
@@ -196,15 +197,16 @@ TYPODONT_KERNEL Deepest deepest_below(const Straight& head, int line_index, cons
   s = eight::greater(eight::lesser(s, one), none);
   const bool round = has_round_end(head.pieces, line_index);
   if (round) {
-    // The distance from a half-line is convex. So the minimum for the centre of the end is valid if it lies below the
-    // centre, and otherwise the minimum for the axis.
+    // The distance from a half-line is convex. So if the minimum for the centre of the end lies below this centre, it
+    // is valid; otherwise the minimum for the axis is valid.
     const F8 above = from.z - line.az;
     F8 at_end = -(B + above * way.z) / eight::greater(across2 + way.z * way.z, least);
     at_end = eight::greater(eight::lesser(at_end, one), none);
     s = above + at_end * way.z <= 0.0f ? at_end : s;
   }
   Deepest found{s, {from.x + s * way.x, from.y + s * way.y, from.z + s * way.z}, none, none, none};
-  // The place of the maximum on the straight line has an error, but at a maximum this error has no first-order effect.
+  // The maximum was located on the straight line, so its location has an error. At a maximum, such an error has no
+  // first-order effect on the depth.
   if (head.bent > 0) {
     const Points bend = bends_from(head, from);
     const F8 off = s * (s - 1.0f);
@@ -222,11 +224,11 @@ TYPODONT_KERNEL Deepest deepest_below(const Straight& head, int line_index, cons
 
 /// The centres of eight blocks, and the largest depth of each centre in the head during the motion. The depth is a
 /// concave function of the position. So a linear function of the position (see n_x, n_y, n_z) is an upper bound of the
-/// depth of every sample of a block.
+/// depths of all samples of a block.
 struct Centres {
   unsigned set;  // input: pieces of the head's meridian that can be nearest to any of the centres on the path
-  // input, two limits of the depth: if no sample of a block of samples is deeper than `outside`, or all samples are
-  // deeper than `emptied`, the block is treated as a whole
+  // input, two limits of the depth: if no sample of a block is deeper than `outside`, or if all samples are deeper than
+  // `emptied`, the samples need not be computed one by one
   float outside, emptied;
   F8 x, y, z;    // voxels, positions of the centres, relative to the base voxel of the first pose
   F8 best, top;  // lower and upper bound of the largest depth of each centre
@@ -290,8 +292,8 @@ struct AtStart {
   // the depth is limited to Sweep::kInner; -1: no such line.
   int line[8];
   F8 rho;  // voxels, distances of the centres from the head's axis
-  // Mask of the blocks from which the head recedes, at all their samples. The depth is concave along the path, so each
-  // sample of such a block is deepest at the beginning of the path.
+  // Mask of the blocks of which the head moves away from all samples. The depth is concave along the path, so each
+  // sample of such a block is deepest at the start of the path.
   I8 recedes;
 
   /// Returns the pieces of the head's meridian (one bit each) that can be nearest to a sample within `reach` of the
@@ -381,8 +383,8 @@ TYPODONT_KERNEL void find_lines(const Straight& way, AtStart& at) {
   for (int lane = 0; lane < 8; ++lane) at.line[lane] = found[lane];
 }
 
-/// Computes the distance of each centre from each piece of the meridian. It is called only if a centre is not outside
-/// the head, because most centres are outside.
+/// Computes the distance of each centre from each piece of the meridian. Most centres are outside the head, so it is
+/// called only if one of them is not.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at_pieces(const Straight* way_at, AtStart* found, float rounding) {
   const Straight& way = *way_at;
@@ -431,22 +433,22 @@ struct WayBlock {
   int line;
   bool emptied;
 
-  /// A plane bounds the depth in each row of the block. Returns the bound of the row through the centre
-  /// minus the bound of row (ix, iy).
+  /// A linear function (a plane) bounds the depths in each row of the block. Returns the bound of the row through the
+  /// centre minus the bound of row (ix, iy).
   float off(int ix, int iy) const {
     return n[0] * (static_cast<float>(ix) - kMiddle.x) + n[1] * (static_cast<float>(iy) - kMiddle.y);
   }
   /// Returns the plane's upper bound of all depths in the row through the block's centre.
   float most() const { return top + bent + std::abs(n[2]) * kMiddle.z; }
-  /// Returns the distance (voxels) by which the upper bound of the depths in a row is below -kMargin, the smallest
-  /// value of any sample. If the result is not negative, the row cannot change.
+  /// Returns how far the upper bound of the depths in a row lies below -kMargin, the smallest value that a cut writes
+  /// (voxels). If the result is not negative, the row cannot change.
   float unread(int ix, int iy) const { return emptied ? -1.0f : -Sweep::kMargin - (most() - off(ix, iy)); }
   /// Returns the plane's upper bound of all depths in the block.
   float most_of_all() const { return most() + std::abs(n[0]) * kMiddle.x + std::abs(n[1]) * kMiddle.y; }
   bool may_change() const { return emptied || most_of_all() > -Sweep::kMargin; }
 };
 
-/// Prefetches those rows of a block of samples that carve_way_block will read.
+/// Prefetches the rows of a block that carve_way_block() will read.
 void fetch(const WayBlock& block) {
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
@@ -471,7 +473,8 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVo
   Search searches[kAll];
   std::ptrdiff_t at[kAll];
   int rows = 0, open = 0, still_open[kAll];
-  float unread = kNoEnd;    // voxels, smallest slack (motion until a sample can change) of the rows that are not read
+  // voxels, smallest slack (motion until a sample can change) of the rows that need not be read
+  float unread = kNoEnd;
   F8 read = F8{} + kNoEnd;  // voxels, smallest slack of the rows that are read but cannot change in this motion
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
@@ -481,7 +484,7 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVo
       }
       at[rows] = ix * block.stride_x + iy * block.stride_y;
       const F8 old = eight::Row{block.distance + at[rows], block.from[2], block.to[2], whole}.read();
-      const I8 full = old >= Sweep::kInner;  // samples that already have the largest value that a cut writes
+      const I8 full = old >= Sweep::kInner;  // samples that already have the largest value that a cut can write
       const float off = block.off(ix, iy);
       const F8 least = full ? F8{} + kNoEnd : eight::greater(old, F8{} - Sweep::kMargin);
       if (!any_of(block.emptied ? ~full : bound - off > least)) {
@@ -544,8 +547,8 @@ bool carve_tops(PathMaxima* tops_at, int first) {
   Search search;
   const F8 least = eight::greater(old, F8{} - Sweep::kMargin);
   search.begin(tops.back, (1u << tops.back.count) - 1, x, y, z, least, 0, Sweep::kInner);
-  // The first step of the search evaluates the other end of the path. If the maximum is there, the sample was already
-  // cut there, with the same bits.
+  // The first step of the search evaluates the other end of the path. If the maximum is there, nothing remains to be
+  // done, because the sample was already cut there, with the same bits.
   search.step(tops.back, 0, Sweep::kInner);
   const F8 at_ends = search.best;
   for (int step = 1; step < kSteps && any_of(search.open); ++step) search.step(tops.back, step, Sweep::kInner);
@@ -591,8 +594,8 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   way.turned = static_cast<float>(std::sqrt(turned / 2));
   way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
-  // Upper bound of the error of a tangent. It has three parts: rounding; near a corner, twice the distance to the
-  // corner; and the rounding of the path's direction.
+  // Upper bound of the error of a tangent. Its parts are the rounding error, twice the distance to a corner (near a
+  // corner), and the rounding error of the path's direction.
   way.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * way.longest;
   return way;
 }
@@ -628,7 +631,7 @@ float* DueBlocks::row(const glm::ivec3& voxel, int last_z) const noexcept {
 namespace {
 
 /// The blocks around a head that moves on one straight part of its path. They pass through three stages, eight at a
-/// time: choose() omits blocks that cannot change, look() bounds the depth at the centres of the others, and cut()
+/// time: choose() omits blocks that cannot change, look() computes bounds of the depths in the other blocks, and cut()
 /// raises the samples. While the samples of eight blocks are raised, the samples of the next eight are requested from
 /// memory.
 class PathPass {
@@ -686,7 +689,7 @@ class PathPass {
   }
 
   /// Omits blocks that are too far from the head on the whole path. If the tissue inside the head was removed at the
-  /// beginning of the path, also omits empty blocks and blocks from which the head recedes.
+  /// beginning of the path, also omits empty blocks and blocks from which the head moves away.
   void choose() {
     fill_up(starts_, started_);
     AtStart at;
@@ -732,8 +735,8 @@ class PathPass {
     }
     block.first = first - way_.from.base;
   }
-  /// Bounds the depths in the blocks of a group, and requests the rows of those that may change. Meanwhile cuts the
-  /// blocks whose rows were requested before.
+  /// Computes bounds of the depths in the blocks of a group, and requests from memory the rows of the blocks that may
+  /// change. Meanwhile cuts the blocks whose rows were requested before.
   void look(int which) {
     Group& group = groups_[which];
     Centres& centres = group.centres;
@@ -804,7 +807,8 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
   const double radius = static_cast<double>(radius_);
   const float rounding = 4e-6f * (static_cast<float>(reach_) + 8);
   const auto axis_of = [](const Pose& X) { return X.R * dvec3(0, 0, 1); };
-  // voxels, distance around the head that the cut can reach, including one voxel for the error of a straight path
+  // voxels, a cut can change samples up to this distance from the head, which includes one voxel for the error of a
+  // straight path
   const double beside = static_cast<double>(kMargin) + 1;
   const auto extent = [&](const Pose& X) {
     const dvec3 axis = axis_of(X), across = glm::sqrt(glm::max(dvec3(1) - axis * axis, dvec3(0)));

@@ -11,8 +11,8 @@
 
 namespace typodont::haptics {
 
-/// Motion from one pose to another, in either direction, in voxels: a sample at p in the head's frame moves to p +
-/// shift + turn p.
+/// Motion between two poses, forward or backward, in voxels: a sample at p in the head's frame moves to p + shift +
+/// turn p.
 struct Straight {
   HeadPose from;
   float shift[3], turn[9];  // `shift`: vector in voxels; `turn`: matrix, column by column
@@ -25,10 +25,10 @@ struct Straight {
   // in the head's frame. Such a sample lies above the rim of the end, and nearer to the flank than to the end, during
   // the whole motion. kNoEnd for every other motion.
   float still_above = kNoEnd, still_beyond = kNoEnd;
-  // Second-order term of a rotating head: at the fraction s of the path, a sample is off the straight line by
-  // s (s - 1) (bend_shift + bend_turn p).
+  // Second-order term of the path while the head rotates: at the fraction s of the path, a sample deviates from the
+  // straight line by s (s - 1) (bend_shift + bend_turn p).
   float bend_shift[3] = {}, bend_turn[9] = {};
-  // voxels, largest distance of a sample's path from the straight line; 0 without the second-order term
+  // voxels, largest deviation of a sample's path from the straight line; 0 without the second-order term
   float bent = 0;
 };
 Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach);
@@ -39,15 +39,16 @@ void bend(Straight& way, const Pose& X_VA, const Pose& X_VM, double reach);
 bool has_round_end(const MeridianPiece* pieces, int i);
 
 /// The path length of the head at which each block of 4 × 4 × 8 voxels must be examined again (CutFront); z is the
-/// fastest index. A sweep that has no information about a block does not change the block's value.
+/// fastest index. A sweep that cannot compute the value of a block does not change it.
 struct DueBlocks {
   float* due;
   glm::ivec3 first, size;  // first block of samples, and number of blocks of samples along each axis
   float way;               // voxels, path length of the head at the end of the sweep
   float slip;              // voxels, largest rounding error of a depth
 
-  /// Returns the path lengths at which the blocks of a row along z must be examined again, from the block that begins
-  /// at `voxel` to the block that contains height `last_z`. Null if any of these values is unknown.
+  /// Returns a pointer to the path lengths at which the blocks of a row along z must be examined again. The row begins
+  /// with the block at `voxel` and ends with the block that contains the height `last_z`. Null if any of these values
+  /// is unknown.
   float* row(const glm::ivec3& voxel, int last_z) const noexcept;
 };
 
@@ -55,21 +56,21 @@ inline constexpr float kTop = 5e-4f;  // voxels, tolerance of the computed large
 // voxels, limit: for a motion of at most this length, only the head's final pose is cut, which saves a seventh of the
 // time
 inline constexpr float kSlow = 0.05f;
-// voxels, limit of the distance to a corner of the meridian; at a smaller distance, rounding dominates the direction
-// from the corner
+// voxels; at a smaller distance from a corner of the meridian, rounding errors dominate the direction from the
+// corner
 inline constexpr float kNear = 0.01f;
 
-/// Returns the smallest distance r from the axis at which a sample's depth along the path need not be searched. Between
-/// the ends of a path, the depth can be larger by about way² / (4 r) if one piece of the head's meridian is nearest
-/// along the whole path. At this distance r, the additional depth can be ignored.
+/// Returns the distance r from the axis from which on the maximum of a sample's depth need not be searched. Along a
+/// path, the depth can be larger than at both ends, by about way² / (4 r) if one piece of the meridian is nearest on
+/// the whole path. At this distance, the difference can be ignored.
 inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   const float least = way.longest * way.longest / (3.6f * kTop);
   // The margin of 4 voxels includes the depth of a cut, which is at most 3 voxels.
   return piece.radius == 0.0f || piece.radius > least + 4 ? least : kNoEnd;
 }
 
-/// Samples that may have been deeper in the head during its motion than at the end of the motion. The head was already
-/// cut at the end.
+/// Samples that may have been deeper in the head during its motion than at the end of the motion. The cut at the end of
+/// the motion has already been made.
 struct PathMaxima {
   static constexpr int kRoom = 1024;
 

@@ -1,8 +1,8 @@
 // This file is included in namespaces of lane_ops.h, after depth_kernel.h. It computes how the depth of samples changes
 // along their path.
 
-/// Returns the depths of samples. Samples that a motion along the axis does not change (see Straight::still_above) get
-/// a depth far outside the head.
+/// Returns the given depths, but a depth far outside the head for samples that a motion along the axis does not change
+/// (see Straight::still_above).
 TYPODONT_KERNEL Floats unless_still(Floats depth, Floats rho, Floats z, float above, float beyond) {
   return pick(more_where(more(z, all(above)), rho + z, all(beyond)), all(-kNoEnd), depth);
 }
@@ -65,8 +65,8 @@ TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* piece
 
 /// Returns the mask of the samples that may have been deeper in the head earlier in the motion than at its end (by a
 /// relevant amount), and deeper than `least`. The function follows the path of each sample from the end of the motion
-/// back to the start. Along this path the depth is concave, so it grows fastest at first. On the whole path it grows by
-/// at most `growth` / `scale`.
+/// back to the start. Along this path the depth is concave, so it grows fastest at the beginning, and on the whole path
+/// by at most `growth` / `scale`.
 TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
   return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale,
                     all(0.0f));
@@ -117,15 +117,15 @@ TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigne
   return found;
 }
 
-/// Returns an upper bound of the speed at which the head approaches samples whose nearest point is on one of some
-/// neighbouring pieces of the head's meridian: the largest n·w over the normals n of these pieces. `away`, `along`:
+/// Returns an upper bound of the speed at which the head approaches samples: the largest n·w over the normals n of some
+/// neighbouring pieces of the meridian. The samples' nearest points must lie on these pieces. `away`, `along`:
 /// components of w perpendicular to the axis and along it. `tip`: true if the nearest point may be a tip.
 TYPODONT_KERNEL Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
   // Finds the largest n·w, where w is the motion and n is any normal of these pieces of the meridian. The normals
   // rotate from the first piece's normal to the last piece's normal. At a tip, they rotate from the downward direction
-  // to the last piece's normal. If the direction of w lies in this range, it is the normal with the maximum, and the
-  // maximum is |w|.
+  // to the last piece's normal. If one of these normals has the direction of w, it gives the maximum, which is then
+  // |w|. Otherwise the first or the last normal gives it.
   const Floats none = all(0.0f), first_x = pick(tip, none, all(first.nax)),
                first_z = pick(tip, all(-1.0f), all(first.naz));
   const Mask between = no_less(first_x * along, first_z * away) & no_less(away * all(last.nbz), along * all(last.nbx));

@@ -16,9 +16,9 @@ namespace {
 constexpr double kCell = 1e-3;  // m, edge of the cells of the grid with which points near a position are found
 // m, smallest thickness of the layer of soft tissue. A thinner layer is treated as if it had this thickness.
 constexpr double kLeastThickness = 0.2e-3;
-// Depth of the part of the layer that a head shears, divided by the layer's thickness. Heads are smaller than the layer
-// is thick, so only tissue near the surface is sheared. With one third, the force on a ball of 1.2 mm is between that
-// of a half-space (Hertz) and that of a thin layer.
+// Depth of the part of the layer that a head shears, divided by the layer's thickness. Heads are narrower than the
+// layer is thick, so they shear only the tissue near the surface. With one third, the force on a ball of 1.2 mm is
+// between that of a half-space (Hertz) and that of a thin layer.
 constexpr double kSheared = 1.0 / 3;
 constexpr std::size_t kMostCells = 1u << 24;
 
@@ -101,10 +101,10 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
         points_.push_back(point);
       }
 
-  // Makes a quad of the four cells around each lattice edge whose samples have both signs. Each corner of the quad gets
-  // a fourth of its area. The sides of the quads link neighbouring points. A link is like a membrane with the tension T
-  // = G d / 3 (N/m), where G = E / 3 is the shear modulus and d is the depth of the sheared part (Pasternak
-  // foundation).
+  // For each lattice edge whose samples have different signs, the points of the four cells around it form a quad. Each
+  // of these points gets a fourth of the quad's area. The sides of the quads link neighbouring points. A link is like a
+  // membrane with the tension T = G d / 3 (N/m), where G = E / 3 is the shear modulus and d is the depth of the sheared
+  // part (Pasternak foundation).
   std::map<std::pair<std::uint32_t, std::uint32_t>, double> tension;
   for (i.x = 1; i.x + 1 < lattice.size.x; ++i.x)
     for (i.y = 1; i.y + 1 < lattice.size.y; ++i.y)
@@ -156,8 +156,8 @@ void SoftSurface::build_cells() {
   std::vector<std::uint32_t> next(cell_first_.begin(), cell_first_.end() - 1);
   for (std::uint32_t p = 0; p < points_.size(); ++p) cell_points_[next[cell_index(cell_of(points_[p].p_W))]++] = p;
 
-  // Computes for each cell a lower bound of the distance to the nearest point: the length of the whole cells that lie
-  // between this cell and the nearest cell with points.
+  // Computes for each cell a lower bound of the distance to the nearest point. It is the distance across the whole
+  // cells that lie between this cell and the nearest cell with points.
   std::vector<glm::ivec3> occupied;
   glm::ivec3 c;
   for (c.x = 0; c.x < cells_.x; ++c.x)

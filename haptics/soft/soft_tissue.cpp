@@ -20,13 +20,13 @@ struct SoftParameters {
   static constexpr double most_force = 3;
   // N, largest change of the force per tick for causes other than the tool's own motion
   static constexpr double free_step = 0.02;
-  // Largest plausible speed of the hand, in m/s. If a new overlap is deeper than this speed allows, the motion of the
-  // hand did not cause it.
+  // Largest plausible speed of the hand, in m/s. If a new overlap is deeper than a motion with this speed could make
+  // it, the hand's motion did not cause it.
   static constexpr double hand_speed = 0.6;
-  // s, time constant with which an overlap that the hand's motion did not cause gradually begins to press
+  // s, time constant for an overlap that the hand's motion did not cause: its force grows slowly from zero
   static constexpr double ignored_time = 0.2;
-  // A part of the head presses with full weight if the cosine of the angle between its surface and the tissue's surface
-  // is above this.
+  // A part of the head presses with its full weight if the cosine of the angle between its surface and the tissue's
+  // surface exceeds this limit.
   static constexpr double full_weight = 0.5;
   static constexpr double least_cosine = 0.35;
   static constexpr double wakes = 10e-6;  // m; a point with a larger displacement makes its neighbours active
@@ -35,7 +35,7 @@ struct SoftParameters {
   // points. A thinner head is treated as thicker, because it would pass between the points.
   static constexpr double tip = 0.15e-3;
   static constexpr double shank = 10e-3;  // m, length of the part of the shank that can touch the tissue
-  // m, largest half distance between the centres of two bounding balls of the tool, which lie on its axis
+  // m, largest half distance between the centres of neighbouring bounding balls of the tool, which lie on its axis
   static constexpr double largest_ball = 1e-3;
   // largest fraction of a point's displacement that the bur can cut away in one tick
   static constexpr double most_per_tick = 0.3;
@@ -175,7 +175,8 @@ SoftTissue::Output SoftTissue::tick(const Input& in) noexcept {
   const SoftLaw& law = surface_->law();
   for (Active& a : active_) {
     a.before = a.v;
-    // A dashpot acts parallel to the springs of a point. Its viscosity (N·s/m) is stiffness × return_time.
+    // A dashpot (damper) acts in parallel with the springs of a point. Its viscosity (N·s/m) is stiffness ×
+    // return_time.
     a.yield = 1 / (a.stiffness * law.return_time / in.dt + a.springs);
   }
   const double most = moved + P::free_step / coupling_;
@@ -226,7 +227,7 @@ void SoftTissue::find_contacts(const Input& in, const Pose& X_WT, const Shape& s
 
 /// Computes the contact of one point with the head. From the deepest possible position of the point, the function
 /// searches outward along the point's normal for the surface of the head (sphere tracing). If the head was enlarged
-/// (`blunt`), the search begins and ends deeper.
+/// (`blunt`), the search begins and ends deeper by this amount.
 void SoftTissue::touch(Active& a, const Pose& X_WT, const Shape& shape, double moved, double fade) noexcept {
   const SoftSurface::Point& at = surface_->points()[a.point];
   const dquat R_TW = glm::conjugate(X_WT.R);
@@ -329,7 +330,7 @@ void SoftTissue::place_tool(double most) noexcept {
 }
 
 /// Removes tissue where the bur presses, as in hard tissue: force × cutting speed = specific energy × removed volume
-/// (Preston, Archard). A part of the point's displacement then remains as a cut.
+/// (Preston, Archard). After this, a part of the point's displacement remains as the depth of the cut.
 void SoftTissue::cut(const Input& in) noexcept {
   for (Active& a : active_) {
     if (!a.contact || !(a.force + a.stop > 0)) continue;
@@ -362,7 +363,7 @@ void SoftTissue::spread_and_sleep() noexcept {
   }
   for (std::size_t i = 0; i < active_.size();) {
     const Active& a = active_[i];
-    // A point that has just become active has no displacement (v = 0) and would become inactive at once. It stays
+    // A point that has just become active has no displacement (v = 0) and would become inactive again at once. It stays
     // active if a displaced neighbour pulls it.
     bool pulled = false;
     for (const SoftSurface::Link& link : surface_->links(a.point)) {

@@ -67,8 +67,8 @@ TissueVolume::Copied whole(SurfacePatch& patch) {
 }  // namespace
 
 /// Moves a patch so that its first voxel is `lo`, and updates its samples from the volume. If `known` is false, all
-/// samples are copied. If it is true, written_ contains all changes of the volume since the last copy of the patch.
-/// Then only three parts are copied: these changes, the samples that the servo wrote itself, and the slabs by which the
+/// samples are copied. If it is true, written_ contains all changes of the volume since the last copy of the patch, and
+/// only three parts are copied: these changes, the samples that the servo wrote itself, and the slabs by which the
 /// patch has moved. copy_part(box) copies a box of samples; copy_written() copies the changes in written_.
 template <class CopyPart, class CopyWritten>
 void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, CopyPart copy_part,
@@ -79,8 +79,8 @@ void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, Cop
   if (!known || stays.empty()) {
     copy_part(left);
   } else {
-    // Copies the slab of new samples on each side of the patch along this axis. `left` is the remaining box; each slab
-    // makes it smaller.
+    // Copies the slab of new samples on each side of the patch along this axis. `left` is the box that still remains;
+    // each slab reduces it.
     for (int axis = 0; axis < 3; ++axis) {
       VoxelBox slab = left;
       slab.hi[axis] = stays.lo[axis] - 1;

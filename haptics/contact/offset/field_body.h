@@ -37,7 +37,7 @@ class FieldBody : public TissueBody {
  protected:
   const Tool& tool(const Cut& cut) const { return tools_[cut.tool]; }
   void take_out_pieces(const Cut& cut, const TissueVolume::Carved& carved);
-  /// Informs loose_pieces_ that tissue was added in the box `filled`.
+  /// Informs loose_pieces_ that a filling was added in the box `filled`.
   void after_fill(const VoxelBox& filled) {
     if (!filled.empty()) loose_pieces_.after_fill(volume_, filled.lo, filled.hi);
   }

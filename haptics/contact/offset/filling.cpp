@@ -1,5 +1,5 @@
-// Filling instruments: a dome of filling material grows on the tissue nearest to the instrument's free end. The head
-// limits its growth.
+// Filling instruments. A dome of filling material grows on the tissue nearest to the instrument's free end, and the
+// head limits its growth.
 #include <algorithm>
 #include <cmath>
 
@@ -14,7 +14,7 @@ namespace {
 
 using P = FillingParameters;
 
-/// Returns the radius of a ball whose volume exceeds the volume of a ball with `radius` by `volume`.
+/// Returns the radius of a ball whose volume is larger by `volume` than that of a ball with the radius `radius`.
 double grown(double radius, double volume) {
   return std::cbrt(radius * radius * radius + volume * (3 / (4 * kPi)));
 }
@@ -51,7 +51,7 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
   if ((filling_.idle || !has_room) && !search_open_place(ball(), reach)) return false;
 
   // Computes how much the dome's radius must grow so that the free part of its surface adds the waiting volume. The
-  // size of the free part is known only for the last tick, so the added volume may be too small.
+  // size of the free part is known only from the last tick, so the volume that is really added may be smaller.
   const double before = filling_.radius, owed = filling_.owed / voxel;
   const double most =
       std::clamp(grown(before, owed + instrument.fill_rate * P::ahead / voxel) - before, P::step, P::most_step);
@@ -77,10 +77,10 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
   return true;
 }
 
-/// Called when the dome (the growing deposit of filling) cannot grow any more. Searches for the nearest open place,
-/// starting at the dome's first position and passing through filled voxels. If the dome can grow up to this place, it
-/// does so in this tick; otherwise a new dome begins there. A search that reaches its cost limit continues in the next
-/// tick. Returns false if no open place was found.
+/// Called when the dome (the growing deposit of filling) cannot grow any more. Searches for the nearest place that is
+/// open for filling. The search starts at the dome's first position and passes through filled voxels. If the dome can
+/// grow as far as this place, it does so in this tick; otherwise a new dome begins there. If a search reaches its cost
+/// limit, it continues in the next tick. Returns false if no open place was found.
 bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexcept {
   const double farthest = P::flows_on * reach;
   for (int left = P::search_cost; left > 0; left -= P::skip_cost, ++open_place_search_.way) {
@@ -103,7 +103,7 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
     if (patch_.distance[i] < P::open) continue;
     left -= P::room_cost;
     const double by_head = instrument.kept_by_head(place);
-    if (by_head > -P::open) {  // the head covers this ray at least up to the present sample
+    if (by_head > -P::open) {  // the head covers this ray at least as far as the present sample
       way.next = open_place_search_.looks + 1 + static_cast<int>(std::max(by_head, 0.0) / P::flow_step);
       continue;
     }
@@ -136,7 +136,7 @@ bool OffsetModel::begin_dome(const Pose& X_WH, double reach) noexcept {
   dvec3 center = end;
   if (at.value > 0 && slope >= P::one_surface) {
     center -= at.value / slope * at.gradient / slope;
-    // The end of the instrument is midway between walls, so the nearest wall is not well defined. The dome begins on
+    // The end of the instrument is midway between walls, so the nearest wall is not well defined. So the dome begins on
     // the tissue in front of the instrument.
   } else if (at.value > 0) {
     const dvec3 ahead = X_WH.R * dvec3(0, 0, -1);

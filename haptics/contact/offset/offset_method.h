@@ -1,5 +1,5 @@
 // The default contact model "offset": a god-object on the offset surface of a distance field. A cut removes exactly the
-// sweep of the head.
+// volume through which the head moves (its sweep).
 #pragma once
 
 #include "haptics/contact_method.h"

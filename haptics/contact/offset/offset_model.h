@@ -46,17 +46,17 @@ class OffsetModel : public PatchModel {
     dvec3 start{0}, c{0};  // voxels; start: the head's centre at the start of the tick; c: the head's present centre
     dvec3 target{0};       // voxels, position of the head's centre at the hand's pose
     dvec3 shift{0};        // voxels, displacement of the hand since the last tick
-    // voxels, depth by which the head may sink into the tissue in this tick while it cuts: the energy budget suffices
-    // for the removal of the tissue down to this depth
+    // voxels, depth by which a cutting head may sink into the tissue in this tick; the energy budget pays for the
+    // removal of the tissue down to this depth
     double slack = 0;
     double slack_at_walls = 0;  // fraction of `slack` by which the head may sink at a wall between tissues
     double overlap_before = 0;
-    // voxels, displacement of the proxy in one tick that changes the force at a rate of 1 N/s
+    // voxels; if the proxy moves by this in one tick, the force changes at a rate of 1 N/s
     double pace_per_slew = 0;
     bool paced = false;  // true if the proxy's speed relative to the hand is limited in this tick
-    // unit vector against the direction in which the hand falls (see FallParameters); zero if the hand does not fall
+    // unit vector opposite to the direction in which the hand falls (see FallParameters); zero if it does not fall
     dvec3 fall_normal{0};
-    // voxels, largest distance that the head may move in this tick in the direction in which the hand falls
+    // voxels, largest distance that the head may move in the direction of the fall in this tick
     double fall_limit = 0;
     // Voxels, vector from the hand to the position that the contacts and the energy debt allow, without the speed
     // limit; zero without contact.
@@ -71,11 +71,12 @@ class OffsetModel : public PatchModel {
     dvec3 found_at{0};  // voxels, the head's centre at the last search for contacts
     dvec3 last_step{0};
     double last_gain = 1, last_length = 0;
-    int settled = 0;       // number of iterations so far that ended in contact without a long step
-    dvec3 long_step{0};    // voxels, the last step that was too long for one iteration
-    int reversals = 0;     // number of long steps that were opposite to the previous long step
-    bool at_pace = false;  // true if the limit of the proxy's speed ended the last step, and not a contact
-    dvec3 held_at{0};      // voxels, position of the head's centre that results from the contacts alone
+    int settled = 0;     // number of iterations so far that had contact and made no long step
+    dvec3 long_step{0};  // voxels, the last step that was too long for one iteration
+    int reversals = 0;   // number of long steps that were opposite to the previous long step
+    // true if the last step ended because of the limit of the proxy's speed, and not because of a contact
+    bool at_pace = false;
+    dvec3 held_at{0};  // voxels, position of the head's centre that the contacts alone determine
     // voxels, position to which the head is pulled: the hand's target, corrected for the grip of the teeth
     dvec3 led_to{0};
   };
@@ -141,7 +142,7 @@ class OffsetModel : public PatchModel {
   Step step_;
   ContactSet contacts_;  // contacts found in the last iteration
 
-  // State of the proxy that is kept between ticks.
+  // The next members are the state of the proxy between two ticks.
   HeldBy held_;           // normals of the contacts that held the head in the last tick
   bool emptied_ = false;  // true if the last cut removed all tissue inside the head
   // voxels, overlap of head and tissue; it decays to zero while the head is moved out of the tissue
@@ -152,7 +153,7 @@ class OffsetModel : public PatchModel {
   double lost_for_ = 0;  // s, time since the tool was last inside the patch
   // N, force of the last contact, whose plane replaces the tissue while a patch is late; 0: no such plane
   double bridge_push_ = 0;
-  dvec3 bridge_from_{0};  // voxels, the head's centre where the patch ended
+  dvec3 bridge_from_{0};  // voxels, the head's centre when it left the patch
   // s, remaining time in which the proxy returns smoothly to the surface, after a plane had replaced a missing patch
   double rejoining_ = 0;
   struct Retreat {
@@ -161,37 +162,37 @@ class OffsetModel : public PatchModel {
     double held_for = 0;   // s, time for which the proxy has been held near held_at while the hand was far away
     bool leading = false;  // true while the proxy is led back along its path
     std::size_t to = 0;    // index of the path point to which the proxy is led back
-    bool wedged = false;   // true if the hand has moved away and no path back was found
+    bool wedged = false;   // true if the proxy is stuck: the hand has moved away, and no path back was found
   } retreat_;
   struct Fall {
     dvec3 push_mean{0};  // N, low-pass filtered push of the tissue on the head
-    // m/s, the hand's velocity, low-pass filtered with a short and a long time constant
+    // m/s, the hand's velocity after a low-pass filter with a short (hand_speed) and a long (hand_mean) time constant
     dvec3 hand_speed{0}, hand_mean{0};
   } fall_;
 
-  // State of the removal that is kept between ticks.
+  // The next members are the state of the removal between two ticks.
   CutFront front_, coarse_front_;  // active fronts (cut_front.h) of the patch and of its coarse patch
   Pose cut_end_;                   // pose at the end of the last cut
   std::uint32_t cut_tool_ = 0;     // tool of the last cut
-  // Cut in the coarse patch, which joins several cuts of the fine patch and may wait for a tick with less work.
+  // A cut in the coarse patch. It joins several cuts of the fine patch, and may wait for a tick with less work.
   struct CoarseCut {
     Pose X_WA, X_WB;         // poses of the head at the start and at the end of the cut
     std::uint64_t cut = 0;   // index of the last cut of the fine patch that is joined
     std::uint32_t tool = 0;  // tool of the cut
-    bool goes_on = false;    // true if the last cut in the coarse patch ended at X_WA
+    bool goes_on = false;    // true if the previous cut in the coarse patch ended at X_WA
     int waits = 0;           // number of ticks for which the cut has waited; 0: no cut waits
   } coarse_;
 
   struct Filling {
     double owed = 0;     // m³, filling material that was delivered but is not placed yet
     double radius = -1;  // voxels, radius of the growing dome; negative: no dome exists
-    // fraction of the surface of the dome (the growing deposit of filling) that can still grow, estimated in the last
-    // tick
+    // fraction of the surface of the dome (the growing deposit of filling) that can still grow, as estimated in the
+    // last tick
     double free_fraction = 1;
     // voxels; center: centre of the dome (the growing deposit of filling); end: position of the instrument's free end
     // when the dome began
     dvec3 center{0}, end{0};
-    // voxels, place where the first dome began; filling that finds no space there flows on from this place
+    // voxels, place where the first dome began; the search for open places starts here
     dvec3 root{0};
     bool idle = false;  // true if the dome could hardly grow in the last tick
   } filling_;
@@ -207,7 +208,8 @@ class OffsetModel : public PatchModel {
     std::size_t way = 0;  // index of the ray that is examined next
     std::array<Ray, FillingParameters::directions> rays{};
   } open_place_search_;
-  std::vector<glm::vec3> flow_directions_;  // unit vectors of the rays; empty if no tool fills
+  // unit vectors of the rays along which open places are searched; empty if no tool fills
+  std::vector<glm::vec3> flow_directions_;
 };
 
 }  // namespace typodont::haptics::offset

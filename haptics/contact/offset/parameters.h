@@ -14,15 +14,15 @@ struct SearchParameters {
   // Voxels, longest step of one iteration with several contacts. It is shorter than contact_range, so that no contact
   // is missed.
   static constexpr double contact_step = 0.6;
-  // Voxels, longest step of one iteration with at most one contact. The step cannot pass through tissue that is thicker
-  // than this.
+  // Voxels, longest step of one iteration with at most one contact. A step of this length cannot pass through tissue
+  // thicker than this.
   static constexpr double free_step = 1.5;
   // voxels; the found contacts are reused until the head has moved this far; then contacts are searched again
   static constexpr double reuse_distance = 0.3;
   // voxels, convergence tolerance with one contact: a shorter step ends the search
   static constexpr double converged = 1e-6;
-  // Voxels, second convergence tolerance with one contact: the sum of all remaining steps, extrapolated as a geometric
-  // series.
+  // Voxels, second convergence tolerance with one contact: it limits the sum of all remaining steps, which is
+  // extrapolated as a geometric series.
   static constexpr double foreseen = 1e-7;
   // voxels, convergence tolerance with several contacts: a shorter step ends the search
   static constexpr double settled = 2e-5;
@@ -34,8 +34,8 @@ struct SearchParameters {
   // Upper limits of the number of iterations in contact per tick. settling_iterations: for a tool that does not cut;
   // settling_iterations_cutting: for a cutting tool.
   static constexpr int settling_iterations = 8, settling_iterations_cutting = 5;
-  // Upper limit of the number of long steps that are opposite to the previous long step. With more reversals, the
-  // search would not converge, and ends.
+  // Upper limit of the number of long steps that are opposite to the previous long step. After more reversals, the
+  // search ends, because it would not converge.
   static constexpr int reversals = 2;
   // Upper limit of the number of refinement rounds per iteration for a tool that does not cut. Each round computes the
   // exact planes of the contacts that hold the head.
@@ -57,13 +57,13 @@ struct SearchParameters {
 /// Limits for a ball that slides on one smooth wall. Its position is computed directly from this wall
 /// (ContactFinder::seat). If a limit is exceeded, the iterative search is used instead.
 struct WallPlacementParameters {
-  // voxels, largest overlap of the placed ball with an approximate contact plane
+  // voxels, largest allowed overlap of the placed ball with an approximate contact plane
   static constexpr double overlap = 0.1;
-  // voxels, largest overlap of the placed ball with the exact plane of another wall
+  // voxels, largest allowed overlap of the placed ball with the exact plane of another wall
   static constexpr double other_wall = 4e-3;
-  // limit of the cosine between two normals; above it, both planes belong to the same wall
+  // if the cosine between two normals is above this limit, both planes belong to the same wall
   static constexpr double same_wall = 0.9;
-  // voxels, largest overlap of the placed ball with another plane of the same wall
+  // voxels, largest allowed overlap of the placed ball with another plane of the same wall
   static constexpr double same_wall_overlap = 0.02;
   // voxels, largest step that remains for a ball on a wall with only one contact; with a larger step, the iterative
   // search is used
@@ -76,33 +76,36 @@ struct PaceParameters {
   static constexpr double cut_slew = 6;  // N/s, largest rate of change of the force while a cutting tool is in contact
   // N/s, largest rate of change of the force when the bur breaks through and loses contact
   static constexpr double free_slew = 14;
-  static constexpr double grip_slew = 9;      // N/s, largest rate at which the force rises when the teeth catch
-  static constexpr double tooth_grip = 0.15;  // friction coefficient of the teeth: lateral force divided by the push
-  static constexpr double tolerance = 1.02;   // factor by which the proxy's speed may exceed the speed limit
-  static constexpr int rounds = 4;            // upper limit of the iterations that enforce the speed limit
+  // N/s, largest rate at which the force rises when the bur's teeth catch in the tissue
+  static constexpr double grip_slew = 9;
+  // friction coefficient of the bur's teeth: lateral force divided by the push
+  static constexpr double tooth_grip = 0.15;
+  static constexpr double tolerance = 1.02;  // tolerance: the proxy's speed may exceed the speed limit by this factor
+  static constexpr int rounds = 4;           // largest number of iterations that enforce the speed limit
   // s. A bur is in debt if its cuts needed more energy than its motor has delivered so far. The debt is given as the
-  // time in which the motor delivers the missing energy. A bur with a larger debt than this is slowed down.
+  // time in which the motor delivers the missing energy. If the debt is larger than this, the bur is slowed down.
   static constexpr double free_debt = 3e-3;
   static constexpr double standing_debt = 12e-3;  // s, debt at which the bur stops completely
 };
 
 /// Parameters of a fall: the tissue under the bur was removed, so the hand accelerates until the bur meets tissue
-/// again. The parameters limit the speed of the bur at this landing (follow_fall).
+/// again. The parameters limit the speed of the bur when it lands (follow_fall).
 struct FallParameters {
   static constexpr double rough_time = 2e-3;  // s, time constant of the filter for the hand's present velocity
   static constexpr double speed_time = 0.1;   // s, time constant of the filter for the hand's mean velocity
-  // s, time constant of the filter for the tissue's push, which holds the hand up until the hand falls
+  // s, time constant of the filter for the tissue's push on the bur before the fall
   static constexpr double push_time = 0.05;
-  // N/s, threshold of (present velocity - mean velocity) × stiffness; above it, the hand's motion may be a fall (the
-  // tissue under the bur was removed)
+  // N/s; if (present velocity - mean velocity) × stiffness exceeds this limit, the hand's motion may be a
+  // fall
   static constexpr double gain = 5;
-  // lower limit of the cosine of the angle between the tissue's mean push and the direction opposite to the fall
+  // smallest cosine of the angle between the tissue's mean push and the direction opposite to the fall for which a fall
+  // is detected
   static constexpr double along = 0.3;
-  // N/s, threshold of landing speed × stiffness; below it, a landing speed is always allowed
+  // N/s; a landing speed is always allowed if (landing speed × stiffness) is below this limit
   static constexpr double landing_slew = 12;
   // A landing speed is also allowed up to this factor times the hand's mean speed.
   static constexpr double growth = 1.2;
-  // N/s, limit of the braking: (speed of the hand - landing speed) × stiffness does not exceed this value.
+  // N/s, limit of the braking: (speed of the hand - landing speed) × stiffness is at most this.
   static constexpr double brake = 12;
 };
 
@@ -113,12 +116,12 @@ struct WallParameters {
   static constexpr double felt_depth = 0.1e-3;
   // voxels; within this distance of a border between tissues, a sample may show either of the two tissues
   static constexpr double border = 0.5;
-  // lower limit of the fraction of its power with which a bur cuts at a wall
+  // smallest fraction of its power with which a bur cuts at a wall
   static constexpr double least_power = 0.1;
   // A border is a wall if the ratio of the softer to the harder tissue's specific energy is below this limit.
   static constexpr double from_ratio = 0.2;
-  // upper limit of the number of rounds per iteration; each round reduces the depth of the cut at wall planes and
-  // projects again
+  // largest number of rounds per iteration; each round reduces the depth of the cut at wall planes and projects
+  // again
   static constexpr int rounds = 4;
 };
 
@@ -127,29 +130,29 @@ struct RecoveryParameters {
   // s, time constant with which the overlap decays while the tool is led out of tissue
   static constexpr double recovery_time = 6e-3;
   static constexpr double least_overlap = 0.01;  // voxels; with a smaller overlap the tool counts as outside the tissue
-  // s, threshold of the time that the tool is outside its patch; above it, the new patch counts as late
+  // s; if the tool has been outside its patch for longer than this, the new patch counts as late
   static constexpr double patch_wait = 0.01;
-  // m; a tool without patch touches a plane that replaces the tissue. If the tool is farther than this outside the
+  // m. While the tool is outside the patch, a plane replaces the tissue. If the tool is farther than this outside the
   // patch, the force of the plane decreases.
   static constexpr double bridge_reach = 5e-3;
   // N; the plane that replaces a late patch yields if the force exceeds the force of the last contact by more than
   // this.
   static constexpr double bridge_yield = 0.5;
-  // s, longest use of a plane that replaces a late patch, for version 1 of the force laws
+  // s, for version 1 of the force laws: longest time for which a plane replaces the tissue of a late patch
   static constexpr double bridge_time_of_laws_1 = 0.5;
   // s, time in which the proxy returns smoothly to the tissue's surface after a plane replaced a missing patch
   static constexpr double rejoin_time = 0.3;
-  // first version of the force laws in which a jump of the hand's pose ends the smooth return of rejoin_time at once
+  // first version of the force laws in which a jump of the hand's pose ends the smooth return (rejoin_time) at once
   static constexpr std::uint32_t laws_of_jumps = 9;
 };
 
 /// Conditions for the retreat. If the hand has moved away but contacts hold the proxy, the proxy is led back along its
 /// path.
 struct RetreatParameters {
-  // m, threshold of the distance between hand and proxy; above it, the hand may have moved away
+  // m; if the distance between hand and proxy exceeds this limit, the hand may have moved away
   static constexpr double far = 2e-3;
   static constexpr double still = 0.3e-3;  // m; the proxy counts as held while it moves less than this
-  // m, threshold of the distance between hand and proxy; above it, the hand has certainly moved away, because at 1 N/mm
+  // m; if the distance between hand and proxy exceeds this limit, the hand has certainly moved away, because at 1 N/mm
   // nobody presses so hard
   static constexpr double too_far = 5e-3;
   static constexpr double patience = 0.3;    // s, time for which the proxy must be held before it is led back
@@ -158,7 +161,7 @@ struct RetreatParameters {
   // distance
   static constexpr double gain = 0.1e-3;
   static constexpr double slew = 14;  // N/s, largest rate of change of the force while the proxy is led back
-  // m, threshold of the distance between head and tissue; above it, the recorded path starts again
+  // m; if the distance between head and tissue exceeds this limit, the recorded path starts again
   static constexpr double outside = 1e-3;
   // voxels, distance between two samples on the line from the proxy to the hand
   static constexpr double look_step = 1;
@@ -176,10 +179,10 @@ struct CoarseParameters {
 
 /// Limits for a filling instrument (filling.cpp).
 struct FillingParameters {
-  // s. Filling that cannot be added to the tissue yet waits. At most the volume that the instrument delivers in this
-  // time can wait; the remaining volume is lost.
+  // s. Filling that cannot be added to the tissue at once is kept for later ticks: at most the volume that the
+  // instrument delivers in this time. The remaining volume is lost.
   static constexpr double waits = 0.05;
-  // lower limit of the field's slope near one surface; a smaller slope means that the point is midway between two
+  // smallest slope of the field near a single surface; a smaller slope means that the point is midway between two
   // surfaces
   static constexpr double one_surface = 0.5;
   // voxels, distance between two samples when the instrument searches for tissue in front of it
@@ -189,12 +192,12 @@ struct FillingParameters {
   // s; in one tick, a dome may grow by the volume that waits, plus the volume that the instrument delivers in this time
   static constexpr double ahead = 0.01;
   static constexpr double least_step = 1e-3;
-  // threshold of the free fraction of a dome's surface; at or below it, the dome stops growing
+  // if the free fraction of a dome's surface is at most this, the dome stops growing
   static constexpr double buried = 0.01;
   // Voxels, smallest distance from tissue, from the head and from the limit of the search at which a place is open for
   // filling.
   static constexpr double open = 0.5;
-  // upper limit of the search distance for an open place, as a ratio to the instrument's reach
+  // largest search distance for an open place, as a ratio to the instrument's reach
   static constexpr double flows_on = 3;
   static constexpr double flow_step = 0.5;  // voxels, distance between two samples along a ray
   // Largest allowed number of consecutive samples inside tissue on a ray. The voxels at a filled wall contain tissue

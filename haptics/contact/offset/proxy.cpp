@@ -13,9 +13,9 @@ using Q = SearchParameters;
 
 /// Models the grip of the bur's teeth as a friction cone on the god-object. While a rotating head is pressed into
 /// tissue, it does not move sideways until its tangential lag (the distance along the surface by which the head lags
-/// behind `target`) exceeds the friction limit. So the roughness of the cut surface does not shake the hand. Returns
-/// the target with the tangential lag limited. `moved`: motion of the hand since the last tick. The tangential lag
-/// grows by at most `most` per tick, so that teeth that catch do not stop the head abruptly. Voxels.
+/// behind `target`) exceeds the friction limit. This grip keeps the roughness of the cut surface from shaking the hand.
+/// Returns the target with a limited tangential lag. `moved`: motion of the hand since the last tick. The tangential
+/// lag grows by at most `most` per tick, so that teeth that catch do not stop the head abruptly. Voxels.
 dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
   const dvec3 pull = from - target;
   const double pushed = glm::dot(pull, n);
@@ -31,10 +31,10 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   return target + lag;
 }
 
-/// Returns the largest allowed distance between the proxy's new position and the point start + `shift`, to which a
-/// rigid connection to the hand would move the proxy. Usually this is `pace`. If all positions along `step` are farther
-/// from that point, the result is slightly more than the smallest of their distances. So a head that is stuck in its
-/// hole can sink even while the hand moves fast sideways.
+/// Returns the largest allowed distance of the proxy's new position from the point start + `shift`, which the proxy
+/// would reach if it were rigidly connected to the hand. Usually the result is `pace`. If all positions along `step`
+/// are farther from that point, the result is slightly more than the smallest of their distances. So a head that is
+/// stuck in its hole can sink even while the hand moves fast sideways.
 double farthest(const dvec3& step, const dvec3& shift, double pace) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -56,8 +56,8 @@ void OffsetModel::constrain(const ContactInput& in, Contact& out) noexcept {
   if (!in.cuts) emptied_ = false;
 }
 
-/// Initialises the data of the tick. Reduces the overlap, at the rate at which the head may leave the tissue without a
-/// force step.
+/// Prepares the data of the tick. Reduces the overlap, at a rate at which the head can leave the tissue without a force
+/// step.
 void OffsetModel::begin_step(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& s = step_;
@@ -81,8 +81,8 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.paced = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
 }
 
-/// Limits the landing speed after a fall. If the tissue under the bur is removed, the hand accelerates, and the bur
-/// then meets the next tissue at this speed; this causes a force step. A fall is detected if the push of the tissue
+/// Limits the landing speed after a fall. If the tissue under the bur is removed, the hand accelerates. The bur then
+/// meets the next tissue at a high speed, which would cause a force step. A fall is detected if the push of the tissue
 /// decreases while the hand's speed against this push increases. The bur then sinks no faster than the allowed landing
 /// speed. A hand that draws the bur at constant speed does not fall, however steep its path is.
 void OffsetModel::follow_fall(const ContactInput& in) noexcept {
@@ -101,8 +101,8 @@ void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   smooth(fall_.hand_mean, v, F::speed_time);
   const dvec3 gained = fall_.hand_speed - fall_.hand_mean;
   const double gain = glm::length(gained);
-  // A fall is recognised by the hand's gain of speed. The gain must exceed F::gain / stiffness, and also the noise of
-  // one encoder count of the position.
+  // A fall is recognised by the hand's gain of speed. The gain must exceed F::gain / stiffness plus the noise of one
+  // encoder count of the position.
   if (gain < F::gain / settings_.stiffness + settings_.position_step / F::rough_time) return;
   const dvec3 n = -gained / gain;
   const double held_up = glm::dot(fall_.push_mean, n);
@@ -194,8 +194,8 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     const double length = glm::length(step);
     const double longest = contacts_.count() > 1 ? Q::contact_step : Q::free_step;
     if (length > longest) {
-      // In a narrow cavity, no single position may show all walls as contacts. The search could then alternate between
-      // two positions for ever. So reversed long steps are counted.
+      // In a narrow cavity, no single position may have contact with all walls. The search could then alternate between
+      // two positions for ever. So it counts long steps whose direction is reversed.
       s.reversals += glm::dot(step, s.long_step) < 0;
       s.long_step = step;
       if (settings_.laws >= 5 && s.reversals > Q::reversals) break;
@@ -215,8 +215,8 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     s.last_length = length;
     const int most_settled = in.cuts ? Q::settling_iterations_cutting : Q::settling_iterations;
     if (length < settled || foreseen || ++s.settled >= most_settled) break;
-    // If no contact pushes the head, it has reached the target. Otherwise iterate: on a smooth surface each iteration
-    // squares the error.
+    // If no contact pushes the head, it has reached the target. Otherwise the search continues; on a smooth surface
+    // each iteration squares the error.
     if (p.active.count == 0) {
       p.touching = false;
       break;
@@ -256,9 +256,9 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
   return Advance::kOn;
 }
 
-/// Finds the contacts at p.c. Existing contacts are reused while the head has moved only a little. Two kinds are always
-/// searched again: a single contact with an exact plane, and contacts around a rim, because their exact planes are
-/// refined from approximate planes.
+/// Finds the contacts at p.c. Existing contacts are reused while the head has moved only a little. Two kinds of
+/// contacts are always searched again, because their exact planes are refined from approximate planes: a single contact
+/// with an exact plane, and contacts around a rim.
 void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_free) noexcept {
   const dvec3& c = step_.c;
   const bool ball = tool().shape == HeadShape::kSphere;
@@ -282,8 +282,8 @@ void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool cente
   } else if (in.cuts && emptied_ && !in.must_earn) {
     finder().project_out({step_.start, in.X_WG.R}, X_VT, contacts_);
   }
-  // Reduces the depth of the cut where the tissue is harder than the tissue being cut, by the ratio of the specific
-  // energies. For softer tissue the depth stays unchanged.
+  // Reduces the depth of the cut where the tissue is harder than the tissue that is being cut, by the ratio of the
+  // specific energies. Where it is softer, the depth does not change.
   if (settings_.boundary_walls && in.specific_energy > 0 && in.specific_energy < hardest_) {
     for (int i = 0; i < contacts_.count(); ++i) {
       const double under = specific_energy_at(contacts_.below(i));
@@ -318,7 +318,7 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
 }
 
 /// Approximate planes have selected the contacts that hold the head. This function replaces them by exact planes and
-/// projects again, because other contacts may then hold the head.
+/// projects again, because with the exact planes other contacts may hold the head.
 dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 next) noexcept {
   Step& p = step_;
   const int rounds = in.cuts ? 1 : Q::refining_rounds;
@@ -341,9 +341,9 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
 }
 
 /// Accelerates the convergence by the secant method. Along a smooth curved surface, each step is a constant fraction of
-/// the previous step (negative in a concave surface). So the sum of all remaining steps is made at once: the step is
-/// multiplied by a gain. With two active planes, the gain is at most 1. The component of the step towards the tissue is
-/// not changed.
+/// the previous step (negative in a concave surface). So one step can replace all remaining steps: it is multiplied by
+/// a gain, which is the sum of the geometric series. With two active planes, the gain is at most 1. The component of
+/// the step towards the tissue is not changed.
 dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   const Step& p = step_;
   const double before2 = glm::dot(s.last_step, s.last_step);
@@ -372,9 +372,9 @@ void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
   step_.slack_at_walls = bought_by(std::min(in.wall_budget, in.budget)) / step_.slack;
 }
 
-/// Returns the fraction 0..1 of its step that a bur may make. If its cuts needed more energy than its motor has
-/// delivered, a bur that is pressed into tissue is slowed down until the motor has delivered this energy. This also
-/// stops a bur with a sharp rim in a pit so shallow that no wall is detected.
+/// Returns the fraction 0..1 of its step that a bur may make. If the cuts of a bur needed more energy than its motor
+/// has delivered (debt), the bur is slowed down while it is pressed into tissue, until the motor has delivered the
+/// missing energy. This also stops a bur with a sharp rim in a pit that is so shallow that no wall is detected.
 double OffsetModel::debt_fraction(const ContactInput& in) const noexcept {
   const Step& p = step_;
   if (!(emptied_ && in.budget < 0 && in.cuts && !in.scrapes && glm::dot(p.target - p.start, in.normal) < 0)) return 1;
@@ -394,11 +394,11 @@ bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcep
   return true;
 }
 
-/// Limits the change of the force of a bur. `carried` is the position to which a rigid connection to the hand would
-/// move the bur; the new position must be at most `most` away from it. Among these positions, the one nearest to the
-/// hand is chosen. To find it, the bur is pulled to a point between `carried` and the hand. The lag behind the hand
-/// never grows, so a bur that passes a rim lands first and then catches up. `next`: on entry, the position that the
-/// contacts alone determine; on return, the new position. Returns the point to which the bur is pulled.
+/// Limits the change of the force of a bur. `carried` is the position that the bur would reach if it were rigidly
+/// connected to the hand; the new position must be at most `most` away from it. Among these positions, the one nearest
+/// to the hand is chosen. To find it, the bur is pulled to a point between `carried` and the hand. The lag behind the
+/// hand never grows, so a bur that passes a rim lands first and then catches up. `next`: on entry, the position that
+/// the contacts alone determine; on return, the new position. Returns the point to which the bur is pulled.
 dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept {
   double fraction = 1;
   dvec3 led_to = pulled_to;
@@ -448,8 +448,8 @@ bool OffsetModel::hold_at_walls(const ActivePlanes& active, double yields) noexc
 }
 
 /// Limits the change of the force when a bur loses contact (at the rim of its own cut, or when it has removed the last
-/// tissue), or when its contacts change. To this end it limits the proxy's speed relative to the hand. The proxy only
-/// lags behind the hand, so this dissipates energy and never generates it.
+/// tissue), or when its contacts change. To this end it limits the proxy's speed relative to the hand. This can only
+/// let the proxy lag behind the hand, so it dissipates energy and never generates it.
 void OffsetModel::follow_hand() noexcept {
   Step& p = step_;
   const bool at_pace = p.paced && !p.deep;
@@ -461,10 +461,10 @@ void OffsetModel::follow_hand() noexcept {
   p.lost = p.lost && !patch_.holds(p.c, reach() + 1);
 }
 
-/// Leads the proxy back if it is trapped under an overhang or behind a ledge that its own cut left. There, the allowed
-/// position nearest to the hand does not change, however far the hand moves away. The head is led along its own
-/// recorded path, which was free, to the path point nearest to the hand. The force changes at a limited rate, and
-/// nothing is cut. Returns true if the head is led in this tick.
+/// Leads the proxy back if it is trapped, for example under an overhang or behind a ledge that its own cut left. A
+/// trapped proxy does not move, however far the hand moves away. The head is led along its own recorded path, which is
+/// free of tissue, to the path point nearest to the hand. The force changes at a limited rate, and nothing is cut.
+/// Returns true if the head is led in this tick.
 bool OffsetModel::lead_back() noexcept {
   using R = RetreatParameters;
   if (!retreat_.leading) return false;
@@ -491,7 +491,7 @@ bool OffsetModel::lead_back() noexcept {
   contacts_.clear();
   overlap_ = wall_ = 0;
   fall_.push_mean = dvec3(0);
-  rejoining_ = RecoveryParameters::rejoin_time;  // s; during this time, the proxy follows the hand at a limited speed
+  rejoining_ = RecoveryParameters::rejoin_time;  // s; for this time, the proxy will follow the hand at a limited speed
   breaking_through_ = true;
   return true;
 }

@@ -25,8 +25,8 @@ bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut
 
 bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept {
   const double h = voxel();
-  // An undo or redo may have restored tissue at the head. So the next sweep includes the tissue in the whole head at
-  // its start.
+  // An undo or redo may have restored tissue at the head. So the next sweep also removes the tissue inside the head at
+  // the start of its path.
   const bool edited = patch_.edits > 0 && cut_count_ == patch_.edited_at;
   const bool continues = cut_count_ > 0 && !edited && cut_tool_ == tool_ && same(in.X_WG, cut_end_);
   const Sweep sweep(tool(), in.X_WG, X_WB, settings_.frame, continues, settings_.laws);
@@ -47,10 +47,10 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
   return true;
 }
 
-/// Repeats a cut in the coarse patch, from pose A to pose B of the head. Several short cuts are joined into a longer
-/// one, because the coarse samples cannot resolve them. `may_wait`: true if the cut in the fine patch took long, so
-/// that the cut in the coarse patch may wait for one of the next ticks. Only the shank touches the coarse patch, and
-/// the shank follows the head.
+/// Makes a cut in the coarse patch, from pose A to pose B of the head. Several short cuts are joined into a longer one,
+/// because the coarse samples cannot resolve them. `may_wait`: true if the cut in the fine patch took long, so that the
+/// cut in the coarse patch may wait for one of the next ticks. It may wait because only the shank touches the coarse
+/// patch, and the shank follows the head.
 void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept {
   if (patch_.wide.empty()) return;
   const bool goes_on = continues && coarse_.cut + 1 >= cut_count_;
@@ -71,7 +71,7 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
   if (!may_wait || coarse_.waits > CoarseParameters::most_waits) finish_coarse();
 }
 
-/// Makes the cut in the coarse patch that waits, if there is one.
+/// If a cut in the coarse patch waits, makes it.
 void OffsetModel::finish_coarse() noexcept {
   if (coarse_.waits == 0) return;
   coarse_.waits = 0;
@@ -83,11 +83,11 @@ void OffsetModel::finish_coarse() noexcept {
 }
 
 void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
-  // The new snapshot contains every cut that is still valid.
+  // After an undo or redo, the new snapshot contains every cut that is still valid.
   if (strokes_edited) emptied_ = false, coarse_.waits = 0;
   if (!known) front_.forget();
-  // The coarse patch was cut in longer steps than the carver's volume, from which the new patch was copied. So the
-  // active front of the coarse patch (the list of samples that the next cuts can change) is not valid any more.
+  // The new coarse patch was copied from the carver's volume, which was cut in shorter steps than the old coarse patch.
+  // So the active front of the coarse patch (the samples that the next cuts can change) is not valid any more.
   coarse_front_.forget();
   smooth().forget();
 }
@@ -105,7 +105,7 @@ PerTissue OffsetModel::repeat(const CutLog::Made& made, std::uint64_t index, Sur
   return carve(fresh, Sweep(with, made.X_WA, made.X_WB, settings_.frame, continues, settings_.laws));
 }
 
-/// Applies to the coarse patch of a new snapshot the cuts that it lacks.
+/// Repeats the cuts that the coarse patch of a new snapshot lacks.
 void OffsetModel::update_coarse(SurfacePatch& fresh, bool edited) noexcept {
   if (fresh.wide.empty()) return;
   SurfacePatch& coarse = fresh.wide.front();

@@ -63,7 +63,7 @@ class ActiveSet {
  private:
   // upper limit of the number of planes that are added; then the projection fails
   static constexpr int kMostRounds = 64;
-  // upper limit of the number of active planes that the addition of one plane may remove
+  // largest number of active planes that may be removed when one plane is added
   static constexpr int kMostLeaving = 8;
   static constexpr double kNever = 1e300;  // a number larger than any step length
 
@@ -96,8 +96,8 @@ class ActiveSet {
     return solve_gram(gram, r);
   }
 
-  /// Starts with the guessed planes if each of them has a positive push at the solution. Otherwise starts without
-  /// active planes.
+  /// Starts with the guessed planes as active planes if all their pushes are positive at the solution. Otherwise starts
+  /// without active planes.
   void start_with(const ActivePlanes& guess, dvec3& x) noexcept {
     count_ = guess.count;
     double gram[3][4], u[3] = {};

@@ -45,14 +45,15 @@ double ContactFinder::head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) 
 /// Finds the contact of a ball by one field query at its centre c (offset surface: Kim & Park 2006, sec. 3.2). The foot
 /// point is the nearest point of the surface, computed from the value and gradient at c. The result is exact where the
 /// field outside the tissue is smooth. Elsewhere the field may be smaller than the true distance, but never larger, and
-/// the field at the foot point differs from zero. Samples of the field on the line through c and the foot point detect
-/// two cases. Near an edge, the tissue below the foot point is too thin; the edge is then computed from its two faces.
-/// Near a second wall, the field above c is too small.
+/// it is not zero at the foot point. Samples of the field on the line through c and the foot point detect two cases.
+/// Near an edge, the tissue below the foot point is too thin; the edge is then computed from its two faces. Near a
+/// second wall, the field above c is too small.
 bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept {
   const FieldSample at = sample_cubic(patch, c);
   const double length = glm::length(at.gradient);
   if (at.value < 0.5 || length < 0.5)
-    return false;  // the head's centre is inside tissue, where the field is not the distance to the offset surface
+    // the head's centre is inside tissue, where the field cannot be used as the distance to the offset surface
+    return false;
   dvec3 n = at.gradient / length;
   double distance = at.value;
   const dvec3 below = c - (distance + O::depth_below) * n;
@@ -67,7 +68,7 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
       distance = glm::length(c - foot);
       n = (c - foot) / distance;
     } else {
-      // If the gradient does not have length 1, or the foot point is not on the surface, the field is a mixture of two
+      // If the gradient does not have length 1, or the foot point is not on the surface, the field there depends on two
       // walls.
       if (std::abs(length - 1) > O::gradient_tolerance || !patch.holds(foot, 0)) return false;
       if (std::abs(sample_linear(patch, foot)) > O::foot_tolerance) return false;
@@ -107,7 +108,7 @@ bool ContactFinder::seat(const SurfacePatch& patch, const dvec3& target, const d
       !is_true_around(patch, target, std::abs(at.value)))
     return false;
   // First moves x from the hand's position onto the wall. Then moves x along the wall until it is the foot point of the
-  // hand: the wall's normal at x goes through the hand's position.
+  // hand, which means that the wall's normal at x goes through the hand's position.
   dvec3 x = target, n;
   double height = 0, uneven = 0;
   for (int step = 0;; ++step) {
@@ -157,7 +158,7 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
 }
 
 void ContactFinder::project_out(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept {
-  // If a contact is exact, the tissue there was not cut, so it needs no correction.
+  // If a contact is exact, no cut has changed the tissue there, so no correction is needed.
   if (set.sunk_ || set.exact_count_ > 0) return;
   set.projects_out_ = true;
   set.emptied_ = X_VE;

@@ -52,18 +52,18 @@ class ContactFinder {
 
   /// Computes the final position of a ball that is pulled from `c` to the hand's position `target` (voxels), if one
   /// smooth wall stops it. The field is queried at the hand's position inside the wall. Parallel surfaces have the same
-  /// normals, so the result gives the ball's position on the wall, also in narrow concave surfaces. Returns false if
+  /// normals, so this query gives the ball's position on the wall, even on narrow concave surfaces. Returns false if
   /// the position cannot be computed; `seated` is then unchanged. `alone`: true if there is no other tissue nearby;
   /// `set` then contains this contact.
   bool seat(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
             bool& alone) const noexcept;
   static constexpr double kMostSeated = 1.5;  // voxels, largest distance of the final position from `c`
 
-  /// Finds contacts for a head that overlaps tissue by more than `kSunk`, which no hand can cause. From the head's
-  /// centre and from each surface sample inside the tissue, searches the nearest point outside the tissue, as far as
-  /// the field stores distances. If there is no such point, `set` gets no contact.
+  /// Finds contacts for a head that overlaps tissue by more than `kSunk`, for example after a jump; no hand can press
+  /// it so deep. From the head's centre and from each surface sample inside the tissue, searches the nearest point
+  /// outside the tissue, as far as the field stores distances. If there is no such point, `set` gets no contact.
   void find_way_out(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept;
-  // voxels, threshold of the overlap of head and tissue; above it, the head counts as sunk
+  // voxels; a head that overlaps tissue by more than this counts as sunk
   static constexpr double kSunk = 1.5;
 
   /// Updates the normals and gaps of the contacts in `set` after a small motion of the head, without a new query of the
@@ -77,7 +77,7 @@ class ContactFinder {
 
   /// Makes contact `i` exact on a smooth surface. Cubic queries of the field move the contact point to the position
   /// where head and surface are closest. Returns false if nothing changed, for example because the contact was already
-  /// exact. `fine`: if true, the result is accurate to 0.01 degree; used for a head that does not cut.
+  /// exact. `fine`: true: the normal is accurate to 0.01 degree, as a head that does not cut needs it.
   bool refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i, bool fine = false) const noexcept;
 
   /// Updates normal and gap of one contact for the head at the pose X_VT, without a query of the field.

@@ -25,7 +25,7 @@ void ContactSet::set_yields(int i, double yields) noexcept {
 }
 
 /// Stores the exact plane of a refined contact. If the array of exact contacts is full, the plane replaces the oldest
-/// one.
+/// exact plane.
 void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept {
   Exact* slot = exact(i);
   if (!slot) {

@@ -143,7 +143,8 @@ TYPODONT_KERNEL void sample_eight(const FlatField& field, const F8& x, const F8&
   gz = gz0 + u * (gz1 - gz0);
 }
 
-/// Working data of the contact search: the batches of eight samples that are moved to the tissue's surface.
+/// Working data of the contact search: the samples in batches of eight, and the points that are moved from them to the
+/// tissue's surface.
 struct SampleBatches {
   static constexpr int kBatches = ContactSet::kMax / kBatch;
   int from[kBatches];                           // index of the first sample of the batch
@@ -161,8 +162,8 @@ struct SampleBatches {
 };
 
 /// Searches contacts: moves each sample of the head that is near tissue to the point where head and surface are
-/// closest. Loads, square roots and divisions have a long latency. So all batches complete one step before the next
-/// step starts.
+/// closest. All batches complete one step before the next step starts, because loads, square roots and divisions have a
+/// long latency.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const FlatField* field_at, float near,
                       RoughPlanes* planes, Found* found) {
@@ -212,8 +213,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     std::memcpy(&nz, samples->nz + k, sizeof nz);
     // Each sample represents an area. Its weight decreases linearly from one to zero over a distance of one voxel from
     // the tissue. So the sum of the areas changes smoothly when the head moves. The sum of the normals uses another
-    // weight, 2 a − b. Here a decreases from one to zero over half a voxel, and b over one voxel. So areas that would
-    // touch only if the head sank deeper do not contribute.
+    // weight, 2 a − b. Here a decreases from one to zero over half a voxel, and b over one voxel. With it, areas that
+    // would touch only if the head sank deeper do not contribute.
     F8 share = 1.0f - value, half = share - value;
     share = share < 0.0f ? F8{} : share;
     share = share > 1.0f ? F8{} + 1.0f : share;
@@ -282,7 +283,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     const unsigned keep = bits_of(kept);
     best = kept ? best : F8{} + 1e30f;
     least = best < least ? best : least;
-    // Moves the valid lanes of the vector to its front without a branch, because a branch would often be mispredicted.
+    // Moves the valid lanes to the front of the vector. A branch is avoided, because it would often be mispredicted.
     const I8& order = kCompaction.order[keep];
     const auto put = [&](const F8& v, float* to) __attribute__((always_inline)) {
       F8 first;
@@ -433,7 +434,7 @@ HeadSamples::HeadSamples(const Tool& tool, const HeadField& head, double voxel)
 
 Found HeadSamples::look_around(const SurfacePatch& patch, const Pose& X_VT, float near,
                                RoughPlanes& planes) const noexcept {
-  // Coordinates are relative to a nearby voxel, because floats are then more precise.
+  // Coordinates are relative to a voxel near the head, because small floats are more precise.
   const glm::ivec3 base = glm::ivec3(X_VT.p) - (static_cast<int>(reach) + 8), from = base - patch.lo;
   const FlatHead head = flat_head(*this, X_VT.R, glm::vec3(X_VT.p - dvec3(base)));
   const std::ptrdiff_t sy = patch.n, sx = sy * sy;

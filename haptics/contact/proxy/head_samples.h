@@ -24,7 +24,7 @@ struct Found {
 };
 
 /// Samples of the head's surface as arrays, in voxels and frame T of the head. Eight neighbouring samples form a batch,
-/// so that a batch mostly touches one tissue. Built at set-up; the functions may be called on the servo thread.
+/// so a batch usually touches only one tissue. Built at set-up; the functions may be called on the servo thread.
 struct HeadSamples {
   HeadSamples(const Tool& tool, const HeadField& head, double voxel);
 

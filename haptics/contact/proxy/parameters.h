@@ -6,12 +6,12 @@ namespace typodont::haptics {
 
 /// Conditions under which one cubic query at a ball's centre gives the only contact (ContactFinder::find_by_offset).
 struct OffsetQueryParameters {
-  // Voxels, tolerance of the field at the foot point. It covers the error of linear interpolation, which is this large
-  // for a ball with a radius of four voxels.
+  // Voxels, tolerance of the field's value at the foot point. It equals the error of linear interpolation for a ball
+  // with a radius of four voxels.
   static constexpr double foot_tolerance = 0.05;
   // Tolerance of the gradient's length, which is 1 near a single smooth wall.
   static constexpr double gradient_tolerance = 2e-4;
-  static constexpr double depth_below = 3;  // voxels; the tissue below the foot point must be at least this thick
+  static constexpr double depth_below = 3;  // voxels, the tissue below the foot point must be at least so thick
   // Voxels; up to this height above the ball's centre, no other wall may be nearer than the wall of the contact.
   static constexpr double height_above = 3.5;
 };
@@ -21,7 +21,7 @@ struct WallSeatParameters {
   // Voxels, largest depth of the hand below the surface that stops the ball.
   static constexpr double hand_depth = 4;
   static constexpr double aligned = 1e-8;  // voxels², tolerance of the squared lateral error of the foot point
-  static constexpr int iterations = 6;     // upper limit of the steps along the wall to the foot point
+  static constexpr int iterations = 6;     // largest number of steps along the wall to the foot point
   // Tolerance of the gradient's length, which is 1 near a single smooth wall.
   static constexpr double gradient_tolerance = 1e-3;
   // Stricter tolerance of the gradient's length; within it, no other wall is near.
@@ -37,14 +37,14 @@ struct RefineParameters {
   // Voxels. A contact counts as exact until the ball has moved this far after its query. The error of its gap is then
   // 2e-5 voxel.
   static constexpr double stays_exact = 0.02;
-  // Voxels, value of stays_exact for a head with edges, for which the error of the gap is as large as the distance
-  // moved.
+  // Voxels, the same limit for a head with edges. It is smaller, because the error of the gap is then as large as the
+  // distance moved.
   static constexpr double stays_exact_edged = 2e-3;
-  // Voxels, value of stays_exact for a head that does not cut. It is smaller, because without cutting the hand feels
-  // errors of the force's direction.
+  // Voxels, the same limit for a head that does not cut. It is smaller, because without cutting the hand feels errors
+  // of the force's direction.
   static constexpr double stays_exact_fine = 1e-3;
   // Voxels, convergence tolerance of the gap: the refinement ends when a step reduces the gap by less than this. The
-  // next step would reduce it by about the square.
+  // next step would reduce the gap only by about the square of this.
   static constexpr double gained = 1e-4;
   // Voxels, convergence tolerance of the gap for a head that does not cut. The force direction depends on the lateral
   // error of the contact, which is the square root of the gap's error. So this tolerance is much smaller.
@@ -83,7 +83,7 @@ struct SharpEdgeParameters {
   // Number of directions in which faces are searched. It is large, because some faces of a corner are visible in few
   // directions.
   static constexpr int directions = 12;
-  // Voxels; the search for a face starts at this lateral distance from the foot point (the surface point nearest to the
+  // Voxels. The search for a face starts at this lateral distance from the foot point (the surface point nearest to the
   // head's centre).
   static constexpr double aside = 8;
   // Voxels; the search for a face beyond an edge starts this far beside the foot point and this far below it.
@@ -116,26 +116,27 @@ struct SharpEdgeParameters {
   // Voxels, tolerance of the offset between the planes at two points of a groove's wall; it covers rounding to floats.
   static constexpr double flat_distance = 2e-5;
   static constexpr int misses = 6;  // upper limit of the number of directions in which no wall of a groove is found
-  // Voxels. Interpolation fills the bottom of a groove. This factor times the length of the difference of the walls'
-  // normals is the largest depth of the filled part.
+  // Voxels. Interpolation fills the bottom of a groove. The largest depth of the filled part is this length times |n1 -
+  // n2|, where n1 and n2 are the normals of the walls.
   static constexpr double filled = 0.15;
 };
 
 /// Parameters of shanks and safe ends (NonCuttingContacts). The contacts of a shank are computed in the coarse patch.
 /// Lengths are in coarse voxels unless another unit is given.
 struct NonCuttingPartParameters {
-  static constexpr double spacing = 0.25e-3;  // m, distance between two samples of the coarse patch
+  static constexpr double spacing = 0.25e-3;  // m, distance between two neighbouring samples of the coarse patch
   // Coarse voxels, upper bound of the error by which linear interpolation overestimates the distance.
   static constexpr double overestimate = 0.5;
-  // Coarse voxels, rounding tolerance: a distance this close to the band's limit counts as equal to the limit.
+  // Coarse voxels, rounding tolerance: a distance that is this close to the largest stored distance (band) counts as
+  // equal to it.
   static constexpr double at_band = 1e-3;
   // Coarse voxels, tolerance: if the computed nearest point is farther than this from the surface, the field there is
-  // wrong (it results from an intersection of solids).
+  // not a true distance (as for an intersection of solids).
   static constexpr double edge_distance = 0.4;
-  // voxels of the head's patch, threshold; the contacts of the shank are not searched again while the free distance of
-  // the shank is larger
+  // voxels of the head's patch; while the shank's free distance is larger than this, its contacts are not searched
+  // again
   static constexpr double enough_room = 3;
-  // voxels of the head's patch, threshold; the contacts of the shank are searched if its free distance is smaller
+  // voxels of the head's patch; if the shank's free distance is smaller than this, its contacts are searched
   static constexpr double close_room = 0.8;
   // Limit of the cosine between two contact normals. Above it, contacts at the same place are merged.
   static constexpr double same_direction = 0.985;

@@ -40,8 +40,8 @@ bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face
   return false;
 }
 
-/// Returns true if the wall of a groove continues in the same plane farther away from the groove, where the groove's
-/// other wall has no influence on the field.
+/// Returns true if the wall of a groove continues in the same plane farther away, where the other wall does not
+/// influence the field.
 bool face_continues(const SurfacePatch& patch, const Face& face, const dvec3& foot) noexcept {
   const dvec3 away = face.x - foot, along = away - glm::dot(away, face.n) * face.n;
   const dvec3 p = face.x + E::farther * glm::normalize(along);
@@ -130,7 +130,8 @@ bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foo
                      dvec3& nearest) noexcept {
   const dvec3 n = (c - foot) / distance;
   const auto face_along = [&](const dvec3& u, Face& face) {
-    // Searches a face beside the foot point. If there is air, the search has passed the edge, and continues below.
+    // Searches a face beside the foot point. If this place is in air, it lies beyond the edge, and the search continues
+    // below it.
     return face_from(patch, foot + E::aside * u, foot, face) || face_from(patch, foot + E::down * (u - n), foot, face);
   };
   const dvec3 aside = std::abs(n.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
@@ -168,8 +169,8 @@ bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foo
     faces.add(most[0]), faces.add(most[1]);
   }
   if (!faces.convex() || !faces.nearest(c, nearest)) return false;
-  // Compares the result with the field. At a true edge, the field is the distance to the edge. If the tissue was made
-  // by an intersection of solids, the field is the distance to the farthest face instead.
+  // Compares the result with the field. Near a true edge, the value of the field is the distance to the edge. If the
+  // tissue was made by an intersection of solids, the field is the distance to the farthest face instead.
   double farthest = -1e300;
   for (int i = 0; i < faces.count; ++i) farthest = std::max(farthest, faces.above(i, c));
   return std::min(std::abs(glm::length(c - nearest) - distance), std::abs(farthest - distance)) < E::agrees;

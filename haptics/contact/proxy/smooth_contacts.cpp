@@ -21,8 +21,8 @@ CoarseGrid coarse_grid_for(std::span<const Tool> tools, double voxel, double tra
   }
   if (reach == 0) return {};
   const int every = std::max(2, static_cast<int>(std::lround(P::spacing / voxel)));
-  // Half the edge of the coarse patch, in samples. The constant 6 covers the interpolation stencil and the distance by
-  // which samples are moved.
+  // Half the edge of the coarse patch, in samples. The constant 6 is the space for the interpolation stencil and for
+  // the distance by which samples are moved.
   const double half = (reach / voxel + travel) / every + 6;
   return {every, 2 * static_cast<int>(std::ceil(half)) + 1};
 }
@@ -69,12 +69,12 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
     const double radius = shank.radius_at(u);
     const double around = sample_linear(wide, p);
     // Upper bound of the interpolation error. If all samples of the cell have the largest stored distance (the band),
-    // the tissue is at least this far away. The error is then at most the sagitta that a sphere of this radius has
-    // between two samples.
+    // the tissue is at least this far away. The error is then at most the height of an arc with this radius over the
+    // chord between two samples.
     const double blurred = around > wide.band - P::at_band ? 3 / (8 * wide.band) : P::overestimate;
     const double clear = (around - blurred) * every_ - radius;
-    // At the distance s farther along the shank's axis, the free distance is at least clear - s (1 + slope). So a step
-    // of about a third of the free distance keeps this bound from becoming much too small.
+    // At the distance s farther along the shank's axis, the free distance is at least clear - s (1 + slope). With a
+    // step of about a third of the free distance, this bound does not become much too small.
     const double step = std::max(0.3 * clear / (1 + slope), least_step);
     if (tolerated_overlap(radius, wide, p) < every_) least = std::min(least, clear - step * (1 + slope) / 2);
     if (least <= 0 || u >= top) break;
@@ -94,8 +94,8 @@ void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const
     part.finder.find_way_out(patch, X, set_);
   }
   if (shank) search_from_axis(part, patch, X, near);
-  // Takes the closest contact first. Further contacts are taken only if they have another direction or are at another
-  // place of the part.
+  // Takes the contact with the smallest gap first. Takes a further contact only if it has another direction or is at
+  // another place of the part.
   bool refused[ContactSet::kMax + 8];
   double let[ContactSet::kMax + 8];
   for (int i = 0; i < set_.count(); ++i) {
@@ -120,9 +120,9 @@ void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const
 }
 
 /// Returns the overlap (voxels) that is allowed between a part with this `radius` and the tissue at x; if it is at
-/// least `every_` (the spacing of the coarse samples), the part has no contact. Reason: in cut tissue, the coarse field
-/// cannot separate a thin neck from the wall of the hole that the head has made. So a part that is hardly wider than
-/// the head follows the head without contact. The wider a part is, the smaller the allowed overlap.
+/// least `every_` (the spacing of the coarse samples), the part has no contact. Reason: the coarse field cannot
+/// separate a thin neck from the wall of the hole that the head has cut. So a part that is hardly wider than the head
+/// gets no contact there. The wider a part is, the smaller is the allowed overlap.
 double NonCuttingContacts::tolerated_overlap(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept {
   if (radius >= head_ + 2 * every_ || patch.cut_lo.x > patch.cut_hi.x) return 0;
   const dvec3 off = glm::max(dvec3(patch.cut_lo) - x, x - dvec3(patch.cut_hi));

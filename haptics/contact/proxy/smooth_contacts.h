@@ -1,6 +1,7 @@
-// Contacts of the parts of a tool that never cut. The contacts of the shank are computed in the coarse patch. They are
-// exact at uncut tissue. At cut tissue, the shank has contacts only where it is wider than the head by more than the
-// coarse patch resolves. The contacts of the safe end are computed in the same patch as those of the head.
+// Contacts of the parts of a tool that never cut. The contacts of the shank are computed in the coarse patch. At uncut
+// tissue they are exact. At cut tissue, the shank has contacts only where it is clearly wider than the head, because
+// the coarse patch cannot resolve small differences. The contacts of the safe end are computed in the same patch as
+// those of the head.
 #pragma once
 
 #include <algorithm>
@@ -19,8 +20,9 @@ struct CoarseGrid {
 };
 CoarseGrid coarse_grid_for(std::span<const Tool> tools, double voxel, double travel);
 
-/// The non-cutting parts of one tool. Far from tissue, a search for the shank is one comparison, because the free
-/// distance is known from an earlier search. All lengths in voxels. Never allocates after construction.
+/// The non-cutting parts of one tool. Far from tissue, a search for contacts of the shank needs only one comparison,
+/// because the free distance is known from an earlier search. All lengths in voxels. Never allocates after
+/// construction.
 class NonCuttingContacts {
  public:
   NonCuttingContacts(const Tool& tool, double voxel);

@@ -15,8 +15,8 @@ namespace {
 
 /// Returns a factor for the springs of the samples. The mean depth of the samples is smaller than the depth of the
 /// head: half of it for a ball, nearly all of it for a flat end. With this factor, a head that is pressed into a flat
-/// wall by a quarter of its width has the scene's stiffness, on average over all directions. `reach`: distance of the
-/// head's farthest point, in the unit of the samples.
+/// wall by a quarter of its width has the scene's stiffness, on average over all directions. `reach`: distance from the
+/// head's centre to its farthest point, in the unit of the samples.
 double spring_scale(const std::vector<HeadSample>& samples, double reach, int shared_load) {
   // depth in the tissue to which the hand presses the head, as a ratio to the smallest distance from the head's centre
   // to a sample
@@ -57,7 +57,7 @@ VoxelPenaltyModel::VoxelPenaltyModel(const ServoSettings& settings, const Parame
 }
 
 double VoxelPenaltyModel::clearance(const Pose& X_WG) noexcept {
-  // voxels; a point may be inside a full voxel only if it is nearer than this to the voxel's centre (at least √3/2)
+  // voxels; a point farther than this from the centre of a full voxel is not inside this voxel (at least √3/2)
   constexpr double kCorner = 0.9;
   const dvec3 c = settings_.frame.to_voxels(X_WG.p);
   if (!patch_.holds(c, head().reach + 1)) return 0;
@@ -138,9 +138,9 @@ void VoxelPenaltyModel::constrain(const ContactInput& in, Contact& out) noexcept
   sum_springs(in, out);
 }
 
-/// Adds the forces of the springs. Each sample pushes along its own normal, in proportion to its depth. If more than
-/// `shared_load` samples are in contact, their forces are averaged; so the stiffness does not grow with the number of
-/// samples (McNeely, Puterbaugh & Troy 1999, sec. 5.2). The damper acts only while the hand approaches.
+/// Adds the forces of the springs. Each sample pushes along its own normal, in proportion to its depth. The sum is
+/// divided by the number of samples in contact, but at least by `shared_load`, so that the stiffness does not grow with
+/// the number of samples (McNeely, Puterbaugh & Troy 1999, sec. 5.2). The damper acts only while the hand approaches.
 void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const noexcept {
   const double h = voxel();
   const double per_sample =
@@ -162,8 +162,8 @@ void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const 
   if (approach > 0) out.force += settings_.damping * approach * n;
 }
 
-/// First moves the head out of the tissue along the force until it just touches. Then moves it back in as far as the
-/// energy allows. Removes all voxels whose centres the head then covers.
+/// First moves the head out of the tissue along the force until it just touches. Then moves it back into the tissue as
+/// far as the energy allows. Removes all voxels whose centres the head covers there.
 bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
   const double size = glm::length(contact.force);
   if (!(in.cuts && !in.must_earn && count_ > 0 && size > 0 && in.budget > 0 && in.specific_energy > 0)) return false;

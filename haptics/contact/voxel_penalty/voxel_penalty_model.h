@@ -1,5 +1,5 @@
 // The part of the contact model "voxel_penalty" that runs on the servo thread. It has no proxy: the force comes from
-// springs on the samples (README.md).
+// springs on samples of the head's surface (README.md).
 #pragma once
 
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace typodont::haptics::voxel_penalty {
 
-/// Contact model for the servo thread. Lengths are in voxels unless a unit is given. A voxel is full if its centre is
-/// inside the surface.
+/// The contact model "voxel_penalty" on the servo thread. Lengths are in voxels unless a unit is given. A voxel is full
+/// if its centre is inside the surface.
 class VoxelPenaltyModel final : public PatchModel {
  public:
   /// Throws Error for a filling instrument, because this model can only remove voxels.
@@ -30,7 +30,8 @@ class VoxelPenaltyModel final : public PatchModel {
     Tool tool;
     std::vector<HeadSample> samples;  // samples on the head's surface; the positions p_TQ are in voxels
     double reach;
-    double spring_scale = 1;  // factor for the springs of the samples, so that the whole head has the scene's stiffness
+    // factor on the samples' springs; with it, the whole head has the stiffness that the scene states
+    double spring_scale = 1;
   };
   struct Touching {
     dvec3 x, n;       // position of the sample in voxels, and outward unit normal of the head there
