@@ -9,7 +9,7 @@ struct FrictionLaw {
   double static_coefficient = 0.2;
   double dynamic_coefficient = 0.15;
   double stiffness = 1000;  // N/m, stiffness of the tangential spring
-  /// fraction of the break-away displacement z_max up to which the adhesion point does not move
+  /// the adhesion point does not move up to this fraction of the break-away displacement z_max
   double stick_fraction = 0.5;
 };
 
@@ -42,7 +42,7 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
     state.w = x - z;
   } else if (length > law.stick_fraction * z_max) {
     // Creep of the adhesion point. The factor α rises from 0 at the stick threshold to half of 1/z_max at break-away.
-    // So a slow motion also reaches break-away, and a slide has the dynamic coefficient of friction.
+    // So a slow motion also reaches break-away, and during a slide the friction has its dynamic coefficient.
     const double share = 0.5 * (length / z_max - law.stick_fraction) / (1 - law.stick_fraction);
     dvec3 step = x - previous;
     step -= glm::dot(step, n) * n;

@@ -12,10 +12,10 @@ namespace typodont::haptics {
 /// observer alone (Hannaford & Ryu 2002) detects a loss one tick too late. This law limits the force in advance: the
 /// energy in the energy ledger must suffice for the distance that the hand may retreat in the next tick. The distance
 /// is predicted from the recent retreats, from the acceleration that is expected of any hand, and from the recent
-/// changes of this hand's velocity, also outside the tissue: a hand that trembles, moves in encoder counts or makes
-/// straight strokes will do so again. A hand that moves inward normally continues inward. But the law expects that a
-/// hand may retreat as fast as it ever advanced if it recently reversed at full speed, moves in jumps, or has a slow or
-/// irregular clock.
+/// changes of this hand's velocity, also outside the tissue. The reason is that a hand that trembles, moves in encoder
+/// counts or makes straight strokes will do so again. A hand that moves inward normally continues inward. But the law
+/// expects that a hand may retreat as fast as it ever advanced if it recently reversed at full speed, moves in jumps,
+/// or has a slow or irregular clock.
 struct PassivityLaw {
   // factor on the fastest recent retreat, because the servo may miss a tick and a retreat may accelerate
   double margin = 2.5;
@@ -29,7 +29,7 @@ struct PassivityLaw {
   double twisting = 20;           // rad/s², expected angular acceleration of any hand
   // true: positions are encoder counts, so their differences say nothing about changes of the hand's velocity
   bool in_counts = false;
-  // factor; the speed of a retreat is expected to be at most this factor times the greatest recent speed
+  // factor; the hand is expected to retreat at most this factor times as fast as its greatest recent speed
   double faster = 1.2;
   // Factor. The velocity of a hand that may reverse at once is expected to change in a tick by at most this factor
   // times the greatest recent velocity change.
@@ -37,25 +37,25 @@ struct PassivityLaw {
   // Factor for a hand that does not reverse at once. As a margin, this factor times the mean velocity change is added
   // to the greatest recent change.
   double change_margin = 0.6;
-  /// threshold of the mean velocity change, as a ratio to the greatest change: a smaller mean (start or end of one
-  /// stroke) adds no margin
+  /// ratio of the mean velocity change to the greatest change; below it (at the start or end of a single stroke), the
+  /// mean adds no margin
   double start_fraction = 0.1;
   double mean_weight = 0.01;  // weight of one tick in the mean velocity change
-  // s, time in motion for which greatest speed and greatest change do not decay; time at rest does not count
+  // s, time in motion during which the greatest speed and the greatest change do not decay; time at rest does not count
   double hold = 1;
   // s, time for which the greatest speed does not decay while the hand has no contact; shorter than `hold`, because the
   // hand may approach fast and then land slowly
   double free_hold = 0.15;
   double fading = 0.5;  // s, time constant of the decay after the time `hold`
   double uneven = 1.5;  // factor on the longest recent tick, used if the clock is irregular
-  double still = 1e-4;  // m/s, limit: a slower motion is rounding or rest
-  double leap = 2;      // m/s, limit: a faster motion is a jump of the input
+  double still = 1e-4;  // m/s; a motion slower than this is rounding or rest
+  double leap = 2;      // m/s; a motion faster than this is a jump of the input
   // s, time constant with which the longest tick is forgotten, because a clock that missed ticks will probably miss
   // ticks again
   double clock_memory = 10;
-  double longest_gap = 5;  // ticks, limit: a longer gap is a pause and does not count as the longest tick
-  // J, debt that the energy ledger may have. Of the allowed debt of 1 nJ, the part that is not used here is kept for
-  // rounding and a sudden reversal.
+  double longest_gap = 5;  // ticks; a gap longer than this is a pause and does not count as the longest tick
+  // J, debt that the energy ledger may have. A debt of 1 nJ would be allowed; the rest is a reserve for rounding errors
+  // and sudden reversals.
   double credit = 0.5e-9;
 };
 
@@ -73,12 +73,13 @@ struct RecentMaximum {
 };
 
 struct PassivityState {
-  double retreat = 0;  // m per tick, greatest recent retreat, out of the tissue or against the previous displacement
+  // m per tick, greatest recent retreat: out of the tissue, or opposite to the previous displacement
+  double retreat = 0;
   double advance = 0;  // m per tick, greatest recent advance against the force
   dvec3 moved{0};      // m, displacement of the hand in the previous tick
   double way = 0;      // m, length of `moved`
   // decay_for: s, tick length for which the other three values were computed. per_second: 1/s, inverse of this length.
-  // decay, clock_decay: factors by which the recent retreats, and the longest tick, decay per tick.
+  // decay: factor by which the recent retreats decay per tick. clock_decay: the same factor for the longest tick.
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
   RecentMaximum pace,
       change;  // m/s, greatest recent speed and greatest recent velocity change per tick, also without contact
@@ -132,7 +133,8 @@ inline double reversal_probability(const PassivityLaw& law, double tick, bool un
 
 /// Returns the greatest expected outward displacement (m) of the hand in the next tick. The velocity is expected to
 /// change as much as recently, or more if the hand may reverse at once. The speed is expected to exceed the recent
-/// speed only slightly. `along`: m/s, outward velocity; `twitch`: m, displacement that is expected of any hand.
+/// speed only slightly. `along`: m/s, outward velocity; `twitch`: m, displacement that any hand is expected to be able
+/// to make.
 inline double expected_retreat(const PassivityLaw& law, double along, double tick, double twitch,
                                const PassivityState& state) noexcept {
   const bool uneven_clock = state.longest > 1.02 * tick;  // tolerance of 2 % for the rounding of a clock in ns
@@ -191,7 +193,7 @@ inline double energy_at_stake(const PassivityLaw& law, const dvec3& f, const dve
                                        : twitch + (tick > 2.2 * law.human_tick ? state.advance : along);
     at_stake = strength * std::max({law.margin * state.retreat, back, 1e-3 * twitch});
   }
-  if (twist > 0) {  // also for a tool whose force is already zero, because the torque decays more slowly than the force
+  if (twist > 0) {  // also computed if the force is already zero, because the torque decays more slowly than the force
     // rad, rotation about the torque's axis; positive: in the direction of the torque
     const double out = glm::dot(tau, turned) / twist;
     state.rotation_retreat = std::max(state.rotation_retreat, out);

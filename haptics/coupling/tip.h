@@ -22,8 +22,8 @@ struct TipState {
 
 /// Computes one tick of a sunk tip. The tip deforms only plastically, so it only absorbs energy. Its position p follows
 /// the hand when the hand pushes harder than the yield force or pulls harder than the holding force. `stiffness`:
-/// stiffness of the coupling, N/m; `soft`: true if the tissue ahead is soft enough to sink deeper. Returns the force on
-/// the tool, N; state.sunk becomes 0 when the tip comes out.
+/// stiffness of the coupling, N/m; `soft`: true if the tissue ahead is so soft that the tip can sink deeper. Returns
+/// the force on the tool, N. state.sunk becomes 0 when the tip comes out.
 inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, bool soft, TipState& state) noexcept {
   const double resistance = law.yield + law.hardening * state.sunk, holds = law.grip * resistance;
   dvec3 pull = hand - state.p;

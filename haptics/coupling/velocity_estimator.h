@@ -3,10 +3,10 @@
 //
 // The method is end-fit FOAW (Janabi-Sharifi, Hayward & Chen 2000, "Discrete-time adaptive windowing for velocity
 // estimation"). It uses the longest window whose samples all lie within the position noise of the straight line through
-// the window's ends. Changes: (1) The test "every sample within d of the line" is an interval of slopes, so a tick
-// costs O(window), not O(window²). (2) The three axes use the shortest of their windows, so that the vector has one
-// lag. (3) Stored samples are at least kSpacing apart, so that loops of 4 or 10 kHz have as little noise as a loop of 1
-// kHz.
+// the window's ends. This file changes the method: (1) The test "every sample within d of the line" is an interval of
+// slopes, so a tick costs O(window), not O(window²). (2) The three axes use the shortest of their windows, so that the
+// vector has one lag. (3) Stored samples are at least kSpacing apart, so that loops of 4 or 10 kHz have as little noise
+// as a loop of 1 kHz.
 #pragma once
 
 #include <algorithm>
@@ -52,7 +52,7 @@ class VelocityEstimator {
   }
   void reset() noexcept { count_ = 0; }
 
-  static constexpr std::size_t kWindow = 48;  // samples, limit of the window; 47 ms at 1 kHz
+  static constexpr std::size_t kWindow = 48;  // number of samples, largest length of the window; 47 ms at 1 kHz
   // ns, minimum spacing of stored samples; below 1 ms, so that a 1 kHz loop with jitter stores every sample
   static constexpr Nanos kSpacing = 750'000;
 

@@ -10,9 +10,9 @@
 
 namespace typodont::haptics {
 
-/// Law of the vibration force; amplitudes in N. A component above the band is omitted, because aliasing would produce
-/// a frequency that the drill does not have: at 300 krpm (5 kHz) a device with 1 kHz renders the vibration only
-/// during run-up and run-down.
+/// Law of the vibration force; amplitudes in N. A component above the band is omitted, because aliasing would produce a
+/// frequency that the drill does not have. So at 300 krpm (5 kHz), a device with 1 kHz renders the vibration only while
+/// the spindle speeds up or slows down.
 struct VibrationLaw {
   // Hz, limit of the frequencies that the device renders; 0: no vibration. The value comes from DeviceInfo or the
   // scene.
@@ -42,7 +42,7 @@ inline double advance_phase(double phase, double speed, double dt) noexcept {
 
 /// Returns the vibration force on the tool (N, frame W). `axis`: direction of the shank; `normal`: direction out of the
 /// tissue, zero without contact; `cutting`: N, tangential force of the teeth, the same as for the sound; `band`: Hz,
-/// law.band, limited by the servo's rate.
+/// law.band, but limited according to the servo's rate.
 inline dvec3 vibration_force(const VibrationLaw& law, double band, double phase, double speed, const dvec3& axis,
                              const dvec3& normal, double cutting) noexcept {
   const double once = band_weight(speed / (2 * kPi), band);
@@ -53,7 +53,8 @@ inline dvec3 vibration_force(const VibrationLaw& law, double band, double phase,
   const dvec3 u = glm::normalize(glm::cross(axis, aside)), v = glm::cross(axis, u);
   const double unbalance = law.rotor_mass * law.balance * std::abs(speed) * once;
   dvec3 f = unbalance * (std::cos(phase) * u + std::sin(phase) * v);
-  // The cutting force of the teeth oscillates. This oscillation pushes the head off the tissue and lets it return.
+  // The cutting force of the teeth oscillates. This oscillation pushes the head away from the tissue and lets it
+  // return.
   if (cutting > 0) {
     f += cutting * (law.run_out * once * std::sin(phase) + law.teeth * tooth * std::sin(law.tooth_count * phase)) *
          normal;

@@ -10,8 +10,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Returns the arc cosine of `cosine` limited to [-1, 1]. So an arm's linkage at the end of its range or a wrong
-/// encoder count does not give NaN.
+/// Returns the arc cosine of `cosine` limited to [-1, 1]. So there is no NaN if the linkage of an arm is at the end of
+/// its range or if an encoder count is wrong.
 double angle_of(double cosine) {
   return std::acos(std::clamp(cosine, -1.0, 1.0));
 }

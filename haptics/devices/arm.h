@@ -1,6 +1,7 @@
 // Kinematics of the open-hardware arms (WoodenHaptics, Polhem), whose geometry is read from a preset file. The
-// functions have no state. Frame H is the frame of the arm's base: x towards the user, y to the right, z up. Angle A of
-// the bodies is about z; the angles B and C are measured from the vertical.
+// functions have no state. Frame H is the frame of the arm's base: x towards the user, y to the right, z up. The bodies
+// A, B and C are the parts of the arm that the motors drive: A rotates about z, and the angles of B and C are measured
+// from the vertical.
 #pragma once
 
 #include <array>
@@ -13,19 +14,19 @@
 
 namespace typodont::haptics {
 
-/// Geometry and limits of an arm in SI units. All values must come from one preset file. Published sources have
-/// different signs and constants, so values from several sources must not be combined.
+/// Geometry and limits of an arm in SI units. All values must come from one preset file. Published sources use
+/// different signs and constants, so values from different sources must not be combined.
 struct Arm {
   std::string name;
   enum class Linkage { kSerial, kFiveBar } linkage = Linkage::kSerial;
   // m, for the bodies A, B and C (the parts of the arm that the motors drive): diameters of the capstans on the motors,
   // and of the bodies
   dvec3 capstan{0}, body{0};
-  double La = 0, Lb = 0, Lc = 0;  // m, lengths of the links of a serial linkage
-  std::array<double, 6> L{};      // m, lengths of the links of a five-bar linkage
-  dvec3 origin{0};                // m, origin of the workspace in the frame of the base
-  dvec3 torque_constant{0};       // N·m/A, for each motor: torque per ampere
-  std::array<double, 6> counts{};  // encoder counts per turn for A…F; 0 for D…F means that the stylus has no encoders
+  double La = 0, Lb = 0, Lc = 0;   // m, lengths of the links, if the linkage is serial
+  std::array<double, 6> L{};       // m, lengths of the links, if the linkage is a five-bar linkage
+  dvec3 origin{0};                 // m, origin of the workspace in the frame of the base
+  dvec3 torque_constant{0};        // N·m/A, for each motor: torque per ampere
+  std::array<double, 6> counts{};  // encoder counts per turn for A…F; 0 for D…F: the stylus has no encoders
   std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // factor on the count, -1 if the preset calls motor and body "aligned"
   std::array<std::int64_t, 6> home{};            // counts of the six encoders in the home position
   double current_limit = 3;                  // A, largest current of a motor; the firmware of the boards has no limit
@@ -42,7 +43,7 @@ struct Arm {
 
   bool has_stylus() const { return counts[3] > 0 && counts[4] > 0 && counts[5] > 0; }
   double ratio(int i) const { return capstan[i] / body[i]; }
-  /// Returns the largest number of counts by which encoder i can change in dt seconds.
+  /// Returns the largest number of counts by which encoder i can change within dt seconds.
   std::int64_t reach(int i, double dt) const;
 };
 

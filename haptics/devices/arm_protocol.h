@@ -17,7 +17,7 @@ enum class ArmProtocol { kHidV1, kHidV2, kRawHid, kText };
 struct ArmReport {
   std::array<std::int32_t, 6> encoders{};
   bool stylus = false;  // true if the counts of the encoders D, E, F are valid
-  bool button = false;  // true if the calibration button was pressed; the board latches this
+  bool button = false;  // true if the calibration button was pressed; the board stores this until it is read
   int model = 0;        // number of the model, only in the text protocol: 1 Polhem, 2 vintage, 3 Woody
   int error = 0;        // error code of the board, only in the text protocol
 };

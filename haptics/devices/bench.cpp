@@ -98,7 +98,7 @@ Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
   Cut cut;
   for (int i = 0; i < ticks; ++i) {
     hand.read(sample);
-    const Nanos woke = now();  // time at which the sample had arrived
+    const Nanos woke = now();  // time at which the sample arrived
     dvec3 f = hand.armed() ? dvec3(0.1, 0.2, 0.3) : dvec3(0);
     if (contact) {
       steps.servo().tick(sample, tick, cut);
@@ -111,7 +111,7 @@ Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
 }
 
 /// Root mean square error of the estimated velocity on a path, in m/s. The estimate is compared with the true velocity
-/// at the same time, and with the true velocity earlier by the stated lag.
+/// at two times: now, and earlier by the lag that the estimator states.
 struct VelocityError {
   double now = 0, at_lag = 0, lag = 0, difference = 0;
 };
@@ -169,7 +169,7 @@ std::vector<BenchRow> bench_devices(const DeviceBenchOptions& options) {
         arm_loop(woody, rate, options.ticks, true));
   }
 
-  // m, step of the encoder, which the estimator uses as its noise
+  // m, step of the encoder; the estimator uses it as the position noise
   constexpr double kStep = 0.055e-3;
   struct Motion {
     const char* name;

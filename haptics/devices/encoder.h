@@ -18,19 +18,19 @@ class Encoder {
   }
   std::int64_t value() const noexcept { return total_ + offset_; }
 
-  /// The result of processing a reading.
+  /// Result of processing a reading of the encoder.
   enum class Step {
     kGood,
-    // the reading of the encoder is too far from its last reading, so it counts as wrong, and the count does not change
+    // this reading is too far from the last one, so it counts as wrong, and the count does not change
     kRejected,
-    // Several readings of the encoder were too far away, so counts were lost. The position is wrong until the arm is
+    // Several readings were too far away, so counts were lost. The position is wrong until the arm is
     // homed.
     kSlipped,
   };
   /// Processes a reading. `reach` is the largest possible change, in counts, since the last accepted reading. `nearby`
   /// is the largest possible change between two readings.
   Step read16(std::int16_t reading, std::int64_t reach, std::int64_t nearby) noexcept {
-    // The 16-bit difference wraps around. So it gives the shorter of the two possible rotations.
+    // The 16-bit difference wraps around, so it is the shorter of the two possible rotations.
     return take(static_cast<std::int16_t>(static_cast<std::uint16_t>(reading) - static_cast<std::uint16_t>(total_)),
                 reach, nearby);
   }
@@ -53,7 +53,7 @@ class Encoder {
       rejected_ = 0;
       return slipped_ ? Step::kSlipped : Step::kGood;
     }
-    // If distant readings agree with each other, the encoder has really jumped. Wrong reports would not agree.
+    // If distant readings agree with each other, the encoder has really jumped, because wrong reports would not agree.
     rejected_ = rejected_ > 0 && std::llabs(step - rejected_step_) <= nearby ? rejected_ + 1 : 1;
     rejected_step_ = step;
     if (rejected_ < kAcceptedAfter) return Step::kRejected;

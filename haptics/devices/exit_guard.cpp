@@ -30,7 +30,7 @@ std::atomic<bool> forbidden{false};
 void keep_a_stack_for_handlers() {
   static std::array<std::byte, 64 * 1024> memory;
   stack_t now{};
-  // Returns if a sanitizer or a debugger has already set such a stack.
+  // nothing to do if a sanitizer or a debugger has already set such a stack
   if (::sigaltstack(nullptr, &now) != 0 || !(now.ss_flags & SS_DISABLE)) return;
   const stack_t stack{memory.data(), 0, memory.size()};
   ::sigaltstack(&stack, nullptr);
@@ -44,7 +44,7 @@ void on_signal(int signal, siginfo_t* info, void* context) {
     if (old.sa_flags & SA_SIGINFO) return old.sa_sigaction(signal, info, context);
     if (old.sa_handler != SIG_DFL) return old.sa_handler(signal);
     ::signal(signal, SIG_DFL);
-    ::raise(signal);  // this signal is delivered when the handler returns
+    ::raise(signal);  // the program receives this signal when the handler returns
     return;
   }
 }
@@ -96,9 +96,9 @@ void release_all_devices() noexcept {
       device->release();
       any = true;
     }
-    // Sends zero force a second time after a pause. In the pause, a servo that was sending a force finishes, sees the
-    // flag that forbids force, and sends zero force itself. The second time is for a servo that was interrupted before
-    // it could see the flag.
+    // Sends zero force a second time after a pause, because a servo thread may just have been sending a force. In the
+    // pause, this thread finishes, sees the flag that forbids force, and sends zero force itself. If it cannot do so
+    // because it was interrupted, the second zero force replaces its force.
     const timespec pause{0, 2'000'000};
     if (any && round == 0) ::nanosleep(&pause, nullptr);
   }

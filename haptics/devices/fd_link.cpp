@@ -35,7 +35,7 @@ namespace {
 
 class FdLink : public Link {
  public:
-  /// `whole` is true if each write is a complete message. Then another process may write messages to the same
+  /// `whole`: true if each write is a complete message, so that another process may also write messages to the same
   /// descriptor.
   FdLink(Descriptor fd, bool whole) : fd_(std::move(fd)), whole_(whole) {
     ::fcntl(fd_.get(), F_SETFL, ::fcntl(fd_.get(), F_GETFL) | O_NONBLOCK);

@@ -37,7 +37,7 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
 
   for (std::size_t at = 0; at < descriptor.size();) {
     const std::uint8_t head = descriptor[at];
-    if (head == 0xfe) {  // a long item, which is skipped
+    if (head == 0xfe) {  // skips a long item
       if (at + 1 >= descriptor.size()) break;
       at += 3u + descriptor[at + 1];
       continue;

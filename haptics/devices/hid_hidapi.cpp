@@ -14,14 +14,14 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Converts a text of a device for messages. Characters outside ASCII become '?'.
+/// Converts a text that a device reports, for use in messages. Characters outside ASCII become '?'.
 std::string narrow(const wchar_t* text) {
   std::string out;
   for (; text && *text; ++text) out += *text >= 32 && *text < 127 ? static_cast<char>(*text) : '?';
   return out;
 }
 
-// hidapi may be used by one thread at a time, but devices are also reopened on separate threads
+// hidapi may be used by only one thread at a time, but devices are also reopened on other threads
 std::mutex hidapi_mutex;
 
 struct Closer {
@@ -33,7 +33,7 @@ class HidLink : public Link {
   HidLink(Descriptor own, hid_device* device) : own_(std::move(own)), device_(device) {}
 
   int read(std::span<std::uint8_t> buffer, Nanos timeout) noexcept override {
-    // `whole` in ms, because hidapi can wait only for whole milliseconds; `rest` in ns
+    // `whole`: ms, because hidapi can only wait for whole milliseconds; `rest`: ns
     const Nanos whole = timeout / 1'000'000, rest = timeout % 1'000'000;
     int n = hid_read_timeout(device_.get(), buffer.data(), buffer.size(), static_cast<int>(whole));
     if (n == 0 && rest > 0) {

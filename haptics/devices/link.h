@@ -43,8 +43,8 @@ class SampleSpacing {
   Nanos least_, last_ = 0;
   bool started_ = false;
 };
-/// Largest number of queued messages that are read for one sample. The other messages wait for the next sample. So a
-/// device that sends too many messages does not delay a tick.
+/// Largest number of queued messages that are read for one sample. Further messages wait for the next sample, so that a
+/// device that sends too many messages cannot delay a tick.
 inline constexpr int kMostQueued = 64;
 
 }  // namespace typodont::haptics

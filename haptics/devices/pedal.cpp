@@ -112,7 +112,7 @@ double Pedal::value() noexcept {
 std::vector<FoundDevice> find_pedals() {
   std::vector<FoundDevice> pedals;
   for (const HidNode& node : enumerate_hid()) {
-    // this device is a mouse or a 6-DoF mouse
+    // this device is a mouse (usage 2) or a 6-DoF mouse (usage 8), and not a pedal
     if (node.usage_page == 1 && (node.usage == 2 || node.usage == 8)) continue;
     const auto kind = pedal_kind(node.vendor, node.product, report_descriptor(node.path));
     if (!kind) continue;
@@ -132,7 +132,7 @@ std::unique_ptr<Pedal> open_pedal(const std::string& which) {
     try {
       return std::make_unique<Pedal>(open_hid(node.path), *kind);
     } catch (const Error&) {
-      // An error is reported only if the user requested this pedal by name. Otherwise the next pedal is tried.
+      // An error is reported only if the user requested this pedal by name. Otherwise, the next pedal is tried.
       if (!any) throw;
     }
   }

@@ -32,7 +32,7 @@ ReconnectingDevice::ReconnectingDevice(std::unique_ptr<HapticDevice> first,
 std::unique_ptr<HapticDevice> ReconnectingDevice::open_at_rest() const {
   std::unique_ptr<HapticDevice> device = open_();
   if (!info_.serial.empty() && device->info().serial != info_.serial) {
-    // another device is connected, because its serial number is different
+    // this is another device, because its serial number is different
     throw Error(info_.address, "", device->info().serial, info_.serial);
   }
   if (!info_.counts_from_rest) return device;

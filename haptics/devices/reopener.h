@@ -38,7 +38,7 @@ class Reopener {
     // Normally there is nothing to delete, because want() is called again only after take() has returned an object.
     delete dead_.exchange(dead.release());
     wanted_.store(true);
-    wake_.notify_all();  // if the notification is lost, the thread still checks regularly
+    wake_.notify_all();  // even if the thread misses this notification, it checks regularly
   }
   std::unique_ptr<T> take() noexcept { return std::unique_ptr<T>(fresh_.exchange(nullptr)); }
 
@@ -54,7 +54,7 @@ class Reopener {
         if (!fresh) continue;
         wanted_.store(false);
         delete fresh_.exchange(fresh.release());
-      } catch (const std::exception&) {  // the device is still missing
+      } catch (const std::exception&) {  // the device is still missing, so the next attempt follows later
       }
     }
   }

@@ -14,10 +14,10 @@ namespace typodont::haptics {
 
 namespace {
 
-// s, longest plausible time between two samples of the device. After a longer time, the clock has jumped or the loop
-// did not run.
+// s, longest plausible time between two samples of the device. A longer time means that the clock has jumped or that
+// the loop did not run.
 constexpr double kLongestGap = 0.1;
-constexpr double kNoise = 5e-4;  // m, largest motion between two samples that noise can cause in a resting hand
+constexpr double kNoise = 5e-4;             // m, largest motion of a resting hand between two samples, caused by noise
 constexpr Nanos kWatchdogRest = 1'000'000;  // ns, time between two checks of the watchdog while there is no force
 constexpr double kPedalReleased = 0.05;
 
@@ -51,7 +51,7 @@ SafeDevice::SafeDevice(std::unique_ptr<HapticDevice> device, Options options)
         enter_realtime({.priority = 85, .core = -1, .lock_memory = false});
         while (!ending_.load()) {
           const Nanos t = options_.clock(), wake = watch(t);
-          // If the clock jumps, the computed time may be too long. So the sleep is limited to the planned time.
+          // If the clock jumps, the computed time may be too long. So the sleep is never longer than planned.
           const Nanos rest = std::clamp<Nanos>(wake - options_.clock(), 0, wake - t);
           std::this_thread::sleep_for(std::chrono::nanoseconds(rest));
         }
@@ -105,15 +105,16 @@ void SafeDevice::trip(SafetyEvent event) noexcept {
 }
 
 Nanos SafeDevice::watch(Nanos t) noexcept {
-  // The watchdog sends zero force again and again until the servo has noticed the trip. So a force that the servo sent
-  // at the same time cannot remain.
+  // The watchdog sends zero force again and again until the servo has noticed the fault. Otherwise a force that the
+  // servo sent at the same moment could remain.
   if (tripped_.load()) {
     device_->release();
     return t + kWatchdogRest;
   }
   if (!force_out_.load()) return t + kWatchdogRest;
   const Nanos deadline = last_write_.load() + from_seconds(options_.limits.silence);
-  // A last write in the future means that the clock was set back. This is treated like a long time without a write.
+  // If the last write seems to lie in the future, the clock was set back. This is treated like a long time without a
+  // write.
   if (t < deadline && deadline - t <= 2 * from_seconds(options_.limits.silence)) return deadline;
   tripped_.store(true);
   note(SafetyEvent::kWatchdog);
@@ -183,15 +184,16 @@ void SafeDevice::send(const dvec3& f, const dvec3& tau) noexcept {
   last_write_.store(options_.clock());
   force_out_.store(true);
   device_->write(f, tau);
-  if (tripped_.load() || forces_forbidden()) device_->release();  // the watchdog tripped while this thread was sending
+  // the watchdog sent zero force while this thread was sending a force
+  if (tripped_.load() || forces_forbidden()) device_->release();
 }
 
 void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   if (!gives_force_) return;
   const SafetyLimits& limits = options_.limits;
 
-  // Checks whether the servo was late. The check is necessary here too, because the watchdog may have been delayed and
-  // so may have missed it.
+  // Checks whether the servo was late. The watchdog also checks this, but it may have been delayed
+  // itself.
   const Nanos t = options_.clock();
   wrote_ = t;
   const Nanos since = t - last_write_.load();
@@ -206,14 +208,14 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
 
   if (forces_forbidden()) return send_zero();
 
-  // Enables the force after the hand was free of contact for the required time.
+  // Enables the force when the hand has been free of contact for the required time.
   const bool stop = emergency_.load();
   if (stop) note(SafetyEvent::kEmergency);
   if (!armed_) {
     const bool free =
         !touching_ && glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
-    // s, time for which the motion of the hand is known; in a longer gap between samples, the rest of the motion is
-    // unknown
+    // s, time for which the motion of the hand is known; if the gap between two samples is longer, the motion in the
+    // rest of the gap is unknown
     const double seen = std::min(dt_, 2 / info_.rate);
     free_for_ = free && faults_ == 0 ? free_for_ + seen : 0;
     armed_ = free_for_ >= limits.free_time && !stop;
@@ -248,7 +250,7 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   }
   f *= gain_;
   tau *= gain_;
-  const double dt = std::min(dt_, 5e-3);  // s; after a late tick, the force may not rise more than in 5 ms
+  const double dt = std::min(dt_, 5e-3);  // s; after a late tick, the force may rise by at most as much as in 5 ms
   const dvec3 slewed = limit_slew(last_f_, f, limits.slew * dt);
   if (slewed != f && glm::length(slewed - f) > 1e-9) {
     note(SafetyEvent::kSlewLimit);

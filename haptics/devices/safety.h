@@ -13,11 +13,11 @@ struct SafetyLimits {
   double torque = 0;         // N·m, largest torque for a short time (peak torque)
   double continuous = 0;     // N, force that the motors can give permanently; 0 if it equals the peak force
   double thermal_time = 30;  // s, thermal time constant of the motor windings
-  // N/s, slew limit, with which the full force is possible after a few ms. For comparison: if a hand that moves at 1
-  // m/s meets a surface of 2 N/mm, the force rises by 2000 N/s.
+  // N/s, slew limit; with this value, the full force is reached after a few ms. For comparison: if a hand that moves at
+  // 1 m/s meets a surface of 2 N/mm, the force rises by 2000 N/s.
   double slew = 4000;
   double torque_slew = 40;  // N·m/s, slew limit of the torque
-  // m/s, limit of the hand's speed; if the measured speed is higher, an encoder is broken or the arm is out of control
+  // m/s; if the measured speed of the hand is higher, an encoder is broken or the arm is out of control
   double speed = 3;
   double ramp_in = 0.25;     // s, time in which the force rises after it was enabled
   double ramp_out = 0.015;   // s, time in which an emergency stop reduces the force to zero; it must be less than 20 ms
@@ -37,8 +37,8 @@ inline dvec3 clip_length(const dvec3& v, double limit) {
 }
 
 /// Returns the force after one step from `last` towards `wanted`. An increase or a change of direction is limited to
-/// `step`; a decrease is not limited. The result is never longer than `wanted`, so limits that `wanted` satisfies are
-/// still satisfied.
+/// `step`; a decrease is not limited. The result is never longer than `wanted`, so it stays within all limits of the
+/// magnitude within which `wanted` is.
 inline dvec3 limit_slew(const dvec3& last, const dvec3& wanted, double step) {
   const double was = glm::length(last), is = glm::length(wanted);
   const dvec3 start = was > is ? last * (is / was) : last;
@@ -46,7 +46,7 @@ inline dvec3 limit_slew(const dvec3& last, const dvec3& wanted, double step) {
 }
 
 /// Thermal model of the motor windings: one body whose heating is proportional to the square of the force. `heat` is 1
-/// at the limit, which is the steady state at the continuous force.
+/// at the limit, which a constant force of the size `continuous` reaches after a long time.
 struct ThermalModel {
   double heat = 0;
 

@@ -152,8 +152,8 @@ class SimulatedHand : public HapticDevice {
     if (started_) {
       // Each step consists of four substeps. The spring to the path is integrated implicitly, so the simulation is
       // stable for every stiffness and rate. The displacement is computed from the mean of the old and the new
-      // velocity, which is exact for a constant force. So the hand's stability limit at a wall equals the theoretical
-      // limit.
+      // velocity, which is exact for a constant force. So a hand at a wall becomes unstable at the same stiffness as in
+      // theory.
       constexpr int kSubsteps = 4;
       const double dt = 1 / rate_ / kSubsteps;
       const dvec3 v_path = (row.X_WT.p - last_path_) * rate_;

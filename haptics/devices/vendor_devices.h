@@ -1,6 +1,6 @@
-// Lists devices that need the library of a vendor. Such a device identifies itself only while it is open. So each
-// device is opened briefly, one after the other, and its description is stored. While this process uses a device of a
-// library, no device of this library is opened; the device in use reports its own description.
+// Lists devices that need the library of a vendor. Such a device can be described only while it is open. So each device
+// is opened briefly, one after the other, and its description is stored. While this process uses a device of a library,
+// no device of this library is opened; the device in use reports its own description.
 #pragma once
 
 #include <functional>
@@ -16,8 +16,8 @@ namespace typodont::haptics {
 class VendorDevices {
  public:
   /// Returns the list. `plain` contains what is known about each device without opening it. `ask` opens device i,
-  /// describes it and closes it again. If `ask` reports that it failed, the device's element of the list states that
-  /// access is not permitted, and the next call tries again. Exceptions of `ask` are passed on.
+  /// describes it and closes it again. If `ask` reports a failure, the device's element in the list states that access
+  /// is not permitted, and the next call of list() asks again. Exceptions of `ask` are passed on.
   std::vector<FoundDevice> list(std::vector<FoundDevice> plain, const std::function<FoundDevice(std::size_t)>& ask);
 
   /// An object of this class exists while this process has a device of the library open.

@@ -67,7 +67,7 @@ WatchdogProcess::WatchdogProcess(int descriptor, std::span<const std::uint8_t> z
   priority.sched_priority = 85;
   ::sched_setscheduler(0, SCHED_FIFO, &priority);  // has no effect if the permission is missing
 
-  // ns, time of the parent's last write after which zero force was already sent; -1 if zero force was not sent
+  // ns, time of the parent's last write, if zero force was already sent because of the silence after it; otherwise -1
   Nanos silent_since = -1;
   for (;;) {
     pollfd parent{ends[0], POLLIN, 0};

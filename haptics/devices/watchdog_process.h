@@ -49,7 +49,7 @@ class WatchdogProcess {
 
   Shared* shared_ = nullptr;
   pid_t child_ = -1;
-  int alive_ = -1;  // our end of a pipe; the child detects when it is closed
+  int alive_ = -1;  // this process's end of a pipe; the child detects when it is closed
 };
 
 }  // namespace typodont::haptics

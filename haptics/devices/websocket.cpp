@@ -65,8 +65,8 @@ WebSocket::Frame WebSocket::frame(std::uint8_t opcode, std::string_view payload)
     frame[n++] = static_cast<std::uint8_t>(payload.size() >> 8);
     frame[n++] = static_cast<std::uint8_t>(payload.size() & 0xff);
   }
-  // Clients must mask their frames with random bits to protect web proxies (RFC 6455, 5.3). There is no proxy within
-  // one computer, so the clock is random enough.
+  // Clients must mask their frames with random bits to protect web proxies (RFC 6455, 5.3). Between two processes of
+  // one computer there is no proxy, so bits of the clock are random enough.
   const auto mask = static_cast<std::uint32_t>(link_->now());
   for (int i = 0; i < 4; ++i) frame[n++] = static_cast<std::uint8_t>(mask >> (8 * i));
   for (std::size_t i = 0; i < payload.size(); ++i) {
@@ -163,7 +163,7 @@ WebSocket::Got WebSocket::receive(std::string_view& message, Nanos timeout) noex
       end_ -= begin_;
       begin_ = 0;
     }
-    // The buffer has twice the length of the longest message, so a longer frame was already refused above.
+    // The buffer is twice as long as the longest message, so a longer frame was already refused above.
     if (broken_.load()) return Got::kLost;
     const Nanos left = std::min(until - link_->now(), timeout);
     if (read && left <= 0) return Got::kNothing;

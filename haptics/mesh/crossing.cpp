@@ -16,7 +16,8 @@ double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
   return glm::dot(a - d, glm::cross(b - d, c - d));
 }
 
-/// Continues passes_through() after its first test, with the volumes of the two ends and the face.
+/// Continues passes_through() after its first test. The arguments are the volumes of the tetrahedra formed by the two
+/// ends and the face.
 bool passes_between(const dvec3& from, const dvec3& to, double s, double e, const dvec3& a, const dvec3& b,
                     const dvec3& c) noexcept {
   constexpr double kTouches = 1e-12;  // m; a point closer to the plane than this counts as a point of the plane
@@ -28,7 +29,8 @@ bool passes_between(const dvec3& from, const dvec3& to, double s, double e, cons
 
 /// Returns true if all corners of one triangle are clearly on the same side of the plane of another one.
 bool is_beside(const Corners& from, const Corners& t) noexcept {
-  constexpr double kClear = 1e-10;  // m, distance from the plane that rounding errors cannot change to zero
+  // m; if a point is farther than this from the plane, rounding errors cannot change its side
+  constexpr double kClear = 1e-10;
   const dvec3 n = glm::cross(t.p[1] - t.p[0], t.p[2] - t.p[0]);
   const double clear = kClear * (std::abs(n.x) + std::abs(n.y) + std::abs(n.z));
   const double a = glm::dot(n, from.p[0] - t.p[0]), b = glm::dot(n, from.p[1] - t.p[0]),
@@ -37,8 +39,8 @@ bool is_beside(const Corners& from, const Corners& t) noexcept {
 }
 
 constexpr std::size_t kBatch = 8;
-// m, margin between two bounding boxes. It is larger than any rounding error, so triangles with a larger margin between
-// their boxes never count as crossing.
+// m. Triangles count as not crossing if the gap between their bounding boxes is larger than this, which is more than
+// any rounding error.
 constexpr double kApart = 1e-9;
 
 /// The corners of eight triangles, one array for each coordinate of each corner; or one triangle in all lanes.
@@ -63,8 +65,8 @@ TYPODONT_KERNEL void edges_between_sides(const Eight& from, const Eight& t, L8& 
   some |= (v[0] * v[1] < 0.0) | (v[1] * v[2] < 0.0) | (v[2] * v[0] < 0.0);
 }
 
-/// Keeps the triangles of which an edge passes through the plane of t, or for which an edge of t passes through their
-/// plane.
+/// Keeps the triangles that may cross t: an edge of the triangle passes through the plane of t, or an edge of t passes
+/// through the triangle's plane.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t keep_straddling(const TriangleTable::Entry* entries, const dvec3* t, std::uint32_t* at, std::size_t count) {
   std::size_t kept = 0;
@@ -124,7 +126,8 @@ bool cross_each_other(const Corners& a, const Corners& b) noexcept {
     }
   }
   if (shared >= 2 || is_beside(a, b) || is_beside(b, a)) return false;
-  // The volumes of each corner of one triangle and the whole other triangle are computed once and used for two edges.
+  // The volumes of each corner of one triangle with the whole other triangle are computed once, and each is used for
+  // two edges.
   const auto volumes = [](const Corners& from, const Corners& t, double(&v)[3]) {
     for (int i = 0; i < 3; ++i) v[i] = volume6(t.p[0], t.p[1], t.p[2], from.p[i]);
   };

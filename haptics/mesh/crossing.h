@@ -35,9 +35,9 @@ class TriangleTable {
   std::size_t room() const noexcept { return entries_.size(); }
   /// Stores the triangle i of the table.
   void set(std::size_t i, const dvec3& a, const dvec3& b, const dvec3& c) noexcept;
-  /// Removes triangles that do not cross t from the list `at` of `count` indices, and keeps the order of the others.
-  /// Returns their number. cross_each_other() returns false for t and each removed triangle. It may return false for a
-  /// kept one too.
+  /// Removes triangles that do not cross t from the list `at` of `count` indices, and keeps the order of the
+  /// others. Returns their number. Each removed triangle certainly does not cross t; a kept triangle may cross it
+  /// or not.
   std::size_t keep_possible(const Corners& t, std::uint32_t* at, std::size_t count) const noexcept;
 
   struct Entry {

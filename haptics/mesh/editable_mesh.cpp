@@ -15,7 +15,8 @@ constexpr int kMostAround = 64;
 struct HalfEdge {
   Index lo, hi, face;
   int edge;
-  bool forward;  // true if the face runs along the edge from lo to hi
+  // true if the edge from vertex lo to vertex hi has the direction in which the face's corners are listed
+  bool forward;
 };
 
 }  // namespace
@@ -49,8 +50,8 @@ EditableMesh& EditableMesh::operator=(const EditableMesh& other) {
   return *this;
 }
 
-/// Makes the faces of the editable mesh, still with the vertex indices of `mesh`, and stores the neighbours of each
-/// face.
+/// Makes the faces of the editable mesh and stores the neighbours of each face. The faces still have the vertex indices
+/// of `mesh`.
 void EditableMesh::join_faces(const TissueMesh& mesh) {
   faces_.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -303,7 +304,7 @@ void EditableMesh::exchange(MeshRecord& record) {
   for (const auto& [f, face] : record.faces) {
     if (f < faces_used_ && uses(f)) link(f), ++face_count_;
   }
-  // If only vertices of a face moved, the face may now belong to another cell of the grid.
+  // A face of which only vertices moved may also belong to another cell of the grid now.
   for (const auto& [v, vertex] : record.vertices) {
     if (!(v < vertices_used_ && vertices_[v].face != kNone)) continue;
     around(v, [&](Index f, int) {
@@ -440,7 +441,8 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
   for (const Index v : {c, d}) {
     if (valence(v) <= (vertices_[v].on_border() ? 1 : 3)) return false;
   }
-  // The two vertices may have only two common neighbours. With more, the surface would touch itself after the collapse.
+  // An edge may be collapsed only if its two vertices have no more than two common neighbours. Otherwise the surface
+  // would touch itself.
   Index beside[kMostAround];
   int count = 0;
   bool allowed = true;

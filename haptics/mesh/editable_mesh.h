@@ -83,7 +83,7 @@ class EditableMesh {
   /// Undoes a move, including its flag. `before` is vertex(v) as it was before the move.
   void move_back(Index v, const Vertex& before) noexcept;
   void set_tissue(Index f, Tissue tissue) noexcept;
-  /// Call after move(): updates the grid for the faces around a vertex, or for one face.
+  /// Both functions must be called after move(). They update the grid for the faces around a vertex, or for one face.
   void settle(Index v) noexcept;
   void settle_face(Index f) noexcept { place(f); }
   /// Splits edge i of face f at the point p. Returns the new vertex, or kNone if the edge is at a border or the pool is
@@ -155,17 +155,18 @@ class EditableMesh {
           }
     }
   }
-  /// Returns false if near() would not visit face f for this box, because the ball around the face is outside the box.
+  /// Returns false if near() would not visit face f for this box, because the ball that encloses the face lies outside
+  /// the box.
   bool may_meet(Index f, const glm::vec3& lo, const glm::vec3& hi) const noexcept { return places_[f].meets(lo, hi); }
   /// Centre of a ball that encloses a face, in m.
   const glm::vec3& ball_center(Index f) const noexcept { return places_[f].center; }
   float ball_radius(Index f) const noexcept { return places_[f].radius; }
 
-  // Functions that record changes. From this call on, the mesh stores each vertex and face in `record` before its first
-  // change. Null ends the recording. Allocates memory in `record`.
+  // Records changes: from this call on, the mesh stores each vertex and face in `record` before its first change. Null
+  // ends the recording. Allocates memory in `record`.
   void record(MeshRecord* record);
-  /// Exchanges the vertices and faces in a finished record with the present ones of the mesh. So the first call undoes
-  /// the changes, and the next call repeats them.
+  /// Exchanges the vertices and faces in a finished record with the present ones of the mesh. The first call undoes the
+  /// changes, and the next call makes them again.
   void exchange(MeshRecord& record);
   /// From this call on, the mesh lists the faces that change, including those that are removed. Allocates memory.
   void list_changes();
@@ -178,7 +179,8 @@ class EditableMesh {
  private:
   static constexpr int kLevels = 12;
   static constexpr int kLevelShift = 60;
-  static constexpr double kCellOfSize = 2;  // edge of a grid cell divided by the longest edge of its faces
+  // ratio of the edge of a grid cell to the longest edge of the faces in its level
+  static constexpr double kCellOfSize = 2;
   struct Place {
     std::uint64_t key = 0;  // number that identifies the grid cell and its level
     Index next = kNone, before = kNone;
@@ -229,7 +231,7 @@ class EditableMesh {
   std::size_t in_level_[kLevels] = {};
   int bucket_shift_ = 63;
 
-  // The following members are not copied with the mesh, because they belong to one owner.
+  // The following members are not copied with the mesh, because they belong to the recording of one particular mesh.
   MeshRecord* record_ = nullptr;
   std::uint32_t stroke_ = 0;
   // for each vertex and each face: number of the last stroke whose record stored it

@@ -32,7 +32,7 @@ std::size_t list_within(const float* x, const float* y, const float* z, std::siz
       at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
     }
   }
-  // Removes results whose index is beyond the last point. They come from the unused lanes of the last batch of eight
+  // Removes indices beyond the last point. They come from the unused lanes in the last batch of eight
   // points.
   while (found > 0 && at[found - 1] >= count) --found;
   return found;

@@ -27,7 +27,8 @@ class NearPoints {
   /// Stores the distance (m) of each kept point from the head at listed_at().
   void keep(std::size_t first, std::span<const std::uint32_t> kept, std::span<const double> distances) noexcept;
 
-  /// Returns a number that differs between lists: it counts the calls of clear().
+  /// Returns the number of this list, which counts the calls of clear(), so that different lists have different
+  /// numbers.
   std::uint64_t number() const noexcept { return number_; }
   std::size_t size() const noexcept { return points_.size(); }
   bool empty() const noexcept { return points_.empty(); }
@@ -51,7 +52,8 @@ class NearPoints {
   // Coordinates in m relative to the position of listed_at_. The arrays are longer than `points_`, because the last
   // batch is read completely.
   std::vector<float> x_, y_, z_;
-  std::vector<float> distance_;    // m, stored distance from the head at listed_at_; negative and large: none is stored
+  // m, stored distance from the head at listed_at_; a large negative value: no distance is stored
+  std::vector<float> distance_;
   std::vector<std::uint32_t> at_;  // indices of the points that the last search found
 };
 

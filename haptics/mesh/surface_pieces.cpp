@@ -17,7 +17,7 @@ dvec3 area_normal(const EditableMesh& mesh, Index f) {
   return glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
 }
 
-/// Returns the edge (m) of a grid cell that contains about the wanted number of faces. The faces of a cell form a
+/// Returns the edge (m) of a grid cell that contains about the wanted number of faces. The faces in one cell form a
 /// piece.
 double cell_for(const EditableMesh& mesh, const PieceParameters& parameters) {
   double area = 0;
@@ -82,8 +82,8 @@ void SurfacePieces::put(Index f) {
 std::vector<SurfacePiece> SurfacePieces::take_changed() {
   mesh_.take_changes(changes_);
   for (const Index f : changes_) put(f);
-  // A change of a face also changes the normals and tissues at its vertices. So all pieces with a face at these
-  // vertices must be generated again.
+  // If a face changes, the normals and tissues at its vertices change, too. So all pieces with a face at these vertices
+  // must be generated again.
   for (const Index f : changes_) {
     if (!mesh_.uses(f)) continue;
     for (const Index v : mesh_.face(f).v) mesh_.around(v, [&](Index g, int) { mark(piece_of_[g]); });
@@ -131,7 +131,7 @@ void SurfacePieces::look_around(Index v) {
     while (k < count && ring[k].face != next) ++k;
     if (k == count) continue;
     const dvec3 &one = ring[i].unit, &other = ring[k].unit;
-    // If a face has no area, it has no normal, so its edge counts as smooth.
+    // A face without area has no normal, so its edges count as smooth.
     const bool smooth = one == dvec3(0) || other == dvec3(0) || glm::dot(one, other) > parameters_.crease_cosine;
     if (!smooth) continue;
     const std::size_t a = group_of(i), b = group_of(k);
@@ -167,7 +167,7 @@ SurfacePiece SurfacePieces::make(Piece& piece) {
   for (const Index f : piece.faces) {
     const Face& face = mesh_.face(f);
     // Counts the faces of each tissue around each corner. The border between two tissues is drawn where the
-    // interpolated counts are equal.
+    // interpolated counts of both are equal.
     std::array<std::array<float, kTissueCount>, 3> shares{};
     std::array<float, kTissueCount> all{};
     for (std::size_t c = 0; c < 3; ++c) {

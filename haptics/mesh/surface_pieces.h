@@ -24,10 +24,10 @@ struct PieceParameters {
 
 /// The pieces of a mesh. Carver thread. The mesh and the volume must exist longer than this object.
 ///
-/// The normal at a corner of a face is a weighted mean over faces around the corner's vertex. It includes the faces
-/// that can be reached from the corner's own face without crossing a crease. The weight of a face is the sine of its
-/// angle at the vertex, divided by the lengths of its two edges there (Max 1999, doi 10.1080/10867651.1999.10487501:
-/// exact on a sphere). So round surfaces look round at any resolution, and edges stay sharp.
+/// The normal at a corner of a face is a weighted mean over faces around the corner's vertex. These are the faces that
+/// can be reached from the corner's own face without crossing a crease. The weight of a face is the sine of its angle
+/// at the vertex, divided by the lengths of its two edges there (Max 1999, doi 10.1080/10867651.1999.10487501: exact on
+/// a sphere). So round surfaces look round at any resolution, and edges stay sharp.
 class SurfacePieces final : public TissueSurface {
  public:
   /// Makes the pieces. `labels` is the volume that labels() returns; positions of corners are relative to the origin of
@@ -59,7 +59,7 @@ class SurfacePieces final : public TissueSurface {
     std::uint32_t first = 0, count = 0;  // range of the vertex's normals in normals_
     std::uint32_t copy = 0;              // index of the newest corner of the piece at this vertex
   };
-  /// A corner of the piece, with the index of the previous corner at the same vertex.
+  /// A corner of the piece, with a link (index) to the previous corner at the same vertex.
   struct Copy {
     std::uint32_t older;
   };

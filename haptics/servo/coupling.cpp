@@ -10,7 +10,7 @@ namespace typodont::haptics {
 using P = CouplingParameters;
 
 /// Computes the means over the tissues under the head. The most frequent tissue is the first of those with the largest
-/// fraction. Tissues with the fraction 0 are skipped, because they change no sum.
+/// fraction. Tissues with the fraction 0 are skipped.
 Servo::State::TissueMeans Servo::State::tissue_means() const noexcept {
   TissueMeans mean;
   double total = 0, most = 0;
@@ -66,7 +66,7 @@ void Servo::State::feel_nothing(ContactTick& now) noexcept {
   c.rate = 0;
   c.friction = {};
   fade_teeth(now);
-  // In version 1 of the force laws, the last force fades where there is no snapshot.
+  // In version 1 of the force laws, the last force decreases slowly where there is no snapshot.
   if (settings.laws < 2 && now.contact.lost) now.force = limits.last_force * std::exp(-now.dt / P::fade_time_of_laws_1);
 }
 
@@ -100,12 +100,12 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   if (contact.contact_direction != dvec3(0)) {
     c.pressed = glm::normalize(contact.contact_direction);
   } else if (!contact.bridging) {
-    c.pressed = dvec3(0);  // nothing presses the head, so the teeth have no load
+    c.pressed = dvec3(0);  // nothing presses the head against tissue, so the teeth have no load
   }
   c.pressing = c.teeth_fraction * c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal));
   dvec3 sideways(0);
-  // A bur that turns always slips on the tissue, and its tangential force is the force of its teeth. So friction is
-  // added only for other tools.
+  // Friction is added only for tools other than a rotating bur. A rotating bur always slips on the tissue, and the
+  // force of its teeth is its tangential force.
   if (settings.friction && !contact.own_friction && (!now.in.cuts || now.in.scrapes)) {
     const FrictionLaw law{mean.static_friction, mean.dynamic_friction, settings.stiffness};
     sideways = friction_force(law, contact.p_WG, motion.X_WG.p, now.normal, c.normal_force, c.friction);
@@ -114,7 +114,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   feel_teeth(now);
   if (contact.turns_tool) {
     now.torque += h * glm::cross(contact.lever, sideways + now.spindle_force);
-    // The force is distributed over many contacts, and this distribution may jump from tick to tick. So the torque is
+    // The force is distributed over many contacts, and the distribution may jump from tick to tick. So the torque is
     // smoothed.
     if (contact.count > 1 && !fresh) now.torque += (c.torque - now.torque) * std::exp(-now.dt / P::stiffness_time);
     c.torque = now.torque;
@@ -156,8 +156,8 @@ void Servo::State::take_force(ContactTick& now) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// The normal force may change by at most P::waiting_slew (N/s). Returns the part of this tick's limit (N) that is left
-/// for a new stiffness and for the damper, after the spring force at `depth` (m) has used its part.
+/// The normal force may change by at most P::waiting_slew (N/s). The change of the spring force at `depth` (m) uses a
+/// part of this tick's limit. Returns the rest (N), which is left for a new stiffness and for the damper.
 double Servo::State::spare_change(const ContactTick& now, double depth) const noexcept {
   const double k = settings.stiffness * coupling.relative_stiffness;
   const dvec3 change = k * depth * now.normal - coupling.normal_force * coupling.normal;
@@ -169,8 +169,8 @@ double Servo::State::spare_change(const ContactTick& now, double depth) const no
 double Servo::State::follow_stiffness(const ContactTick& now, double depth, double wanted) noexcept {
   double& stiffness = coupling.relative_stiffness;
   if (coupling.normal_force <= 0 || wanted == stiffness) return stiffness = wanted;
-  // At a large depth, a small change of the stiffness changes the force by much, and a rise of the stiffness adds
-  // energy that the hand did not put in. So the stiffness changes by at most `most` per tick.
+  // At a large depth, a small change of the stiffness causes a large change of the force, and a rise of the stiffness
+  // stores energy that the hand did not put in. So the stiffness changes by at most `most` per tick.
   const double most = std::min(spare_change(now, depth), P::tissue_slew * now.dt) / (settings.stiffness * depth);
   const double step = (wanted - stiffness) * (1 - std::exp(-now.dt / P::stiffness_time));
   const double paid = 2 * std::max(sums.energy + limits.given, P::unpaid) / (settings.stiffness * depth * depth);
@@ -199,8 +199,8 @@ double Servo::State::damped(const ContactTick& now, double push, double depth) n
   return std::max(0.0, push + settings.damping * c.rate);
 }
 
-/// Adds the force of the tissue on the teeth, which pushes them against their motion. The force is zero at the pole of
-/// the head (on the axis), where the teeth do not move.
+/// Adds the force with which the tissue pushes the teeth against their motion. The force is zero at the pole of the
+/// head (on the axis), where the teeth do not move.
 void Servo::State::feel_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   now.spindle_force = now.tangential * c.pressing * glm::cross(now.X_WT.R * dvec3(0, 0, 1), c.pressed);
@@ -213,9 +213,9 @@ void Servo::State::feel_teeth(ContactTick& now) noexcept {
   limit_teeth_energy(now);
 }
 
-/// Reduces the force of the bur's teeth gradually after the head has lost contact. The slew limit may have left a
-/// residue of this force, which must not end in one step. Without a snapshot the tissue is unknown, and the force ends
-/// at once.
+/// Reduces the force of the bur's teeth gradually after the head has lost contact. The slew limit may have left a part
+/// of this force, which must not end in one step. If there is no snapshot, the tissue is unknown, and the force ends at
+/// once.
 void Servo::State::fade_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   if (c.teeth_force == dvec3(0)) return;
@@ -229,8 +229,8 @@ void Servo::State::fade_teeth(ContactTick& now) noexcept {
   }
 }
 
-/// Limits the teeth's force, so that the teeth never give the hand more energy than the spindle's work. The hand is
-/// expected to yield as abruptly as it did recently.
+/// Limits the teeth's force, so that the teeth never give the hand more energy than the spindle's work. For this limit,
+/// the hand is expected to yield as abruptly as it did recently.
 void Servo::State::limit_teeth_energy(ContactTick& now) noexcept {
   const double abruptly = limits.passivity.change.most * now.dt;
   if (const double needed = glm::dot(now.spindle_force, now.moved) + abruptly * glm::length(now.spindle_force);

@@ -1,4 +1,4 @@
-// Energy of cutting: force and spindle speed give the power at the teeth, and this energy removes volume according to
+// Energy of cutting. Force and spindle speed give the power at the teeth, and its energy removes a volume according to
 // the tissue's specific energy.
 #include <algorithm>
 #include <cmath>
@@ -13,12 +13,12 @@ void Servo::State::earn(ContactTick& now) noexcept {
   ContactInput& in = now.in;
   in.scrapes = bur.cuts && bur.scrapes > 0;
   in.cuts = settings.cutting && bur.cuts && (in.scrapes || cutting.speed > 0);
-  // A local copy of the spindle's state stays in registers. To read the stored value back from memory would wait for
-  // the store.
+  // A local copy of the spindle's state stays in registers. Reading the stored value back from memory would have to
+  // wait for the store.
   SpindleLoad spindle{cutting.speed, 0};
   in.specific_energy = in.cuts ? mean_specific_energy() : 0;
-  // W, power that removes tissue, multiplied by 1/energy_ratio. So all energies of the removal are those of a tool with
-  // the energy ratio 1, and the contact models do not need the ratio.
+  // W, power that removes tissue, multiplied by 1/energy_ratio. So all removal energies are those of a tool with the
+  // energy ratio 1, and the contact models need not know the ratio.
   double power = in.power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {
     // An edge (hand instrument) that is drawn over the surface cuts with the hand's work: force × displacement along
@@ -39,18 +39,19 @@ void Servo::State::earn(ContactTick& now) noexcept {
   if (in.cuts && coupling.head_force > 0) {
     const double most = in.scrapes || wall > 0 ? power * P::held_time : std::max(budget, power * P::budget_time);
     budget = std::min(budget + power * now.dt, most);
-    if (!in.scrapes) {  // limits the debt of a bur that started inside tissue, so that the bur can move on
+    // limits the debt of a bur that started inside tissue; otherwise it could not cut for a long time
+    if (!in.scrapes) {
       const double h = settings.frame.voxel, owed = std::max(P::owed_volume, P::owed_voxels * h * h * h);
       budget = std::max(budget, -std::max(power * P::held_time, owed * in.specific_energy));
     }
   } else if (coupling.normal_force <= 0) {
-    // Without contact, saved cutting energy is lost. If only the shank touches, the head keeps its saved energy.
+    // If nothing touches, saved cutting energy is lost. If only the shank touches, the head keeps its saved energy.
     budget = std::min(budget, 0.0);
   }
   cutting.wall_budget =
       wall > 0 ? std::min(cutting.wall_budget + wall * power * now.dt, wall * power * P::held_time) : 0.0;
-  // An edge that the hand draws earns little energy. If the edge removed more than its energy paid for, it must first
-  // earn the difference.
+  // An edge that the hand draws gets little energy. If the edge removed more than its energy paid for, it must not cut
+  // until its work has paid the difference.
   in.must_earn = in.scrapes && budget <= 0;
   in.budget = budget;
   in.wall_budget = cutting.wall_budget;

@@ -19,8 +19,8 @@ dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
 
 /// Returns the part of a force change that is held back, N. `change`: N, size of the change, above the limit
 /// drilling_slew. From version 8 of the force laws on, the limit is at least the change that the hand's own
-/// displacement causes in the coupling's spring, also where this displacement turns the force without increasing it. A
-/// force that lags behind the hand resists too little on the way in and too much on the way back, and both reduce the
+/// displacement causes in the coupling's spring, even if this displacement changes only the direction of the force. A
+/// force that lags behind the hand is too small on the way in and too large on the way back, and both reduce the
 /// ledger's energy.
 double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
   const double over = change - P::drilling_slew * now.dt;
@@ -28,7 +28,7 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
   const double k = settings.stiffness * coupling.relative_stiffness;
   const double beyond = std::max(0.0, change - P::spring_tolerance * k * glm::length(now.moved));
   if (glm::dot(now.moved, limits.last_force != dvec3(0) ? limits.last_force : now.force) > 0) {
-    // the hand retreats, so only the part of the change that exceeds both limits is held back
+    // the hand retreats, so only the part of the change above both limits is held back
     return std::min(over, beyond);
   }
   // The contact model "implant" limits the changes of its force itself, so they are not limited here. The exception is
@@ -42,8 +42,8 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
 void Servo::State::limit(ContactTick& now) noexcept {
   Limits& l = limits;
   now.unlimited = now.force != dvec3(0) ? glm::length(now.force) : 0;
-  // Limits the force change of a head that lands, also in its own cut, after a fall from a rim or through soft tissue.
-  // The limit does not include the vibration, which the hand should feel.
+  // Limits the force change of a head that lands after a fall from a rim or through soft tissue, even if it lands in
+  // its own cut. The limit does not include the vibration, which the hand should feel.
   const bool goes_on = coupling.normal_force > 0 && l.last_force != dvec3(0);
   const bool begins_or_ends = lands(now) && (now.touching() || l.last_force != dvec3(0));
   if (now.in.cuts && !now.in.scrapes && (goes_on || begins_or_ends)) {
@@ -52,7 +52,7 @@ void Servo::State::limit(ContactTick& now) noexcept {
     if (size > P::drilling_slew * now.dt) now.force -= change * (held_back(now, size) / size);
   }
   const bool fades = l.ending || (now.hand.faults & bits(Fault::kHeld));
-  if (!now.touching() && !fades) l.ramp = 1;  // without contact, no force remains that the ramp could scale
+  if (!now.touching() && !fades) l.ramp = 1;  // without contact, no force remains to which the ramp could apply
   if (fades || l.ramp < 1) {
     l.ramp = std::clamp(l.ramp + (fades ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
   }
@@ -87,11 +87,11 @@ void Servo::State::limit(ContactTick& now) noexcept {
   }
 }
 
-/// Limits the force if the energy ledger holds far less energy than the coupling stores (after a hard landing, or for a
-/// tool that started inside tissue). Without this limit, passive_fraction() would remove the force within a few ticks
-/// when the hand retreats, and restore it when the hand advances: the hand would bounce. From the first retreat of such
-/// a hand on, the force is at most that of a spring that stores the ledger's energy, so spring and ledger become empty
-/// together. Returns the fraction of the force that may stay.
+/// Limits the force if the energy ledger holds far less energy than the coupling stores. This happens after a hard
+/// landing, or if a tool starts inside tissue. Without this limit, passive_fraction() would remove the force within a
+/// few ticks when the hand retreats, and restore it when the hand advances: the hand would bounce. From the first
+/// retreat of such a hand on, the force is at most that of a spring that stores the ledger's energy, so that spring and
+/// ledger become empty at the same time. Returns the fraction of the force that may stay.
 double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   Limits& l = limits;
   if (settings.laws < 2 || !(now.in.cuts || l.unpaid || now.contact.late)) return 1;
@@ -105,10 +105,10 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
 }
 
 /// Returns the fraction of the force that may stay, 0..1 (from version 8 of the force laws on). It is so small that the
-/// ledger can pay for the hand's whole retreat and not only for the next tick. The ledger's energy E allows at most the
-/// force of a spring that stores E, √(2 k E). While the hand retreats by up to Δ per tick, passive_fraction() allows at
-/// most E / a, with a = Δ × margin. Both limits meet without a step, in value and in slope, as √(2 k E - k² a²) for E >
-/// k a² and E / a below. `at_stake`: J, for the whole force.
+/// ledger can pay for the hand's whole retreat, and not only for the retreat in the next tick. The ledger's energy E
+/// allows at most the force √(2 k E), with which a spring stores E. While the hand retreats by up to Δ per tick,
+/// passive_fraction() allows at most E / a, with a = Δ × margin. The result combines both limits, without a step in
+/// value or slope: √(2 k E - k² a²) for E > k a², and E / a for smaller E. `at_stake`: J, for the whole force.
 double Servo::State::landing_fraction(const ContactTick& now, double at_stake) const noexcept {
   const Limits& l = limits;
   const double strength = glm::length(now.force);
@@ -118,7 +118,7 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
   const double retreat = glm::dot(now.force, now.moved) / strength;  // m
   double most = 0;                                                   // N
   if (retreat > 0) {
-    // The hand is expected to retreat as fast as it came.
+    // The hand is expected to retreat as fast as it advanced.
     const double ahead = std::max(at_stake / strength, l.law.margin * l.passivity.pace.most * settings.tick);
     most = paid > k * ahead * ahead ? std::sqrt(2 * k * paid - k * k * ahead * ahead) : paid / ahead;
     // A force that rises while the hand retreats would give the hand energy that the ledger does not have.
@@ -129,15 +129,15 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
     most = std::sqrt(2 * k * paid + P::unpaid_force * P::unpaid_force);
   }
   if (most >= strength) return 1;
-  // The force comes down to `most` without a step: by the slew limit, or by the change that the hand's own motion
-  // causes.
+  // The force decreases to `most` without a step: its change is limited by the slew limit, or by the change that the
+  // hand's own motion causes.
   const double allowed = std::max(slew, P::spring_tolerance * k * glm::length(now.moved)), excess = 1 - most / strength;
   return 1 - excess * largest_fraction(-excess * now.force, force_change(now), allowed);
 }
 
-/// Updates Coupling::teeth_fraction. The teeth are pressed by the force that the hand feels. If the hand has felt
-/// little of the coupling's force for rest_time, for example after a jump into the tissue, the fraction rises to 1:
-/// otherwise a hand at rest would neither cut nor give the ledger any energy, and the force would stay small.
+/// Updates Coupling::teeth_fraction. The force that the hand feels presses the teeth. If the hand has felt little of
+/// the coupling's force for rest_time, for example after a jump into the tissue, the fraction rises to 1. Otherwise a
+/// hand at rest would not cut and would give the ledger no energy, and the force would stay small.
 void Servo::State::press_teeth(const ContactTick& now) noexcept {
   double& rest = coupling.unfelt_for;
   coupling.teeth_fraction = 1;
@@ -152,16 +152,16 @@ void Servo::State::press_teeth(const ContactTick& now) noexcept {
 
 dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   Limits& l = limits;
-  // If the proxy leads a tool out of tissue in which the tool started, or if the input jumps towards the tissue, the
-  // energy stored in the coupling rises without work of the hand. The energy ledger allows this energy while the
+  // The energy stored in the coupling may rise without work of the hand: if the input jumps towards the tissue, or
+  // while the proxy leads a tool out of tissue in which it started. The energy ledger allows this energy while the
   // contact lasts. The hand's work must pay for any later rise.
   const bool began_in_tissue =
       now.contact.leading_out && to_seconds(now.hand.t - motion.began) < MotionParameters::leap_time;
   if (began_in_tissue || motion.leap > 0) {
     l.given += std::max(0.0, now.stored - l.stored - std::max(0.0, -now.given_to_hand));
   }
-  // After the contact, the energy ledger may be in debt (negative sums.energy), and a ledger in debt would allow no
-  // force at the next contact. Therefore the debt is cancelled.
+  // When a contact ends, the energy ledger may be in debt (sums.energy is negative). A ledger in debt would allow no
+  // force at the next contact, so the debt is cancelled.
   if (!now.touching() && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, most_forgiven());
   l.stored = now.stored;
   // A device that gives no torque does not resist rotation, so its torque must not enter the energy ledger.

@@ -10,29 +10,29 @@ namespace typodont::haptics {
 
 /// Motion of the hand from tick to tick (servo.cpp).
 struct MotionParameters {
-  // m/s, limit of a hand's speed; a faster motion counts as a jump of the input
+  // m/s; a motion faster than this counts as a jump of the input
   static constexpr double hand_speed_limit = 2.0;
   static constexpr double leap_time = 0.05;  // s, time in which the proxy may follow a jump of the input
-  // m, limit of the proxy's distance from the hand after an interruption; at a larger distance the proxy begins at the
+  // m; if the proxy is farther than this from the hand after an interruption, it starts again at the
   // hand
   static constexpr double lost_distance = 0.02;
-  // m, limit of the hand's distance from the origin of W; a larger distance is illegal input
+  // m; input is illegal if the hand is farther than this from the origin of W
   static constexpr double workspace = 100;
-  // s, limit: a longer tick counts as a jump of the clock and is replaced by a nominal tick
+  // s; a tick that is longer than this counts as a jump of the clock, and a nominal tick is used instead
   static constexpr double longest_tick = 0.1;
-  // s, limit: if a new snapshot has been due for a longer time, the servo reports a fault
+  // s; if a new snapshot has been due for longer than this, the servo reports a fault
   static constexpr double stale_time = 0.02;
 };
 
 /// Energy that a bur earns and spends (cutting.cpp).
 struct CuttingParameters {
-  // s. A bur saves energy until a voxel yields or until it lands again. The saved energy is at most the present power
-  // times this time.
+  // s. A bur saves energy until a voxel yields, or until the bur lands again. It can save at most (present power × this
+  // time).
   static constexpr double budget_time = 0.5;
-  // s. Replaces budget_time if the bur is at a wall, or if the hand draws an edge over the tissue.
+  // s. This time replaces budget_time if the bur is at a wall, or if the hand draws an edge over the tissue.
   static constexpr double held_time = 0.05;
-  // m³, limit of the volume that may be removed before the motor has done the work for this volume (when a tip breaks
-  // in)
+  // m³, when a tip breaks into tissue, at most this volume may be removed before the motor has done the work for
+  // it
   static constexpr double owed_volume = 8e-12;
   // number of voxels; owed_volume is at least the volume of this many voxels, because on a grid with voxels larger than
   // 0.1 mm, 8e-12 m³ would be less than eight voxels
@@ -49,16 +49,16 @@ struct CouplingParameters {
   static constexpr double damper_slew = 4;  // N/s, limit of the damper's force change when a tool cuts or fills
   static constexpr double teeth_slew = 4;   // N/s, limit of the change of the teeth's tangential force
   // N/s, limit of the change of the normal force by all causes together; changes of the tissue and of the damper may
-  // use what the change of the depth leaves
+  // use the part that the change of the depth does not use
   static constexpr double waiting_slew = 16;
   // N/s, limit of the sum of all force changes; the teeth's force may use the part that the other changes do not use
   static constexpr double total_slew = 18;
-  // J; a rise of the tissue's stiffness may store up to this much energy in the coupling even if the energy ledger
-  // holds less
+  // J, energy that a rise of the tissue's stiffness may store in the coupling, even if the energy ledger holds
+  // less
   static constexpr double unpaid = 0.15e-3;
   // s, time constant with which the force fades without a snapshot, in version 1 of the force laws
   static constexpr double fade_time_of_laws_1 = 0.1;
-  // number of ticks for which the spindle's remaining work must suffice; otherwise the teeth's force is reduced
+  // number of ticks for which the spindle's remaining work must be sufficient; otherwise the teeth's force is reduced
   static constexpr double teeth_ahead = 50;
 };
 
@@ -66,27 +66,28 @@ struct CouplingParameters {
 struct LimitParameters {
   // N/s, limit of the force change while a bur cuts, including the change by the hand's motion
   static constexpr double drilling_slew = 18.5;
-  // N, largest difference between computed and given force that the limit drilling_slew may cause
+  // N, largest difference between computed and output force that the limit drilling_slew may cause
   static constexpr double lag_limit = 0.05;
-  static constexpr double debt = 2e-9;  // J, limit: a smaller debt of the energy ledger counts as rounding
+  // J; a debt of the energy ledger that is smaller than this counts as rounding error
+  static constexpr double debt = 2e-9;
   // N, force that the coupling may always give, even if the energy ledger is empty
   static constexpr double unpaid_force = 0.1;
-  // Limit of the ratio between the coupling's force and the force that the energy in the energy ledger can pay for
+  // Largest ratio of the coupling's force to the force that the energy in the energy ledger can pay for
   static constexpr double unpaid_ratio = 2;
   // First version of the force laws in which a drilling tool lands without steps (landing_fraction in limits.cpp)
   static constexpr std::uint32_t laws_of_landing = 8;
-  // Ratio of the force that the hand feels to the coupling's force. A hand for which this ratio stays smaller for
-  // rest_time does not control the teeth any more.
+  // Ratio of the force that the hand feels to the coupling's force. If this ratio stays smaller for rest_time, the
+  // hand's felt force no longer presses the teeth.
   static constexpr double little_felt = 0.5;
-  // s, time for which a hand must feel little of the coupling's force before this force presses the teeth in place of
-  // the felt one; also the time in which the pressing force rises
+  // s; if a hand has felt little of the coupling's force for this time, the coupling's force presses the teeth instead
+  // of the felt force; the pressing force also rises within this time
   static constexpr double rest_time = 0.1;
   // A retreat along the recorded path moves the proxy and so changes the force of the spring. This change, multiplied
   // by this factor, is subtracted from the rise that the slew limit allows.
   static constexpr double retreat_weight = 3;
-  // Ratio of a force change to the change that the hand's displacement causes in the coupling's spring. A larger force
-  // change counts as a step. Documents and tests count changes above 1.1 times that of the spring as steps
-  // (docs/passivity.md).
+  // Largest ratio of a force change to the change that the hand's displacement causes in the coupling's
+  // spring. A larger force change counts as a step. (Documents and tests use the limit 1.1, see
+  // docs/passivity.md.)
   static constexpr double spring_tolerance = 1.09;
 };
 
@@ -95,12 +96,12 @@ struct ScaleParameters {
   // N/m, stiffness of the coupling in a tooth-sized scene, for which `credit` and `turning` are valid
   static constexpr double tooth_stiffness = 1000;
   static constexpr double credit = 1e-10;  // J, debt that the energy ledger may have in a tooth-sized scene
-  static constexpr double turning = 1.2;  // m/s², acceleration that is expected of a hand whose motion is not known yet
+  static constexpr double turning = 1.2;   // m/s², expected acceleration of a hand whose motion is not known yet
 };
 
 /// Returns true if a position in W is finite and plausible for a hand.
 inline bool in_workspace(const dvec3& p_W) noexcept {
-  // false also for NaN, because each comparison with NaN is false
+  // for NaN the result is false, because every comparison with NaN is false
   return glm::dot(p_W, p_W) < MotionParameters::workspace * MotionParameters::workspace;
 }
 

@@ -1,5 +1,5 @@
-// State that the servo keeps between ticks, one struct per step: Motion, Cutting, Coupling, Limits, and the contact
-// model. Servo::tick in servo.cpp calls the steps in order.
+// State that the servo keeps between ticks, one struct for each step of a tick: Motion, Cutting, Coupling, Limits, and
+// the contact model. Servo::tick in servo.cpp calls the steps in this order.
 #pragma once
 
 #include <algorithm>
@@ -54,7 +54,7 @@ struct ContactTick : TickData {
 
 /// Returns the passivity law for these settings. In a scene that is n times larger, with a coupling that is n times
 /// softer, the forces are equal. So the hand's expected motion and the credit of the energy ledger grow in proportion,
-/// up to the upper limit of the credit. The law for a device does not scale, because its hand is a human hand in every
+/// up to the upper limit of the credit. For a device, the law is not scaled, because the hand is a human hand in every
 /// scene, and its jumps are encoder counts.
 PassivityLaw law_for(const ServoSettings& settings);
 
@@ -71,16 +71,16 @@ struct Servo::State {
     Pose X_WG;             // pose of the proxy
     bool placed = false;   // true if X_WG is valid
     bool started = false;  // true if the last tick had a valid pose
-    Nanos began = 0;       // time since which the hand has sent valid poses without a pause
+    Nanos began = 0;       // time at which the present sequence of valid poses began
     Nanos last_t = 0;
     Pose last_hand;
     // Orientation of the hand in the last input, and the same orientation normalised
     dquat came_R{0, 0, 0, 0}, R_WT{1, 0, 0, 0};
-    double leap = 0;        // s, remaining time in which the servo follows a jump of the hand's pose
+    double leap = 0;        // s, remaining time in which the proxy follows a jump of the hand's pose
     double due_for = 0;     // s, time for which a new snapshot has been due
     bool idle = false;      // true if the last tick left no force and no contact state
     bool released = false;  // true if the model's release() was called after the last contact
-    double room = 0;        // m, distance that a free tool may still move before the model is queried again
+    double room = 0;        // m, distance that a free tool may still move before the model must compute a new clearance
   };
   /// State of the spindle, and of the energy that may be spent on the removal of tissue.
   struct Cutting {
@@ -89,7 +89,7 @@ struct Servo::State {
     double budget = 0;  // J, energy that may be spent on removal; negative: tissue was removed in advance
     // fraction of the power with which the head cut at a wall of harder tissue in the last tick; 0: no wall
     double wall = 0;
-    double wall_budget = 0;   // J, part of the budget that may be spent at a wall of harder tissue
+    double wall_budget = 0;   // J, the part of the budget that may be spent at a wall of harder tissue
     double spindle_work = 0;  // J, total work of cutting so far
   };
   /// State of the contact force.
@@ -98,18 +98,18 @@ struct Servo::State {
     PerTissue tissue{};                   // for each tissue: its fraction of the tissue under the head
     PerTissue hardness = own_hardness();  // mean hardness of each tissue under the head, 0..1 (hardness.h)
     double normal_force = 0;              // N, normal force in the last tick
-    double head_force = 0;  // N, the component of normal_force that acts on the head (and not on the shank)
+    double head_force = 0;                // N, the part of normal_force that acts on the head (and not on the shank)
     dvec3 normal{0};
-    // Unit vector: direction in which the contacts push the head. A bur in energy debt is slowed down; this limit of
-    // its speed counts as a contact.
+    // Unit vector: direction in which the contacts push the head. The limit that slows down a bur in energy debt counts
+    // as a contact, too.
     dvec3 pressed{0};
     double pressing = 0;  // N, component of head_force along `pressed`, times `teeth_fraction`
     // 0..1, fraction of the coupling's force that presses the teeth. It is the fraction of the last tick's force that
-    // the limits of a landing drill left for the hand, or more if the hand feels little for long (press_teeth). It is 1
-    // where these limits do not apply.
+    // remained after the limits of a landing drill, or more if the hand has felt little for long (press_teeth). It is 1
+    // if these limits do not apply.
     double teeth_fraction = 1;
     // s, time for which the limits of a landing drill have left the hand less than LimitParameters::little_felt of the
-    // coupling's force. It also counts down, and is at most twice LimitParameters::rest_time.
+    // coupling's force. It decreases again when the hand feels more, and is at most twice LimitParameters::rest_time.
     double unfelt_for = 0;
     FrictionState friction;
     TipState tip;
@@ -126,7 +126,7 @@ struct Servo::State {
     PassivityLaw law;
     PassivityState passivity;
     double stored = 0;  // J, energy stored in the coupling in the last tick
-    // J, energy that moving the tool out of tissue has put into the coupling; the energy ledger allows this energy
+    // J, energy that the coupling got while the tool was moved out of tissue; the energy ledger allows this energy
     double given = 0;
     /// true if the energy ledger holds far less energy than the coupling stores; the ledger then limits the force
     bool unpaid = false;
@@ -135,7 +135,7 @@ struct Servo::State {
     dvec3 last_force{0};           // N, tissue's force in the last tick
     dvec3 last_torque{0};          // N·m, torque that the hand felt in the last tick
     dvec3 last_spindle_force{0};   // N, force of the spindle in the last tick
-    dvec3 last_teeth_force{0};     // N, the component of last_spindle_force that the bur's teeth caused
+    dvec3 last_teeth_force{0};     // N, the part of last_spindle_force that the bur's teeth caused
     dvec3 last_sent{0};            // N, total force in the last tick
     dvec3 last_spindle_torque{0};  // N·m, torque of the spindle in the last tick
     double teeth_energy = 0;       // J, energy that the teeth have given to the hand so far
@@ -181,8 +181,8 @@ struct Servo::State {
   double mean_specific_energy() const noexcept;
 
   /// Returns the limit of the energy ledger's debt, J; a greater debt is cancelled. The limit is at most the credit of
-  /// the passivity law, because a greater debt would allow no force, and without a force the hand could never pay it
-  /// back.
+  /// the passivity law. With a greater debt, no force would be allowed, and without a force the hand could never pay
+  /// the debt back.
   double most_debt() const noexcept {
     return settings.laws < 2 ? LimitParameters::debt : std::min(LimitParameters::debt, limits.law.credit);
   }
@@ -196,8 +196,8 @@ struct Servo::State {
   /// Handles a tick without a valid pose or without a hand: the force is zero, and the next valid tick begins anew.
   void rest(TickData& now, bool valid) noexcept;
   void begin_anew(const Pose& X_WT, Nanos t) noexcept;
-  /// Updates the energy ledger by the energy that the device gave the hand since the last tick. Always inlined: the
-  /// hand's pose was written just before, and a called function would read it in pieces of another size, which must
+  /// Updates the energy ledger by the energy that the device gave the hand since the last tick. Always inlined. A
+  /// called function would read the hand's pose, which was just written, in pieces of another size, and would have to
   /// wait for the pending stores.
   [[gnu::always_inline]] inline void account(TickData& now, bool turns) noexcept;
   /// Updates the spindle's free speed, which follows the pedal with the time constant run_up_time.
@@ -205,7 +205,7 @@ struct Servo::State {
   /// Changes to the wanted tool if the spindle has stopped and neither that tool nor the present tool touches tissue.
   void change_tool(TickData& now) noexcept;
   /// Shortcut for a tool that is far from all tissue, now and in the last tick. Gives the same result as the full tick.
-  /// Returns false, without a result, if a contact, a force, or a state of a contact may remain.
+  /// Returns false and does nothing if a contact, a force, or a state of a contact may remain.
   [[gnu::always_inline]] inline bool move_free(TickData& now) noexcept;
   void fill_input(ContactTick& now) const noexcept;
   void watch_snapshot(ContactTick& now) noexcept;

@@ -1,4 +1,4 @@
-// Removes tissue by OpenVDB's own function, a constructive difference of whole level sets. Only a reference for
+// Removes tissue with OpenVDB's own function, the difference of two whole level sets. Used only as a reference in
 // benchmarks.
 #pragma once
 

@@ -7,10 +7,10 @@
 namespace typodont::haptics {
 namespace {
 
-/// Computes for the samples in a box the distance (voxels) to the loose piece (`piece` true) or to the remaining tissue
-/// (false), only as far as it is needed. The computation begins at the samples just below the surface, with their
-/// depths. It spreads to neighbours, with the vector to the source sample (Danielsson 1980), as long as this reduces a
-/// distance.
+/// Computes for the samples in a box the distance (voxels) to the loose piece (`piece` is true) or to the remaining
+/// tissue (false). Distances that are not needed are not computed. The computation starts at the samples just below the
+/// surface, with their depths. It passes the vector to the start sample from neighbour to neighbour (Danielsson 1980),
+/// as long as this reduces a distance.
 std::vector<float> distances_to(bool piece, const PieceBox& box) {
   constexpr float kShell = 2;  // voxels, depth below the surface from which the distances begin
   const auto place = [&](std::int32_t i) {
@@ -43,8 +43,8 @@ std::vector<float> distances_to(bool piece, const PieceBox& box) {
 }  // namespace
 
 std::vector<float> without_piece(const PieceBox& box) {
-  // voxels. kEmpty: upper limit of the distances after the removal of the piece. kClose: tolerance of the test whether
-  // the piece is the nearest tissue of a sample.
+  // voxels. kEmpty: largest distance that is stored after the removal of the piece. kClose: tolerance of the test
+  // whether the piece is the tissue nearest to a sample.
   constexpr float kEmpty = Sweep::kInner, kClose = 0.25;
   const std::vector<float> to_body = distances_to(false, box), to_piece = distances_to(true, box);
   std::vector<float> after = box.distance;

@@ -7,7 +7,7 @@
 
 namespace typodont::haptics {
 
-/// voxels, limit: a sample of air at a larger distance from a piece is never assigned to the piece
+/// voxels; a sample of air that is farther than this from a piece is never assigned to the piece
 inline constexpr int kPieceMargin = 4;
 
 /// A dense box of samples; z runs fastest: index (x·size.y + y)·size.z + z.
@@ -24,7 +24,7 @@ struct PieceBox {
 };
 
 /// Returns the distances (voxels) without the piece. The piece's samples, and samples of air nearest to the piece, get
-/// their distance to the remaining tissue; all other samples keep their bits. No distance decreases.
+/// their distance to the remaining tissue; all other samples keep their bits. No distance becomes smaller.
 std::vector<float> without_piece(const PieceBox& box);
 
 }  // namespace typodont::haptics

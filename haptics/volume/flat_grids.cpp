@@ -68,7 +68,8 @@ class Reader {
     bytes(&value, sizeof value);
     return value;
   }
-  /// Reads the number of items in a list. Fails if the file is too short for so many items of `size` bytes each.
+  /// Reads the number of items in a list. Fails if the rest of the file is too short for so many items of `size` bytes
+  /// each.
   std::uint64_t count(std::uint64_t size) {
     const auto n = take<std::uint64_t>();
     if (n > left_ / size) fail();

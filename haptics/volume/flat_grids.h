@@ -1,7 +1,7 @@
-// The grids of a volume file as a plain list of tiles and blocks. The guarded process, which has limited rights, opens
-// the file and writes this list; the program reads the list. Every count is checked, so that no content of a file can
-// do harm. The process and the program run on the same machine and come from the same build, so the format has no byte
-// order and no version.
+// The grids of a volume file as a plain list. A grid consists of blocks of voxels, and of tiles (larger cubes with one
+// value). The guarded process, which has limited rights, opens the file and writes this list; the program reads the
+// list. Every count is checked, so that no content of a file can do harm. Both come from the same build and run on the
+// same machine, so the format needs no byte order and no version.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -25,7 +25,7 @@ struct FlatGrids {
 /// may also corrupt memory, so only the guarded process calls this function.
 FlatGrids read_vdb(const std::filesystem::path& file, std::span<const std::string> names);
 
-/// Reports that the destination has no space, or that a write failed for another reason.
+/// Thrown if the destination has no space, or if a write failed for another reason.
 struct WriteFailure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

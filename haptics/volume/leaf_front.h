@@ -1,6 +1,6 @@
-// Finds the leaves of the tissue that the next cuts can still change. It is the carver's counterpart of CutFront. If no
-// sample of a leaf can rise before the head has moved `slack` voxels, the leaf is skipped for this length of the head's
-// path. Private to haptics/volume.
+// Finds the leaves of the tissue that the next cuts can still change. A leaf contains 8³ samples. The class does for
+// the carver what CutFront does for the servo: if no sample of a leaf can rise before the head has moved `slack`
+// voxels, the leaf is skipped for this path length. Private to haptics/volume.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -21,20 +21,20 @@ class LeafFront {
   using Kept = LeafHistory<openvdb::FloatTree>::Kept;
 
   struct Place {
-    Leaf* leaf = nullptr;      // the leaf; null: not examined yet
-    Kept* kept = nullptr;      // the leaf's copy for the current stroke's undo; null: no stroke
+    Leaf* leaf = nullptr;      // the leaf; null: the leaf was not examined yet
+    Kept* kept = nullptr;      // the copy of the leaf with which the present stroke can be undone; null: no stroke
     bool cut = false;          // true if the leaf (8³ samples) was cut since it was first examined
     std::uint64_t logged = 0;  // the last mark (TissueVolume::mark) whose log of writes contains the leaf (8³ samples)
   };
   static constexpr float kNow = -1e9f, kNever = 1e9f;
 
-  /// Forgets the position of the head. Must be called if anything except the cuts of one stroke changes the distances
-  /// or replaces a leaf (8³ samples).
+  /// Makes the position of the head unknown. Must be called if anything except the cuts of one stroke changes the
+  /// distances or replaces a leaf.
   void forget() noexcept { last_.reset(); }
 
   /// Advances the head to the end of `sweep`, which reaches the leaves lo..hi, inclusive.
   void advance_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi);
-  /// Returns the length (voxels) of the path so far of that point of the head that has moved farthest.
+  /// Returns the path length so far (voxels) of the point of the head that has moved farthest.
   float path() const noexcept { return static_cast<float>(path_); }
   /// Returns the leaves of a row from `key` on, along z. `due`: path length in voxels at which the leaf (8³ samples)
   /// must be examined again. `due` is stored separately from the other data, because for most leaves nothing else is
@@ -50,7 +50,7 @@ class LeafFront {
   }
 
  private:
-  // leaves, margin that is added around a sweep when the window of leaves is placed, so that the window rarely moves
+  // leaves; the window of leaves is larger than the sweep by this margin, so that it must be moved only rarely
   static constexpr int kRoom = 2;
   static constexpr double kLongest =
       512;  // voxels, path length after which counting restarts; a float then resolves 6e-5

@@ -1,5 +1,6 @@
-// Keeps the changes of strokes in an OpenVDB tree, leaf by leaf. Before a stroke first writes to a leaf, a copy of the
-// leaf is kept; undo and redo swap the copy and the leaf in the tree by pointer. Only for tissue_volume.cpp.
+// Stores the changes that strokes make in an OpenVDB tree, leaf by leaf. Before a stroke writes to a leaf for the first
+// time, the leaf is copied; undo and redo swap the copy and the leaf in the tree by pointer. Only for
+// tissue_volume.cpp.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -57,7 +58,8 @@ class LeafHistory {
 
   /// The values of the voxels of one leaf.
   struct Values {
-    const Value* samples = nullptr;  // values of the leaf's voxels; null: all have the tile's value
+    // values of the leaf's voxels; null: no leaf existed, and all voxels had the value of the tile
+    const Value* samples = nullptr;
     Value tile{};
   };
   static Values there(const Tree& tree, const openvdb::Coord& origin) {

@@ -14,8 +14,8 @@ namespace {
 
 constexpr int kEdge = 8;
 constexpr std::uint64_t kFirstZ = 0x0101010101010101, kLastZ = kFirstZ << 7;
-// Limits of the search's work. kCreditPerCut: number of blocks that each cut adds to the credit, which is the number of
-// blocks that may still be visited. kMostCredit: limit of the credit. A visit of a block takes about 1 µs.
+// Limits of the search's work. The credit is the number of blocks that may still be visited. kCreditPerCut: number of
+// blocks that each cut adds to the credit. kMostCredit: largest credit. A visit of a block takes about 1 µs.
 constexpr std::int64_t kCreditPerCut = 200, kMostCredit = 100'000;
 
 int floor_div(int a, int b) {
@@ -42,7 +42,7 @@ std::int64_t count(const SolidBits& b) {
   return n;
 }
 
-/// Returns the samples of `b`, and all samples of the block that are direct neighbours (over a face) of one of them.
+/// Returns the samples in `b`, together with all samples of the block that touch one of them over a face.
 SolidBits grown(const SolidBits& b) {
   SolidBits out;
   for (std::size_t x = 0; x < 8; ++x) {
@@ -53,8 +53,8 @@ SolidBits grown(const SolidBits& b) {
   return out;
 }
 
-/// A word contains the samples of one layer x. Adds to word x of a part all samples of `solid` that are connected to
-/// the part within this layer, or across a face from the adjacent layers.
+/// Extends a part in one layer x, whose samples are the bits of one word: adds all samples of `solid` that are
+/// connected to the part within this layer, or that touch it in an adjacent layer.
 void grow_word(SolidBits& part, const SolidBits& solid, std::size_t x) {
   std::uint64_t w = part[x] | (((x > 0 ? part[x - 1] : 0) | (x < 7 ? part[x + 1] : 0)) & solid[x]);
   for (std::uint64_t last = 0; w != last;) {
@@ -92,9 +92,9 @@ void for_each_part(const SolidBits& solid, Visit&& visit) {
   }
 }
 
-/// The samples on each face of a block, or of a part of it, and the number of its samples. Faces 0 and 1 are at the
-/// first and the last x, 2 and 3 at the first and the last y, 4 and 5 at the first and the last z. A face has one bit
-/// per sample. Two samples that touch over the face between two blocks have the same bit in both blocks.
+/// For a block or a part of it: the samples on each of its six faces, and the total number of its samples. Faces 0 and
+/// 1 are at the first and the last x, 2 and 3 at the first and the last y, 4 and 5 at the first and the last z. A face
+/// has one bit per sample. Two samples that touch over the face between two blocks have the same bit in both blocks.
 struct Shape {
   std::array<std::uint64_t, 6> faces{};
   std::int64_t samples = 0;
@@ -176,8 +176,8 @@ class LoosePieces::KnownBlocks {
                [&](const Part& part) { return (part.shape.faces[face ^ 1] & faces[face]) != 0; });
     }
   }
-  /// Lets the floods (flood fills of connected tissue from the places of the cut) spread until at most one flood can
-  /// still spread, and this flood is larger than all floods that ended.
+  /// Lets the flood fills spread, which started at the places that the cut emptied. Ends when at most one of them can
+  /// still spread, and this one is larger than all that have ended.
   void run(const TissueVolume& volume) {
     roots_.resize(static_cast<std::size_t>(flood_count_));
     std::iota(roots_.begin(), roots_.end(), 0);
@@ -199,9 +199,9 @@ class LoosePieces::KnownBlocks {
       for (const int i : live_) spread(volume, i);
     }
   }
-  /// Returns the number of floods that remain separate.
+  /// Returns the number of flood fills that have not been joined.
   std::size_t apart() const { return roots_.size(); }
-  /// Returns the tissue of each remaining flood, sorted by size. The last flood is the largest; it may be incomplete.
+  /// Returns the tissue of each remaining flood fill, sorted by size. The last and largest may be incomplete.
   std::vector<TissuePiece> pieces() const {
     std::vector<const Flood*> order;
     for (const int i : roots_) order.push_back(&floods_[static_cast<std::size_t>(i)]);
@@ -322,7 +322,8 @@ class LoosePieces::KnownBlocks {
     Flood& f = floods_[static_cast<std::size_t>(flood)];
     if (f.ended()) return;
     const Part& part = parts_[static_cast<std::size_t>(f.edge[f.next++])];
-    const std::array<std::uint64_t, 6> faces = part.shape.faces;  // a copy, because with_parts() moves the parts
+    // this must be a copy, because with_parts() moves the parts in memory
+    const std::array<std::uint64_t, 6> faces = part.shape.faces;
     const int block = part.block;
     for (std::size_t face = 0; face < 6; ++face) {
       if (faces[face] == 0) continue;
@@ -378,11 +379,12 @@ LoosePieces::LoosePieces(const TissueVolume& volume) : blocks_(std::make_unique<
 
 LoosePieces::~LoosePieces() = default;
 
-/// Stores the present samples of a block, and those of them that became air since its last reading.
+/// Stores which samples of a block are solid now, and which of them have become air since the block was last read.
 void LoosePieces::note_emptied(int block, const SolidBits& now, bool unseen) {
   SolidBits& seen = blocks_->changing(block);
   SolidBits gone;
-  // A block may not have been read since the last edit. Then any sample that is air now may have been tissue before.
+  // A block may not have been read since the last edit. In this case, any sample that is air now may have been tissue
+  // before.
   for (std::size_t i = 0; i < 8; ++i) gone[i] = unseen ? ~now[i] : seen[i] & ~now[i];
   seen = now;
   if (any(gone)) emptied_.push_back({{blocks_->key(block), gone}, block});

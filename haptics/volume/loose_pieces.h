@@ -25,11 +25,11 @@ struct BlockPart {
 };
 using TissuePiece = std::vector<BlockPart>;
 
-/// Watches a volume during cutting, and finds the tissue that a cut separates. Samples are connected through their six
-/// faces. A cut can only separate tissue around the samples that became air. So a flood fill starts in each part of the
-/// tissue around these samples. All floods spread at the same rate until they have met, mostly within one block. A
-/// flood that ends without meeting another flood has filled a loose piece. So the cost depends on the size of the
-/// piece, not of the tooth.
+/// Finds the tissue that a cut separates from its body. Samples are connected through their six faces. A cut can only
+/// separate tissue around the samples that became air. So a flood fill starts in each part of the tissue around these
+/// samples. All floods spread at the same rate until they have met, mostly within one block. A flood that ends without
+/// meeting another flood has filled a loose piece. So the cost depends on the size of the piece, and not on the size of
+/// the tooth.
 /// Bodies that were separate before the first cut (two teeth) are not loose pieces. If a cut divides a body, only the
 /// smaller part is a loose piece. Deterministic: equal volumes and equal cuts give equal pieces.
 class LoosePieces {
@@ -42,7 +42,7 @@ class LoosePieces {
   /// cut wrote. `blocks`: all samples of the blocks in which samples may have become air (TissueVolume::Carved).
   std::vector<TissuePiece> after_cut(const TissueVolume& volume, const VoxelBox& written,
                                      std::span<const BlockPart> blocks);
-  /// Must be called after samples lo .. hi were changed by anything except a cut.
+  /// Must be called if something other than a cut has changed the samples lo .. hi.
   void after_fill(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi);
   /// Must be called after an undo or redo, because any sample may have changed.
   void after_edit();
@@ -77,9 +77,10 @@ class LoosePieces {
   std::size_t body_count_ = 0;
   // samples of all bodies, except the largest body, which has number 0 and is not stored
   std::unordered_map<glm::ivec3, std::vector<Body>, KeyHash> bodies_;
-  // samples that became air and whose surroundings were not searched yet; keys may repeat
+  // samples that became air but whose surroundings were not searched yet; a key may occur several times
   std::vector<Emptied> emptied_;
-  std::int64_t credit_ = 0;  // number of blocks that may still be visited: each cut adds some, each flood uses some
+  // number of blocks that may still be visited: each cut adds to it, and each flood fill subtracts from it
+  std::int64_t credit_ = 0;
 };
 
 }  // namespace typodont::haptics

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kBelow = 0.5;      // voxels, depth below a triangle at which its tissue is read
 constexpr int kSteps = 3;           // number of Newton steps per vertex
-constexpr double kMostStep = 0.25;  // voxels, limit of a Newton step
+constexpr double kMostStep = 0.25;  // voxels, largest length of a Newton step
 
 /// Moves a vertex onto the surface by Newton's method along the gradient of the trilinear field. The mesher puts a
 /// vertex at the mean of a cell's crossings, and this mean is not on a curved surface.
@@ -29,8 +29,8 @@ openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
       gradient[axis] = (value(p + off) - value(p - off)) / (2 * kDifference);
     }
     const double square = gradient.lengthSqr();
-    // threshold of |gradient|²: a vertex with a smaller gradient is not moved, because the gradient of a distance field
-    // near its surface is larger
+    // limit of |gradient|²: a vertex with a smaller gradient is not moved, because near its surface a distance field
+    // has a larger gradient
     if (!(square > 0.04)) return p;
     openvdb::Vec3d step = -value(p) / square * gradient;
     if (const double length = step.length(); length > kMostStep) step *= kMostStep / length;

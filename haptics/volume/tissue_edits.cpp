@@ -33,7 +33,8 @@ class LeafVolumes {
         count_in(tissue.samples[i], distance.samples ? inside_units(distance.samples[i]) : tile);
       return;
     }
-    // Most leaves (8³ samples) contain only one tissue. Then the sum needs no label of each voxel.
+    // If a leaf (8³ samples) contains only one tissue, as most leaves do, the sum does not need the label of each
+    // voxel.
     std::int64_t sum = distance.samples ? 0 : std::int64_t{count} * tile;
     for (int row = 0; distance.samples && row < count; row += n * n) {
       std::int32_t part = 0;
@@ -121,7 +122,7 @@ void TissueVolume::Impl::forget_writes() {
 }
 
 void TissueVolume::Impl::log_write(const glm::ivec3& key) {
-  // limit of the number of blocks that were written since a mark; copying more blocks would take as long as copying a
+  // largest number of blocks in the log of writes since a mark; copying more blocks would take as long as copying a
   // whole patch
   constexpr std::size_t kMost = 4096;
   if (writes.empty()) return;
@@ -132,7 +133,7 @@ void TissueVolume::Impl::log_write(const glm::ivec3& key) {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  // limit of the number of marks (TissueVolume::mark) whose writes are stored; a session has fewer patches
+  // largest number of marks (TissueVolume::mark) whose writes are stored; a session has fewer patches
   constexpr std::size_t kMost = 32;
   const bool unwritten = !v.writes.empty() && v.writes.back().box.empty() && v.writes.back().blocks.empty();
   if (unwritten) return v.marked;
@@ -145,7 +146,7 @@ bool TissueVolume::written_since(std::uint64_t mark, Written& written) const {
   const Impl& v = *impl_;
   written.blocks.clear();
   written.box = {};
-  // number of marks whose writes are logged; the last of these marks is v.marked
+  // number of marks whose writes are in the log; the newest of these marks is v.marked
   const std::uint64_t known = v.writes.size();
   if (mark > v.marked || mark + known <= v.marked) return false;
   for (std::uint64_t i = known - 1 - (v.marked - mark); i < known; ++i) {
@@ -193,8 +194,8 @@ openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::Float
   if (!leaf && accessor.getValue(origin) > 0) return nullptr;
   kept = in_stroke ? &StrokeKept::Distance::keep(strokes.back().distance, accessor, origin) : nullptr;
   if (!leaf) {
-    // the leaf (8³ samples) was a tile far inside the tissue; the cut makes it part of the band, in which each sample
-    // is stored
+    // the leaf (8³ samples) was a tile far inside the tissue; after the cut it lies near the surface, so each of its
+    // samples must be stored
     leaf = accessor.touchLeaf(origin);
     if (kept) kept->changed = true;
   }
@@ -293,7 +294,7 @@ TissueVolume::Carved TissueVolume::carve(const VoxelStamp& stamp) {
 
 namespace {
 
-/// Replaces a block of samples. The class has the same interface as a removal (for example Sweep).
+/// Replaces a block of samples. It has the same interface as the classes for removals (for example Sweep).
 class Replacement {
  public:
   Replacement(const RasterBlock& block, float band) : block_(block), band_(band) {}
@@ -578,7 +579,7 @@ bool TissueVolume::undo() {
 
 bool TissueVolume::redo() {
   Impl& v = *impl_;
-  // All strokes are in the tissue (none is undone), and the last one is unfinished. So the last stroke continues.
+  // No stroke is undone, and the last one is unfinished. So the last stroke continues.
   if (v.done == v.strokes.size()) return false;
   v.exchange(v.strokes[v.done++], false);
   return true;

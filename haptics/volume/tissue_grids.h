@@ -74,7 +74,7 @@ inline std::uint8_t hardness_in(std::int32_t value) {
 inline std::int32_t relabelled(std::int32_t value, Tissue label) {
   return (value & ~kLabelByte) | static_cast<std::int32_t>(label);
 }
-/// Returns the tissue that a value of the label grid shows.
+/// Returns the tissue that a voxel with this value of the label grid shows.
 inline Tissue shown_in(std::int32_t value) {
   return shown(label_in(value));
 }
@@ -107,7 +107,7 @@ struct TissueVolume::Impl {
   std::shared_ptr<const TissueMesh> mesh;  // mesh from which the volume was made; null: made from other data
   std::shared_ptr<const NaturalSurface> natural;
   KeySet changed;  // bricks that changed since the last take_changed_bricks()
-  KeySet carved;   // bricks that were cut: outside the tissue, their distances are no longer exact
+  KeySet carved;   // bricks that were cut; outside the tissue, the distances in them are no longer exact
   // The last box of bricks that a cut inserted into `changed` and `carved`, inclusive. Empty (lo > hi) at first, and
   // after bricks were removed from these sets.
   glm::ivec3 marked_lo{0}, marked_hi{-1};

@@ -314,7 +314,7 @@ void copy_leaves(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size,
               continue;
             }
             const Value* const values = stretch.leaf + in_leaf + stretch.first;
-            // a whole row of a leaf is the most frequent case; its constant length allows vectorisation
+            // most often the stretch is a whole row of a leaf; its constant length allows vectorisation
             if (stretch.length == n) {
               for (int z = 0; z < n; ++z) to[z] = converted(values[z]);
             } else {
@@ -382,7 +382,8 @@ void TissueVolume::copy_part_of_every(int n, const Copied& box, const VoxelBox& 
 }
 
 VoxelBox TissueVolume::every_around(int n, const VoxelBox& written) {
-  // Extends the box to whole bricks, because the first cut in a brick also changes the deep samples of the whole brick.
+  // Extends the box to whole bricks, because copy_every() returns other deep samples in the whole brick after its first
+  // cut.
   constexpr int cells = FieldBrick::kCells;
   const BrickBox bricks = bricks_around(written.lo, written.hi);
   const auto down = [n](const glm::ivec3& p) {
@@ -504,7 +505,8 @@ std::vector<glm::ivec3> TissueVolume::take_changed_bricks() {
   return list;
 }
 
-/// Returns true if some corners of the brick's cells are inside the tissue and others are not.
+/// Returns true if the surface passes through the brick: some corners of its cells are inside the tissue and others are
+/// not.
 static bool has_surface(const FieldBrick& brick) {
   bool solid = false, empty = false;
   for (int x = 1; x < FieldBrick::kSamples - 1; ++x) {

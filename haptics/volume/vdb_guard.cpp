@@ -30,7 +30,7 @@ constexpr std::uint32_t kUuidBytes = 36;
 
 constexpr std::string_view kSeal = "TYPODONT";
 constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
-// bytes, limit of the length of a message; a longer output file contains truncated grids instead of a message
+// bytes, largest length of a message; a longer output file contains truncated grids and no message
 constexpr std::size_t kLongestMessage = 1000;
 constexpr std::uintmax_t kMostKept = 2ull << 30;  // bytes, largest total size of the grids that the cache keeps
 
@@ -73,8 +73,8 @@ int read_elsewhere(const std::filesystem::path& file, const std::filesystem::pat
   return run_guarded(words);
 }
 
-/// Walks the header, the metadata and the grid descriptors of a file (format 218 to 224, as OpenVDB 4 and later write
-/// it).
+/// Reads through the header, the metadata and the grid descriptors of a file (format 218 to 224, as OpenVDB 4 and later
+/// write it).
 class Walker {
  public:
   explicit Walker(const std::filesystem::path& file)

@@ -1,5 +1,6 @@
-// OpenVDB trusts its files: a wrong length can allocate gigabytes, a wrong tree can corrupt the heap. So this program
-// never reads a .vdb file itself. A guarded process reads it and returns a plain list of blocks.
+// Reads .vdb files safely. OpenVDB trusts its files: a wrong length can allocate gigabytes, and a wrong tree can
+// corrupt the heap. So the program never reads a .vdb file itself. A guarded process reads it and returns a plain list
+// of blocks.
 #pragma once
 
 #include <filesystem>

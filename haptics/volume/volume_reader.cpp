@@ -1,6 +1,7 @@
 // typodont-volume-reader FROM.vdb TO GRID…: the guarded process that reads volume files. OpenVDB trusts its files: a
-// wrong length can allocate gigabytes, a wrong tree can corrupt the heap. Here both only cause an exit status: memory,
-// time and files are limited, and the process can start no other process, use no network and change no other file.
+// wrong length can allocate gigabytes, a wrong tree can corrupt the heap. In this process, both can only cause an exit
+// status: its memory, time and files are limited, and it can start no other process, use no network and change no other
+// file.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -45,7 +46,7 @@ int run(int argc, char** argv) {
   const std::uint64_t longest = std::max(kLeastOutput, kOutputPerByte * bytes);
   const std::uint64_t memory = std::min(kMostMemory, kMemory + kMemoryPerByte * bytes);
   limit_process({.memory = memory, .longest_file = longest});
-  // Beyond the limit of a file's size, a write then fails, and the exit status states the reason.
+  // With this setting, a write beyond the limit of a file's size fails, and the exit status can state the reason.
   std::signal(SIGXFSZ, SIG_IGN);
   give_up_privileges();
   const auto too_large = [&from] {
@@ -64,8 +65,8 @@ int run(int argc, char** argv) {
                                                fmt::format("{} MB, which reading this file may take", memory >> 20))
                                              .what();
   } catch (const haptics::WriteFailure&) {
-    // If the output exceeds the limit of this process, the file is wrong. If a smaller limit of the user or a full disk
-    // stops the output, the file is not wrong.
+    // If the output has reached the limit of this process, the volume file is wrong. If a smaller limit of the user or
+    // a full disk stopped the output, the file is not wrong.
     const off_t written = lseek(out, 0, SEEK_END);
     if (written < 0 || static_cast<std::uint64_t>(written) < longest) return haptics::kReaderCannotWrite;
     message = too_large();

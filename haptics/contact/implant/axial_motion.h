@@ -1,12 +1,12 @@
-// Motion of a tool along a bed's axis: the virtual coupling of eq. (3)–(5) of Zhao 2020, and the step limits of eq.
-// (7)–(10).
+// Motion of a tool along a bed's axis (a bed is the hole for an implant): the virtual coupling of eq. (3)–(5) of Zhao
+// 2020, and the step limits of eq. (7)–(10).
 #pragma once
 
 #include <algorithm>
 
 namespace typodont::haptics::implant {
 
-/// State of the virtual tool, which a spring pulls along the bed's axis and a drag force damps. SI units.
+/// State of the virtual tool. A spring pulls it along the bed's axis, and a drag force damps its motion. SI units.
 struct AxialState {
   double speed = 0;  // m/s, speed of the virtual tool along the bed's axis
 };
@@ -14,8 +14,8 @@ struct AxialState {
 /// Returns the displacement of the virtual tool (m) along the bed's axis in the time `dt` (s). The spring pulls it
 /// towards the hand, which is `ahead` (m) farther along the axis. `k`: spring stiffness (N/m); `mass` in kg; `drag`:
 /// viscous friction (N·s/m). Integrates eq. (5) with implicit Euler, (m I - h D - h² K) dv = h (f + h K v) with f =
-/// k·ahead - drag·v, which is stable for every k and h. With mass 0 the tool moves to the point at which spring and
-/// drag balance at the end of the tick.
+/// k·ahead - drag·v, which is stable for every k and h. If the mass is 0, the tool moves to the point where the forces
+/// of spring and drag are equal at the end of the tick.
 inline double coupled_step(double ahead, double k, double mass, double drag, double dt, AxialState& state) noexcept {
   const double force = k * ahead - drag * state.speed;
   const double inertia = mass + dt * drag + dt * dt * k;
@@ -28,8 +28,8 @@ inline double coupled_step(double ahead, double k, double mass, double drag, dou
   return state.speed * dt;
 }
 
-/// Applies eq. (7)–(9) in a corrected form: an obstacle limits the advance, but never the withdrawal. The printed eq.
-/// (7) has its two cases exchanged, so that a tool without an obstacle would not move. `wanted`: requested motion along
+/// Applies eq. (7)–(9) in a corrected form: an obstacle limits the advance, but never the withdrawal. In the paper, the
+/// two cases of eq. (7) are exchanged, so a tool without an obstacle would not move. `wanted`: requested motion along
 /// the axis, positive inward, m; `free`: distance to the obstacle, m; `step`: largest step per tick, m.
 inline double allowed_step(double wanted, double free, double step, bool has_obstacle, bool as_printed) noexcept {
   if (as_printed && !has_obstacle) return 0;

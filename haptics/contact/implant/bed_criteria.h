@@ -1,4 +1,4 @@
-// Decides whether a tool enters an implant bed, by the four criteria of Zhao 2020. The decision is a pure function.
+// Decides whether a tool enters an implant bed, by the four criteria of Zhao 2020. Pure functions.
 #pragma once
 
 namespace typodont::haptics::implant {
@@ -15,7 +15,7 @@ struct BedCriteria {
 enum class BedDecision { kStayFree, kEnterBed, kBeginBed };
 
 /// Returns the decision. `can_begin`: the tool can drill this bone and touches it with its tip. Such a tool starts a
-/// new bed if criterion 4 is met but another criterion is not.
+/// new bed if it fulfils criterion 4 but not all other criteria.
 constexpr BedDecision decide(const BedCriteria& c, bool can_begin) noexcept {
   if (!c.pushed) return BedDecision::kStayFree;
   if (c.at_centre && c.fits && c.aligned) return BedDecision::kEnterBed;

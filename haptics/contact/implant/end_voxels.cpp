@@ -34,7 +34,7 @@ constexpr double kFalls = 0.5;
 // voxels, largest distance between a tool voxel and an obstacle at which the obstacle blocks the advance
 constexpr double kTouches = 0.25;
 constexpr std::size_t kBlock = EndVoxels::kBlock;
-// first version of the force laws that evaluates the end's voxels in floats; older ones used doubles
+// first version of the force laws that evaluates the voxels of the tool's end in floats; older versions use doubles
 constexpr std::uint32_t kLawsOfFloats = 6;
 
 /// Functions that gather field samples: each call reads the samples at kBlock indices.
@@ -134,8 +134,8 @@ struct alignas(64) Block {
   Real x[kBlock], y[kBlock], z[kBlock];  // voxels, positions in frame V
   Real field[kBlock];                    // voxels, signed distance from bone at the tool voxel's centre
   Real gap[kBlock];                      // m, distance of bone from the tool's surface at this voxel
-  Flag touches[kBlock];                  // the voxel is in contact with bone
-  Flag stops[kBlock];                    // the voxel touches bone that it cannot cut
+  Flag touches[kBlock];                  // 1 if the voxel is in contact with bone
+  Flag stops[kBlock];                    // 1 if the voxel touches bone that it cannot cut
   Real ahead[kBlock];                    // voxels, signed distance from bone at the point `beyond`
   std::int32_t at[kBlock];               // index of the sample of the patch that is read for this voxel
   Flag label[kBlock];                    // tissue label at the point `beyond`
@@ -172,7 +172,7 @@ TYPODONT_KERNEL bool sample(const Task<Real>& task, std::size_t first, Block<Rea
     u[i] = qx - static_cast<Real>(ix), v[i] = qy - static_cast<Real>(iy), w[i] = qz - static_cast<Real>(iz);
     b.at[i] = (ix * n + iy) * n + iz;
   }
-  // The eight corner samples of each cell are stored as four pairs along z, because one load reads a pair.
+  // The eight corner samples of each cell are stored as four pairs along z, because one load instruction reads a pair.
   alignas(64) float low[4][kBlock], high[4][kBlock];
   const std::ptrdiff_t sy = n, sx = sy * sy;
   task.reader.pairs(task.distance, b.at, low[0], high[0]);
@@ -204,7 +204,7 @@ TYPODONT_KERNEL std::int32_t rounded(Real v) {
   return static_cast<std::int32_t>(whole + up - down);
 }
 
-/// Finds the bone in front of the tool voxels in contact. Only an obstacle that continues ahead of the tool counts;
+/// Examines the bone ahead of the tool voxels in contact. Only an obstacle that continues ahead of the tool counts;
 /// bone beside the tool is not an obstacle. Returns the tissue labels at the voxels that remain in contact: one bit per
 /// tissue.
 template <class Real>
@@ -237,8 +237,8 @@ TYPODONT_KERNEL std::uint64_t look_beyond(const Task<Real>& task, Block<Real>& b
 }
 
 /// Computes the contributions of the voxels to the cutting law (Zhao 2020, eq. 2) for a feed along -z. add_cutting()
-/// computes the same for any direction. Here, components perpendicular to the axis are omitted, because they cancel. A
-/// voxel without contact contributes 0. Returns true if any voxel stops the tool.
+/// computes the same for any direction. This function omits the components perpendicular to the axis, because they
+/// cancel each other. A voxel without contact contributes 0. Returns true if any voxel stops the tool.
 template <class Real>
 TYPODONT_KERNEL bool evaluate(const Task<Real>& task, std::size_t first, std::uint64_t labels, Block<Real>& b) {
   using Flag = typename Block<Real>::Flag;
@@ -401,10 +401,10 @@ namespace {
 
 /// Merges each square of 2 × 2 equal voxels in a plane perpendicular to the axis into one voxel with their total area
 /// and mean values. All other voxels stay unchanged. Voxels near the axis are never merged, because the cutting law
-/// (Zhao 2020, eq. 2) weights them by 1/r.
+/// (Zhao 2020, eq. 2) weights a voxel by 1/r, which varies strongly there.
 std::vector<ToolVoxel> merged(std::span<const ToolVoxel> voxels, double edge) {
   constexpr float kEqual = 1e-3f;
-  constexpr double kNearAxis = 8;  // voxels, distance from the axis within which voxels are not merged
+  constexpr double kNearAxis = 8;  // voxels; voxels nearer than this to the axis are not merged
   const auto index = [&](float v) { return std::lround(static_cast<double>(v) / edge); };
   std::map<std::array<long, 3>, std::vector<const ToolVoxel*>> squares;
   for (const ToolVoxel& v : voxels) {

@@ -1,4 +1,4 @@
-// The voxels in front of a tool's end. Sums the cutting law over these voxels at one pose of the tool.
+// The voxels in front of a tool's end, and the sums of the cutting law over these voxels for one pose of the tool.
 #pragma once
 
 #include <cstddef>
@@ -67,9 +67,9 @@ struct EndLook {
 
 /// Evaluates the cutting law and the obstacles over the voxels in front of the tool's end. `center_V`: centre of the
 /// head, in voxels; `R_WT`: orientation of the tool. The patch must contain all samples up to two voxels beyond the
-/// end. The weight of a tool voxel falls from one, where bone touches the tool's surface, to zero at a distance of one
-/// patch voxel; so forces change continuously. The result has the same bits on all processors, because the order of the
-/// sums is fixed.
+/// end. The weight of a tool voxel is one if bone touches the tool's surface there, and decreases to zero at a distance
+/// of one patch voxel, so that forces change continuously. The result has the same bits on all processors, because the
+/// order of the sums is fixed.
 EndLook look_at_end(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
                     const dquat& R_WT) noexcept;
 

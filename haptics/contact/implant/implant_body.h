@@ -1,5 +1,5 @@
-// The part of the contact model "implant" that runs on the carver thread: the tissue. It uses the distance field of the
-// contact model "offset" and adds placed implants to the field.
+// The part of the contact model "implant" that runs on the carver thread: the tissue. It stores the tissue in the same
+// distance field as the contact model "offset", and adds placed implants to this field.
 #pragma once
 
 #include <span>

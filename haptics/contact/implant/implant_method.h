@@ -30,8 +30,8 @@ struct Parameters {
   // m; to enter a bed (Zhao 2020, "implant criteria"), the tip may be this far from the bed's axis, and this far below
   // the entry
   double centre_tolerance = 0.5e-3;
-  // m, largest distance of the tip in front of the entry at which the tool may enter; a wide tool touches a sloping rim
-  // before its tip has arrived at the entry
+  // m; a wide tool touches a sloping rim before its tip has arrived at the entry, so the tool may enter when its tip is
+  // at most this far in front of the entry
   double rim_above = 1.5e-3;
   // m, tolerance by which the radius of a tool that does not widen the bed may exceed the bed's radius
   double radius_tolerance = 0.1e-3;
@@ -41,8 +41,9 @@ struct Parameters {
   double loose = 0.75e-3;
   // rad (10 degrees), largest angle between the axes of tool and bed at which the tool may enter
   double axis_tolerance = 0.175;
-  double enter_force = 0.3;     // N, force along the axis; a larger force pushes the tool into the bed (criterion 4)
-  double leave = 0.3e-3;        // m; the tool leaves the bed when its tip is this far outside the entry (hysteresis)
+  double enter_force = 0.3;  // N; criterion 4 requires that the force along the axis is larger than this
+  // m; the tool leaves the bed when its tip is this far outside the entry; the difference to the entry is a hysteresis
+  double leave = 0.3e-3;
   double least_depth = 0.5e-3;  // m, smallest depth of a bed; a shallower hole does not count as a bed
   // Parameters of the motion in a bed.
   double mass = 0;              // kg, mass of the virtual tool in a bed, eq. (5); 0: the tool has no inertia

@@ -11,15 +11,15 @@ namespace typodont::haptics::implant {
 namespace {
 
 constexpr double kLeastSpindleSpeed = 1e-3;  // rad/s, limit below which a spindle counts as stopped
-// m, tolerance: a tool farther than this from the bed's axis does not cut yet
+// m, tolerance: a tool that is farther than this from the bed's axis must not cut yet
 constexpr double kAtPlace = 2e-6;
-// Cosine of the angle between force and tool axis; if it is larger than this, the tool touches with its tip.
+// Limit of the cosine of the angle between force and tool axis; above it, the tool touches with its tip.
 constexpr double kTipContactCosine = 0.5;
 constexpr double kThreadGrips = 0.2e-3;  // m, depth in the bed at which a thread starts to engage
 // m, tolerance: an implant this close to its final depth, or to the bottom of the bed, is seated
 constexpr double kSeated = 0.05e-3;
-// ratio to the largest torque of a motor; within this range below its largest torque the motor slows down, and at the
-// largest torque it stops
+// ratio to the motor's largest torque; when the torque comes this near to the largest torque, the motor slows down, and
+// at the largest torque it stops
 constexpr double kSpeedHeldUpTo = 0.1;
 constexpr double kTorqueTime = 4e-3;  // s, time constant of the low-pass filter for the torque about the axis
 // m, distance between the samples along a bed's axis by which the depth of the bed is measured
@@ -105,7 +105,7 @@ double ImplantModel::stiffness(const ContactInput& in) const noexcept {
   return settings_.stiffness * std::max(in.relative_stiffness, 1e-3);
 }
 
-/// Returns true only for forward rotation, because drills do not cut backwards.
+/// Returns true only if the tool rotates forward, because drills do not cut backwards.
 bool ImplantModel::tool_cuts(const ContactInput& in) const noexcept {
   return in.cuts && in.spindle > kLeastSpindleSpeed;
 }
@@ -235,7 +235,7 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
     const double wider = radius - bed.radius;
     met.fits = wider <= (widens ? parameters_.widening : parameters_.radius_tolerance) && wider >= -parameters_.loose;
     met.aligned = std::acos(std::clamp(glm::dot(axis, bed.axis_W), -1.0, 1.0)) < parameters_.axis_tolerance;
-    // A tool that has moved into the bed without touching the rim has also entered it, although no force pushes it.
+    // A tool that moves into the bed without touching the rim also enters it, although there is no force (criterion 4).
     const bool slid_in = aside < parameters_.centre_tolerance && met.fits && met.aligned &&
                          along > parameters_.centre_tolerance && along < bed.depth;
     if (!slid_in && decide(met, false) != BedDecision::kEnterBed) continue;
@@ -344,8 +344,8 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
   return step;
 }
 
-/// Limits the speed of a tool that has just entered a bed, until it has caught up with the hand. The force then changes
-/// no faster than switch_slew. (A drill that perforates the bone moves without this limit.)
+/// Limits the speed of a tool that has just entered a bed, until it has caught up with the hand. So the force changes
+/// at a rate of at most switch_slew. (A drill that perforates the bone moves without this limit.)
 double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted, double step) noexcept {
   if (!easing_) return step;
   const double own = glm::dot(in.moved, bed.axis_W), pace = parameters_.switch_slew * in.dt / stiffness(in);
@@ -389,7 +389,8 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   const double against = implant.by_hand ? 1 : -1;
   const double felt = turn == 0 ? 0 : against * (turn > 0 ? torque : -parameters_.tapped_share * torque);
   torque_ += (felt - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
-  // The implant is seated if all of it is in the bone, or if it has reached the bottom of a bed that is too shallow.
+  // The implant is seated if all of it is in the bone. It is also seated if it has reached the bottom of a bed that is
+  // too shallow.
   const bool at_bottom = look_.free - step < kSeated && (bed.bore || tip_ > 0.5 * tool().length);
   const bool home = tip_ + step >= tool().length - kSeated || at_bottom;
   if (implant.stays() && home && turn > 0 && !seated_) out.places = true;

@@ -10,16 +10,16 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-// Cosine of the angle between a voxel's normal and the feed direction -z. A voxel with a larger cosine belongs to the
-// tool's end.
+// Limit of the cosine of the angle between a voxel's normal and the feed direction -z. A voxel with a larger cosine
+// belongs to the tool's end.
 constexpr double kFacingEnd = 0.5;
-// voxels, distance from the axis; for a nearer voxel, 1/r varies strongly, so its mean over the voxel is used
+// voxels; if a voxel is nearer than this to the axis, 1/r varies strongly within it, so its mean over the voxel is used
 constexpr int kNear = 4;
 constexpr int kParts = 8;           // to average 1/r, a voxel is divided into this number of parts per edge
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
 // voxels; the normal on the surface is compared with the normal at this depth below it
 constexpr double kWithin = 0.05;
-// cosine of the angle between the normals on and below the surface; a smaller cosine shows a sharp rim
+// limit of the cosine of the angle between the normals on and below the surface; a smaller cosine shows a sharp rim
 constexpr double kSmooth = 0.97;
 
 /// Returns the mean of 1/r over the square cross-section of a voxel, perpendicular to the axis.
@@ -65,7 +65,8 @@ ToolVoxels make_tool_voxels(const Tool& whole, double edge, int layers) {
         dvec3 n;
         const double outside = head.distance(p, n);
         if (!(outside > -half_layer + kRounding * edge && outside <= half_layer + kRounding * edge)) continue;
-        // The upper end of the head is omitted, because it can touch bone only if the shank also touches bone.
+        // Voxels of the head's upper end are omitted, because this end can touch bone only if the shank also touches
+        // bone.
         if (n.z > kFacingEnd && tool.shape != HeadShape::kSphere) continue;
         const dvec3 on_surface = p - outside * n;
         // Near a sharp rim, the surface point nearest to a voxel lies on the rim itself. Such a voxel represents no

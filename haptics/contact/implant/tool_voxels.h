@@ -21,8 +21,8 @@ struct ToolVoxel {
   float ability;    // ability to drill, 0..1; 0: the voxel cannot cut bone
 };
 
-/// The outer layer of the tool's voxels. Zhao 2020 also stores inner voxels, which only remove tissue. Here the sweep
-/// of the head removes it (haptics/sweep.h), so inner voxels are not stored.
+/// The outer layer of the tool's voxels. Zhao 2020 also stores inner voxels, which only remove tissue. They are not
+/// needed here, because the sweep of the head removes the tissue (haptics/sweep.h).
 struct ToolVoxels {
   std::vector<ToolVoxel> outer;  // all voxels of the outer layer; those in front of the tool's end come first
   // number of voxels that lie in front of the head's end and outside the head; they touch bone when the tool advances

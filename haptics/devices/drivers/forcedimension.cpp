@@ -60,10 +60,10 @@ struct Api {
   }
 };
 
-constexpr int kMost = 16;  // largest device index; a larger number in an address is a serial number
+constexpr int kMost = 16;  // largest index of a device; a larger number in an address is a serial number
 
-/// Peak force and stiffness that the manufacturer recommends for a device. The table row of a device is found by words
-/// in its system's name.
+/// Peak force and stiffness that the manufacturer recommends for a device. The row of a device in this table is found
+/// by words in the name that the library reports.
 struct Known {
   const char* word;
   double force, stiffness, torque;
@@ -149,7 +149,8 @@ class ForceDimensionDevice : public HapticDevice {
     faults_ = 0;
     dvec3 p(0);
     double R[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    // On failure the library returns a negative number. A small positive number means "unchanged".
+    // The library returns a negative number for a failure. A small positive number means that the position has not
+    // changed.
     bool ok = api_.position(&p.x, &p.y, &p.z, id_) >= 0;
     ok = api_.frame(R, id_) >= 0 && ok;
     if (!ok) {

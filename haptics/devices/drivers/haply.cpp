@@ -91,8 +91,8 @@ class HaplyDevice : public HapticDevice {
           continue;  // continues to read, because only the newest message is used
         }
         if (!state) faults_ |= bits(Fault::kBadInput);
-        // Sends zero force, to which the service answers with the next state. This is done once, even if many invalid
-        // messages arrive.
+        // Sends zero force, to which the service answers with the next state. This is done only once, even if many
+        // invalid messages arrive.
         if (!rubbish) release();
         rubbish = !state;
         continue;

@@ -189,7 +189,7 @@ class OpenHapticsDevice : public HapticDevice {
     api_.unschedule(task_);
     scheduler().leave(api_);
     // Waits until the callback of this arm has ended, because the scheduler continues for other arms. A callback takes
-    // microseconds; the limit is for a library that hangs.
+    // microseconds. The wait has a limit, because the library may hang.
     for (int i = 0; stepping_.load() && i < 100; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     api_.make_current(device_);
     api_.begin_frame(device_);

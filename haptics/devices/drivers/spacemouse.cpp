@@ -35,8 +35,8 @@ dvec3 axes_at(std::span<const std::uint8_t> report, std::size_t at) {
   return v;
 }
 
-/// Converts the deflection of each axis to a response. It is zero in the dead zone (fraction `dead`), and beyond it
-/// rises from zero with a small initial slope.
+/// Converts the deflection of each axis to a response. The response is zero in the dead zone (fraction `dead` of the
+/// range). Beyond it, the response rises from zero with a small initial slope.
 dvec3 shape(const dvec3& v, double dead) {
   dvec3 out;
   for (int i = 0; i < 3; ++i) {
@@ -77,8 +77,8 @@ class SpaceMouse : public HapticDevice {
         break;
       }
     }
-    // If no report arrives, the cap of the SpaceMouse counts as released. Otherwise the tool would drift if the report
-    // "back to zero" was lost.
+    // If no report arrives, the cap of the SpaceMouse counts as released. Otherwise the tool would drift if the last
+    // report, which states that the cap is released, was lost.
     if (link_->now() - heard_ > kSilence) state_.push = state_.twist = dvec3(0);
 
     const double dt = to_seconds(period_);

@@ -68,7 +68,8 @@ class ArmDevice : public HapticDevice {
       std::optional<ArmReport> report;
       if (n > 0) report = parse();
       if (!report) {
-        // A serial port may deliver only the first half of a line. Then the rest is awaited before the line is parsed.
+        // A serial port may deliver only the first half of a line. In this case, the rest is awaited before the line is
+        // parsed.
         half_a_line = protocol_ == ArmProtocol::kText && n > 0 && !rubbish_;
         if (!half_a_line) {
           release();  // sends zero force, to which the board answers with a report
@@ -147,7 +148,7 @@ class ArmDevice : public HapticDevice {
   /// Uses a report. Returns false if its values are impossible.
   bool take(const ArmReport& report, double dt) noexcept {
     using Step = Encoder::Step;
-    // if the clock jumped, any position is accepted that the arm can have reached in 0.5 s
+    // if the clock has jumped, any position is accepted that the arm can reach within 0.5 s
     if (!(dt > 0 && dt < 0.5)) dt = 0.5;
     bool rejected = false, slipped = false;
     for (int i = 0; i < (report.stylus && arm_.has_stylus() ? 6 : 3); ++i) {
@@ -162,7 +163,7 @@ class ArmDevice : public HapticDevice {
     if (rejected) return false;
     if (!homed_ || (report.button && !button_)) {
       for (std::size_t i = 0; i < 6; ++i) encoders_[i].home(arm_.home[i]);
-      // the pose jumps when the arm is homed, so this tick must have no force
+      // the pose jumps when the arm is homed, so the force in this tick must be zero
       if (homed_) faults_ |= bits(Fault::kBadInput);
       homed_ = true;
       slipped = false;
