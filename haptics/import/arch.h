@@ -13,10 +13,11 @@ namespace typodont::haptics::importing {
 
 struct ArchSurface {
   Mesh mesh;  // a closed mesh whose triangles face outward
-  // Number of triangles that come from the scan or close its holes. The triangles of the base follow them in the mesh.
+  // Number of triangles that come from the scan or close its holes; they come first in the mesh. The triangles of the
+  // base follow.
   std::size_t scanned = 0;
-  // unit vector that points from the border of the scan, or from the flat base of a closed mesh, towards the teeth;
-  // zero if it is unknown
+  // unit vector towards the teeth, from the border of the scan or from the flat base of a closed mesh; zero if
+  // unknown
   dvec3 up{0};
   std::vector<std::string> repairs;  // descriptions of the repairs of the mesh, for the user
 };

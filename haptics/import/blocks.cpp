@@ -29,8 +29,8 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
       for (int z = lo.z; z < lo.z + n;) {
         p.z = std::clamp(z, 0, top.z);
         const std::ptrdiff_t i = g.index(p);
-        // A run (samples along z that are copied together) ends at the end of the block. Outside the box, a run has
-        // only one sample.
+        // A run is a series of samples along z that are copied together. It ends at the end of the block. Outside the
+        // box, it has only one sample.
         const int run = z < 0 || z > top.z ? 1 : std::min({kEdge - (z & 15), lo.z + n - z, top.z + 1 - z});
         if (i >= 0) {
           std::copy_n(&g.v[static_cast<std::size_t>(i)], run, to);
@@ -130,9 +130,9 @@ Sparse<float> ball_extreme(const Sparse<float>& g, double radius, const SparseMa
   return out;
 }
 
-// Finds the samples of a mask that are connected to given samples (flood fill). The fill passes through a whole block
-// in one step if the block is not stored, or if all its samples are in the mask and connections pass only over faces.
-// An entry of the stack is the index of a sample, or −1 minus the index of a block.
+// Finds the samples of a mask that are connected to given samples (flood fill). If a block is not stored, the fill
+// passes through it in one step. It also does so if all samples of the block are in the mask and samples are connected
+// only over faces. An entry of the stack is the index of a sample, or −1 minus the index of a block.
 template <class Label>
 class Spread {
  public:
@@ -344,7 +344,7 @@ Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur) {
 
 double noise_left(double sigma, double blur) {
   const double c = sharpening(sigma, blur);
-  // The norm of the kernel needs the integrals of products of two Gaussians. Such an integral is the value
+  // To compute the norm of the kernel, integrals of products of two Gaussians are needed. Such an integral is the value
   // (2π·variance)^(−3/2) at the centre of a Gaussian whose variance is the sum of the two variances.
   const auto at_centre = [&](double times) { return std::pow(2 * M_PI * times * sigma * sigma, -1.5); };
   return std::sqrt((1 + c) * (1 + c) * at_centre(2) - 2 * (1 + c) * c * at_centre(3) + c * c * at_centre(4));
@@ -472,7 +472,9 @@ std::vector<Body> find_bodies(const Mask& mask) {
 }
 
 std::size_t main_body(const std::vector<Body>& bodies, double least_bright) {
-  constexpr double kSplinter = 0.02, kBright = 0.1;  // shares of the most voxels, of the most bright voxels
+  // kSplinter: a body with a smaller fraction of the largest body's voxels is a splinter; kBright: fraction of the
+  // largest number of bright voxels that a body with teeth must have
+  constexpr double kSplinter = 0.02, kBright = 0.1;
   std::size_t most = 0, most_bright = 0;
   for (const Body& body : bodies) most = std::max(most, body.voxels);
   const auto counts = [&](const Body& body) {

@@ -1,4 +1,5 @@
-// Arrays that store samples only near a body. So the memory is proportional to the body and not to the box around it.
+// Arrays that store samples only near a body. So the memory is proportional to the size of the body, and not to the
+// size of the box around it.
 #pragma once
 
 #include <tbb/parallel_for.h>
@@ -13,8 +14,8 @@
 
 namespace typodont::haptics::importing {
 
-/// The set of those blocks of 16³ samples of a box that are stored. A block that is not stored lies completely outside
-/// or completely inside the body.
+/// A box is divided into blocks of 16³ samples. This is the set of the blocks that are stored. A block that is not
+/// stored lies completely outside or completely inside the body.
 struct BlockSet {
   static constexpr int kEdge = 16;
   static constexpr std::size_t kSamples = 4096;
@@ -54,8 +55,8 @@ struct BlockSet {
 /// Returns the marked blocks and all blocks that touch a marked block.
 std::vector<std::uint8_t> with_neighbours(const std::vector<std::uint8_t>& blocks, const glm::ivec3& count);
 
-/// An allocator that does not initialise elements. So the thread that will use a page of memory is also the first
-/// thread that writes to it.
+/// An allocator that does not initialise elements. The first thread that writes to a page of memory is then the thread
+/// that uses it, which makes access faster.
 template <class T>
 struct NoInitialValue : std::allocator<T> {
   template <class U>
@@ -140,9 +141,9 @@ Sparse<float> gaussian(const Grid<float>& g, const std::shared_ptr<const BlockSe
 Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 
 /// Smooths with the kernel (1 + c) G − c G·G, where G is a Gaussian of `sigma` (voxels) and c = 1 + (blur / sigma)².
-/// This reduces noise. It also moves curved iso-surfaces back, which the scan's blur (a Gaussian with the standard
-/// deviation `blur`, voxels) displaced by blur²·(mean curvature), because the second moment of the kernel is −blur².
-/// The correction is exact to second order. c is limited to 3, because a larger c would increase the noise.
+/// This reduces noise. It also corrects curved iso-surfaces. The scan's blur (a Gaussian with the standard deviation
+/// `blur`, voxels) has displaced them by blur²·(mean curvature); the kernel moves them back, because its second moment
+/// is −blur². The correction is exact to second order. c is limited to 3, because a larger c would increase the noise.
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
 /// Returns the factor by which smooth_in_place() changes the standard deviation of white noise. It is the norm of the
 /// kernel.
@@ -172,7 +173,7 @@ inline constexpr std::uint8_t kBrightVoxel = 2;
 std::vector<Body> find_bodies(const Mask& mask);
 /// Returns the index of the body that is imported. It is the largest body, or the largest among those with teeth: a
 /// body has teeth if it has at least `least_bright` bright voxels and a tenth of the most of any body. Bodies that are
-/// much smaller than the largest one (splinters) do not count. Returns 0 for no body.
+/// much smaller than the largest one (splinters) are ignored. Returns 0 for no body.
 std::size_t main_body(const std::vector<Body>& bodies, double least_bright);
 
 /// Returns the fraction of the box's samples that lie in blocks with samples of the mask or next to such blocks.

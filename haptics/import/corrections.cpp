@@ -96,8 +96,8 @@ void for_each_in(const VoxelBox& box, Work work) {
 }
 
 /// Removes a solid from the tissue. The function `solid` returns the signed distance to the solid in m, negative
-/// inside. Samples near the new surface keep their label, which shows the tissue that was there. Deeper samples in the
-/// removed part lose their label.
+/// inside. Samples near the new surface keep their label, so that the label of the tissue can be read at the surface.
+/// Samples farther inside the removed part lose their label.
 void remove(DenseTissue& t, const VoxelBox& box, const std::function<double(const glm::ivec3&)>& solid) {
   for_each_in(box, [&](const glm::ivec3& p) {
     const std::size_t at = t.at(p.x, p.y, p.z);
@@ -184,9 +184,9 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
       open.push_back(q);
     }
   }
-  // The grey values at the part's border are blurred. Therefore a sample next to the part belongs to it if it has the
-  // same label as a sample of the part. Samples just outside the surface belong to it, too, because their labels are
-  // those of the tissue below.
+  // The grey values at the part's border are blurred. Therefore a sample next to the part is added to it if it has the
+  // same label as a sample of the part. Samples just outside the surface are added, too, because they have the labels
+  // of the tissue below.
   const Mask core = part;
   for_each_in(room, [&](const glm::ivec3& p) {
     if (core[p - room.lo] || !in_room(p) || !replaced[static_cast<std::size_t>(t.tissue[at(p)])]) return;

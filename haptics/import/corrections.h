@@ -19,9 +19,9 @@ struct Imported;
 enum class LabelKind : std::uint8_t { kBone, kTooth, kMetal, kCanal, kNothing };
 inline constexpr int kLabelKinds = 5;
 
-/// A stroke with the brush. It corrects the volume within `radius` of a polyline. With `only_tissue`, it changes only
-/// the label of existing tissue. Otherwise it also adds tissue, but not within three voxels of the walls of the
-/// imported box. With kNothing it removes tissue.
+/// A stroke with the brush. It corrects the volume within `radius` of a polyline. If `only_tissue` is true, it changes
+/// only the label of existing tissue. Otherwise it also adds tissue, but not within three voxels of the walls of the
+/// imported box. With the label kNothing it removes tissue.
 struct LabelStroke {
   LabelKind kind = LabelKind::kBone;
   std::vector<dvec3> path;  // m, points of the polyline
@@ -55,8 +55,8 @@ struct BoxContent {
 /// reach is less than half a voxel.
 BoxContent correct(Imported& imported, const Correction& correction);
 
-/// Exchanges the samples of a box with those in `content`. So the first call undoes a correction, and the next call
-/// repeats it.
+/// Exchanges the samples of a box with those in `content`. The first call undoes a correction, and the next call makes
+/// it again.
 void exchange(Imported& imported, BoxContent& content);
 
 /// Returns the volume (m³) of each tissue in a box. Partly filled voxels count as in ImportReport::volume.

@@ -28,9 +28,9 @@ glm::ivec3 size_of(const Sparse<std::int32_t>& g) {
 }
 
 // Passes features (points or triangles) from sample to sample. It starts from the samples in x_lo .. x_hi − 1 that have
-// a feature and are marked in `unpropagated`, in the order of their distances. The queue consists of buckets, and each
-// bucket holds the distances of one interval, whose width is a quarter of `step`. This order is precise enough, and an
-// insertion takes constant time.
+// a feature and are marked in `unpropagated`, in the order of their distances. The queue consists of buckets. Each
+// bucket contains the samples whose distances lie in one interval, whose width is a quarter of `step`. This order is
+// precise enough, and an insertion takes constant time.
 template <class Features, class Distances, class Distance>
 void propagate_within(Features& feature, Distances& nearest, std::vector<std::uint8_t>& unpropagated, int x_lo,
                       int x_hi, const std::vector<std::size_t>& seeds, double band, double step, Distance distance) {
@@ -59,7 +59,7 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
               nearest.v[j] = d;
               feature.v[j] = f;
               unpropagated[j] = 1;
-              // An earlier bucket of the queue was already processed, so no feature is inserted into it.
+              // Buckets before the current one were already processed, so nothing is inserted into them.
               const auto into = std::max(b, static_cast<std::size_t>(d / width));
               if (into < buckets.size()) buckets[into].push_back(j);
             }
@@ -134,7 +134,7 @@ bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x)
       x += onto;
       return true;
     }
-    // If curvature times distance is near one, the step in the tangent plane overshoots. So it is damped.
+    // If (curvature × distance) is near one, the step in the tangent plane is too long. So it is reduced.
     if (error > 0.9 * before) damping *= 0.6;
     before = error;
     glm::dvec3 step = onto + damping * along;
@@ -231,7 +231,7 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   field.closest = Sparse<glm::vec3>(set, glm::vec3(0), glm::vec3(0));
   for_each_sample(*set, [&](const glm::ivec3& i, std::size_t k) {
     const glm::dvec3 q = source(i);
-    // A sample without a feature is far from the surface, where the linear interpolant has the correct sign.
+    // A sample without a nearest crossing is far from the surface. There the linear interpolant has the correct sign.
     if (feature.v[k] < 0) {
       d.v[k] = static_cast<float>(sample(phi, q) > 0 ? -band : band);
       return;
@@ -326,8 +326,8 @@ struct Crossing {
   int leaves;  // 1 if the line, in the direction of +axis, leaves the mesh here; -1 if it enters the mesh
 };
 
-// Finds the crossings of each grid line along `axis`, sorted by position. Line (i, j) has the index i · size[v] + j,
-// where u and v are the next two axes.
+// Finds the crossings of each grid line along `axis`, sorted by position. u and v are the next two axes; the line at
+// (u, v) = (i, j) has the index i · size[v] + j.
 static std::vector<std::vector<Crossing>> crossings_of_lines(std::span<const Triangle> mesh, int axis,
                                                              const glm::ivec3& size) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;

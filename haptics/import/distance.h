@@ -28,7 +28,7 @@ struct DistanceField {
 /// passed from sample to sample, so that each sample has its nearest one. Where the distance is less than `exact`,
 /// Newton's method then finds the closest point of the interpolant (after Chopp 2001, "Some improvements of the fast
 /// marching method", eq. 4.1), so that the surface does not move. Larger distances are those to the nearest crossing.
-/// Crossings are about half a voxel apart, so such a distance is too large by at most about 1/(8 exact) voxel.
+/// Crossings are about half a voxel apart, so such a distance is too large, by at most about 1/(8 exact) voxel.
 DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, const Placement& placement, double band,
                               double exact);
 

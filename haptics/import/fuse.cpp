@@ -24,13 +24,13 @@ using importing::Grid;
 using importing::Triangle;
 using importing::TriangleTree;
 
-// least cosine of the angle between the normals of scan and CT at which a triangle of the scan can count as crown
+// smallest cosine of the angle between the normals of scan and CT at which a triangle of the scan can belong to a crown
 constexpr double kSameSide = 0.7;
-constexpr double kGapArea = 10e-6;    // m²; a gap in the crowns with a smaller area counts as crown
-constexpr double kLeastPiece = 5e-6;  // m²; a crown piece with a smaller area is ignored
+constexpr double kGapArea = 10e-6;    // m²; a gap in the crowns that is smaller than this is treated as crown
+constexpr double kLeastPiece = 5e-6;  // m²; a connected piece of crown that is smaller than this is ignored
 constexpr double kLabelDepth = 0.75;  // voxels, depth below the surface at which the tissue of the surface is read
-// A true distance field has a gradient of length 1. Where the gradient is shorter than this limit, the sample is not
-// near a surface.
+// A true distance field has a gradient of length 1. If the gradient at a sample is shorter than this limit, the sample
+// is not near a surface.
 constexpr double kLeastGradient = 0.1;
 
 bool is_of_tooth(Tissue t) {
@@ -77,8 +77,8 @@ std::size_t nearest_sample(const DenseTissue& t, const dvec3& place) {
   return t.at(i.x, i.y, i.z);
 }
 
-/// Returns the index of a sample whose label is valid for a position. It is the nearest sample if this lies inside the
-/// tissue, otherwise a sample just below the nearest surface.
+/// Returns the index of a sample whose label is valid for a position. If the position's nearest sample lies inside the
+/// tissue, it is this sample; otherwise it is a sample just below the nearest surface.
 std::size_t labelled_sample(const DenseTissue& t, const dvec3& place, const importing::Jet& jet) {
   const double slope = glm::length(jet.gradient);  // gradient of the distance in m per voxel
   if (jet.value <= 0 || !(slope > kLeastGradient * t.frame.voxel)) return nearest_sample(t, place);
@@ -192,8 +192,8 @@ class Crowns {
     }
   }
 
-  /// Finds the connected pieces of triangles with covered_ == `covered`. If change(area, at border) is true for a
-  /// piece, the value of covered_ is inverted for its triangles.
+  /// Finds the connected pieces of triangles for which covered_ has the value `covered`. If change(area, at border)
+  /// returns true for a piece, covered_ is inverted for its triangles.
   template <class Change>
   void change_pieces(bool covered, Change change) {
     std::vector<bool> seen(scanned_, false);
@@ -301,8 +301,8 @@ class Crowns {
     }
     for (const double d : away) weights_.push_back(smooth_step(0, options_.blend, d));
   }
-  /// Returns true if the edge at corner k of the covered triangle t belongs to no other covered triangle, so that it is
-  /// part of the crowns' rim.
+  /// Returns true if the edge at corner k of the covered triangle t is part of the crowns' rim, because it belongs to
+  /// no other covered triangle.
   bool is_rim_edge(std::size_t t, std::size_t k) const {
     const int a = corners_[t][k], b = corners_[t][(k + 1) % 3];
     return std::ranges::none_of(neighbours_[t], [&](std::size_t other) {
@@ -437,7 +437,7 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   const auto set = blocks_near_surface(ct, out, far);
   const auto inverse = static_cast<float>(1 / voxel);
   importing::Sparse<float> phi(set, static_cast<float>(-ct.band) * inverse, static_cast<float>(ct.band) * inverse);
-  importing::SparseMask moved(set, 0, 0);  // samples near the parts of the surface that the scan moved
+  importing::SparseMask moved(set, 0, 0);  // samples near the parts of the surface that the scan has displaced
   importing::for_each_sample(*set, [&](const glm::ivec3& i, std::size_t at) {
     const dvec3 place = same ? dvec3(i) : dvec3(i) * (voxel / coarse);
     if (const auto rough = ct.distance[nearest_sample(ct, place)];

@@ -61,7 +61,7 @@ class ToothField {
  public:
   explicit ToothField(const DenseTissue& ct) : ct_(ct) {}
   struct Value {
-    bool tooth = false;   // true if the nearest surface is closer than the band and belongs to a tooth or a restoration
+    bool tooth = false;   // true if the nearest surface lies within the band and belongs to a tooth or a restoration
     double distance = 0;  // m, distance to the surface, negative inside
     dvec3 gradient{0};    // gradient of the distance (m per m); on the surface, its direction is the outward normal
   };
@@ -72,8 +72,9 @@ class ToothField {
 };
 
 struct FuseOptions {
-  std::optional<double> voxel;  // m, voxel edge of the result; if not given, that of the CT
-  double reach = 1e-3;  // m; where the surfaces of scan and CT are at most this far apart, the scan can count as crown
+  std::optional<double> voxel;  // m, voxel edge of the result; if not given, the voxel edge of the CT
+  // m; if the surfaces of scan and CT are at most this far apart, the scan's surface can count as crown
+  double reach = 1e-3;
   double blend = 0.5e-3;  // m, width of the transition from CT to scan, measured inward from the rim of the crowns
   std::function<void(double)> progress;  // is called with the progress 0..1; may be empty
 };

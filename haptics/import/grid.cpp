@@ -32,7 +32,7 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
   for (int k = 0; k <= r; ++k) {
     kernel[static_cast<std::size_t>(k)] = static_cast<float>(std::exp(-0.5 * k * k / (sigma * sigma)) / sum);
   }
-  // The result is written to the same grid from which a line is read. So each line is first copied to a buffer.
+  // The result is written to the grid from which the lines are read. So each line is first copied to a buffer.
   Grid<float> out = g;
   for (int axis = 0; axis < 3; ++axis) {
     const int n = g.size[axis];

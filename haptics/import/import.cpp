@@ -56,8 +56,8 @@ void require_memory(double bytes, const ImportOptions& options, ImportReport& re
   if (options.estimated) options.estimated(bytes);
 }
 
-// Returns the fraction of the crown's surface voxels that are labelled dentin. The crown ends where the enamel ends,
-// separately in each sector around the tooth's axis. The root lies below.
+// Returns the fraction of the crown's surface voxels that are labelled dentin. The space around the tooth's axis is
+// divided into sectors. In each sector, the crown ends where the enamel ends, and the root lies below.
 static std::optional<double> false_dentin_share(const DenseTissue& t) {
   std::vector<glm::ivec3> skin;
   dvec3 all(0), enamel(0);
@@ -81,7 +81,7 @@ static std::optional<double> false_dentin_share(const DenseTissue& t) {
   all /= n_all;
   enamel /= n_enamel;
   const dvec3 up = enamel - all;
-  // if there is enamel on all sides, the tooth has no root, and everything is crown
+  // if there is enamel on all sides, the mesh contains no root, so everything is crown
   if (glm::length(up) * t.frame.voxel < 0.2e-3) {
     double dentin = 0;
     for (const glm::ivec3& p : skin) dentin += t.tissue[t.at(p.x, p.y, p.z)] != Tissue::kEnamel;
@@ -135,7 +135,8 @@ void measure(Imported& imported, ImportPreset preset) {
         const std::size_t i = t.at(x, y, z);
         const double d = t.distance[i];
         if (d > h) continue;
-        // The fraction of the voxel that lies inside a plane at the distance d from the voxel's centre.
+        // Fraction of the voxel that lies inside. The surface is approximated by a plane at the distance d from the
+        // voxel's centre.
         const double share = std::clamp(0.5 - d / h, 0.0, 1.0);
         const auto tissue = static_cast<std::size_t>(t.tissue[i]);
         report.volume[tissue] += share * h * h * h;

@@ -54,13 +54,14 @@ struct ImportOptions {
   std::optional<double> voxel;
   std::optional<int> series;     // number of the DICOM series in the printed list, if a folder contains several series
   std::optional<dvec3> spacing;  // m, spacing along the scan's own axes; replaces the spacing that the file states
-  // Grey value of the threshold between the surroundings and the softer tissue. If not given, it is found from the
+  // Threshold between the grey values of the surroundings and of the softer tissue. If not given, it is found from the
   // histogram.
   std::optional<double> surface_grey;
-  // Grey value of the threshold between the softer and the denser tissue. If not given, it is found from the histogram.
+  // Threshold between the grey values of the softer and of the denser tissue. If not given, it is found from the
+  // histogram.
   std::optional<double> dense_grey;
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; if not given, it is found from the histogram
-  std::optional<double> nan_grey;    // grey value for voxels that are NaN; if not given, such voxels are an error
+  std::optional<double> nan_grey;    // grey value that replaces NaN in voxels; if not given, such voxels are an error
   glm::dmat3 turn{1};                // rotation by quarter turns (quarter_turns) that is applied to the result
   // Maps the scan's grey values to hardness. If not given, every tissue has its usual hardness everywhere.
   std::optional<HardnessGreys> hardness;
@@ -73,7 +74,7 @@ struct ImportOptions {
   std::optional<double> shell;   // m, thickness of the dense outer tissue of a mesh
   std::optional<double> crown;   // m, height of a crown below its cusps, for an arch without colours
   bool greys = true;             // if true, the scan's grey values are kept; write_preview() needs them
-  std::optional<double> memory;  // bytes, limit of the memory; if not given, the free memory
+  std::optional<double> memory;  // bytes, largest memory that the import may use; if not given, the free memory
   /// Function that is called before the work begins, with the estimated memory in bytes. May be empty.
   std::function<void(double)> estimated;
   std::function<void(double)> progress;  // is called with the progress 0..1; may be empty
@@ -90,7 +91,8 @@ struct JawReport {
   int crowns = 0;                  // number of pieces of enamel and metal; crowns that touch each other are one piece
   double border = 0;               // m, standard deviation of the position of a border between two tissues
   PerTissue volume_uncertainty{};  // m³, uncertainty of each tissue's volume
-  double mislabelled = 0;          // m³, expected volume with a wrong label (tooth as bone or bone as tooth)
+  // m³, expected volume whose label is wrong (tooth labelled as bone, or bone as tooth)
+  double mislabelled = 0;
   std::vector<JawCanal> canals;
 };
 
@@ -99,12 +101,13 @@ struct JawReport {
 struct KindGreys {
   double cortical = 0;  // lowest grey value of cortical bone
   double enamel = 0;    // lowest grey value of enamel
-  // Grey values that define the hardness of bone: it is 0 at `soft`, and 1 at the bone tissue's own value.
+  // Grey values from which the hardness of bone is computed: it is 0 at `soft`, and 1 at the own value of the bone
+  // tissue.
   double soft = 0, own_cancellous = 1, own_cortical = 1;
 };
 
 struct ImportReport {
-  std::string format;    // "NRRD", "STL" …
+  std::string format;    // name of the format: "NRRD", "STL" …
   dvec3 spacing{0};      // m, spacing of the scan; zero for a mesh
   double voxel = 0;      // m, voxel edge of the result
   glm::ivec3 size{0};    // size of the result in voxels
@@ -112,8 +115,8 @@ struct ImportReport {
   double height = 0;     // m, longest edge of the bounding box
   PerTissue volume{};    // m³ of each tissue
   PerTissue hardness{};  // mean hardness of each tissue, 0..1; valid only if hardness was derived from grey values
-  int bodies_found = 0;  // number of connected pieces of tissue in the scan
-  int bodies_kept = 0;   // number of connected pieces of tissue in the result
+  int bodies_found = 0;  // number of connected bodies of tissue in the scan
+  int bodies_kept = 0;   // number of connected bodies of tissue in the result
   int pulp_parts = 0;    // number of connected pieces of pulp
   std::optional<double> false_dentin;  // fraction of a tooth crown's outer surface that is labelled dentin
   // The following grey values exist only for scans.
@@ -148,7 +151,7 @@ bool is_dicom(const std::filesystem::path& file);
 /// Returns the extensions of the supported files in lower case: ".nrrd", …
 const std::vector<std::string>& scan_endings();
 const std::vector<std::string>& mesh_endings();
-/// Returns true if the name of the file has the extension of a mesh; upper and lower case are equal.
+/// Returns true if the name of the file has the extension of a mesh, in upper or lower case.
 bool is_mesh_file(const std::filesystem::path& file);
 
 /// Imports a scan (DICOM, NRRD, NIfTI, MetaImage) or a mesh (STL, PLY, OBJ, glTF). Positions are in m, in the
@@ -163,7 +166,8 @@ Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOption
 /// Reads a list of rotations by quarter turns such as "x90,y-90,z180", which are applied in this order. They are
 /// right-handed rotations about the axes. Throws Error.
 glm::dmat3 quarter_turns(const std::string& text);
-/// Rotates the tissue and its grey values about the origin by a matrix of quarter turns. No sample is interpolated.
+/// Rotates the tissue and its grey values about the origin by a matrix of quarter turns. Samples are only moved, not
+/// interpolated.
 void turn(Imported& imported, const glm::dmat3& by);
 
 /// Writes pictures as PNG files to `folder`, which is created if missing. The axial, coronal and sagittal slices show

@@ -38,7 +38,7 @@ void check_length(const std::filesystem::path& file, const dvec3& extent, const 
                   std::string_view what, double least, double most) {
   const double longest = longest_of(extent);
   if (longest >= least && longest <= most) return;
-  // unit of length with which the body would have a plausible size; the error message proposes this unit
+  // unit of length for which the size of the body would be plausible; the error message proposes it
   std::string guess;
   for (const double mm : {1.0, 10.0, 1000.0, 25.4}) {
     const double length = longest / options.mesh_unit * mm * kMillimetre;
@@ -71,8 +71,8 @@ void move(Mesh& mesh, const Pose& X_WF) {
 /// Returns an empty volume that encloses the bounds.
 DenseTissue volume_around(const Bounds& bounds, const ImportOptions& options, ImportReport& report) {
   const double voxel = options.voxel.value_or(kDefaultVoxel);
-  // Memory in bytes per voxel of the result while it is computed, and memory that does not depend on the size (measured
-  // with typodont bench import).
+  // Memory in bytes per voxel of the result during the computation, and memory that does not depend on the size
+  // (measured with typodont bench import).
   constexpr double kBytesPerVoxel = 20, kResidue = 30e6;
   const dvec3 cells = (bounds.extent() + 2 * options.band + 6 * voxel) / voxel;
   require_memory(kResidue + kBytesPerVoxel * cells.x * cells.y * cells.z, options, report);
@@ -112,8 +112,8 @@ void count_parts(Imported& imported) {
   report.pulp_parts = static_cast<int>(components(pulp, true).voxels.size()) - 1;
 }
 
-/// Returns the integral (m²) of the normal over a surface. It is zero for a closed surface. For an open surface it
-/// points from the opening towards the opposite side, and its length is the area of the opening.
+/// Returns the integral (m²) of the normal over a surface. The integral is zero for a closed surface. For an open
+/// surface, it points from the opening towards the opposite side, and its length is the area of the opening.
 dvec3 area_vector(const Mesh& mesh) {
   dvec3 sum(0);
   for (const auto& c : mesh.corners) {
@@ -123,9 +123,10 @@ dvec3 area_vector(const Mesh& mesh) {
   return sum;
 }
 
-/// Returns the normal of the plane in which most of a border lies. Parts of the border that run up over a crown do not
-/// tilt the plane. The normal is the direction within 45 degrees of `start` for which the border's points have the
-/// smallest mean distance from their median height. The points are weighted by the border's length along the plane.
+/// Returns the normal of the plane in which most of a border lies. Where the border runs up over a crown, this does not
+/// tilt the plane, because the median is used: the normal is the direction within 45 degrees of `start` for which the
+/// border's points have the smallest mean distance from their median height. Points are weighted by the border's length
+/// along the plane.
 dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) {
   const std::size_t n = border.points.size();
   const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(border.points[k % n])]; };
@@ -156,7 +157,7 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
   const auto look_around = [&](const dvec3& from, double step, int reach) {
     const dvec3 u = glm::normalize(glm::cross(from, std::abs(from.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
     const dvec3 v = glm::cross(from, u);
-    constexpr double kWithin = 0.7;  // cosine of the largest allowed angle to `start`
+    constexpr double kWithin = 0.7;  // smallest cosine of the angle between the normal and `start`
     for (int i = -reach; i <= reach; ++i) {
       for (int j = -reach; j <= reach; ++j) {
         const dvec3 up = glm::normalize(from + step * i * u + step * j * v);
@@ -172,7 +173,8 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
 }
 
 /// Returns the direction from the flat base of a closed mesh (a plaster model, a scan closed by other software) to the
-/// teeth; zero if no side is clearly the flattest. The base is the plane at the mesh's hull that bears most triangles.
+/// teeth; zero if no side is clearly the flattest. The base is the plane that touches the mesh from outside and
+/// contains most of its triangles.
 dvec3 away_from_base(const Mesh& mesh) {
   struct Face {
     dvec3 normal, middle;  // normal: unit vector
@@ -188,7 +190,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     faces.push_back({normal / area, (at(0) + at(1) + at(2)) / 3.0, area});
     whole += area;
   }
-  // The mesh may have many small triangles. One of `every` small triangles represents them all, so that a fine mesh
+  // In a mesh with many small triangles, only one of `every` triangles is used and represents them all. So a fine mesh
   // takes no longer than a coarse one.
   constexpr double kEnough = 20'000;
   const double small = whole / kEnough;
@@ -199,10 +201,11 @@ dvec3 away_from_base(const Mesh& mesh) {
     f.area *= static_cast<double>(every);
     return next++ % every != 0;
   });
-  constexpr double kDeep = 1.5e-3;   // m, depth of grooves in a base
-  constexpr double kSlope = 0.9;     // cosine of the largest angle between a triangle of the base and the base
-  constexpr double kLeast = 0.08;    // smallest fraction of the mesh's area that is a base
-  constexpr double kClear = 1.3;     // smallest ratio of the base's area to the area of any other side
+  constexpr double kDeep = 1.5e-3;  // m, depth of grooves in a base
+  // smallest cosine of the angle between the normals of the base and of a triangle that belongs to it
+  constexpr double kSlope = 0.9;
+  constexpr double kLeast = 0.08;    // smallest area of a base, as a fraction of the mesh's area
+  constexpr double kClear = 1.3;     // the base's area must exceed the area of any other side by this factor
   constexpr int kDirections = 1000;  // directions that are tried, 5° to 6° apart
   struct Side {
     dvec3 out{0};
@@ -227,7 +230,8 @@ dvec3 away_from_base(const Mesh& mesh) {
     }
   });
   const Side base = *std::ranges::max_element(sides, {}, &Side::area);
-  constexpr double kApart = 0.7;  // cosine of an angle; directions this close to the base's direction belong to it
+  // limit of the cosine of an angle; directions closer than this to the base's direction belong to the base
+  constexpr double kApart = 0.7;
   double other = 0;
   for (const Side& side : sides) {
     if (glm::dot(side.out, base.out) < kApart) other = std::max(other, side.area);
@@ -262,8 +266,8 @@ std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2
   for (std::size_t k = 0; k < left.size(); ++k) left[k] = k;
   std::vector<std::array<std::size_t, 3>> triangles;
   while (left.size() > 3) {
-    // A border that crosses itself may have no ear (a corner that can be cut off as a triangle). Then its straightest
-    // corner is removed.
+    // A border that crosses itself may have no ear (a corner that can be cut off as a triangle). In this case, its
+    // straightest corner is removed.
     std::size_t ear = 0;
     double best = -1e300;
     bool found = false;
@@ -302,8 +306,8 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
     foot.push_back(static_cast<int>(mesh.points.size()));
     mesh.points.push_back(q);
     if (!mesh.colors.empty()) mesh.colors.push_back(mesh.colors[static_cast<std::size_t>(i)]);
-    // The border has the orientation of its triangles. Seen from below, the floor's triangles have the opposite
-    // orientation.
+    // The border runs in the direction of its triangles. So, seen from below, the floor's triangles must have the
+    // opposite direction.
     outline.emplace_back(glm::dot(q, u), glm::dot(q, v));
   }
   double area = 0;
@@ -320,7 +324,7 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
   for (const auto& t : triangulate(outline)) mesh.corners.push_back({foot[t[2]], foot[t[1]], foot[t[0]]});
 }
 
-/// Returns the redness of a colour relative to its brightness. It is high for gingiva and low for teeth.
+/// Returns the redness of a colour relative to its brightness. Gingiva has a high value, and teeth have a low value.
 double redness(const Color& c) {
   const double sum = c[0] + c[1] + c[2];
   return sum > 0 ? (c[0] - 0.5 * (c[1] + c[2])) / sum : 0;
@@ -331,7 +335,8 @@ double redness(const Color& c) {
 /// degrees.
 std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   constexpr int kRounds = 20;
-  // Largest distance of the used points below the plane (m), and tangent of the largest angle of the plane.
+  // Largest distance of a used point below the plane (m), and tangent of the largest angle between the plane and the
+  // horizontal.
   constexpr double kBelow = 2e-3, kSteepest = 0.577;
   constexpr std::size_t kLeast = 6;
   std::optional<dvec3> plane;
@@ -354,7 +359,7 @@ std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
 }
 
 /// Finds the threshold that divides values into the two most different groups (Otsu 1979). Returns no value if the
-/// values form one group, that is, if the division explains less than 0.6 of the variance.
+/// values form a single group, which is so if the division explains less than 0.6 of the variance.
 std::optional<double> bound_between(std::vector<double> values) {
   constexpr double kOneGroup = 0.6;
   std::ranges::sort(values);
@@ -390,12 +395,12 @@ std::vector<std::uint8_t> find_gum(const std::filesystem::path& file, const Mesh
                 "where the teeth are");
   }
   // Without colours, a point is classified by its height below the highest point nearby, measured along `up`. A point
-  // far below the plane of the cusps has no tooth nearby; it belongs to the floor of the mouth or the palate. The
-  // search radius kReach (m) is large enough to contain the nearest cusp of the same tooth or of its neighbour.
+  // far below the plane of the cusps has no tooth nearby; it belongs to the floor of the mouth or to the palate. The
+  // search radius kReach (m) is so large that it includes the nearest cusp of the same tooth or of its neighbour.
   constexpr double kReach = 6e-3;
   const dvec3 u = glm::normalize(glm::cross(up, std::abs(up.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
   const dvec3 v = glm::cross(up, u);
-  constexpr double kFarBelow = 3e-3;  // m; a point lower than this below the crowns has no tooth nearby
+  constexpr double kFarBelow = 3e-3;  // m; a point that is farther than this below the crowns has no tooth nearby
   std::map<std::pair<int, int>, double> highest;
   std::map<std::pair<int, int>, dvec3> cusps;  // for each cell: (u, v, height) of its highest point
   const auto cell = [&](const dvec3& p) {
@@ -454,13 +459,14 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   out = volume_around(bounds, options, result.report);
   const double voxel = out.frame.voxel;
 
-  // A shell (connected surface) that lies in no other shell belongs to the body. A shell inside the body is a hollow.
+  // A shell (connected surface) that does not lie inside another shell is the surface of a body. A shell inside the
+  // body is the surface of a hollow.
   const Shells shells = shells_of(mesh, true);
   double body = 0, hollows = 0;
   for (std::size_t s = 0; s < shells.volume.size(); ++s) {
     (shells.depth[s] == 0 ? body : hollows) += std::abs(shells.volume[s]);
   }
-  // Largest fraction of a tooth's volume that pulp can have. The pulp of a young molar has about a tenth.
+  // Largest fraction of a tooth's volume that pulp can have. In a young molar, pulp has about a tenth of the volume.
   constexpr double kMostPulp = 0.3;
   const int deepest_shell = shells.depth.empty() ? 0 : *std::ranges::max_element(shells.depth);
   if (tooth && (deepest_shell > 1 || hollows > kMostPulp * body)) {
@@ -486,10 +492,11 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   if (!has_hollow) parts.pop_back();
   if (options.progress) options.progress(0.2);
 
-  // Rules for the tissues. In a tooth, enamel of the thickness `shell` covers the crown. Over the lowest kTaper of the
-  // crown, its thickness falls to zero. The pulp fills the closed hollows of the mesh. If there are none, tissue deeper
-  // than kPulpDepth is pulp. All other tissue is dentin. kCrownShare is the fraction of the tooth's length that is
-  // crown. A bone has cortical bone of the thickness `shell` outside, and cancellous bone inside. Lengths are in m.
+  // Rules for the tissues. In a tooth, enamel of the thickness `shell` covers the crown. In the lowest part of the
+  // crown (height kTaper), its thickness decreases to zero. The pulp fills the closed hollows of the mesh. If there are
+  // none, tissue deeper than kPulpDepth is pulp. All other tissue is dentin. kCrownShare is the fraction of the tooth's
+  // length that is crown. A bone has cortical bone of the thickness `shell` outside, and cancellous bone inside.
+  // Lengths are in m.
   constexpr double kPulpDepth = 3e-3, kTaper = 2.5e-3, kCrownShare = 0.42;
   const double shell = options.shell.value_or(tooth ? 1.3e-3 : 1.5e-3);
   if (!(shell >= 0 && shell <= 0.5 * longest)) {
@@ -540,7 +547,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
 }
 
 ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& options) {
-  // In m: largest length of a hole's border that is closed; smallest and largest extent of an arch; depth of the base.
+  // In m: longest border of a hole that is closed; smallest and largest extent of an arch; depth of the base.
   constexpr double kSmallHole = 6e-3, kLeast = 8e-3, kMost = 0.11, kBaseDepth = 3e-3;
   check_unit(options);
   ArchSurface arch;
@@ -595,8 +602,8 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
 }
 
 Imported import_arch(const std::filesystem::path& file, const ImportOptions& options) {
-  // m: usual height of a crown, usual thickness of enamel, height over which the enamel becomes thinner, depth of the
-  // gingiva
+  // m: usual height of a crown, usual thickness of enamel, height over which the enamel becomes thinner, thickness of
+  // the gingiva
   constexpr double kUsualCrown = 7e-3, kUsualEnamel = 1.3e-3, kTaper = 2.5e-3, kGumDepth = 2e-3;
   Imported result;
   ImportReport& report = result.report;

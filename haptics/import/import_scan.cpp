@@ -22,7 +22,7 @@ namespace {
 constexpr double kScanSmoothing = 0.8;
 }  // namespace
 
-// Imports a scan. `known` are the grey values of the whole scan if `scan` is a region of it. If `known` is null, the
+// Imports a scan. `known`: grey values of the tissues in the whole scan, if `scan` is only a region of it; null: the
 // grey values are found in `scan`.
 static Imported import_read_scan(const std::filesystem::path& file, Scan scan, const ScanGreys* known,
                                  const ImportOptions& options);
@@ -83,9 +83,9 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
 }
 
 // Closes canals that the walls of the box cut open. Otherwise a nerve canal or a root canal that leaves the box would
-// be connected to the surroundings and would not count as a cavity. In the plane of samples at each wall, the function
-// finds the dark holes (grey values up to `bound`) that are at most `widest` (m) wide. In the two planes outside the
-// wall, it closes each hole with a lid of the grey value `fill`.
+// be connected to the surroundings and would not be recognised as a cavity. In the plane of samples at each wall, the
+// function finds the dark holes (grey values up to `bound`) that are at most `widest` (m) wide. In the two planes
+// outside the wall, it closes each hole with a lid of the grey value `fill`.
 static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, double fill, double widest,
                         double voxel) {
   constexpr int kRim = 2;  // number of samples by which a lid overlaps the tissue around its hole
@@ -103,8 +103,8 @@ static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, d
       for (std::size_t i = 0; i < open.v.size(); ++i)
         open.v[i] = grey[place(open.place(i), 0)] <= static_cast<float>(bound);
       const Components holes = components(open);
-      // number of the component that belongs to the surroundings; the surroundings enclose the tissue in every plane,
-      // so the first sample belongs to them
+      // number of the component that is the surroundings; they enclose the tissue in every plane, so the first sample
+      // belongs to them
       const std::int32_t around = holes.label.v[0];
       std::vector<glm::ivec3> from(holes.voxels.size(), open.size), to(holes.voxels.size(), glm::ivec3(-1));
       for (std::size_t i = 0; i < open.v.size(); ++i) {
@@ -182,7 +182,8 @@ static ScanGreys greys_of(const std::filesystem::path& file, const Scan& scan, c
   levels.noise = noise_of(scan.grey);
   // segment() finds the surface of the jaw where the grey value is the mean of the grey values of the surroundings and
   // of the tissue below the surface. It limits the grey value of that tissue to the range from levels.soft to
-  // levels.dense. So this range goes from cancellous bone to the brightest material: metal, or enamel without metal.
+  // levels.dense. So for a jaw, this range extends from cancellous bone to the brightest material, which is metal or,
+  // without metal, enamel.
   levels.soft = greys.jaw.cancellous;
   levels.dense = greys.jaw.metal.value_or(greys.jaw.enamel);
   if (greys.jaw.has_enamel) levels.tooth = greys.jaw.crown();
@@ -196,7 +197,7 @@ ScanGreys find_greys(const std::filesystem::path& file, const Scan& scan, const 
 
 Imported import_scan(const std::filesystem::path& file, const ImportOptions& options) {
   const bool tooth = options.preset == ImportPreset::kTooth;
-  // A human tooth is 10 to 35 mm long. If its voxels are larger than 0.7 mm, its tissues cannot be distinguished.
+  // A human tooth is 10 to 35 mm long. In voxels larger than 0.7 mm, its tissues cannot be distinguished.
   const SpacingLimits limits = tooth
                                    ? SpacingLimits{1e-6, 0.7e-3, "a tooth", "; of a jaw or another bone --preset bone"}
                                    : SpacingLimits{1e-6, 3e-3, "a bone", ""};
@@ -213,7 +214,7 @@ Imported import_region(const std::filesystem::path& file, const Scan& scan, cons
   return import_read_scan(file, cropped(scan, options.region.value_or(all)), &greys, options);
 }
 
-// Adds notes about the largest bodies that are not imported.
+// Adds notes about the largest bodies that were not imported.
 static void say_what_is_left_out(const std::vector<Body>& bodies, std::size_t main, const Scan& scan,
                                  ImportReport& report) {
   constexpr double kLeast = 0.3e-6;  // m³, smallest volume of a body that is worth a note
@@ -259,7 +260,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   const glm::ivec3 k = glm::clamp(glm::ivec3(voxel / scan.spacing + 1e-6), glm::ivec3(1), scan.grey.size / 4);
   if (k != glm::ivec3(1)) reduce(scan, k);
 
-  // Finds the body approximately. This is precise enough to find the grey values and to cut out the box around the
+  // Finds the body approximately. This result is only used to find the grey values and the box around the
   // body.
   const double working = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
   Grid<float> smooth = gaussian(scan.grey, kScanSmoothing);
@@ -356,7 +357,8 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     if (lo[a] == 0) of_axis[0] = static_cast<int>(std::ceil(margin[a] * step - kRounding));
     if (hi[a] == scan_size[a] - 1) of_axis[1] = static_cast<int>((margin[a] + hi[a] - lo[a]) * step + kRounding);
   }
-  constexpr double kNerveCanal = 5e-3, kRootCanal = 3e-3;  // m, largest widths of the canals that are closed at a cut
+  // m, largest widths of a nerve canal and of a root canal that are closed where the box cuts them
+  constexpr double kNerveCanal = 5e-3, kRootCanal = 3e-3;
   close_walls(grey, wall, levels.surface(), levels.soft, kNerveCanal, working);
   if (jaw) close_walls(grey, wall, jaw_greys.bright(), jaw_greys.hard, kRootCanal, working);
   const glm::dvec3 origin = scan.origin + glm::dvec3(lo - margin) * scan.spacing;
@@ -392,7 +394,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   out.frame = {origin + working * placement.offset, voxel};
   const DistanceField field =
       same_grid ? std::move(s.surface) : signed_distance(s.phi, out.size, placement, band, band);
-  // (index of a sample in the segmentation's distance field) - (index of the same sample in the result)
+  // shift from the index of a sample in the result to the index of the same sample in the segmentation's distance field
   const glm::ivec3 shift = same_grid ? from : glm::ivec3(0);
   progress(0.9);
 

@@ -35,7 +35,7 @@ inline constexpr double kLabelReach = 2.5;
 void check_result_size(const dvec3& extent, double voxel);
 
 /// Returns the number of bytes that this process can still allocate. It is the free memory of the machine, or less if
-/// the process has a limit.
+/// the process has a memory limit.
 double free_memory();
 /// Throws Error if `bytes` is more than options.memory or, if this option is not given, than the free memory. Stores
 /// the largest `bytes` of all calls in report.memory.

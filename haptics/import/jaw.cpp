@@ -30,9 +30,9 @@ SparseMask large_parts(const SparseMask& mask, double samples) {
 
 // Computes for every bright sample the probability that it belongs to a tooth. It is the probability that a random walk
 // from the sample comes to a tooth's crown before it comes to bone (random walker, Grady 2006, "Random walks for image
-// segmentation"). Steps through dim samples are improbable, because the periodontal ligament between tooth and bone can
-// be bright enough to count as bright, but is dimmer than tooth and bone. The linear equations are solved by conjugate
-// gradients.
+// segmentation"). Steps through dim samples have a small probability. So the walk hardly crosses the periodontal
+// ligament between tooth and bone, which may count as bright but is dimmer than tooth and bone. The linear equations
+// are solved by conjugate gradients.
 Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bright, const SparseMask& crown,
                                 const SparseMask& bone, const SparseMask& beside_marrow, const JawGreys& greys,
                                 const std::function<void(double)>& progress) {
@@ -54,8 +54,8 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   // smallest weight of the random walk's step, through the dimmest samples that count as bright
   constexpr double kLeast = 1e-4;
   // Weight of the random walk's step into bone for a sample next to cancellous bone. The weight is small, because the
-  // sample may also belong to a root without a bright wall. With this weight, a root of 3 mm width stays connected to
-  // its crown for about 15 mm.
+  // sample may also belong to a root without a bright wall. With this weight, a root of 3 mm width is labelled as tooth
+  // up to about 15 mm from its crown.
   constexpr double kMarrow = 1e-3;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
     const std::size_t i = sample_of[k];
@@ -144,9 +144,9 @@ glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
   return h;
 }
 
-// Returns the grey values without the dim outer edge of the body (Segmentation::grey), but keeps the openings of the
-// sockets. These are valleys between two bright sides. In a valley, the scan's own grey value is used instead of the
-// brightest value further inward.
+// Returns the grey values without the dim outer edge of the body (Segmentation::grey), but keeps the narrow gaps
+// between roots and their sockets. Such a gap is a dark valley between two bright sides. In a valley, the scan's own
+// grey value is used instead of the brightest value further inward.
 Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys) {
   constexpr double kSmooth = 0.8;  // voxels, standard deviation of the Gaussian that smooths the grey values
   // Smallest contrast of a dark valley between bright tissues, per voxel². It is a third of the contrast of a ligament
@@ -164,9 +164,9 @@ Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const
 }
 
 // Computes the grey value at the borders of a thin dark layer between bright ones (or of a bright layer between dark
-// ones). The blur has reduced the contrast of the layer to the fraction `dip` (0..1). If w is the layer's width and σ
-// the standard deviation of the blur, then dip = erf(w / (2√2 σ)), and the contrast at the borders is erf(w / (√2 σ)) /
-// 2.
+// ones). The scan's blur has reduced the contrast of the layer to the fraction `dip` (0..1) of its true contrast. If w
+// is the layer's width and σ the standard deviation of the blur, then dip = erf(w / (2√2 σ)), and the contrast at the
+// borders is erf(w / (√2 σ)) / 2.
 class LayerBound {
  public:
   LayerBound() {
@@ -189,8 +189,8 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
                  SparseMask& canal, std::vector<JawCanal>& found) {
   // In m: radius of a tube, smallest length of a canal, distance between the points of a canal's centre line.
   constexpr double kRadius = 1.25e-3, kLeastLength = 8e-3, kEvery = 0.5e-3;
-  // smallest tube measure (it states how steeply the grey value rises across the tube), as a fraction of the contrast;
-  // in a tube with the radius kRadius, it is about a third
+  // smallest tube measure, which states how steeply the grey value rises across the tube, as a fraction of the
+  // contrast; a tube with the radius kRadius has about a third
   constexpr double kLeastTube = 0.15;
   const double sigma = 0.6 * kRadius / voxel;
   Sparse<float> field(grey.set, static_cast<float>(greys.cancellous), static_cast<float>(greys.cancellous));
@@ -313,10 +313,10 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   greys.cancellous = mode(0, first);
   greys.hard = mode(first, second);
   greys.enamel = mode(second, kBins);
-  // Enamel must be denser than dentin and cortical bone by this factor.
+  // Enamel must exceed dentin and cortical bone by this factor in density.
   constexpr double kDenser = 1.3;
-  // If much bone of different density is in the scan (a spine), the brightest class can contain bone, dentin and
-  // enamel. Then this class is divided again, and only its upper part is enamel.
+  // If the scan contains much bone of different density (a spine), the brightest class can contain bone, dentin and
+  // enamel. In this case, the class is divided again, and only its brighter part is enamel.
   constexpr double kLeastEnamel = 0.003;  // smallest fraction of the bright voxels that is enamel
   const auto crown = static_cast<std::size_t>(std::clamp((greys.crown() - lo) / width, 0.0, kBins - 1.0));
   std::size_t third = crown + 1;
@@ -334,9 +334,9 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   for (const float g : smoothed.v) {
     if (static_cast<double>(g) > least_metal) metal.push_back(g);
   }
-  constexpr std::size_t kLeastMetal = 40;  // smallest number of voxels that counts as metal
+  constexpr std::size_t kLeastMetal = 40;  // smallest number of voxels; fewer bright voxels do not count as metal
   if (metal.size() >= kLeastMetal) {
-    // The third quartile is used instead of the median, because many voxels of the metal lie at its borders and are too
+    // The third quartile is used instead of the median, because many voxels at the borders of the metal are too
     // dark.
     const auto k = metal.begin() + static_cast<std::ptrdiff_t>(metal.size() * 3 / 4);
     std::nth_element(metal.begin(), k, metal.end());
@@ -359,8 +359,8 @@ double noise_of(const Grid<float>& scan) {
 JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, const CutWalls& walls,
                     double noise, double voxel, const std::function<void(double)>& progress) {
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
-  // Smooths the grey values to reduce noise. Also gives thin layers (pulp, ligament, wall of a canal) their true width
-  // again, which the scanner's blur has changed.
+  // Smooths the grey values to reduce noise. Also restores the true width of thin layers (pulp, ligament, wall of a
+  // canal), which the scanner's blur has changed.
   constexpr double kSmooth = 0.8;  // voxels, standard deviation of the smoothing
   const Sparse<float> grey = smooth_in_place(with_valleys(scan, s, greys), kSmooth, s.blur);
   const double mm3 = 1e-9 / cubed(voxel);  // number of samples in a mm³
@@ -371,7 +371,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
 
   // Finds three masks: samples that certainly belong to crowns; the inside of cancellous bone (marrow); bright samples
   // next to marrow, which may be bone.
-  // mm³, smallest volume of a crown and of a region of marrow; smaller regions are ignored
+  // The constants are volumes in mm³: a smaller crown or region of marrow is ignored.
   constexpr double kLeastCrown = 8, kLeastMarrow = 20;
   const SparseMask bright =
       mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.bright()); });
@@ -410,8 +410,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> probability = tooth_probability(grey, bright, crown, plate, beside_marrow, greys,
                                                       [&](double done) { progress(0.2 + 0.5 * done); });
 
-  // A tooth includes its cavities. A space also counts as a cavity if only gaps of one sample connect it to the
-  // surroundings.
+  // A tooth includes its cavities. A space that is connected to the surroundings only by gaps of one sample also counts
+  // as a cavity.
   const SparseMask tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && probability.v[i] > 0.5F; });
   const Sparse<float> to_tooth = distance_squared_to(tooth, 2);
@@ -432,7 +432,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_canal = distance_squared_to(canal, kCanalReach);
 
   // At the border of a canal, the grey value is halfway between the canal and the bone around it. If the canal has a
-  // bright wall, there is no cancellous bone between the canal and its wall.
+  // bright wall, this wall is the bone around it.
   const Sparse<float> brightest = ball_max(grey, 2, cancellous);
   const SparseMask canal_core = mask([&](std::size_t i, const glm::ivec3&) {
     return cancellous.v[i] && to_canal.v[i] <= static_cast<float>(kCanalReach * kCanalReach) &&
@@ -506,7 +506,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     }
     if (bright.v[i]) mislabelled += static_cast<double>(std::min(probability.v[i], 1 - probability.v[i]));
   }
-  // Area of the voxel faces that approximate a surface like steps, divided by the true area of the surface; mean value
+  // Voxel faces approximate a surface by steps. This is the mean ratio of their area to the true area of the surface,
   // for a surface at a random angle to the axes.
   constexpr double kFacesPerArea = 1.5;
   for (std::size_t t = 0; t < faces.size(); ++t)

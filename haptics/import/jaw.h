@@ -31,8 +31,8 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
 /// apart. Valid if most of the scan is uniform.
 double noise_of(const Grid<float>& scan);
 
-/// The walls of the scan or region that cut the tissue. For the lower and the upper wall of each axis, it contains the
-/// index of the plane of samples, or no value if there is no tissue at this wall.
+/// Walls of the scan or region that cut through the tissue. For the lower and the upper wall on each axis: the index of
+/// the plane of samples at this wall, or no value if there is no tissue at it.
 using CutWalls = std::array<std::array<std::optional<int>, 2>, 3>;
 
 struct JawLabels {
@@ -41,8 +41,8 @@ struct JawLabels {
 };
 
 /// Finds the labels of a jaw. `scan` contains the grey values that were segmented, and `noise` is the standard
-/// deviation of their noise. `walls` are the walls that cut the jaw, because the surface there is not the jaw's own.
-/// `voxel` is in m. `progress` is called with 0..1 and may throw.
+/// deviation of their noise. `walls` are the walls that cut through the jaw; the surface there is not the true surface
+/// of the jaw. `voxel` is in m. `progress` is called with 0..1 and may throw.
 JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, const CutWalls& walls,
                     double noise, double voxel, const std::function<void(double)>& progress);
 

@@ -12,14 +12,14 @@ namespace {
 
 constexpr double kBytesPerVoxel = sizeof(float) + sizeof(Tissue);
 
-/// All volumes of meshes with the same voxel size share one grid. Returns the position of a volume's first voxel on
+/// Volumes of meshes with the same voxel size lie on one common grid. Returns the position of a volume's first voxel in
 /// this grid.
 glm::ivec3 first_voxel(const DenseTissue& tissue) {
   return glm::ivec3(glm::round(tissue.frame.origin / tissue.frame.voxel));
 }
 
-/// Joins volumes, which have `kept` bytes, on a common grid. Stores in the report the volume (m³) of the places that
-/// lie in several of them.
+/// Joins volumes on a common grid; their memory is `kept` bytes. Stores in the report the volume (m³) that lies in more
+/// than one of them.
 DenseTissue joined(const std::vector<DenseTissue>& volumes, double kept, const ImportOptions& options,
                    ImportReport& report) {
   glm::ivec3 lo = first_voxel(volumes[0]), hi = lo + volumes[0].size;
@@ -62,7 +62,7 @@ Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOption
   Imported all;
   ImportReport& report = all.report;
   std::vector<DenseTissue> volumes;
-  double kept = 0;  // bytes of the volumes
+  double kept = 0;  // total memory of the volumes, bytes
   for (std::size_t k = 0; k < meshes.size(); ++k) {
     ImportOptions own = options;
     if (options.memory) own.memory = *options.memory - kept;
@@ -86,7 +86,8 @@ Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOption
     volumes.push_back(std::move(one.tissue));
   }
   all.tissue = joined(volumes, kept, options, report);
-  // The fraction of false dentin is defined for a single tooth only, so the preset for bones is used here.
+  // With the preset for teeth, measure() would also compute the fraction of false dentin, which is defined only for a
+  // single tooth. So the preset for bones is used.
   importing::measure(all, ImportPreset::kBone);
   turn(all, options.turn);
   if (options.progress) options.progress(1);

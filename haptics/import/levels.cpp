@@ -129,7 +129,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       mine = high;
     }
     flooded[static_cast<std::size_t>(bin)] = mine;
-    // The voxels of a bin belong to the peak to which an ascent from this bin leads.
+    // The voxels of a bin belong to the peak that is reached by climbing the histogram from this bin.
     int climb = bin;
     while (true) {
       const double here = h[static_cast<std::size_t>(climb)];
@@ -225,8 +225,8 @@ void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& 
           file.string(), "--thresholds", fmt::format("{:g} for the surface", surface),
           fmt::format("a grey above the surround's {:.6g} and below the brightest, {:.6g}", levels.outside, brightest));
     }
-    // The material next to the tissue is the brightest of the darker materials: soft tissue in a CT of a head, air
-    // around a tooth.
+    // The material next to the tissue is the brightest of the materials that are darker than the threshold: soft tissue
+    // in a CT of a head, air around an extracted tooth.
     if (const auto below = hill_between(peaks, levels.outside, surface)) levels.outside = *below;
     // grey value that the tissue would have if the user's threshold were halfway between tissue and surroundings
     const double even = 2 * surface - levels.outside;
@@ -304,8 +304,8 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   std::sort(tissues.begin(), tissues.end(), [](const Peak& a, const Peak& b) { return a.level < b.level; });
 
   if (hounsfield && !options.surface_grey) {
-    // Initial values in Hounsfield units: soft tissue at 0, and a surface at 300. segment() then improves the surface
-    // with the grey values nearby.
+    // Initial values in Hounsfield units: soft tissue at 0, cancellous bone at 600, and so the surface at 300.
+    // segment() then improves the surface with the grey values nearby.
     constexpr double kSoftTissue = 0, kCancellous = 600;
     levels.outside = hounsfield->offset + kSoftTissue;
     levels.soft = hounsfield->offset + kCancellous;

@@ -16,14 +16,15 @@ struct Levels {
   // grey value of the denser tissue (enamel, cortical bone); no value if there is only one tissue
   std::optional<double> dense;
   bool fixed_dense = false;  // true if the user gave the threshold between the two tissues
-  // true if a thin layer on the tissue that is as bright as `outside` counts as surroundings
+  // true if a thin layer on the tissue counts as surroundings if it is as bright as `outside`
   bool fixed_surround = false;
-  // grey value above which a voxel belongs to a tooth. If a scan contains several bodies, the body with teeth is
-  // imported, not a larger body without teeth (a spine). No value: the largest body is imported
+  // grey value above which a voxel belongs to a tooth; if a scan contains several bodies, the body with teeth is
+  // imported, even if a body without teeth (a spine) is larger; no value: the largest body is imported
   std::optional<double> tooth;
   // m³; a body counts as a body with teeth only if its voxels brighter than `tooth` have at least this volume together
   static constexpr double kLeastTeeth = 8e-9;
-  double height = 0.5;  // position of the surface threshold between the grey values `outside` (0) and `soft` (1)
+  // position of the surface threshold on a scale from the grey value `outside` (0) to the grey value `soft` (1)
+  double height = 0.5;
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; no value if it is unknown
   double noise = 0;                  // standard deviation of the grey values in the surroundings
   double smoothed_noise = 0;         // standard deviation of the grey values in the surroundings after smoothing
@@ -39,8 +40,8 @@ struct Peak {
   double level;  // grey value of the peak
   double mass;   // fraction of all voxels that lie between the adjacent valleys
 };
-/// Returns the peaks of the histogram that rise clearly above their valleys, from dark to bright. `blur` is the width
-/// of the noise.
+/// Returns the peaks of the histogram that rise clearly above their valleys, from dark to bright. `blur`: width of the
+/// noise in grey values.
 std::vector<Peak> peaks_of(const Grid<float>& greys, double blur);
 
 /// Finds the grey values. `smoothed` contains the values of `grey` after slight smoothing. Throws Error if no tissue is

@@ -41,7 +41,7 @@ std::string lower_extension(const std::filesystem::path& file) {
 }
 
 // Reads PLY files, both text and binary. The library assimp is not used for PLY, because it does not check counts and
-// indices: damaged files crash it or block it for minutes.
+// indices, so that damaged files make it crash or block it for minutes.
 class PlyReader {
  public:
   explicit PlyReader(const std::filesystem::path& file)

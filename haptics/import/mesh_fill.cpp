@@ -14,9 +14,9 @@ using glm::dvec3;
 
 constexpr int kInside = 3;  // a sample is inside if its winding number, multiplied by six, is at least this
 
-/// Collects the triangles that have the outside on one of their sides. Triangles completely within the body (where
-/// parts of the mesh overlap or touch) are omitted. Triangles partly within the body are split, down to a size of about
-/// one voxel.
+/// Collects the triangles that form the outer surface of the body. Triangles completely within the body, where parts of
+/// the mesh overlap or touch, are omitted. Triangles partly within the body are split, down to a size of about one
+/// voxel.
 class Skin {
  public:
   Skin(std::span<const std::vector<Triangle>> parts, const Mask& part) : part_(part) {
@@ -27,7 +27,7 @@ class Skin {
     std::vector<Triangle> skin;
     for (const Triangle& t : mesh_) {
       const std::size_t before = skin.size();
-      if (add(t, skin)) {  // if no part of the triangle was omitted, it is added unsplit
+      if (add(t, skin)) {  // if no part of the triangle was omitted, the whole triangle is added
         skin.resize(before);
         skin.push_back(t);
       }
@@ -36,7 +36,7 @@ class Skin {
   }
 
  private:
-  /// Adds those parts of a triangle that have the outside on one side. Returns true if this is the whole triangle.
+  /// Adds those parts of a triangle that belong to the outer surface. Returns true if this is the whole triangle.
   bool add(const Triangle& t, std::vector<Triangle>& skin) {
     constexpr double kSmall = 2;  // voxels; a smaller triangle is not split
     const dvec3* p[3] = {&t.a, &t.b, &t.c};
@@ -73,7 +73,8 @@ class Skin {
     };
     const std::uint8_t one = part_at(at + kAround * n), other = part_at(at - kAround * n);
     if (one == 0 || other == 0) return false;
-    // Between two different parts of the mesh there may be a crack. So the triangle counts as lying at the outside.
+    // Between two different parts of the mesh there may be a crack, so the triangle counts as part of the outer
+    // surface.
     if (one != other) return true;
     if (!tree_) tree_ = std::make_unique<TriangleTree>(mesh_);
     return tree_->winding_sixths(at + kBeside * n) >= kInside && tree_->winding_sixths(at - kBeside * n) >= kInside;
@@ -126,11 +127,11 @@ FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::iv
   Grid<float>& distance = filled.distance;
 
   filled.sheet = std::ranges::count(part.v, std::uint8_t{0}) + 8 > static_cast<std::ptrdiff_t>(part.v.size());
-  // Marks the samples where inside and outside meet although no mesh is near. There the mesh has an opening, which is
-  // closed by a cap.
+  // Marks the samples where inside and outside meet although no triangle is near. There the mesh has an opening, which
+  // is closed by a cap.
   Mask cap(size, 0);
   if (!filled.sheet) {
-    // voxels; samples nearer to the mesh than this are at the mesh itself and not at an opening
+    // voxels; samples nearer to the mesh than this border on its triangles and not on an opening
     constexpr float kOnMesh = 1;
     const glm::ivec3 steps[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     for (std::size_t i = 0; i < distance.v.size(); ++i) {

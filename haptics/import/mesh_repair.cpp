@@ -22,7 +22,7 @@ using glm::dvec3;
 struct EdgeUse {
   int low, high;  // indices of the edge's two points; low < high
   std::size_t triangle;
-  bool up;  // true if the triangle runs along the edge from `low` to `high`
+  bool up;  // true if the triangle lists the edge in the direction from `low` to `high`
 };
 
 std::vector<EdgeUse> edges_of(const Mesh& mesh) {
@@ -81,8 +81,8 @@ void drop_copies(Mesh& mesh, MeshRepairs& repairs) {
 }
 
 void orient(Mesh& mesh, MeshRepairs& repairs) {
-  // The triangle on the other side of an edge that has exactly two triangles. It also states whether both triangles run
-  // along the edge in the same direction.
+  // The triangle on the other side of an edge that has exactly two triangles. It also states whether both triangles
+  // list the edge in the same direction.
   struct Neighbour {
     std::size_t triangle;
     bool same_way;

@@ -10,15 +10,16 @@ namespace typodont::haptics::importing {
 /// Removes each triangle that has the same corners in the same order as an earlier triangle.
 void drop_copies(Mesh& mesh, MeshRepairs& repairs);
 
-/// Reverses triangles so that two neighbours run along their common edge in opposite directions. In each connected
-/// piece, the smaller number of triangles is reversed.
+/// Orients triangles consistently: two neighbours must list their common edge in opposite directions. In each connected
+/// piece, the function reverses as few triangles as possible.
 void orient(Mesh& mesh, MeshRepairs& repairs);
 
-/// A border of a mesh: a path along edges that have an odd number of triangles, in the direction of these triangles.
+/// A border of a mesh: a path along edges that have an odd number of triangles, in the direction in which these
+/// triangles list their edges.
 struct Border {
   std::vector<int> points;
   double length = 0;   // m, length of the border
-  bool closed = true;  // false if the path is no loop, because the triangles at it have inconsistent directions
+  bool closed = true;  // false if the path is no loop, because the triangles along it have inconsistent directions
 };
 std::vector<Border> borders(const Mesh& mesh);
 

@@ -27,7 +27,7 @@ constexpr double kUsualVoxels = 12e6;   // largest number of voxels if the voxel
 // m; a voxel edge that is chosen automatically is rounded up to a multiple of this
 constexpr double kVoxelStep = 0.01e-3;
 constexpr double kBand = 1.5e-3;     // m, largest distance from the surface that the volume stores
-constexpr double kLeastArea = 1e-9;  // smallest area of a mesh, as a fraction of its squared longest extent
+constexpr double kLeastArea = 1e-9;  // smallest area of a mesh, as a fraction of the square of its longest extent
 constexpr double kLeastLength = 0.5e-3, kMostLength = 0.6;  // m, smallest and largest value of a mesh's longest extent
 
 /// Returns six times the signed volume that the triangles enclose. The first vertex is used as the origin.
@@ -40,8 +40,8 @@ double six_volumes(const TissueMesh& mesh) {
   return sum;
 }
 
-/// Returns true if the mesh is closed: at every edge, the triangles form pairs that run along the edge in opposite
-/// directions.
+/// Returns true if the mesh is closed. At every edge of a closed mesh, the triangles form pairs that list the edge in
+/// opposite directions.
 bool is_closed(const TissueMesh& mesh) {
   // for each edge of a triangle: its two vertices, sorted, and its direction
   std::vector<std::array<unsigned, 3>> edges;

@@ -156,7 +156,8 @@ static RawScan read_nrrd(const ScanRequest& request) {
   std::string data = "data";
   bool known = true;
   if (state->dataFNFormat) {
-    known = false;  // The slices are in numbered files. If a file is missing or too short, teem reports it.
+    // The data are in numbered files, so the size is not known. If a file is missing or too short, teem reports it.
+    known = false;
   } else if (state->dataFNArr->len > 0) {
     for (unsigned i = 0; i < state->dataFNArr->len; ++i) {
       const std::filesystem::path part = file.parent_path() / state->dataFN[i];
@@ -190,7 +191,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
 
   const NrrdOwner nrrd(nrrdNew());
   if (nrrdLoad(nrrd.get(), file.c_str(), nullptr)) {
-    // The header was already found valid, so the error must be in the data.
+    // The header was already found to be valid, so the error must be in the data.
     throw Error(file.string(), data, last_cause(),
                 fmt::format("{:.0f} bytes of voxels ({} x {} x {}), encoded as {}", bytes, sizes[0], sizes[1], sizes[2],
                             encoding));

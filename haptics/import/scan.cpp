@@ -93,7 +93,7 @@ void check_sizes(const std::filesystem::path& file, std::string_view place, cons
     throw Error(file.string(), place, fmt::format("{} = {:.3g} voxels", text, product),
                 fmt::format("at most {:.3g} voxels", kMostVoxels));
   }
-  // bytes per voxel for one copy of the scan as read and one copy with other axes
+  // bytes per voxel: one copy of the scan as it is in the file, and one copy with other axes
   constexpr double kBytesPerVoxel = 8;
   if (const double free = free_memory(); product * kBytesPerVoxel > free) {
     throw Error(file.string(), place,
@@ -307,7 +307,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
     return b + 0.5F * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
   };
   for_each_slab(raw.size.z, [&](int k) {
-    // Computes value(i, j) = old(i + base − shift·k, …), first along rows and then along columns.
+    // Computes value(i, j) = old(i + base − shift·k, …): first along the rows, then along the columns.
     const double fx = base[0] - shift[0] * k, fy = base[1] - shift[1] * k;
     const int ix = static_cast<int>(std::floor(fx)), iy = static_cast<int>(std::floor(fy));
     const float tx = static_cast<float>(fx - ix), ty = static_cast<float>(fy - iy);
@@ -391,7 +391,8 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
   }
   for (int a = 0; a < 3; ++a) {
     if (length[a] * kMillimetre >= limits.smallest && length[a] * kMillimetre <= limits.largest) continue;
-    // If the file states both spacing and unit, the spacing is taken as correct. So the scan is really too coarse.
+    // If the file states both spacing and unit, the spacing is assumed to be correct. So the scan really is too coarse,
+    // and a wrong unit is not the cause.
     const bool coarse = !spacing && raw.has_unit && length[a] * kMillimetre > limits.largest;
     throw Error(
         file.string(), spacing ? "--spacing-mm" : raw.spacing_place,

@@ -65,7 +65,7 @@ const std::vector<ScanFormat>& scan_formats();
 struct SpacingLimits {
   double smallest, largest;
   std::string_view of;       // body to which the limits apply, for messages: "a tooth"
-  std::string_view instead;  // advice for coarser voxels: "; …", may be empty
+  std::string_view instead;  // text with advice if the voxels are too coarse, which begins with "; "; may be empty
 };
 
 /// Reads a scan. `spacing` (m, along the file's own axes) replaces the spacing of the file. `nan_grey` replaces voxels
@@ -78,7 +78,7 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
 /// corrected angle in rad.
 double undo_shear(const std::filesystem::path& file, RawScan& raw);
 
-// Constants and functions that several readers use.
+// The next constants and functions are used by several readers.
 inline constexpr double kMostVoxels = 1.0e9;
 
 /// Converts the numbers in a buffer to grey values. With `swap`, the bytes of each number are reversed.

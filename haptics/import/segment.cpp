@@ -14,8 +14,8 @@ constexpr double kStep = 0.5;  // voxels, length of the steps along rays
 const std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
                                           {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
 
-// The contacts of a part with the materials around it. For each material, the number of voxel faces of the part that
-// have this material on the other side.
+// The contacts of a part with the materials around it: for each material, the number of the part's voxel faces that
+// have this material on their other side.
 struct Contacts {
   std::size_t mouth = 0, wall = 0, dense = 0, cavity = 0;
 };
@@ -27,15 +27,16 @@ SparseMask above(const Sparse<float>& g, float bound) {
                [&](std::size_t i, const glm::ivec3&) { return g.v[i] > bound; });
 }
 
-// Decides which closed spaces in a bone are hollows and no marrow: those that hold air, and those that are larger than
-// the marrow space of any bone.
+// Decides which closed spaces in a bone are hollows and not marrow. These are spaces that contain air, and spaces that
+// are larger than the marrow space of any bone.
 class Hollows {
  public:
-  /// `air` is the grey value below which a space holds air, if the scale of the grey values is known. `voxel` is in m.
+  /// `air`: a space with a lower grey value contains air; no value if the scale of the grey values is unknown. `voxel`
+  /// is in m.
   Hollows(const Sparse<float>& smooth, const std::optional<double>& air, double voxel)
       : smooth_(smooth), air_(air), largest_(kLargestMarrow / (voxel * voxel * voxel)) {}
 
-  /// The vector has one entry for each space.
+  /// The result has one entry for each space: true if it is a hollow.
   std::vector<bool> operator()(const SparseComponents& spaces) const {
     constexpr std::size_t kLeast = 30;  // voxels, a smaller space is noise
     std::vector<bool> hollow(spaces.voxels.size(), false);
@@ -63,9 +64,9 @@ class Hollows {
 };
 
 // Finds the cavities of the solid. A cavity is a space that is not connected to the surroundings, or only through a
-// narrow mouth. In a bone, a closed space that holds air or is larger than any marrow space (the maxillary sinus, the
-// skull) is no cavity but `hollow`, so it does not become bone. A ball rolls in from the walls of the box, and its
-// radius increases step by step up to `widest_mouth`
+// narrow mouth. In a bone, a closed space that contains air or is larger than any marrow space (the maxillary sinus,
+// the skull) is not a cavity but `hollow`, so it does not become bone. A ball rolls in from the walls of the box, and
+// its radius increases step by step up to `widest_mouth`
 // (voxels). A pocket into which the ball does not fit is a cavity if its mouth is small compared to its wall (a root
 // canal). Otherwise it counts as outside (a fissure, the gap between two roots). Blocks that are not stored and not
 // connected to the walls become inside in `set`.
@@ -133,7 +134,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       const Contacts& f = faces[id];
       const bool narrow =
           parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
-      // true if this part of a space is the outer end (a plug) of a cavity that was found with a smaller ball
+      // true if this part is only the outer end (a plug) of a cavity that was found with a smaller ball
       const bool plug = 2 * f.cavity > f.mouth;
       if ((narrow || plug) && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }
@@ -201,8 +202,8 @@ class Surround {
   template <class Counts>
   Surround(const Grid<float>& grey, const BlockSet& set, double everywhere, Counts counts)
       : everywhere_(everywhere), sum_((grey.size + 3) / 4, 0.0F), weight_(sum_.size, 0.0F) {
-    // The loop runs in parallel over blocks. Two blocks never write the same cell, because a cell never lies in two
-    // blocks.
+    // The loop runs in parallel over blocks. Each cell lies in a single block, so two threads never write the same
+    // cell.
     for_each_sample(set, [&](const glm::ivec3& p, std::size_t i) {
       if (!counts(p, i)) return;
       const glm::ivec3 cell = p / 4;
@@ -217,7 +218,7 @@ class Surround {
   }
   double at(const glm::ivec3& p) const {
     const glm::dvec3 q = (glm::dvec3(p) - 1.5) / 4.0;
-    // Weight of the whole scan's mean, relative to the weight of a neighbourhood that completely belongs to the
+    // Weight of the mean of the whole scan, relative to the weight of a neighbourhood that belongs completely to the
     // surroundings.
     constexpr double kOfEverywhere = 0.02;
     return everywhere_ +
@@ -272,13 +273,13 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   Sparse<float> smooth = gaussian(grey, set, kSmooth, outside_grey, outside_grey);
   report(0.1);
 
-  // Computes a first surface. Near a denser tissue, the threshold is halfway between the surroundings and that tissue,
-  // so that fissures in enamel stay open. But the threshold always stays clearly below the grey value of the softer
+  // Computes a first surface. Near a denser tissue, the threshold is halfway between the surroundings and that
+  // tissue, so that fissures in enamel stay open. The threshold is always clearly below the grey value of the softer
   // tissue.
   const double most_height = std::max(0.8, levels.height);
   Sparse<float> over(set, -0.5F, 0.5F);  // smoothed grey value minus the local threshold, divided by `rise`
   {
-    // Samples far below every possible threshold are skipped, because they need no brightest neighbour.
+    // Samples far below every possible threshold are skipped, because for them the brightest neighbour is not needed.
     const Sparse<float> brightest =
         ball_max(smooth, 2, above(smooth, static_cast<float>(levels.surface() - 0.5 * rise)));
     for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
@@ -313,8 +314,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   solid = {};
   report(0.25);
 
-  // kWidestShell: largest value of `shell`, in voxels. kFirstExact: distance in voxels up to which distances are exact,
-  // as the measurement of the edges' width needs.
+  // kWidestShell: largest value of `shell`, in voxels. kFirstExact: distance in voxels up to which distances are exact;
+  // the measurement of the edges' width needs this.
   constexpr double kWidestShell = 6, kFirstExact = 1.5;
   DistanceField first = signed_distance(over, size, {}, kWidestShell + 0.5, kFirstExact);
   over = {};
@@ -369,8 +370,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     const double top = std::clamp(inward_peak(at, n, shell), levels.soft, levels.top());
     double low = surround.at(p);
     if (levels.fixed_surround) {
-      // If a thin layer of soft tissue covers the bone, this layer counts as the surroundings, and not the air behind
-      // it.
+      // If a thin layer of soft tissue covers the bone, this layer counts as the surroundings, and the air beyond it
+      // does not.
       double brightest_near = low;
       for (double t = 2 * edge; t <= shell; t += kStep)
         brightest_near = std::max<double>(brightest_near, sample(smooth, at + t * n));
@@ -401,8 +402,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   s.phi.outside -= height, s.phi.inside -= height;
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) { s.phi.v[i] -= height; });
 
-  // Keeps one body of the segmentation, and closes holes inside it that the smoothing may have opened. Hollows stay
-  // open.
+  // Keeps one body of the segmentation, and closes holes inside it that the smoothing may have opened. Hollows are not
+  // closed.
   {
     const SparseComponents parts = components(above(s.phi, 0));
     const std::int32_t body = body_of(parts, smooth, levels.tooth, voxel);
@@ -513,7 +514,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
         bound = std::min(half, 0.5 * (levels.soft + static_cast<double>(peak.v[i])));
       s.dense.v[i] = static_cast<float>(std::clamp((here - bound) / span, -0.5, 0.5));
     });
-    // Removes small isolated parts of the denser tissue. They are noise; in a tooth, only the crown has enamel.
+    // Removes small isolated parts of the denser tissue, because they are noise. In a tooth, larger isolated parts are
+    // removed, too, because only the crown has enamel.
     const SparseComponents parts = components(where(set, false, false, [&](std::size_t i, const glm::ivec3&) {
       return depth.v[i] >= kInSkin && s.dense.v[i] > 0;
     }));
@@ -524,9 +526,9 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     }
   }
 
-  // Finds the cavities. In a tooth, these include thin canals that the blur half fills. Such a sample lies deeper than
-  // the outer edge and is darker than halfway between dentin and the darkest grey value nearby, which must be clearly
-  // darker than dentin.
+  // Finds the cavities. In a tooth, these include thin canals that the blur has made brighter. A sample of such a canal
+  // lies deeper than the outer edge. It is darker than the mean of dentin and the darkest grey value nearby, which must
+  // be clearly darker than dentin.
   s.cavity = limited(-kInfinity, levels.soft + 2 * levels.noise);
   const double drop = levels.soft - cavity_grey;
   constexpr float kNothing = 1e30F;
@@ -577,8 +579,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     }
   }
 
-  // Isolated parts of the softer tissue are dark spots in enamel or fissures that the blur half fills. They get the
-  // label of the tissue around them.
+  // Isolated parts of the softer tissue are dark spots in enamel, or fissures that the blur has made brighter. They get
+  // the label of the tissue around them.
   if (levels.dense && tooth) {
     const SparseMask soft = where(set, false, false, [&](std::size_t i, const glm::ivec3&) {
       return depth.v[i] >= kInSkin && !(s.dense.v[i] > 0) && !pulp.v[i];
@@ -605,7 +607,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   }
 
   // Samples just outside the surface get the label of the nearest tissue, because labels are interpolated at the
-  // surface. The labels are copied from samples inside, which no longer change.
+  // surface. The labels are copied from samples inside, which do not change any more.
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
     if (depth.v[i] != kNear) return;
     const glm::dvec3 n = normal_at(s.surface, p), on = glm::dvec3(s.surface.closest[p]);

@@ -13,10 +13,11 @@
 namespace typodont::haptics::importing {
 
 /// The result of the segmentation on the working grid. This grid has cubic voxels, is about as fine as the scan, and
-/// has a margin of surroundings on all sides. Fields are stored in the blocks of the body and in their neighbours.
+/// has a margin of surroundings on all sides. Values are stored only in the blocks of the body and in the blocks next
+/// to them.
 struct Segmentation {
-  // Occupancy minus its value at the surface: positive in the body (including cavities), 0 on the outer surface. Empty
-  // if distances were requested.
+  // Occupancy (0: surroundings, 1: tissue) minus its value at the surface: positive in the body (including cavities), 0
+  // on the outer surface. Empty if distances were requested.
   Sparse<float> phi;
   // a field that is positive in the denser tissue; also valid up to some voxels outside the surface
   Sparse<float> dense;

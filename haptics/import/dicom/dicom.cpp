@@ -32,7 +32,7 @@ constexpr std::size_t kLeastSlices = 4;
 struct Slice {
   std::size_t file = 0, frame = 0;
   bool placed = false;
-  dvec3 position{0};  // mm, position of the slice
+  dvec3 position{0};  // mm, position of the slice's first pixel
   double slope = 1, intercept = 0;
   int order = 0, acquisition = 0;
   std::uint64_t instance = 0;
@@ -40,7 +40,7 @@ struct Slice {
 
 /// Slices that can belong to one scan because series, size and orientation are equal.
 struct Stack {
-  DicomHeader head;  // header of the first file; it contains only the frame of the first slice
+  DicomHeader head;  // header of the first file; of the frames, it contains only that of the first slice
   std::vector<Slice> slices;
 };
 
@@ -121,8 +121,8 @@ Axes axes_of(const Stack& stack) {
   return axes;
 }
 
-/// Splits a stack that contains several scans of the same region into one stack (of slices) per scan, and removes
-/// copies of slices. Adds the number of removed copies to `copies`.
+/// Splits a stack that contains several scans of the same region into one stack per scan, and removes copies of slices.
+/// `copies` is increased by the number of removed copies.
 std::vector<Stack> split(Stack stack, std::size_t& copies) {
   const dvec3 normal = axes_of(stack).normal;
   std::vector<Slice>& all = stack.slices;
@@ -210,8 +210,8 @@ const Stack& chosen(const std::vector<Stack>& stacks, const ScanRequest& request
   return stacks[0];
 }
 
-/// The evenly spaced positions at which slices are wanted, as slice numbers in the stack (with fractions), and the
-/// vector from one wanted slice to the next.
+/// The positions at which slices are wanted. They are evenly spaced, and are given as numbers of slices in the stack,
+/// which may have fractions.
 struct SliceLevels {
   std::vector<double> at;
   dvec3 step{0}, origin{0};  // mm, vector from one wanted slice to the next, and position of the first wanted slice
@@ -301,7 +301,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
     levels = levels_of(name, stack, scan.notes);
     scan.space = "LPS";
   } else {
-    // The frames state no positions. So the slices have the order and the spacing that the file states.
+    // If the frames state no positions, the slices have the order and the spacing that the file states.
     for (std::size_t k = 0; k < stack.slices.size(); ++k) levels.at.push_back(static_cast<double>(k));
     levels.step = axes.normal * (first.has_gap ? first.gap : 1.0);
     if (stack.slices[0].placed) levels.origin = stack.slices[0].position;
@@ -316,7 +316,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   if (placed && std::abs(file.tilt) > 0.5) {
     const double lean =
         std::acos(std::clamp(glm::dot(glm::normalize(levels.step), axes.normal), -1.0, 1.0)) * 180 / kPi;
-    // degrees, tolerance with which the computed tilt of the gantry must agree with the one that the file states
+    // degrees, largest allowed difference between the computed tilt of the gantry and the tilt that the file states
     constexpr double kAgree = 1;
     if (std::abs(lean - std::abs(file.tilt)) > kAgree) {
       scan.notes.push_back(

@@ -1,8 +1,8 @@
 // The program typodont-dicom-reader headers|pixels LIST IMAGE OUTPUT. It reads DICOM files in a guarded process with
 // GDCM, which crashes on some damaged files. LIST is a file with the names of the DICOM files, each followed by a zero
-// byte. IMAGE is the size of the largest image in bytes, and OUTPUT that of the whole output. The output is a sequence
-// of records (dicom_wire.h). The process has little memory and time. It cannot start other processes, use the network
-// or change files.
+// byte. IMAGE is the size of the largest image in bytes, and OUTPUT is the size of the whole output in bytes. The
+// output is a sequence of records (dicom_wire.h). The process has little memory and time. It cannot start other
+// processes, use the network or change files.
 #include <gdcmAttribute.h>
 #include <gdcmImageReader.h>
 #include <gdcmReader.h>
@@ -178,7 +178,7 @@ void headers(const std::string& name, std::uint32_t number) {
     if (per_frame && k < per_frame->GetNumberOfItems())
       read_groups(per_frame->GetItem(k + 1).GetNestedDataSet(), frame);
     else if (k > 0)
-      // If the file states many frames but only one position, this is the position of the first frame only.
+      // If the file contains many frames but states only one position, this is the position of the first frame only.
       frame.has_position = 0;
     say(DicomRecord::kFrame, frame);
   }
@@ -211,8 +211,8 @@ bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& 
     inflateEnd(&z);
     return state != Z_STREAM_END;
   }
-  // Searches for the element with the pixels, whose tag and length depend on the transfer syntax. Compares the stated
-  // length with the number of bytes that follow.
+  // Searches for the element that contains the pixels; its tag and the form of its length depend on the transfer
+  // syntax. Compares the stated length with the number of bytes that follow.
   const gdcm::ByteValue* value = image.GetDataElement().GetByteValue();
   if (!value) return true;
   const std::uint32_t length = value->GetLength();
@@ -301,7 +301,8 @@ int main(int argc, char** argv) {
   gdcm::Trace::ErrorOff();
   gdcm::Trace::DebugOff();
   for (std::uint32_t number = 0; number < names.size(); ++number) {
-    if (names[number].empty()) continue;  // an earlier process has already read this file
+    // this file has already been read by an earlier process, which then crashed on another file
+    if (names[number].empty()) continue;
     say(DicomRecord::kBegins, number);
     try {
       if (want_pixels)

@@ -1,5 +1,5 @@
-// The records that the guarded DICOM reader writes and the program reads and checks. They contain no name, date or
-// number of a person.
+// The records that the guarded DICOM reader writes and the program reads and checks. They contain no person's name,
+// date or number.
 #pragma once
 
 #include <cstdint>
