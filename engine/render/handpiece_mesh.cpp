@@ -16,14 +16,14 @@ namespace {
 using glm::dvec2;
 
 constexpr int kLeastAround = 8, kMostAround = 40;
-// distance between the rings of a handpiece's smooth path, as a ratio to the length of a triangle's side
+// distance between the rings on a smooth path of a handpiece, as a ratio to the length of a triangle's side
 constexpr double kLongStep = 2;
-// rad, limit: if the angle between two pieces of the outline is larger, they meet in a sharp edge
+// rad; if the angle between two pieces of the outline is larger than this, they meet in a sharp edge
 constexpr double kSharp = 35 * kDegree;
 constexpr double kBandEdge = 0.02e-3;        // m, length of the soft edge of a coloured band on a handpiece
 const dvec3 kBandColor(0.035, 0.035, 0.04);  // sRGB, colour of a band on a handpiece
 
-/// A circle of a part, and its position along the part's path.
+/// A circular cross-section of a part, and its position along the part's path.
 struct Ring {
   double x, z, radius;
   double s;  // m, position of the ring along the part's path

@@ -17,13 +17,13 @@ namespace {
 constexpr int kRays = 48;              // number of rays for each sample of the grid
 constexpr std::int32_t kNothing = -1;  // entry of `met` for a ray that leaves the scene
 constexpr std::int32_t kBack = -2;     // entry of `met` for a ray that meets the back of a triangle
-// limit of the fraction of a sample's rays that meet the back of a triangle; a larger fraction means that the sample is
+// largest fraction of a sample's rays that may meet the back of a triangle; with a larger fraction, the sample is
 // inside a body
 constexpr double kInside = 0.25;
 constexpr float kMargin = 20e-6f;  // m, distance of a ray's start from the surface
 constexpr int kLampRays = 4;
-// unit: spacings of the grid. Light is looked up at a point in front of the flat triangle. This limits the distance of
-// that point from the lookup point that the curved surface would have.
+// unit: spacings of the grid. Light is looked up at a point in front of the flat triangle; the curved surface would
+// have another lookup point. This is the largest distance between the two points.
 constexpr float kCurved = 0.15f;
 // distance from a surface, in grid spacings, of the point at which the surface's light is looked up
 constexpr double kBegin = 0.5;
@@ -118,9 +118,9 @@ class RayTree {
     }
   };
 
-  /// Splits the triangles into two parts so that a ray takes little time. The time is estimated by the area of each
-  /// part's box times the part's number of triangles (surface area heuristic). The split with the least estimate is
-  /// chosen from kParts equal steps along the longest axis of the triangles' middles.
+  /// Splits the triangles into two parts, so that tracing a ray takes little time. The estimate of this time is the sum
+  /// over both parts of the area of the part's box × the number of its triangles (surface area heuristic). The split
+  /// with the least estimate is chosen from kParts equal steps along the longest axis of the triangles' middles.
   std::uint32_t build(const std::vector<LitTriangle>& triangles, const std::vector<glm::vec3>& middles,
                       std::size_t first, std::size_t end) {
     constexpr int kParts = 12;
@@ -146,8 +146,8 @@ class RayTree {
         ++counts[part];
         for (const glm::vec3& c : triangles[order_[k]].corners) boxes[part].grow(c, c);
       }
-      // for each of the kParts steps along the axis: the estimated time of tracing rays against all triangles in this
-      // step and the later ones
+      // for each of the kParts steps along the axis: the estimated time of tracing rays against the triangles in this
+      // step and all later ones
       std::array<float, kParts> after{};
       Box box;
       std::size_t count = 0;
@@ -310,8 +310,8 @@ struct LightScene::Impl {
   glm::vec3 place(const glm::ivec3& i) const { return glm::vec3(empty.origin + empty.spacing * dvec3(i)); }
 
   /// Finds the samples that a lookup of the light at a surface may read. The light of a surface point is looked up at a
-  /// point ahead of the surface along its normal, so the box of each triangle is moved along its normal; the samples
-  /// around this box are needed.
+  /// point ahead of the surface along its normal, so the box of each triangle is moved along its normal, and the
+  /// samples around the moved box are needed.
   void find_samples() {
     std::vector<std::uint8_t> wanted(empty.samples(), 0);
     for (const LitTriangle& t : triangles) {
@@ -342,8 +342,8 @@ struct LightScene::Impl {
     met.resize(samples.size() * kRays);
     in_parallel(samples.size(), [&](std::size_t s) {
       Sample& sample = samples[s];
-      // A few rays decide whether the sample is inside a body. If it is, its rays start outside the nearest surface,
-      // unless this surface is farther away than a cell.
+      // A few rays decide whether the sample is inside a body. If it is, and the nearest surface is at most one cell
+      // away, its rays start outside this surface.
       constexpr std::size_t kFew = 4;
       int backs = 0;
       float nearest = static_cast<float>(1.75 * empty.spacing);
@@ -446,7 +446,7 @@ struct LightScene::Impl {
       if (facing > 0) direct[i] = facing * lamp_seen(middles[i] + kMargin * normals[i], sources) * sources.lamp;
     });
 
-    // Weight of each ray in the light of a surface that faces ±x, ±y or ±z.
+    // Weight of each ray in the light of a surface that faces +x, -x, +y, -y, +z or -z.
     std::array<std::array<float, kRays>, 6> weights;
     for (std::size_t f = 0; f < 6; ++f) {
       float sum = 0;

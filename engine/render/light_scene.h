@@ -1,6 +1,6 @@
 // Light that surfaces receive from the room and from each other. It is computed once for static bodies by casting rays
-// on the CPU, and stored in a grid that the shaders sample (shaders/lighting.glsl). Light that comes directly from the
-// lamp is not included.
+// on the CPU, and stored in a grid that the shaders sample (shaders/lighting.glsl). The grid does not include light
+// that comes directly from the lamp.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// The mouth mirror. In a plane mirror, an eye sees the picture that the mirror image of this eye would see. Pure
+// The mouth mirror. What an eye sees in a plane mirror is the view of the scene from the mirror image of this eye. Pure
 // functions.
 #pragma once
 
@@ -15,8 +15,8 @@ namespace typodont::render {
 /// its own inverse.
 glm::dmat4 reflection_in(const Pose& X_WM);
 
-/// Returns the same eye with a view of the reflected scene. The view matrix reflects the scene first, so that an object
-/// in front of the glass appears at the same distance behind the glass, at the pixels of the glass.
+/// Returns the same eye with a view of the reflected scene. The view matrix first reflects the scene. So an object in
+/// front of the glass appears at the same distance behind the glass, at the pixels of the glass.
 Eye reflected(const Eye& eye, const Pose& X_WM);
 
 /// Returns the clip plane for the reflected scene: only objects in front of the glass are drawn. xyz: normal; w:

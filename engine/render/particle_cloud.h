@@ -32,13 +32,14 @@ struct CloudLaw {
 };
 
 struct CloudParticle {
-  glm::vec3 p{0};                              // m, frame W, position of the particle
-  float age = 0;                               // s, time since creation
-  glm::vec3 v{0};                              // m/s, velocity
-  float mass = 0;                              // kg, mass at creation; 0: removed by suction
-  float chip = 0;                              // m, diameter of a single chip; one particle represents several chips
-  float density = 0;                           // kg/m³, density of the chip's material
-  float rate = -1;                             // 1/s, drag rate; ≥ 1e30: at rest; < 0: computed from the speed
+  glm::vec3 p{0};     // m, frame W, position of the particle
+  float age = 0;      // s, time since creation
+  glm::vec3 v{0};     // m/s, velocity
+  float mass = 0;     // kg, mass at creation; 0: removed by suction
+  float chip = 0;     // m, diameter of a single chip; one particle represents several chips
+  float density = 0;  // kg/m³, density of the chip's material
+  // 1/s, rate at which drag slows the particle; ≥ 1e30: at rest; < 0: must be computed from the speed
+  float rate = -1;
   std::uint8_t color[4] = {255, 255, 255, 0};  // sRGB, colour of the particle
 };
 static_assert(sizeof(CloudParticle) == 48);

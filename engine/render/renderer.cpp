@@ -25,7 +25,7 @@ namespace {
 
 constexpr int kSlots = gpu::FrameRing::kSlots;
 constexpr double kFullRedrawFraction =
-    0.8;  // limit of the redrawn fraction; if a larger fraction must be redrawn, the whole picture is redrawn
+    0.8;  // largest fraction of the picture that is redrawn in parts; if more must be redrawn, the whole picture is
 constexpr std::size_t kMostTracked = 20'000;  // largest number of particles whose pixels are tracked individually
 
 }  // namespace
@@ -57,11 +57,11 @@ struct Renderer::Impl {
   BrickStore bricks;
   FilmStore film;
   VolumeImage light;     // image of LightGrid::faces; without a grid, one empty texel, which the descriptor sets need
-  LightGrid light_grid;  // `faces` is empty here, because only `light` holds the faces
+  LightGrid light_grid;  // the member `faces` is empty here, because the faces are only in the image `light`
   std::optional<SceneBounds> bounds;  // bounds of this frame's scene
   std::uint64_t bounds_version = 0;   // version of the bricks for which `bounds` was computed
 
-  // Data of the last frame. If the new frame has equal data, nothing has moved.
+  // Data of the last frame. If the data of the new frame are equal, nothing has moved.
   int last_views = 0;
   shared::FrameData last_data{};
   glm::vec4 frame_lamp{0};  // FrameData::lamp of the present frame
@@ -72,7 +72,7 @@ struct Renderer::Impl {
   std::uint64_t last_version = 0, last_order = 0, settings_version = 1, last_settings = 0;
   std::uint64_t eyes_version = 0;  // increases when the eyes move
   std::uint64_t shadow_version = 0, shadow_order = 0;
-  ShadowMapBox undrawn_shadow;  // part of the shadow map that changed in frames that did not draw it
+  ShadowMapBox undrawn_shadow;  // part of the shadow map that changed in frames that did not draw the map
   // Tiles that need a redraw of the scene, tiles in which only particles changed, and tiles that particles cover.
   std::array<Tiles, 2> tiles, over_tiles, particle_tiles;
   EyeBoxes redrawn;
@@ -170,7 +170,7 @@ struct Renderer::Impl {
     return data;
   }
 
-  /// Returns the effects that this frame needs. The shaders are compiled without the other effects.
+  /// Returns the effects that this frame needs. The shaders are compiled without the code for the other effects.
   SurfaceEffects effects(const Frame& frame) const {
     // A section and the X-ray view show the inside of bodies, where the grid has no light.
     const bool shows_inside = frame.view == View::kSection || frame.view == View::kXray;
@@ -320,12 +320,12 @@ struct Renderer::Impl {
     for (shared::FrameData* d : {&now, &before})
       d->tool_head = d->tool_end = d->tool_motion = d->cursor = d->cursor_down = d->handpiece[0] = d->handpiece[1] =
           d->handpiece[2] = d->handpiece[3] = glm::vec4(0);
-    // a change of the mirror's fog is ignored here, because the tiles of the mirror's glass are drawn in every frame
+    // a change of the mirror's fog is ignored, because the tiles of the mirror's glass are redrawn in any case
     now.mirror.y = before.mirror.y;
     const bool eyes_stay = !std::memcmp(now.clip_from_world, before.clip_from_world, sizeof now.clip_from_world);
     if (!eyes_stay || last_settings != settings_version) ++eyes_version;
-    // Everything is redrawn in three cases: for a headset, because its eyes always move; for glass, because glass
-    // must be drawn in order; for GPU particles, because the CPU does not know their positions.
+    // Everything is redrawn in three cases: for a headset, because its eyes always move; for bodies that are drawn as
+    // glass, because they must be drawn in order; for GPU particles, because the CPU does not know their positions.
     if (targets.keeps_depth || (frame.cloud && frame.cloud->changes()) || frame.view == View::kXray ||
         last_view != frame.view || last_settings != settings_version || last_order != bricks.order ||
         std::memcmp(&now, &before, sizeof now) || !same(frame.mirror.X_WM, last_mirror.X_WM))
@@ -362,7 +362,7 @@ struct Renderer::Impl {
       }
       if (!targets.layered()) tiles[e].mark(over_tiles[e]);
       film.mark(clip_from_world, drawn, tiles[e]);
-      // the reflection in the mirror's glass may contain any change
+      // the reflection in the mirror's glass may show any change of the scene
       if (const auto glass = glass_in(frame.eyes[e], frame.mirror, drawn)) tiles[e].mark(*glass);
     }
     const auto marked = [&](const std::array<Tiles, 2>& of) {
@@ -469,8 +469,8 @@ struct Renderer::Impl {
       for (std::size_t e = 0; e < views; ++e) {
         scene_boxes[e] = tiles[e].boxes(true, tiles[e].picture());
         kept[e] = tiles[e].boxes(false, tiles[e].bounds());
-        // Particles are blended over the restored scene. If a tile that they cover is redrawn, all tiles that they
-        // cover are redrawn.
+        // Particles are blended over the restored scene. If one of the tiles that they cover is redrawn, all tiles that
+        // they cover must be redrawn.
         Tiles shown = tiles[e];
         shown.mark(over_tiles[e]);
         if (targets.layered() && shown.touch(particle_tiles[e])) shown.mark(particle_tiles[e]);

@@ -41,7 +41,7 @@ struct Vertex {
   float difference = 0;         // m, tissue still to remove (> 0) or excess removal (< 0), for View::kDifference
 };
 
-/// m, limit: thicker tissue lets no visible light through
+/// m; tissue that is thicker than this lets no visible light through
 inline constexpr double kTranslucentThickness = 1.6e-3;
 
 /// The present content of one brick (a block of triangles) of a mesh. An empty content removes the brick.
@@ -129,7 +129,7 @@ struct ToolState {
   Pose X_WG;           // pose of the drawn tool (the servo's proxy, which stays outside the tissue)
   double angle = 0;    // rad, angle of the spindle about the tool's z
   double spindle = 0;  // rad/s, speed of the spindle, which determines the motion blur of the flutes
-  double opacity = 1;  // fraction of the tool's pixels that is drawn; below 1 if the hand is out of sight
+  double opacity = 1;  // fraction of the tool's pixels that is drawn; below 1 while the hand is out of sight
   Pose X_GH;           // pose of the handpiece relative to the tool; used only if the renderer has a handpiece
   bool open = true;    // true: the handpiece is not drawn where it hides the working point from an eye
 };
@@ -232,7 +232,7 @@ class Renderer {
   /// Copies these boxes of the film from `texels`, an array of the whole grid (index (x·size.y + y)·size.z + z).
   void update_film(std::span<const FilmTexel> texels, std::span<const FilmBox> changed);
   /// Sets the light that tissue receives from the room and from other surfaces. If the size is 0, the room's light is
-  /// estimated from the shape near each point, and bodies do not reflect light to each other.
+  /// estimated from the shape of the surface near each point, and bodies do not reflect light to each other.
   void set_light(const LightGrid& grid);
   void resize(glm::ivec2 size);
   void set_quality(const Quality& quality);

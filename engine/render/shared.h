@@ -1,4 +1,4 @@
-// Data that C++ fills and shaders read, declared once for both. Contains only vec4, ivec4 and mat4, so that both
+// Data that C++ fills and shaders read, declared once for both. It contains only vec4, ivec4 and mat4, for which both
 // languages use the same layout. Included in GLSL with GL_GOOGLE_include_directive.
 #ifdef __cplusplus
 #pragma once

@@ -1,5 +1,5 @@
-// Tests whether a frame can show an object, and computes the size of a pixel on the object. With these results the
-// mesher builds no invisible surface, and no surface finer than a pixel. Pure functions.
+// Tests whether a frame can show an object, and computes the size of a pixel on the object. The mesher uses these
+// results: it builds no surface that is invisible, and none that is finer than a pixel. Pure functions.
 #pragma once
 
 #include <array>

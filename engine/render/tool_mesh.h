@@ -34,8 +34,8 @@ ToolShape outlined_shape(std::vector<glm::dvec2> outline);
 /// Finish of the metal, as shaders/tool.frag reads it.
 enum class Finish { kPolished = 0, kBrushed = 1, kGrit = 2 };
 
-/// A vertex of the tool, and the same vertex on the hull, which is the blurred picture of a fast rotating tool. The
-/// renderer interpolates between the two by the spindle speed.
+/// A vertex of the tool, and the same vertex on the hull. The hull is the shape that a fast rotating tool seems to
+/// have. The renderer interpolates between both, depending on the spindle speed.
 struct ToolVertex {
   glm::vec3 p{0}, n{0, 0, 1};            // position (m) and unit normal in the tool's frame
   glm::vec3 hull_p{0}, hull_n{0, 0, 1};  // position (m) and unit normal of the same vertex on the hull

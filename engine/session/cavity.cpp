@@ -14,25 +14,25 @@ namespace typodont::session {
 
 namespace {
 
-// Threshold in voxels: a part of the surface counts as new if it lies deeper than this below the old surface.
+// Limit in voxels: a part of the surface counts as new if it lies deeper than this below the old surface.
 constexpr double kNewSurface = 0.75;
 const double kFloor = std::cos(30 * kPi / 180);  // the normal of a floor deviates from the axis by less than 30°
 constexpr double kWall = 0.5;                    // sine of 30°: a wall deviates from the axis by less than 30°
 // A facet counts as part of one flat face if the gradient of the distance field around it is at least this long and
 // within 10° of the facet's normal. At an edge between two faces the gradient is shorter. Ripples of a tenth of a
-// voxel, which a bur leaves, also shorten the gradient: a larger limit would omit half of a rippled floor, and its mean
-// depth would depend on which half.
+// voxel, which a bur leaves, also shorten the gradient. With a larger limit, half of a rippled floor would be omitted,
+// and the measured mean depth would be arbitrary.
 constexpr double kShortest = 0.8;
 const double kOneFace = std::cos(10 * kPi / 180);
-// Smallest length of the gradient for which a wall's inclination is measured. A shorter gradient means that its stencil
-// (the samples from which it is computed) spans an edge.
+// Smallest length of the gradient for which a wall's inclination is measured. If the gradient is shorter, its stencil
+// (the samples from which it is computed) extends over an edge.
 constexpr double kLeastGradient = 0.98;
 constexpr double kRounding = 1e-9;     // tolerance for rounding errors, in voxels
 constexpr double kLeastArea = 0.1e-6;  // m²; a floor or walls with a smaller total area are ignored
 // Fraction of a wall's inclinations that is omitted at each end of their distribution, because these values come from
 // the wall's edges.
 constexpr double kTrimmed = 0.1;
-// m; the rim is the part of a wall within this depth below the old surface, and it is always thin
+// m; the part of a wall down to this depth below the old surface is the rim, which is always thin
 constexpr double kRim = 1e-3;
 // Half width, in voxels, of the stencil with which a wall's inclination is measured. It is wide, so that ripples
 // average out.
@@ -68,8 +68,8 @@ double trimmed_mean(std::vector<std::pair<double, double>> values, double trim) 
   return weight > 0 ? sum / weight : 0;
 }
 
-/// Weighted quantile: the smallest value for which it and all smaller values have together at least the weight
-/// `weight`. Each pair is a value and its weight.
+/// Weighted quantile: the smallest value v for which all values up to v have at least the total weight `weight`. Each
+/// pair is a value and its weight.
 double lowest(std::vector<std::pair<double, double>> values, double weight) {
   std::sort(values.begin(), values.end());
   for (const auto& [v, w] : values) {
@@ -160,8 +160,8 @@ double last_inside(const DenseField& field, const dvec3& p, const dvec3& directi
   return last;
 }
 
-/// Computes the margins: the curves on the old surface that bound the cut. Each curve is a list of points in order, in
-/// voxels.
+/// Computes the margins of the cut: the curves in which its border meets the old surface. Each curve is a list of
+/// points in order, in voxels.
 std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseField& after) {
   constexpr double kLevel = 0.5;           // voxels; the margin lies where the cut has this depth below the old surface
   using Key = std::array<std::size_t, 4>;  // identifies an edge between two points of the surface
@@ -306,7 +306,7 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
       const double a = after.sample(p), b = before.sample(p);
       if (!open && a >= 0 && b < 0) {
         open = true;
-        // the sample next to the interval was tissue before and now, so the interval ends at a wall
+        // the sample next to the interval is tissue before and after, so the interval ends at a wall
         walled = last < 0 && before_last < 0;
         begin = walled ? t - 0.5 + 0.5 * last / (last - a) : t;
       } else if (open && a < 0) {
@@ -412,7 +412,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   if (any_kept) m.kept_removed = kept_removed * h3;
 
   // Measures the distance of the final surface from the ideal, and finds the new parts of the surface. The inside of
-  // pores is excluded, because no probe reaches it. The volumes above include pores.
+  // pores is excluded, because no probe can reach it. (The volumes computed above include pores.)
   std::vector<Facet> fresh, floor, walls;
   const Axes axes = axes_about(in.axis_W);
   const std::vector<bool> open = open_air(after);
@@ -444,8 +444,8 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     }
     if (old > -kNewSurface) return;
     fresh.push_back(f);
-    // Omits facets near an edge between floor and wall. There the gradient's stencil spans both faces, so that the
-    // gradient becomes short or turns away from the facet's normal.
+    // Omits facets near an edge between floor and wall. The gradient's stencil extends over both faces there, so the
+    // gradient is too short or has another direction than the facet's normal.
     const dvec3 g = after.gradient(f.p);
     if (glm::dot(f.n, g) < std::max(kShortest, kOneFace * glm::length(g))) return;
     const double lean = glm::dot(f.n, axes.w);
@@ -499,13 +499,14 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     std::vector<std::pair<double, double>> leans, depths, thickness;
     for (const Facet& f : walls) {
       const dvec3 g = after.gradient(f.p, kAcross);
-      // A shorter gradient means that the stencil spans an edge, so the inclination would not be that of the wall.
+      // If the gradient is shorter, the stencil extends over an edge, and the inclination would not be that of the
+      // wall.
       if (glm::length(g) >= kLeastGradient)
         leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
       depths.emplace_back(-before.sample(f.p), f.area);
       if (last_inside(in.before, f.p, axes.w) * h < kRim) continue;
-      // Measures the thickness of hard tissue from the wall to open air behind it. If pulp comes before air, the wall
-      // is not an outer wall of the tooth.
+      // Measures the thickness of hard tissue from the wall to the open air behind it. If there is pulp before the air,
+      // the wall is not an outer wall of the tooth.
       double last = 0;
       for (double s = 1; s * h < kFarthestWall; s += 0.5) {
         const dvec3 q = f.p - s * f.n;

@@ -33,7 +33,7 @@ struct Place {
 struct CavityMeasures {
   bool has_ideal = false;
   double wanted = 0;        // m³, volume that the ideal removes or adds
-  double done = 0;          // m³, completed part of `wanted`
+  double done = 0;          // m³, the part of `wanted` that the trainee has removed or added
   double over_volume = 0;   // m³, volume of tissue that is missing although the ideal keeps (or adds) it
   double under_volume = 0;  // m³, volume of tissue that remains although the ideal removes it, or of excess filling
   // places where the surface deviates most from the ideal: into the tissue (over) and out of it (under)
@@ -46,8 +46,8 @@ struct CavityMeasures {
   std::optional<double> floor_depth;     // m, mean depth of the floor below the old surface, measured along the axis
   std::optional<double> floor_flatness;  // m, root mean square distance of the floor from a plane
   std::optional<double> floor_tilt;      // rad, angle between the floor and the plane perpendicular to the axis
-  // Total occlusal convergence in rad: twice the mean inclination of the walls. It is positive if the walls open
-  // outwards.
+  // Total occlusal convergence in rad: twice the mean inclination of the walls. Positive: the walls diverge towards the
+  // opening.
   std::optional<double> taper;
   // m, mean depth of the walls, perpendicular to the old surface (for a crown: the axial reduction)
   std::optional<double> wall_depth;
@@ -76,7 +76,7 @@ inline constexpr double kPulpReach = 2e-3;
 
 CavityMeasures measure_cavity(const Preparation& preparation);
 
-/// The measures of the result and the measures of the ideal. A perfect hand would achieve the measures of the ideal.
+/// The measures of the result, and the measures of the ideal, which a perfect hand would achieve.
 struct CavityAndIdeal {
   CavityMeasures result;
   std::optional<CavityMeasures> ideal;  // no value if the task has no ideal

@@ -9,16 +9,16 @@ namespace typodont::session {
 
 namespace {
 
-// Voxels. Beyond this distance from the surface, the closest point is not refined, because there the spacing of the
-// seeds has no effect on the distance.
+// Voxels. Beyond this distance from the surface, the closest point is not refined, because the spacing of the seeds
+// hardly affects the distance there.
 constexpr float kRefineLimit = 20;
-// voxels; the field keeps its own distances up to this limit, which is longer than a voxel's diagonal
+// voxels; samples nearer to the surface than this keep their distances; the limit is longer than a voxel's diagonal
 constexpr float kUnchangedBand = 1.8f;
 
-/// Gives every voxel its nearest seed, by passing seeds from neighbour to neighbour. A seed is a voxel at which the
-/// searched quantity is known from the start: the closest surface point, or a mark. There are eight passes over all
-/// voxels, one for each combination of ascending and descending axes. `closer(to, from)` gives the seed of the voxel
-/// `from` to the voxel `to` if that seed is nearer than the seed of `to`.
+/// Gives every voxel its nearest seed, by passing seeds from neighbour to neighbour. A seed is a voxel whose value is
+/// known at the start: its closest surface point is known, or it is marked. There are eight passes over all voxels, one
+/// for each combination of ascending and descending axes. `closer(to, from)` gives the seed of the voxel `from` to the
+/// voxel `to` if that seed is nearer than the seed of `to`.
 template <class Closer>
 void sweep_all(const glm::ivec3& size, Closer&& closer) {
   const auto n = glm::ivec3(size);

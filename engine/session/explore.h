@@ -13,7 +13,7 @@ namespace typodont::session {
 struct ExploreMeasures {
   int lesions = 0;      // number of lesions; a lesion is a connected piece of caries that extends to the surface
   int found = 0;        // number of lesions that were marked
-  int false_finds = 0;  // number of marks that found no lesion, but sound tissue
+  int false_finds = 0;  // number of marks on sound tissue, which found no lesion
   double explored = 0;  // fraction of the region's surface that the tip explored, 0..1
 };
 

@@ -16,7 +16,7 @@ struct FilmOptions {
   double fps = 30;
 };
 
-/// Writes a film. Use on one thread. Frames are compressed as they arrive, and finish() creates the film completely or
+/// Writes a film. Used by one thread. Frames are compressed as they arrive, and finish() creates the film completely or
 /// not at all. Never throws: if the encoder is missing or fails, message() states the reason.
 class FilmWriter {
  public:

@@ -14,9 +14,9 @@ namespace {
 constexpr std::array<std::string_view, 7> kDeeds = {"smooth", "mark", "drill", "check", "tap", "place", "close"};
 constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
     "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
-// ratio of the spindle's speed to the speed that the phase prescribes; at a larger ratio the trainee gets a note
+// limit of the ratio of the spindle's speed to the speed that the phase prescribes; above it, the trainee sees a note
 constexpr double kOverSpeed = 1.1;
-// Time in s: if the tool of a later phase touches the bone for this time, that phase becomes the present phase.
+// Time in s: if the tool of a later phase works on the bone for this time, that phase becomes the present phase.
 constexpr double kSkipPhaseTime = 1.5;
 // s; a phase of smoothing, marking or checking ends after its goal has been met for this time
 constexpr double kHeld = 0.3;
@@ -24,14 +24,15 @@ constexpr double kHeld = 0.3;
 constexpr double kDrilled = 0.05e-3;
 constexpr double kChecked = 0.25e-3;  // m, tolerance of the depth for a phase with a depth gauge
 constexpr double kThreaded = 0.3e-3;  // m, tolerance of the depth for a phase with a tap
-// Threshold in N: with a smaller force, the tool counts as having no contact, because a tool without contact follows
-// the hand.
+// Limit in N: if the force is smaller, the tool counts as having no contact. A tool without contact follows the hand,
+// so its force is nearly zero.
 constexpr double kLeastContactForce = 0.05;
 constexpr double kLargestProtrusion = 1e-3;  // m, largest length by which a placed implant or screw may protrude
-// m/s; a tool that moves faster along the plan's axis is being moved into the bone
+// m/s; if the tool moves faster than this along the plan's axis, it is being moved into the bone
 constexpr double kInsertionSpeed = 0.1e-3;
 constexpr double kInsertionFilterTime = 0.1;  // s, time constant of the filter for the tool's speed along the axis
-constexpr double kAtSite = 3e-3;  // m; a mark is at the right site if it is within this distance of the plan's axis
+// m; a mark on the bone is at the right site if it is within this distance of the plan's axis
+constexpr double kAtSite = 3e-3;
 constexpr double kOffAxisFrom = 1e-3;  // m; the angle to the plan is checked only if the tip is deeper than this
 
 double volume_of(const ServoTick& tick) {
@@ -111,8 +112,8 @@ void ImplantMeter::add(std::span<const ServoTick> ticks) {
 }
 
 void ImplantMeter::heat(const ServoTick& tick, double dt, bool irrigated) {
-  // The heated bone is a shell around the bed. If the bed is less deep than its diameter, the shell of a bed with this
-  // depth is used.
+  // The heated bone is a shell around the bed. If the bed is less deep than its diameter, the shell around a bed as
+  // deep as its diameter is used.
   const double r = task_.radius[tick.tool], deep = std::max(depth_, 2 * r), s = HeatModel::shell;
   // J/K, heat capacity of the heated bone
   const double warmed = kPi * ((r + s) * (r + s) - r * r) * deep * HeatModel::heat_capacity;
@@ -209,13 +210,13 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   const bool touches = tick.contact_area > 0 || force > kLeastContactForce;
   const double removed = volume_of(tick), cut = std::max(0.0, removed - removed_last_);
   removed_last_ = removed;
-  // A tool works if it cuts or moves deeper. To pull a tool out is not work. So a trainee who pulls out the tool of the
+  // A tool works if it cuts or moves deeper. Pulling a tool out is not work, so a trainee who pulls out the tool of the
   // previous phase gets no note about a wrong tool.
   if (dt > 0)
     insertion_speed_ += ((depth_ - last_depth_) / dt - insertion_speed_) * (1 - std::exp(-dt / kInsertionFilterTime));
   last_depth_ = depth_;
   works_ = touches && (tick.cutting_power > 0 || insertion_speed_ > kInsertionSpeed);
-  // After smoothing or marking is complete, the bur may continue to work until the trainee changes the tool.
+  // After smoothing or marking is complete, the bur may continue to work until the trainee takes another tool.
   const ImplantPhase* before = phase_ > 0 ? &task_.phases[phase_ - 1] : nullptr;
   if (before && before->tool == tick.tool &&
       (before->deed == ImplantAction::kSmooth || before->deed == ImplantAction::kMark))
@@ -286,12 +287,12 @@ ImplantMeasures ImplantMeter::result() const {
   const dvec3 axis = glm::normalize(axis_sum_);
   bed.axis_error = std::acos(std::clamp(glm::dot(axis, plan.axis_W), -1.0, 1.0));
   bed.depth = bottom_;
-  // Computes where the bed's axis meets the platform plane of the plan.
+  // Computes the point in which the bed's axis intersects the platform plane of the plan.
   const double to_platform =
       glm::dot(bottom_W_ - plan.entry_W, plan.axis_W) / std::max(0.1, glm::dot(axis, plan.axis_W));
   bed.entry_error = glm::length(bottom_W_ - to_platform * axis - plan.entry_W);
   bed.apex_error = glm::length(bottom_W_ - plan.apex_W());
-  // If a path lies inside the bed, its distance is 0.
+  // The distance is 0 for a path inside the bed.
   const ImplantCylinder shape{bottom_W_, axis, to_platform, bed_radius_};
   const auto outside = [&](std::span<const dvec3> path_W) { return std::max(0.0, shape.distance(path_W)); };
   if (!task_.canal_W.empty()) bed.canal_distance = outside(task_.canal_W) - task_.canal_radius;

@@ -20,14 +20,14 @@ namespace implant_level {
 inline constexpr std::uint32_t kFree = 0, kSliding = 1, kDrilling = 2, kPerforating = 3, kScrewing = 4, kPlaced = 5;
 }
 
-/// A cylinder with flat ends, which represents a bed or an implant without its thread. SI units, frame W.
+/// A cylinder with flat ends. It represents a bed, or an implant without its thread. SI units, frame W.
 struct ImplantCylinder {
   dvec3 bottom_W{0}, axis_W{0, 0, -1};  // bottom_W: middle of the lower end, m; axis_W: unit vector into the bone
   double length = 0, radius = 0;        // m, length and radius of the cylinder
   /// Returns the distance from a point to the surface of the cylinder in m, negative inside.
   double distance(const dvec3& p_W) const;
-  /// Returns the smallest distance from the points of a polyline to the surface, in m. If the result is 0.3 mm or more,
-  /// it is at most 1 µm too large.
+  /// Returns the smallest distance from the points of a polyline to the surface, in m. Results of at least 0.3 mm are
+  /// too large by at most 1 µm.
   double distance(std::span<const dvec3> path_W) const;
 };
 
@@ -70,10 +70,10 @@ struct ImplantTask {
   std::vector<ImplantPhase> phases;
   std::vector<double> tip;     // for each tool: distance in m from the tool's origin to its tip
   std::vector<double> radius;  // for each tool: its radius in m
-  double greatest_force = 0;   // N, limit of the force; the time with a larger force counts as over-force
+  double greatest_force = 0;   // N, limit of the force; the time with a larger force is measured as over-force
   double greatest_angle = 0;   // rad, limit of the angle to the plan's axis; beyond it the trainee is warned
   double depth_tolerance = 0;  // m, limit of the depth beyond the planned depth; beyond it the trainee is warned
-  double canal_clearance = 0;  // m; at a smaller distance from the nerve canal the trainee is warned
+  double canal_clearance = 0;  // m; if the distance to the nerve canal is smaller than this, the trainee is warned
   std::vector<dvec3> canal_W;  // the nerve canal as a polyline; empty if there is no canal
   double canal_radius = 0;     // m, radius of the nerve canal
   std::vector<NeighbourRoot> neighbours;
@@ -120,7 +120,7 @@ class ImplantMeter {
   static constexpr std::size_t kBins = 200;
   std::vector<double> across_, along_;
   double span_ = 0.01, span_filled_ = 0, across_sum_ = 0, along_sum_ = 0;
-  // Sums over the positions of the drill, from which the bed's geometry is computed.
+  // Sums over the positions of the drill in the bed, from which the bed's geometry is computed.
   dvec3 axis_sum_{0}, top_W_{0}, bottom_W_{0};
   double top_ = 1e9, bottom_ = -1e9;
   double bed_radius_ = 0;

@@ -11,7 +11,7 @@
 
 namespace typodont::session {
 
-/// Notes that the trainee sees at once during the exercise.
+/// Notes that the trainee sees during the exercise as soon as their reason occurs.
 enum class ImplantNote {
   kNone,
   kWrongTool,

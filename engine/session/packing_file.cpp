@@ -43,7 +43,7 @@ bool write_array(hid_t file, const char* name, hid_t type, hsize_t rows, hsize_t
 }
 
 /// Reads a dataset with `columns` columns and checks it. `rows` is the required number of rows, or 0 if any number from
-/// 1 is allowed. The function calls resize(rows), which returns the memory for the data.
+/// 1 is allowed. The function calls resize(rows), which must return the memory for the data.
 template <class Resize>
 void read_array(hid_t file, const std::string& path, const char* name, H5T_class_t kind, hid_t type, hsize_t rows,
                 hsize_t columns, Resize&& resize) {
@@ -70,7 +70,7 @@ void read_array(hid_t file, const std::string& path, const char* name, H5T_class
       (rows > 0 && extent[0] != rows)) {
     refuse(fmt::format("{} x {}", extent[0], extent[1]));
   }
-  // Refuses a dataset that claims to have more numbers than the file contains, before memory is allocated for them.
+  // Refuses a dataset that states more numbers than the file contains, before memory is allocated for them.
   if (H5Dget_storage_size(dataset.get()) < extent[0] * columns * H5Tget_size(stored.get())) refuse("fewer numbers");
   void* to = resize(static_cast<std::size_t>(extent[0]));
   if (H5Dread(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, to) < 0) refuse(h5_reason());
@@ -86,7 +86,8 @@ bool is_packing(const std::filesystem::path& file) {
 
 void save_packing(const std::filesystem::path& file, const SpherePacking& packing) {
   const H5Quiet quiet;
-  // Session files have the extension .h5, too. A packing may replace only a packing and no session.
+  // Session files have the extension .h5, too. A packing may replace a file that contains a packing, but never a
+  // session.
   if (std::error_code code; std::filesystem::is_regular_file(file, code) && !is_packing(file)) {
     throw Error(file.string(), "", "a file of another kind", "a packing to replace, or a new name");
   }

@@ -1,4 +1,4 @@
-// Stores sphere packings in files (.h5), so that a tissue must be packed only once and every session uses the same
+// Stores sphere packings in files (.h5). So a tissue must be packed only once, and every session uses the same
 // spheres.
 #pragma once
 

@@ -12,19 +12,20 @@ namespace typodont::session {
 
 namespace {
 
-// largest |cosine| of the angle between mesial and buccal; the two must be nearly perpendicular
+// largest |cosine| of the angle between the directions mesial and buccal, which must be nearly perpendicular
 constexpr double kSquare = 0.05;
 // Limit of the cosine between a surface's normal and the axis. Above it, the surface is a floor; below it, a wall.
 constexpr double kLevel = 0.7;
 // A point is "central" if its distance from the middle is less than this fraction of the work's half width.
 constexpr double kCentral = 0.25;
 
-/// The extent of the work, which is all tissue that was changed or should have been changed.
+/// The extent of the work. The work is all tissue that was changed or should have been changed.
 struct Work {
-  dvec3 middle_W{0};           // m, centre of the work's volume
-  double low = 0, high = 0;    // m, range of the work's positions along the axis
-  double half_width = 0;       // m, largest distance of the work from its middle, perpendicular to the axis
-  bool around_tissue = false;  // true if there is tissue in the middle of the ideal, as in a crown's stump or a filling
+  dvec3 middle_W{0};         // m, centre of the work's volume
+  double low = 0, high = 0;  // m, range of the work's positions along the axis
+  double half_width = 0;     // m, largest distance of the work from its middle, perpendicular to the axis
+  // true if the ideal keeps tissue in the middle of the work, as for a crown's stump or a filling
+  bool around_tissue = false;
 };
 
 Work work_of(const Preparation& in) {
@@ -106,7 +107,8 @@ PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3
 }
 
 std::string_view side_seen(const ToothSides& tooth, const dvec3& axis_W, const dvec3& look_W) {
-  // Limit of the cosine between the view and a side's direction. Above it, the viewer sees the tooth from that side.
+  // Limit of the cosine between the direction of view and the direction of a side. Above it, the viewer sees the tooth
+  // from that side.
   constexpr double kSquarely = 0.95;
   const dvec3 to_eye = -glm::normalize(look_W);
   const auto along = [&](const dvec3& side) { return glm::dot(to_eye, side); };

@@ -76,7 +76,8 @@ PerTissue in_mm3(const PerTissue& volumes) {
 struct SessionWriter::Impl {
   std::filesystem::path file, written_to;
   std::optional<PartialFile> partial;  // exists only while the file has another name (`written_to`)
-  std::optional<Journal> journal;      // exists only for live recordings; must exist longer than h5
+  // exists only for live recordings; declared before h5, because it must exist longer than h5
+  std::optional<Journal> journal;
   WriterOptions options;
   WriterStatus status;
   int lock_fd = -1;
@@ -152,9 +153,9 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);
   H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
   if (!options.whole_or_nothing && !options.rewrites && !journal.emplace(file).use(access.get())) refuse(h5_reason());
-  // Sets a small cache for every dataset. Rows are written in order, so each column needs a cache only for its present
-  // chunk. HDF5's default of 1 MB per column would waste 50 MB. The size is set for the whole file, because SWMR opens
-  // the datasets again and loses their own settings.
+  // Sets a small cache for every dataset. Rows are written in order, so the cache of a column must only hold the
+  // present chunk. HDF5's default of 1 MB per column would waste 50 MB. The size is set for the whole file, because
+  // SWMR mode opens the datasets again, and their own settings are then lost.
   H5Pset_cache(access.get(), 0, 11, kLargestChunkBytes, 1.0);
   H5 creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation.get(), false);
@@ -167,7 +168,7 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
     refuse(h5_reason());
   }
   lock_fd = lock_while_recording(written_to);
-  // From here on, the file can be opened even if the program is killed. So a live recording now gets its final name.
+  // From here on, the file can be opened even if the program is killed. So a live recording gets its final name now.
   if (!options.whole_or_nothing) {
     try {
       if (journal) {
@@ -245,9 +246,10 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
 }
 
 bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
-  // The size of a chunk is chosen so that it becomes full shortly before a flush is due, and that flush writes it. So
-  // each chunk is written only once, and the fixed cost of a flush occurs only twice per second. This works if the
-  // servo runs at nine tenths of its rate or faster.
+  // The size of a chunk is chosen so that it becomes full shortly before a flush is due. The flush then writes it, so
+  // each chunk is written only once, and the fixed cost of a flush occurs only twice per second. The constant is the
+  // fraction of the rows of a flush interval that fill a chunk, so this works if the servo runs at nine tenths of its
+  // rate or faster.
   constexpr double kOfAFlush = 0.9;
   const double rows = std::clamp(header.servo_rate * to_seconds(options.flush_interval) * kOfAFlush, 256.0, 8192.0);
   const auto tick_chunk = static_cast<std::size_t>(rows);
@@ -383,7 +385,7 @@ void SessionWriter::Impl::fail(const std::string& why) noexcept {
 std::optional<std::uint64_t> SessionWriter::Impl::free_bytes() const noexcept {
   if (options.free_bytes) return options.free_bytes();
   struct statvfs space {};
-  // If the free space is unknown, the recording goes on until a write fails.
+  // If the free space is unknown, the recording continues until a write fails.
   if (statvfs(written_to.c_str(), &space) != 0) return std::nullopt;
   return std::uint64_t{space.f_bavail} * space.f_frsize;
 }
@@ -444,13 +446,13 @@ void SessionWriter::Impl::write_all() noexcept {
     if (!good || H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0) fail(reason());
   }
   count_commit();
-  // The next flush interval is counted from the beginning of this write. Otherwise a slow disk would also make the
-  // intervals longer.
+  // The next flush interval begins with the start of this write. Otherwise a slow disk would also make the intervals
+  // longer.
   last_write = begin;
   status.slowest_flush = std::max(status.slowest_flush, now() - begin);
 }
 
-/// Counts the rows as lost that HDF5 accepted but that did not reach the disk.
+/// Counts rows as lost that HDF5 accepted but that did not reach the disk.
 void SessionWriter::Impl::count_commit() noexcept {
   const bool safe = open();
   const auto settle = [&](Table& table, std::uint64_t& lost_rows) {

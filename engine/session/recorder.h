@@ -30,10 +30,10 @@ struct WriterOptions {
   std::function<std::uint64_t()> free_bytes;  // returns the free space in bytes; if empty, the file system is asked
   // True: the writer writes a temporary file, and finish() renames it. Use this for results and not for live sessions.
   bool whole_or_nothing = false;
-  // True: the writer copies a recorded session into a new file. Then all events are given, and none is derived from the
-  // ticks.
+  // True: the writer copies a recorded session into a new file. In this case, it does not derive events from the ticks,
+  // because all events are given.
   bool rewrites = false;
-  Lost lost_before;  // losses of the original recording, if a recorded session is copied into a new file
+  Lost lost_before;  // losses of the original recording, if the writer copies a recorded session
 };
 
 /// The state of the recording. `message` tells the user that an operation failed or that the disk is nearly full.
@@ -55,7 +55,8 @@ class SessionWriter {
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
 
-  // Append a patch or a cut before the tick that contains its number. Then the file is complete up to its last tick.
+  // Patches and cuts must be appended before the tick that contains their number, so that the file is always complete
+  // up to its last tick.
   void append(std::span<const ServoTick> ticks) noexcept;
   void append(std::span<const Cut> cuts) noexcept;
   void append(std::span<const PatchUse> patches) noexcept;

@@ -49,7 +49,7 @@ struct ReportOptions {
 SessionPicture read_picture(const std::filesystem::path& png, std::string_view name, std::string_view title = "");
 
 /// Returns the volumes, hand measures and result that the session contains, as the input of the score. If the session
-/// has no result, the final volumes are the initial volumes minus the volumes that the ticks removed.
+/// has no result, the final volume is computed as the initial volume minus the volume that the ticks removed.
 ScoreInput score_input(const SessionReader& session);
 /// Computes the score with the rules in the session's scene.
 Score score_session(const SessionReader& session);

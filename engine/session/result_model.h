@@ -13,8 +13,8 @@
 
 namespace typodont::session {
 
-/// Tissue labels on a grid, from which the cut face of a section is coloured. A label is air where tissue never
-/// existed.
+/// Tissue labels on a grid, which give the cut face of a section its colours. The label is air where there was never
+/// any tissue.
 struct TissueLabels {
   VoxelFrame frame;            // position of the grid in frame W; sample (0,0,0) lies at the frame's origin
   glm::ivec3 size{0};          // number of samples per axis; 0 if there are no labels
@@ -33,7 +33,7 @@ struct ResultModel {
   TissueLabels labels;                                  // tissue labels inside the model
 };
 
-/// Deviation, in m, at which the difference map has its strongest colour.
+/// At this deviation from the ideal, in m, the difference map has its strongest colour.
 inline constexpr double kFullColor = 0.5e-3;
 
 /// An orthographic view in the direction `look_W`. `up_W` points upwards in the picture.

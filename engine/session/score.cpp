@@ -38,12 +38,12 @@ HandMeter::HandMeter(double servo_rate)
 void HandMeter::add(std::span<const ServoTick> ticks) {
   for (const ServoTick& tick : ticks) {
     const dvec3& p = tick.X_WT.p;
-    const bool held = tick.faults & bits(Fault::kHeld);  // the emergency key is on: no force and no cut
+    const bool held = tick.faults & bits(Fault::kHeld);  // the emergency key is on, so there is no force and no cut
     if (tick.faults & ~bits(Fault::kHeld)) ++faults_;
     if (!is_finite(p) || !is_finite(tick.f_T_W)) continue;
     if (first_) {
       t_first_ = tick.t;
-      // the tremor's filter starts as for a hand at rest here, because a jump from the origin would look like tremor
+      // here the tremor's filter starts as for a hand at rest, because a jump from the origin would look like tremor
       filter_ = {p, p, dvec3(0), dvec3(0)};
     }
     t_last_ = tick.t;
@@ -111,7 +111,7 @@ bool is_healthy(Tissue t) {
 }
 
 constexpr double kMm3 = 1e9;  // number of mm³ in a m³
-// Fraction of the surface that must be explored for the full result. The tip cannot touch the rest.
+// Fraction of the surface that must be explored for full points, because the tip cannot reach all of the surface.
 constexpr double kEnoughExplored = 0.9;
 
 double removed_fraction(const ScoreInput& in, Tissue t) {
@@ -137,8 +137,8 @@ std::optional<double> against_ideal(const ScoreInput& in, double sign) {
   return sum * kMm3;
 }
 
-/// A measure that the score can use, with its name, its unit, its better direction, and a function that computes its
-/// value.
+/// A measure that the score can use: its name, its unit, the direction in which it becomes better, and a function that
+/// computes its value.
 struct Measure {
   const char* name;
   const char* unit;
@@ -327,8 +327,8 @@ const Measure* find_measure(std::string_view name) {
 /// Returns the completed fraction of the task. For an exploration, it is the mean of the fraction of lesions found and
 /// the fraction of surface explored. For an implant exercise, it is the completed fraction of the phases. If the task
 /// has an ideal, it is the completed fraction of the ideal's changes; otherwise it is the removed fraction of the
-/// caries. In all other cases, the task is complete as soon as any tissue was cut or filled. So a session without work
-/// gets no points.
+/// caries. In all other cases, the task is complete as soon as any tissue was cut or filled. In every case, a session
+/// without work gets no points.
 double completion(const ScoreInput& in) {
   if (in.explore) {
     const double found = in.explore->lesions > 0 ? static_cast<double>(in.explore->found) / in.explore->lesions : 1.0;
@@ -408,8 +408,8 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
                 {"contact_time_s", 0, 300, 0, Best::kAtMost, ours},
                 {"strokes", 0, 50, 0, Best::kAtMost, ours},
                 {"tremor_rms_um", 100, 100, 3, Best::kAtMost, ours}});
-  // If the task has no ideal, some healthy tissue must be removed to get to the caries. Therefore a volume up to that
-  // of the caries costs no points.
+  // If the task has no ideal, some healthy tissue must be removed to reach the caries. Therefore healthy tissue up to
+  // the volume of the caries costs no points.
   if (input.explore || input.ideal || (input.cavity && input.cavity->has_ideal)) {
     rules.push_back({"healthy_removed_mm3", 0, 10, 0, Best::kAtMost, ours});
   } else {
@@ -517,8 +517,8 @@ std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
   std::vector<ScoreRule> rules;
   if (block.boolean_or("defaults", true)) {
     rules = default_rules(input);
-    // An ideal may leave caries or open the pulp. Then the ideal's value becomes the target, so that the ideal gets the
-    // full score.
+    // An ideal may itself leave caries or open the pulp. In this case, the ideal's value becomes the target, so that
+    // the ideal gets the full score.
     if (has_ideal(input)) {
       const ScoreInput ideal = as_the_ideal(input);
       for (ScoreRule& rule : rules) {

@@ -1,4 +1,4 @@
-// Computes scores. The functions convert measures to points, and each item has an explanation. A perfect result gets
+// Computes scores. The functions convert measures to points, and explain each item of the score. A perfect result gets
 // the full score, and every worse result gets a lower score.
 #pragma once
 
@@ -132,15 +132,15 @@ struct Score {
   double full = 0;    // 100, or 0 if no item gives points
   // Completed fraction of the task, with which the sum of the items' points is multiplied. It is the fraction of the
   // ideal's changes, of the lesions found and the surface explored, or of the caries. In other tasks it is 1 if any
-  // tissue was cut or filled. So a session without work gets no points, although each item without deviation shows its
+  // tissue was cut or filled. So a session without work has the score 0, although items without deviation show their
   // full points.
   double completion = 1;
   PassMark pass;
 
   bool counts() const { return full > 0; }
   bool passed() const { return points >= pass.points; }
-  /// Returns true if the item's fraction of its full points is less than the fraction of 100 points that the pass mark
-  /// requires.
+  /// Returns true if the item is below the pass mark: its fraction of its full points is smaller than the fraction of
+  /// 100 points that is needed to pass.
   bool missed(const ScoreItem& item) const { return item.full > 0 && item.points < pass.points / 100 * item.full; }
 };
 

@@ -12,7 +12,7 @@
 
 namespace typodont::session {
 
-/// A file from which the scene was built. With this entry, a replay detects whether the file was changed.
+/// A file from which the scene was built. With its hash, a replay detects whether the file was changed.
 struct SourceFile {
   std::string path;  // path of the file as the scene states it
   std::uint64_t bytes = 0;
@@ -90,9 +90,10 @@ struct Lost {
   // number of ticks that reached the recorder but were lost because the disk was full or failed
   std::uint64_t ticks_disk = 0;
   std::uint64_t cuts_disk = 0;
-  std::uint64_t other_disk = 0;     // number of patch uses, events and stream samples lost by the disk
-  std::uint64_t other_ring = 0;     // number of patch uses, events and stream samples lost by a ring
-  std::uint64_t pictures_disk = 0;  // number of pictures of the result lost by the disk
+  // number of patch uses, events and stream samples lost because the disk was full or failed
+  std::uint64_t other_disk = 0;
+  std::uint64_t other_ring = 0;     // number of patch uses, events and stream samples lost because a ring was full
+  std::uint64_t pictures_disk = 0;  // number of pictures of the result lost because the disk was full or failed
   bool operator==(const Lost&) const = default;
   bool any() const { return *this != Lost{}; }
 };

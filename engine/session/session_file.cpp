@@ -30,7 +30,7 @@ struct ColumnName {
   bool may_lack = false;  // true if files of older versions do not have this column
 };
 
-/// Reads one table of the file. Only intact rows can be read.
+/// Reads one table of the file. Only rows that are not damaged can be read.
 class TableReader {
  public:
   /// Opens the table. If `salvage` is true (the file was cut off), the readable length of every column is determined.
@@ -294,14 +294,14 @@ void SessionReader::Impl::open() {
   being_recorded = is_being_recorded(file);
   const auto open_as = [&](const std::filesystem::path& path, unsigned flags) {
     // If a checksum is wrong because a writer is active, HDF5 tries again after a pause, and each pause is twice as
-    // long as the previous one. 20 attempts take a millisecond. The pauses of HDF5's default of 100 attempts would
-    // never end.
+    // long as the previous one. 20 attempts take a millisecond; the last pauses of HDF5's default of 100 attempts would
+    // be practically endless.
     H5 properties(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     if (flags & H5F_ACC_SWMR_READ) H5Pset_metadata_read_attempts(properties.get(), being_recorded ? 20 : 1);
     h5 = H5(H5Fopen(path.c_str(), flags, properties.get()), H5Fclose);
     return static_cast<bool>(h5);
   };
-  // A power cut during a flush leaves a journal. Then a copy of the file with the journal's changes is read.
+  // A power cut during a flush leaves a journal. In this case, a copy of the file with the journal's changes is read.
   if (const auto copy = being_recorded ? std::nullopt : completed_copy(file)) {
     marked = true;
     if (!open_as(*copy, H5F_ACC_RDONLY)) open_as(*copy, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ);
@@ -340,8 +340,8 @@ void SessionReader::Impl::open() {
   const auto open_table = [&](TableReader& table, const std::string& path, const std::vector<ColumnName>& names) {
     table.open(file, h5.get(), path, names, truncated);
   };
-  // The ticks are opened first. An active writer may add rows meanwhile, so the cuts and patches then extend at least
-  // to the last tick.
+  // The ticks are opened first. An active writer may add rows in the meantime, so the cuts and patches that are opened
+  // later extend at least to the last tick.
   open_table(ticks, "ticks", names_of(tick_columns()));
   TableReader table;
   open_table(table, "cuts", names_of(cut_columns()));
@@ -502,7 +502,7 @@ void SessionReader::Impl::read_result() {
 }
 
 void SessionReader::Impl::find_gaps() {
-  // Checks in all ticks the columns that show gaps. The other columns are checked when they are read.
+  // Checks for all ticks the columns by which gaps are recognised. The other columns are checked when they are read.
   constexpr hsize_t kPiece = 1 << 16;
   const auto place_of = [](const char* name) {
     const auto names = names_of(tick_columns());
@@ -625,7 +625,7 @@ bool repair_session(const std::filesystem::path& file) {
   std::optional<PartialFile> partial;
   {
     const SessionReader reader(file);
-    // If the writer closed the file, the file is intact, even if it has no result.
+    // If the writer closed the file itself, the file is intact, even if it contains no result.
     if (!reader.impl_->marked || reader.being_recorded()) return false;
     std::error_code code;
     if (std::filesystem::remove(journal_of(file), code)) sync_folder_of(file);

@@ -137,7 +137,7 @@ std::filesystem::path signature_file(const std::filesystem::path& session) {
 
 namespace {
 
-/// Throws Error if `file` exists and is no signature. For example, a link with this name could lead to any file.
+/// Throws Error if `file` exists and is not a signature. For example, it could be a link, which could lead to any file.
 void require_replaceable(const std::filesystem::path& file) {
   std::error_code code;
   if (!std::filesystem::exists(file, code) || std::filesystem::file_size(file, code) == 0) return;

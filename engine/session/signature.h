@@ -1,5 +1,5 @@
 // Signatures of session files. A signature is the code HMAC-SHA256 of the file's bytes, stored in SESSION.h5.sig beside
-// the file. Nobody can create or change a signed session unnoticed without the key. Set-up time; any thread; the
+// the file. Without the key, nobody can create a signed session, or change one unnoticed. Set-up time; any thread; the
 // functions throw Error.
 #pragma once
 

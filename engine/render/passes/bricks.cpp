@@ -37,8 +37,8 @@ void measure(Brick& brick, const MeshUpdate& u) {
     brick.lo = glm::min(brick.lo, v.p);
     brick.hi = glm::max(brick.hi, v.p);
   }
-  // The cone contains the normals of the triangles, not of the vertices, because the triangles' normals decide which
-  // faces point away from an eye.
+  // The cone contains the normals of the triangles, not of the vertices, because a triangle faces away from an eye if
+  // its own normal does.
   glm::vec3 sum(0);
   const auto face = [&](std::size_t i) {
     const glm::vec3 a = u.vertices[u.indices[i]].p, b = u.vertices[u.indices[i + 1]].p,
@@ -110,7 +110,8 @@ bool outside(const Planes& p, const Brick& b) {
   return false;
 }
 
-/// Returns true if the brick lies completely beyond the plane. A zero plane covers no brick.
+/// Returns true if the brick lies completely beyond the plane, so that another body covers it. A zero plane covers no
+/// brick.
 bool covered(const glm::vec4& plane, const Brick& b) {
   const glm::vec3 farthest(plane.x > 0 ? b.hi.x : b.lo.x, plane.y > 0 ? b.hi.y : b.lo.y, plane.z > 0 ? b.hi.z : b.lo.z);
   return glm::dot(glm::vec3(plane), farthest) + plane.w < 0;
@@ -190,7 +191,8 @@ void BrickStore::update(gpu::Device& device, MeshId id, std::span<const MeshUpda
     }
     brick.first_vertex = static_cast<std::uint32_t>(v);
     brick.first_index = static_cast<std::uint32_t>(i);
-    // Writes directly into memory that the GPU reads. The range of the memory is new, so no unfinished frame reads it.
+    // Writes directly into memory that the GPU reads. This range of the memory was allocated just now, so no unfinished
+    // frame reads it.
     const BrickBlock& block = blocks[static_cast<std::size_t>(brick.block)];
     packed_.clear();
     for (const Vertex& vertex : u.vertices) packed_.push_back(pack(vertex));
@@ -252,8 +254,8 @@ std::optional<SceneBounds> BrickStore::bounds() const {
 
 namespace {
 
-/// Returns a plane in mesh coordinates. In this view, another body covers the initial bricks of the mesh beyond this
-/// plane, so they need not be drawn. A zero plane covers no brick.
+/// Returns a plane in mesh coordinates: in this view, bricks that the mesh had at the start and that lie beyond the
+/// plane are inside another body, so they need not be drawn. A zero plane covers no brick.
 glm::vec4 cover_of(const std::map<MeshId, glm::dvec4>& covers, MeshId id, View view, const Pose& X_WM) {
   const auto found = covers.find(id);
   if (found == covers.end() || view == View::kSection || view == View::kXray) return glm::vec4(0);

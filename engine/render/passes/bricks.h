@@ -17,8 +17,8 @@ struct GpuVertex {
   float p[3];         // m, position relative to the mesh's origin
   std::int16_t n[4];  // unit normal; w: difference / kDifferenceRange; all as snorm
   // Byte 0: the first tissue (low four bits) and Vertex::cut · 15 (high four bits). Byte 1: the second tissue and
-  // Vertex::thin · 15. Byte 2: the second tissue's fraction · 255. Byte 3: the tissue below the surface and its visible
-  // fraction · 15.
+  // Vertex::thin · 15. Byte 2: the second tissue's fraction · 255. Byte 3: the tissue below the surface and the visible
+  // fraction of its colour · 15.
   std::uint8_t tissue[4];
 };
 static_assert(sizeof(GpuVertex) == 24);
@@ -39,7 +39,8 @@ struct Brick {
   std::uint32_t first_vertex = 0, vertices = 0, first_index = 0, indices = 0;
   glm::vec3 lo{0}, hi{0};  // m, corners of the bounding box in the mesh's frame
   glm::vec3 cone_axis{0, 0, 1};
-  float cone_cutoff = 1;         // sine of the largest angle between a normal and the axis; 1: all directions
+  // sine of the largest angle between a normal and the cone's axis; 1: normals in all directions
+  float cone_cutoff = 1;
   bool first = false;            // true if the brick exists since the start and has not changed
   std::array<PixelBox, 2> seen;  // box of the brick's pixels in each eye's picture
   std::uint64_t seen_by = 0;     // version of the eyes' poses for which `seen` is valid

@@ -66,7 +66,7 @@ struct SlotBuffers {
 inline constexpr VkShaderStageFlags kPushStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
 /// Sets ObjectData::view for the next draw. `omitted_fraction`: fraction of the pixels that are not drawn; for tools
-/// only. `open_radius`: m, see ObjectData::view; for handpieces only.
+/// only. `open_radius`: m, radius of the cone in which a handpiece is not drawn (ObjectData::view).
 inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int view, double omitted_fraction = 0,
                       double open_radius = 0) {
   const glm::vec4 value(static_cast<float>(view), static_cast<float>(omitted_fraction), static_cast<float>(open_radius),

@@ -38,7 +38,7 @@ void FilmStore::update(std::span<const FilmTexel> all, std::span<const FilmBox> 
 
 void FilmStore::mark(const glm::dmat4& clip_from_world, const glm::ivec2& picture, Tiles& tiles) const {
   for (const Part& part : parts) {
-    // The shader interpolates between texels, so a changed texel changes the picture up to the neighbouring samples.
+    // The shader interpolates between texels. So a changed texel changes the picture as far as the neighbouring texels.
     const dvec3 lo = grid.origin + grid.spacing * (dvec3(part.lo) - 1.0),
                 hi = grid.origin + grid.spacing * dvec3(part.lo + part.size);
     tiles.mark(seen_in(clip_from_world, glm::vec3(lo), glm::vec3(hi), picture));

@@ -1,5 +1,5 @@
 // The film of water and slurry on the GPU: a 3-D image of texels around the working tooth. Without a film, the image
-// is one empty texel, which the descriptor sets need.
+// consists of one empty texel, because the descriptor sets need an image.
 #pragma once
 
 #include <span>

@@ -115,10 +115,10 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
         data.handpiece[i++] = glm::vec4(glm::dvec4(X_WH * cone.b, cone.rb));
       }
     }
-    // Motion blur: the shutter is open for the whole frame, so the picture is a mean over the positions of the n blades
-    // around the head. The contrast of the blades falls as |sin x / x| with x = n ω T / 2. It is zero if each blade
-    // moves to the position of the next blade in one frame. At higher speeds, the small remaining contrast is
-    // neglected.
+    // Motion blur: the simulated shutter is open for the time T of a whole frame, so the picture is a mean over the
+    // positions of the n blades of the head, which rotates at ω. The contrast of the blades is |sin x / x| with x = n ω
+    // T / 2. It is zero if each blade moves to the position of the next blade within one frame. At higher speeds, the
+    // small remaining contrast is neglected.
     constexpr double kExposure = 1.0 / 60;  // s, exposure time T of the motion blur
     const double x = 0.5 * tool.blades * std::abs(frame.tool.spindle) * kExposure;
     const double blur = x < 1e-6 ? 0 : x < kPi ? 1 - std::sin(x) / x : 1;

@@ -130,7 +130,7 @@ struct ParticlePass {
 };
 
 /// Draws the area that the user cannot see (behind a headset's lenses) before all other parts and at the nearest depth,
-/// so that nothing else is drawn in this area.
+/// so that the depth test rejects everything else in this area.
 struct HiddenPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   gpu::Buffer corners;
@@ -141,7 +141,7 @@ struct HiddenPass {
 };
 
 /// Masks the parts of the pictures that this frame does not redraw. It is drawn first and writes only depth, with the
-/// nearest value, so that nothing else is drawn in these parts.
+/// nearest value, so that the depth test rejects everything else in these parts.
 struct MaskPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   SlotBuffers corners;

@@ -25,8 +25,8 @@ class Targets {
   bool keeps_depth = false;
 
   /// Returns true if the scene is stored separately from the particles in front of it. Particles change nearly the
-  /// whole picture in every frame. Restoring a pixel of the scene costs only a copy, while redrawing it costs triangles
-  /// and lighting. False if samples are averaged or one pass draws both eyes.
+  /// whole picture in every frame, and copying a pixel of the stored scene is much cheaper than drawing it again. False
+  /// if samples are averaged or one pass draws both eyes.
   bool layered() const { return context_.samples == 1 && !context_.view_mask && !keeps_depth; }
   /// Returns the image into which the scene is drawn.
   const gpu::Image& scene() const { return layered() ? scene_ : pictures; }
@@ -53,9 +53,9 @@ class Targets {
   gpu::Image color_, depth_;
   gpu::Image scene_, scene_depth_;  // if layered(): the pictures and the depth of the scene without particles
 
-  /// Returns true if the samples are averaged at the end of the pass. This is the case if one pass draws both eyes.
-  /// Otherwise a separate command averages the samples of each eye, because lavapipe 22.3 would always average into the
-  /// first layer, without an error, even if the pass specifies another layer.
+  /// Returns true if the samples are averaged at the end of the pass. They are if one pass draws both eyes. Otherwise a
+  /// separate command averages the samples of each eye. The reason is an error of lavapipe 22.3: at the end of a pass,
+  /// it always averages into the first layer, even if the pass specifies another layer.
   bool resolves_in_pass() const { return context_.samples > 1 && context_.view_mask != 0; }
   bool resolves_by_command() const { return context_.samples > 1 && context_.view_mask == 0; }
 };

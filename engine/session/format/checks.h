@@ -13,7 +13,7 @@ namespace typodont::session {
 
 /// Limits for plausible values of a recording. They are far beyond the values of a real bench.
 struct RecordingLimits {
-  // Limit of the absolute value of a time, in ns. Times may be negative, because a stream of data may begin before the
+  // Limit of the absolute value of a time, in ns. Times may be negative, because a recorded stream may begin before the
   // first tick.
   Nanos longest = 30 * 86'400 * kNanosPerSecond;
   // m, largest distance of the hand from the workbench's origin; the servo refuses a hand farther away
@@ -30,12 +30,12 @@ struct RecordingLimits {
 };
 inline constexpr RecordingLimits kRecordingLimits;
 
-// Each function below throws an Error with the file, the position (for example "cuts, row 7, index"), the value found
-// and the value expected.
+// Each function below throws an Error that names the file, the position (for example "cuts, row 7, index"), the value
+// found and the value expected.
 
 void check_header(const std::string& file, const SessionHeader& header);
 /// Checks that the ticks' indices increase from tick to tick. `first` is the row of the first tick in the file. The
-/// hand's pose may have any value, because the servo records invalid input unchanged.
+/// hand's pose is not checked, because the servo records invalid input unchanged.
 void check_ticks(const std::string& file, std::span<const ServoTick> ticks, std::uint64_t first, std::size_t tools);
 void check_cuts(const std::string& file, std::span<const Cut> cuts, std::size_t tools);
 void check_patches(const std::string& file, std::span<const PatchUse> patches);

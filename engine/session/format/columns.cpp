@@ -12,8 +12,8 @@ namespace typodont::session {
 
 namespace {
 
-// Units in files. An SI value is multiplied by a power of ten. A double stores this power exactly, so that only one
-// rounding occurs. The division that converts the value back also rounds once.
+// Units in files. An SI value is multiplied by a power of ten. A double stores this power exactly, so the conversion
+// rounds only once. The conversion back is a division, which also rounds only once.
 struct Millimetres {
   static constexpr const char* kName = "mm";
   static double to_file(double si) { return si * 1e3; }
@@ -221,7 +221,7 @@ std::vector<Column<ServoTick>> make_tick_columns() {
               [](T& t) -> double& { return t.f_model_W.x; });
   model_force("model_force_y_N", "the same", [](T& t) -> double& { return t.f_model_W.y; });
   model_force("model_force_z_N", "the same", [](T& t) -> double& { return t.f_model_W.z; });
-  // Session files have this column, too, because the score of an implant exercise depends on the state of the tool.
+  // Session files have this column, too, because the score of an implant exercise depends on it (the tool's state).
   c.push_back(added_later(exact<T>("level", "", "level of detail of the contact model, or its state; 0: the finest",
                                    [](T& t) -> std::uint32_t& { return t.level; })));
 

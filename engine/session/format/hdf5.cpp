@@ -29,7 +29,7 @@ herr_t keep_reason(hid_t stack, void*) {
 }  // namespace
 
 H5Quiet::H5Quiet() {
-  // Disables HDF5's exit handler, which would repeat the writes that a full disk has refused and then print errors.
+  // Disables HDF5's exit handler, which would repeat writes that failed because of a full disk, and then print errors.
   // Sessions close their files themselves. HDF5 accepts this call only before any other call.
   static const bool no_exit_handler = H5dont_atexit() >= 0;
   static_cast<void>(no_exit_handler);
@@ -103,8 +103,8 @@ H5 open_dataset(const std::string& file, hid_t root, const std::string& path) {
     if (filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_DEFLATE && filter != H5Z_FILTER_FLETCHER32)
       throw Error(file, path, fmt::format("filter {}", filter), "shuffle, deflate or fletcher32");
   }
-  // Compares the size that the dataset claims to have with the size of the file. Otherwise a small file could make the
-  // reader allocate much memory.
+  // Compares the size that the dataset states with the size of the file. Without this check, a small damaged file could
+  // make the reader allocate much memory.
   const H5 space(H5Dget_space(dataset.get()), H5Sclose), type(H5Dget_type(dataset.get()), H5Tclose);
   const hssize_t cells = H5Sget_simple_extent_npoints(space.get());
   const int dimensions = H5Sget_simple_extent_ndims(space.get());

@@ -60,7 +60,7 @@ std::string h5_reason();
 
 /// Opens a group or dataset by its path from `root`. Returns an empty handle if the object does not exist. Accepts only
 /// objects that the session writer could have created: every name on the path is a hard link; a dataset has its data in
-/// this file, uses the writer's filters, has one dimension, and claims no more data than the file can contain. Other
+/// this file, uses the writer's filters, has one dimension, and states no more data than the file can contain. Other
 /// links, external storage and virtual datasets are refused, because they could expose the content of other files.
 /// Throws Error(`file`, path, …).
 H5 open_group(const std::string& file, hid_t root, const std::string& path);

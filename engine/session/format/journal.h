@@ -1,7 +1,7 @@
 // A file driver for HDF5 with which a file survives a power cut. A flush first writes its changes to a journal beside
 // the file and syncs the journal. Then it writes the changes to the file and syncs the file. So at any moment, either
-// the file has the state of the last flush, or the journal contains all missing changes. (SQLite does the same with its
-// write-ahead log if every commit makes a checkpoint.)
+// the file has the state of the last flush, or the journal contains all missing changes. (SQLite's write-ahead log
+// works in the same way if every commit is followed by a checkpoint.)
 #pragma once
 
 #include <hdf5.h>
@@ -25,8 +25,8 @@ class Journal {
   /// Makes HDF5 use this driver for files that are opened with the property list `access` (H5P_FILE_ACCESS). Returns
   /// false if HDF5 refuses.
   bool use(hid_t access);
-  /// Starts the journal. Before this call, writes change the file directly. After it, only commits change the file;
-  /// each HDF5 flush is one commit.
+  /// Starts the journal. Before this call, writes change the file directly. Afterwards, the file changes only when HDF5
+  /// flushes it, and each flush is one commit.
   void start() { started_ = true; }
   /// States why a commit or a write failed; empty if none failed.
   const std::string& failure() const { return failure_; }

@@ -75,7 +75,7 @@ int lock_while_recording(const std::filesystem::path& file) {
   if (fd < 0) return -1;
   struct flock lock = far_byte(F_WRLCK);
   // An OFD lock belongs to the open file, so it remains when HDF5 closes its own descriptor of the file. A POSIX lock
-  // would end then.
+  // would be released then.
   if (fcntl(fd, F_OFD_SETLK, &lock) == 0) return fd;
   close(fd);
   return -1;

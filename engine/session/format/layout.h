@@ -19,7 +19,8 @@ inline constexpr std::size_t kPictureText = 128;  // bytes, largest length of a 
 
 inline constexpr const char* kLostLabels =
     "0 ticks_ring, 1 cuts_ring, 2 ticks_disk, 3 cuts_disk, 4 other_disk, 5 other_ring, 6 pictures_disk";
-inline constexpr std::size_t kLostAtFirst = 5;  // number of counters of lost data in files of the first version
+// number of counters of lost data that files of the first version contain
+inline constexpr std::size_t kLostAtFirst = 5;
 inline std::array<std::uint64_t, 7> as_array(const Lost& lost) {
   return {lost.ticks_ring, lost.cuts_ring,  lost.ticks_disk,   lost.cuts_disk,
           lost.other_disk, lost.other_ring, lost.pictures_disk};

@@ -11,8 +11,8 @@
 namespace typodont::session {
 
 /// A table with rows of fixed size, whose columns are stored separately. Rows are buffered and written in chunks,
-/// because HDF5 compresses a chunk when it is written. A regular save may write an incomplete chunk; the complete chunk
-/// is written again later.
+/// because HDF5 compresses a chunk when it is written. A flush may write an incomplete chunk; the chunk is then written
+/// again when it is complete.
 class Table {
  public:
   struct Spec {

@@ -21,7 +21,7 @@ constexpr std::size_t kMostEvents = 200;
 void Page::frame_row(const FrameStream& frames, const char* key, std::string_view column, double scale,
                      const char* unit, bool least_is_worst) {
   std::vector<double> values = frames.column(column, scale);
-  // Skips a column that was not measured in this session.
+  // Skips a column in which nothing was measured in this session.
   if (values.empty() || (values.front() == 0 && values.back() == 0)) return;
   if (least_is_worst) std::reverse(values.begin(), values.end());
   const auto at = [&](double q) {
@@ -186,8 +186,8 @@ void Page::loop_times(const LoopReport& loop) {
           number(static_cast<double>(t.worst_index) * to_seconds(t.period), 2)),
       say("median"), three_nines(), say("worst"));
   const auto row = [&](const char* key, const DurationHistogram& h, Nanos worst) {
-    // A quantile is the upper edge of a bin, which can be larger than the largest measured value. So it is limited to
-    // this value.
+    // The histogram gives a quantile as the upper edge of a bin, which can exceed the largest measured value. So the
+    // quantile is limited to the largest value.
     const auto us = [&](double q) { return number(std::min(h.quantile(q), static_cast<double>(worst)) / 1e3); };
     put("<tr><th scope=\"row\">{}</th><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr>\n", say(key),
         us(0.5), us(0.99), us(0.999), number(static_cast<double>(worst) / 1e3));

@@ -170,7 +170,7 @@ std::string Page::model_data(const Views& at) const {
     }
     std::vector<std::uint32_t> index;
     for (const auto& t : m->triangles) index.insert(index.end(), t.begin(), t.end());
-    // Computes the transformation from the model's integer coordinates to the samples of its labels.
+    // Computes the transformation from the model's integer coordinates to the indices of the samples with its labels.
     const TissueLabels& labels = m->labels;
     const double sample = labels.frame.voxel > 0 ? labels.frame.voxel : 1;
     meshes.push_back(fmt::format(
@@ -282,7 +282,7 @@ void Page::items() {
       put("<td>{}</td><td>{}</td><td>{}", target(*item), quantity(item->tolerance, item->unit),
           marked(fmt::format("{} / {}", number(item->points, 1), number(item->full, 1)), missed));
       gauge(item->points / item->full, missed);
-      // The sources of the default rules are in the text catalogue, with the English text as key.
+      // The source of a default rule is translated by the text catalogue, with the English text as its key.
       put("</td><td class=\"text source\">{}</td></tr>\n", escaped(text(item->source, language)));
     } else {
       put("<td></td><td></td><td>{}</td><td class=\"text source\"></td></tr>\n", say("not_counted"));
@@ -361,7 +361,7 @@ void Page::volumes() {
   if (input_.ideal) put("<th scope=\"col\">{}</th>", say("ideal"));
   if (input_.removed_hardness) put("<th scope=\"col\">{}</th>", say("removed_hardness"));
   put("<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n", say("share_removed"));
-  // An open surface encloses no volume, so the volumes of the tissue are shown as a dash.
+  // An open surface encloses no volume, so a dash is shown in place of each tissue's volume.
   const auto whole = [&](double mm3) { return options_.encloses_nothing ? std::string("–") : number(mm3, 2); };
   double before_sum = 0, after_sum = 0, ideal_sum = 0;
   for (std::size_t i = 1; i < kTissueCount; ++i) {

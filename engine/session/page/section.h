@@ -7,7 +7,7 @@
 
 namespace typodont::session {
 
-/// Labels at the left and at the right of a section, for example "distal" and "mesial". They may be empty.
+/// Labels for the left and the right side of a section, for example "distal" and "mesial". They may be empty.
 struct SectionSides {
   std::string left, right;
 };
