@@ -40,7 +40,7 @@ fs::path assets_folder() {
     return set;
   }
   // From a build folder, the program is build/release/typodont, and assets/ lies two levels above. In an installation,
-  // it is bin/typodont or lib/libtypodont.so, and the assets are in share/typodont/assets.
+  // the program is bin/typodont or the library lib/libtypodont.so, and the assets are in share/typodont/assets.
   const fs::path program = own_file().parent_path();
   for (fs::path up = program; !up.empty(); up = up.parent_path()) {
     if (fs::is_directory(up / "assets" / "tools", code)) return up / "assets";
@@ -104,7 +104,7 @@ fs::path user_folder() {
 
 namespace {
 
-/// Returns true if `path` lies in `folder`. Symbolic links are followed, also if only the first folders of `path`
+/// Returns true if `path` lies in `folder`. Symbolic links are followed, even if only the first folders of `path`
 /// exist.
 bool lies_in(const fs::path& path, const fs::path& folder) {
   std::error_code code;

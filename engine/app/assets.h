@@ -19,7 +19,7 @@ struct ScenePlace {
   // Allowed folders: a file, with its symbolic links followed, must lie in one of them or in assets/. Empty: every
   // folder is allowed.
   std::vector<std::filesystem::path> within;
-  /// length of the chain of recordings, each resumed from the one before, that leads to this scene; it is limited
+  /// number of recordings from which this scene is resumed, each from the one before; there is an upper limit
   int recordings = 0;
 
   ScenePlace() = default;
@@ -27,16 +27,16 @@ struct ScenePlace {
 };
 
 /// Finds a file to which a scene refers. Searches for the path in the folder of `place` first, then in assets/. Throws
-/// Error if the file does not exist there, or if it lies outside the allowed folders; in the second case the function
-/// does not check if the file exists.
+/// Error if the file does not exist there, or if it lies outside the allowed folders; in the second case the error does
+/// not reveal whether the file exists.
 std::filesystem::path find_file(const std::filesystem::path& path, const ScenePlace& place);
 /// Returns the user's folder, ~/Typodont or $TYPODONT_HOME; it contains sessions/, scenes/ and rigs/.
 std::filesystem::path user_folder();
 /// Finds a rig file. `rig` is a path, or the name of a rig in assets/rigs/, for example "closeup". Throws Error.
 std::filesystem::path find_rig(const std::string& rig);
 /// Finds a scene file. `scene` is a path, or the name of a scene in assets/scenes/, for example "molar-caries". Throws
-/// Error. If `scene` is another input (a folder, a scan, a mesh, a volume or a session), the message names the command
-/// that opens it.
+/// Error. If `scene` is an input of another kind (a folder, a scan, a mesh, a volume or a session), the message names
+/// the command that opens it.
 std::filesystem::path find_scene(const std::string& scene);
 /// Finds the file assets/KIND/NAME.json. A kind is for example "tools". Throws Error that lists the available names.
 std::filesystem::path named_asset(std::string_view kind, std::string_view name);

@@ -1,6 +1,6 @@
-// Replaces operator new in the program typodont. It counts allocations. If memory runs out, it frees a reserve and
-// throws. The reserve is needed because some destructors allocate memory: the destructors of OpenVDB's trees end the
-// program if this allocation fails. This file is not in the library, because the tests have their own operator new.
+// Replaces operator new in the program typodont. The replacement counts allocations. If memory runs out, it frees a
+// reserve and throws. The reserve is needed because the destructors of OpenVDB's trees allocate memory, and end the
+// program if this fails. This file is not in the library, because the tests have their own operator new.
 #include <atomic>
 #include <cstdlib>
 #include <new>
@@ -16,7 +16,7 @@ namespace {
   std::free(p);
 }
 
-// Size of the reserve in bytes. It uses only address space, because its memory is never written.
+// Size of the reserve in bytes. It only uses address space and no memory, because it is never written.
 constexpr std::size_t kReserve = 4 << 20;
 std::atomic<void*> g_reserve{std::malloc(kReserve)};
 

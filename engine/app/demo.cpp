@@ -170,7 +170,7 @@ void run_demo(const DemoOptions& options) {
     debris.step(1 / options.fps);
     stage.show_film(debris.film());
     stage.show(view.update(loop.carver()), volume.frame().origin);
-    (void)loop.carver().volume();  // Updates the distance field, which the student's hand and the hints read.
+    (void)loop.carver().volume();  // The call updates the distance field, which the student's hand and the hints read.
     if (gum) {
       gum->take(*soft);
       gum->follow(tick.t);

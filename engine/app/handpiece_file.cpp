@@ -12,7 +12,7 @@ namespace typodont {
 namespace {
 
 constexpr double kWidestHead = 8e-3;  // m, diameter of the widest head that a dental handpiece can hold
-// Limits of the numbers in a file. They bound the number of triangles that engine/render/handpiece_mesh.h makes.
+// Limits of the numbers in a file. They limit the number of triangles that engine/render/handpiece_mesh.h makes.
 constexpr std::size_t kMostParts = 16, kMostRings = 64, kMostBands = 16;
 constexpr int kMostCopies = 12;
 constexpr double kFarthest = 300;  // mm, limit of each length and coordinate in a file

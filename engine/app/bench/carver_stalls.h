@@ -1,5 +1,5 @@
 // Measures the force on a simulated hand while the carver (the thread that updates the tissue) stalls. The hand touches
-// the molar. The servo's own force law is compared with other laws.
+// the molar. For comparison, the force is also computed by laws other than that of the servo.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 namespace typodont {
 
 /// Laws for the force while the carver is late. kServo is the program's own law; the other laws exist for comparison.
-/// They change the force after the servo has computed it, depending on the tick's fault bits. So the servo's energy
-/// ledger does not include their effect.
+/// They change the computed force depending on the tick's fault bits, after the servo, so the servo's energy ledger
+/// does not include their effect.
 enum class StallLaw {
   kServo,  // the force that the servo computes, unchanged
   /// the force falls with a time constant of 0.1 s while Fault::kStalePatch is set, then returns within 0.25 s

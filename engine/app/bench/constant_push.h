@@ -1,4 +1,5 @@
-// Simulated hands that push a turning tool into the molar with a constant force, and the force steps that they feel.
+// Simulates hands that push a rotating tool into the molar with a constant force, and measures the force steps that
+// they feel.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +12,9 @@
 
 namespace typodont {
 
-/// s, time after a touch in which the hand still lands and bounces.
+/// s, time after a touch in which the hand still lands and bounces
 inline constexpr double kPushLanding = 0.3;
-/// N, force change from one tick to the next; a hand does not feel a smaller change as a step.
+/// N; a hand does not feel a change of the force from one tick to the next as a step if the change is smaller than this
 inline constexpr double kPushStep = 0.02;
 
 /// A simulated hand that pushes: a mass of 0.15 kg with a damper of 5 N·s/m, at a servo rate of 1 kHz.
@@ -24,8 +25,9 @@ struct PushHand {
 };
 /// Returns the names of all tools in the assets that rotate, sorted.
 std::vector<std::string> turning_tools();
-/// Returns the hand that belongs to a seed: a push of 0.2 to 0.8 N, a tilt of up to 0.5 rad, up to 8 mm/s sideways, a
-/// fall of 0.2 to 4 mm onto the occlusal face. `tools` are used in turn. Throws Error.
+/// Returns the hand that belongs to a seed. It pushes with 0.2 to 0.8 N, is tilted by up to 0.5 rad, moves at up to 8
+/// mm/s sideways, and falls from a height of 0.2 to 4 mm onto the occlusal face. `tools` are used in turn. Throws
+/// Error.
 PushHand random_push(const std::vector<std::string>& tools, std::uint32_t seed);
 
 /// A change of the force from one tick to the next.
@@ -35,9 +37,9 @@ struct ForceStep {
   double speed = 0;  // m/s, speed of the hand at this time
 };
 
-/// The largest steps that a hand felt. A step is beyond the spring if it is larger than kPushStep and larger than
-/// 1.1 times the change that the hand's own displacement in this tick causes in a spring of 1 N/mm; `over` is the
-/// largest excess over this limit.
+/// The largest steps that a hand felt. The limit of a step is 1.1 times the change that the hand's own
+/// displacement in this tick causes in a spring of 1 N/mm, but at least kPushStep. `over` is the largest excess
+/// over this limit.
 struct PushSteps {
   ForceStep largest, beyond_spring;
   double over = 0;  // N, largest excess of a step over the limit that PushSteps describes

@@ -73,7 +73,7 @@ std::optional<PackageEnergy> read_package_energy(const fs::path& powercap) {
   std::optional<PackageEnergy> sum;
   for (const auto& zone : fs::directory_iterator(powercap, none)) {
     // Selects the counters of whole processor packages. The name of a package has one colon (intel-rapl:0). The names
-    // of its parts have two colons; their energy is contained in the package's counter.
+    // of its parts have two colons; the package's counter includes their energy.
     const std::string name = zone.path().filename().string();
     if (!name.starts_with("intel-rapl:") || name.find(':') != name.rfind(':')) continue;
     const auto counted = number_in(zone.path() / "energy_uj"), range = number_in(zone.path() / "max_energy_range_uj");
@@ -91,7 +91,7 @@ double energy_between(const PackageEnergy& before, const PackageEnergy& after) {
 }
 
 void energy_rows(bool quick, std::vector<BenchRow>& rows) {
-  // The result is the difference between a long and a short session. So it does not include the start and the end of
+  // The row contains the difference between a long and a short session, so it does not include the start and the end of
   // the program.
   const double brief = 2, lasting = quick ? 4 : 22;  // s
   const TemporaryFolder folder;

@@ -1,4 +1,5 @@
-// Energy that a live session needs: watts where the machine measures them, and core-seconds per minute everywhere.
+// Measures the energy that a live session needs: in watts on machines that measure it, and in core-seconds per minute
+// on all machines.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +13,7 @@ namespace typodont {
 /// Reading of the energy counters of all processor packages.
 struct PackageEnergy {
   double counted = 0;  // J, sum of the counters
-  double range = 0;    // J, sum of the values at which the counters start again at zero
+  double range = 0;    // J, sum of the counters' ranges; a counter starts again at zero at the end of its range
 };
 
 /// Reads the energy counters (RAPL) below `powercap`, which is /sys/class/powercap on Linux. No value: the machine has

@@ -33,7 +33,7 @@ constexpr std::string_view kScene = R"({
 constexpr double kRate = 1000, kCycle = 60;  // kRate: Hz, rate of the servo; kCycle: s, duration of a cycle
 
 /// Returns the hand's pose at the time `t`. In each cycle of one minute the hand drills a pit, fills the pit, probes
-/// it, and rests. Then it moves to the next of 25 positions. So it returns to a position after 25 minutes.
+/// it, and rests. Then it moves to the next of 25 positions, so it returns to a position after 25 minutes.
 haptics::HandSample hand_at(double t) {
   const double in_cycle = std::fmod(t, kCycle);
   const auto cycle = static_cast<int>(t / kCycle);
@@ -43,7 +43,7 @@ haptics::HandSample hand_at(double t) {
     return from + (to - from) * std::clamp(fraction, 0.0, 1.0);
   };
   const auto visit = [&](double begin, double end, double high,
-                         double low) {  // the height moves from `high` to `low`, and up again at the end
+                         double low) {  // the height first moves from `high` to `low`, and at the end up again
     const double down = way(way(kAway, high, in_cycle - begin), low, (in_cycle - begin - 1) / (end - begin - 2));
     return way(down, kAway, in_cycle - (end - 1));
   };
@@ -55,7 +55,7 @@ haptics::HandSample hand_at(double t) {
     z = visit(0, 8, 0.7_mm, -0.6_mm);
   } else if (in_cycle < 12) {
     hand.tool = 1, hand.pedal = in_cycle > 9 && in_cycle < 11;
-    // The instrument's tip lies 1.5 mm below the origin of the instrument's frame. At this height of the origin, the
+    // The instrument's tip lies 1.5 mm below the origin of the instrument's frame. With the origin at this height, the
     // tip is at the surface and closes the pit.
     z = visit(8, 12, 1.5_mm, 1.6_mm);
   } else {

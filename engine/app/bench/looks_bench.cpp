@@ -1,4 +1,5 @@
-// Compares the pictures of every quality level with reference pictures of a path tracer (tests/reference).
+// Compares the pictures of every quality level with reference pictures, which a path tracer has drawn
+// (tests/reference).
 #include <fmt/format.h>
 
 #include "engine/app/assets.h"
@@ -44,7 +45,7 @@ ReferenceScene load(const Json& json, const fs::path& folder) {
                         {},
                         json.has("tool_mm"),
                         render::read_png(picture)};
-  // the zero vector means that the root is drawn, too, because the cavity may reach below the gum
+  // no direction (a zero vector): the root is drawn, too, because the cavity may reach below the gum
   if (json.boolean_or("finished", false)) loaded.around.covered = glm::dvec4(0);
   if (loaded.tool) {
     loaded.tick.X_WT.p = loaded.tick.X_WG.p = json["tool_mm"].vec3() * kMillimetre;

@@ -23,7 +23,7 @@ namespace typodont {
 
 namespace {
 
-/// Returns the different values of a member, in the order in which they first occur.
+/// Returns the different values of a member, each once, in the order of their first occurrence.
 std::vector<std::string> distinct(const std::vector<ModelFigure>& figures, std::string ModelFigure::*member) {
   std::vector<std::string> all;
   for (const ModelFigure& f : figures)
@@ -84,7 +84,7 @@ std::string number(double v) {
   return std::abs(v) >= 0.01 && std::abs(v) < 1e5 ? fmt::format("{:.3g}", v) : fmt::format("{:.1e}", v);
 }
 
-/// Returns the value of a row that is written into a table cell.
+/// A function that returns the value of a row for a table cell.
 using CellOf = std::function<double(const BenchRow&)>;
 double error_of(const BenchRow& row) {
   return row.error;
@@ -340,8 +340,8 @@ std::string table_of_choice(const std::vector<ModelFigure>& figures) {
   return out;
 }
 
-/// Returns the list items that state where the rows come from: one item for each run of the benchmark that measured
-/// some of the tissues.
+/// Returns list items that state when and where the rows were measured: one item for each run of the benchmark that
+/// measured some of the tissues.
 std::string measured_on(const std::string& machine) {
   std::string items;
   for (const RowOrigin& origin : origins_of(machine)) {

@@ -42,7 +42,8 @@ Rows vertex(const BenchRun& run) {
 }
 
 Rows models(const BenchRun& run) {
-  // The set-up time must include the computation of a packing. So an earlier run must not have stored it.
+  // The set-up time must include the computation of a packing. With an empty cache folder, no earlier result can be
+  // used.
   const TemporaryFolder cache;
   setenv("TYPODONT_CACHE", cache.path().c_str(), 1);
   haptics::ModelBenchOptions options;

@@ -1,6 +1,6 @@
 // The parts of `typodont bench`. A part measures errors and times of this program and of baselines (other methods for
-// the same task) in the same run, and returns them as rows. Each module provides the rows that concern only this
-// module. Parts that need several modules are in this folder.
+// the same task) in the same run, and returns them as rows. Rows that concern only one module are measured in that
+// module; parts that need several modules are in this folder.
 #pragma once
 
 #include <filesystem>

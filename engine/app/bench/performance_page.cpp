@@ -96,10 +96,12 @@ std::string table(const std::vector<BenchRow>& rows) {
   return out;
 }
 
-/// A method of another program. `begins`: the beginning of its name in BenchRow::baseline.
+/// A method of another program, which is compared with this program. `begins`: the beginning of its name in
+/// BenchRow::baseline.
 struct Rival {
   std::string_view begins;
-  bool in_name;  // true: the row's name states the other method, and its baseline is this program
+  // true: the row's name states the other program's method, and the baseline is the method of this program
+  bool in_name;
 };
 constexpr Rival kRivals[] = {{"voxel penalty", false}, {"csgDifference", false},     {"volumeToMesh", false},
                              {"OpenCV", false},        {"cross-correlation", false}, {"the servo's slide", true}};

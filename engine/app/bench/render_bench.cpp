@@ -26,7 +26,7 @@ display::DisplayRig closeup(const glm::ivec2& eye) {
 }
 
 /// Returns the root-mean-square difference of two pictures over all pixels, in grey levels from 0 to 255. `fine` has
-/// twice as many pixels in each direction, so its blocks of 2×2 pixels are averaged first.
+/// twice as many pixels in each direction, so each block of 2×2 pixels is first replaced by its mean.
 double difference(const render::Picture& fine, const render::Picture& coarse) {
   double sum = 0;
   for (int y = 0; y < coarse.size.y; ++y) {

@@ -18,8 +18,8 @@ std::vector<RowOrigin> origins_of(std::string_view text);
 /// Returns the text for a table's first line.
 std::string text_of(const std::vector<RowOrigin>& origins);
 
-/// Removes repetitions: a name belongs only to the first origin that contains it, origins with the same text `made` are
-/// joined, and an origin without names is the last one. `origins`: the newest first.
+/// Removes repetitions. A name remains only in the first origin that contains it. Origins with the same text `made` are
+/// joined. An origin without names becomes the last one. `origins`: the newest first.
 std::vector<RowOrigin> joined(const std::vector<RowOrigin>& origins);
 
 }  // namespace typodont

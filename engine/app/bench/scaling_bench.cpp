@@ -82,7 +82,7 @@ Body hip() {
           4 * kPi * (33. * 33 + 26. * 26 + 24. * 24) / std::pow(0.1, 2)};
 }
 
-/// Measures the picture of a close view at the drilled position. In this view, the cost of a frame must not depend on
+/// Measures the picture in a close view of the drilled position. In this view, the cost of a frame must not depend on
 /// the size of the body.
 void picture_row(const Body& body, const Scene& scene, haptics::TissueVolume& tissue, ServoTick tick, bool quick,
                  std::vector<BenchRow>& rows) {

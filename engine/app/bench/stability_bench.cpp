@@ -21,8 +21,8 @@ namespace {
 
 using namespace literals;
 
-// The simulated hand is a mass with a damper. It is pushed against the wall so hard that it never leaves the wall
-// (Colgate & Brown 1994).
+// The simulated hand is a mass with a damper (Colgate & Brown 1994). A force pushes it against the wall; it is so large
+// that the hand never leaves the wall.
 // kMass: kg, mass of the hand; kDamping: N·s/m, damper; kPush: N, force
 constexpr double kMass = 0.15, kDamping = 5, kPush = 4;
 constexpr int kMostDelay = 2;
@@ -41,7 +41,7 @@ struct Clock {
 };
 
 /// Simulates a hand at a wall. `wall` gives the force (N) for a height above the surface (m) and the time since the
-/// previous tick (s). The motion of the mass between ticks is integrated exactly.
+/// previous tick (s). Between two ticks, the motion of the mass is integrated exactly.
 Course play(double stiffness, const Clock& clock, const std::function<double(double, double)>& wall,
             const std::function<double()>& energy) {
   const double rest = -kPush / stiffness;
@@ -137,7 +137,8 @@ double first_felt(double speed, double force, double rate) {
 /// Returns the smallest depth, in m, at which any passivity controller can give `force` (N) at a wall of 1 N/mm. The
 /// controller must keep its energy ledger E above -ε (1 nJ) for every future motion of the hand. It may assume only
 /// that the hand retreats in one tick by at most a, the length of the hand's last step. So it may give a force F only
-/// if F a <= E + ε. A hand that moves inward adds F a to the ledger in each tick, so E + ε can at most double per tick.
+/// if F a <= E + ε. A hand that moves inward at this speed adds F a to the ledger in each tick. Therefore E + ε can at
+/// most double per tick.
 double least_first_felt(double speed, double force, double rate) {
   constexpr double kCredit = 1e-9;  // J, ε: amount by which the energy ledger may be overdrawn
   const double way = speed / rate;

@@ -41,7 +41,8 @@ std::string quoted(const std::string& text) {
   return text.find_first_of(",\"") == std::string::npos ? text : fmt::format("\"{}\"", text);
 }
 
-/// Returns a text with machine, compiler, flags and date. Times of two rows can be compared only if these are equal.
+/// Returns a text with machine, compiler, flags and date. Times of two rows are comparable only if machine, compiler
+/// and flags are equal.
 std::string machine() {
   std::string cpu = "unknown processor";
   std::ifstream info("/proc/cpuinfo");
@@ -192,8 +193,8 @@ std::vector<std::string> chosen_tissues(const Options& options) {
   return chosen;
 }
 
-/// Returns the name by which the first line of a table lists this row: the tissue if the row belongs to the part
-/// `models`, otherwise the row's part.
+/// Returns the name under which the first line of a table states the origin of this row. It is the tissue if the row
+/// belongs to the part `models`, otherwise the name of the part.
 std::string name_of_row(std::string_view part, const BenchRow& row) {
   if (part != "models") return std::string(part);
   const std::vector<ModelFigure> figures = model_figures({row});

@@ -106,7 +106,7 @@ void add_register(cli::Command& calibrate) {
   });
 }
 
-/// Differences between the two commands that compare poses of an arm with poses of a tracker.
+/// The texts in which the two commands differ that compare poses of an arm with poses of a tracker.
 struct PoseCommand {
   const char* name;
   const char* about;

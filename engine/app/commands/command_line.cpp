@@ -60,8 +60,8 @@ void take_finite_numbers_only(CLI::Option& option) {
       "", ""));
 }
 
-/// Makes every numeric option of `app` and of its commands refuse "nan" and "inf". A range check accepts "nan", and
-/// "inf" could cause endless work.
+/// Makes every numeric option of `app` and of its commands refuse "nan" and "inf". Without this, a range check would
+/// accept "nan", and "inf" could cause endless work.
 void take_finite_numbers_only(CLI::App& app) {
   for (CLI::Option* option : app.get_options()) take_finite_numbers_only(*option);
   for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) take_finite_numbers_only(*command);

@@ -54,7 +54,7 @@ class Option {
   Option* show_default();
   /// The option takes `count` values.
   Option* expected(int count);
-  /// The option takes a value or none; without a value it is `usual`. `word`: name of the value in the help.
+  /// Lets the user omit the option's value; the value is then `usual`. `word`: name of the value in the help.
   Option* optional_word(const std::string& usual, const std::string& word);
 
  private:
@@ -81,7 +81,7 @@ class Command {
   void version(const std::string& text);
   /// Sets the smallest and the largest number of subcommands that may be given.
   void expect_commands(int least, int most);
-  /// Sets the function that carries out the command. It is called after all options are read, and may throw.
+  /// Sets the function that executes the command. It is called when all options have been read, and may throw.
   void callback(std::function<void()> work);
   /// Throws Error if one of `options` is on the command line although it has no effect, because another option is
   /// missing. `given`: true if the other option is on the command line. `needed`: its text, such as "--view section".

@@ -7,8 +7,8 @@ namespace cli {
 class Command;
 }
 
-// Each function adds a command to `program`. The command's function throws Error (exit status 2) or RunFailure (exit
-// status 1). It prints results on standard output and messages on standard error.
+// Each function adds a command to `program`. When the command runs, it prints results on standard output and messages
+// on standard error. It throws Error (exit status 2) or RunFailure (exit status 1).
 void add_bench_command(cli::Command& program);
 void add_calibrate_command(cli::Command& program);
 void add_demo_command(cli::Command& program);

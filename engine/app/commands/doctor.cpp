@@ -92,8 +92,8 @@ Check vulkan() {
   c.without = "no picture, neither on a display nor in a file";
   c.mend = "sudo apt install libvulkan1 mesa-vulkan-drivers";
   const QuietStandardError quiet;
-  // The Vulkan library is loaded at run time, not linked. So if it is missing, the user reads this program's message
-  // instead of an error of the dynamic linker.
+  // The Vulkan library is loaded at run time, not linked. So if it is missing, this program prints its own message, and
+  // not the dynamic linker an error.
   void* library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
   if (!library) {
     c.state = State::kMissing;
@@ -358,8 +358,8 @@ Check openxr() {
       return c;
     }
     fs::path library = (*runtime)["library_path"].get<std::string>();
-    // The dynamic loader searches for a name without a folder. A relative path is relative to the folder of the JSON
-    // file.
+    // A name without a folder is left to the dynamic loader, which searches for it. A relative path is relative to the
+    // folder of the JSON file.
     if (library.has_parent_path() && library.is_relative()) library = place.parent_path() / library;
     std::error_code code;
     if (library.has_parent_path() && !fs::exists(library, code)) {

@@ -80,7 +80,8 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
       throw Error("--models", "", fmt::format("{} of them", options.models.size()), "two different contact models");
     for (std::size_t i = 0; i < 2; ++i) {
       Scene known = scene;
-      choose_model(known, options.models[i]);  // the result is not used: the call throws Error if the model is unknown
+      // the result is not used; the call only throws Error if the model is unknown
+      choose_model(known, options.models[i]);
       plan.models[i] = options.models[i];
     }
     if (options.observer && options.hand.empty())
@@ -120,7 +121,7 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
 
 void run_simulated(const Options& options, const Scene& scene, Experiment& experiment, TrialLog& log) {
   const Psychometric truth{options.bias, Psychometric::width_of_jnd(*options.observer), options.lapse};
-  // the constant makes the observer's random sequence differ from the sequence that orders the trials
+  // with this constant, the observer's random sequence differs from the sequence that orders the trials
   SimulatedObserver observer(truth, options.seed ^ 0x9E3779B97F4A7C15u);
   std::optional<ScriptedTouch> touch;
   if (!options.hand.empty()) touch.emplace(scene, options.hand, options.rate);

@@ -224,8 +224,8 @@ void run(const Options& options) {
   }
   if (options.magnify > 0) rig.magnify = options.magnify;
   rig = magnified_for(rig, volume);
-  // A carver is needed if the picture does not show the volume as it is in the file: for a moment of a session, and for
-  // a contact model with a surface of its own.
+  // The picture need not show the volume as it is in the file: it may show a moment of a session, or the surface of a
+  // contact model that has its own triangles. In these cases, a carver is needed.
   std::unique_ptr<haptics::Carver> carver;
   const bool spheres_wanted = options.view == "spheres";
   if (session) {
@@ -253,8 +253,8 @@ void run(const Options& options) {
   stage_options.validation = options.validate;
   PictureStage stage(rig, scene.servo, stage_options);
   Surroundings around = make_surroundings(scene.surroundings);
-  // If the tooth is uncut, the gum hides the root, so the root need not be drawn. Through a cavity the eye may see
-  // deeper, so the root is drawn.
+  // If the tooth is uncut, the gum hides the root, so the root need not be drawn. In other cases the root is drawn,
+  // because the eye may see it through a cavity.
   if (session || options.finished || !options.volume.empty()) around.covered = glm::dvec4(0);
   stage.surround(around);
   stage.hold_mirror(scene.mouth_mirror);
@@ -332,8 +332,8 @@ void run(const Options& options) {
     geometry.write(out / "geometry.ply");
     written.push_back((out / "geometry.ply").string());
   }
-  // Measures the time of a frame in a running sequence. The first frame includes the set-up, so a second frame is
-  // drawn; a small head motion makes it a full redraw.
+  // Measures the time of a frame as in a running sequence. The first frame includes the set-up, so a second frame is
+  // measured. A small motion of the head has the effect that all of this frame is drawn.
   rig.head.eye_center += 1e-6 * rig.head.right;
   stage.look_from(rig);
   const Nanos began = now();

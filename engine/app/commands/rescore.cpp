@@ -221,7 +221,7 @@ void run(const Options& options) {
         progress.at(static_cast<double>(done) / static_cast<double>(files.size()));
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
       }
-    } catch (...) {  // catches every exception, also the exception for an interrupt by Ctrl-C
+    } catch (...) {  // also catches the exception that Ctrl-C causes
       cancelled = true;
       throw;
     }

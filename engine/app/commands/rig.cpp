@@ -84,7 +84,7 @@ BenchSpec spec_of(const Options& options) {
 }
 
 Value in_mm(const dvec3& p) {
-  // Converts m to mm and rounds to 0.001 mm, because nobody builds a workbench (panel, mirror and arm) more exactly.
+  // Converts m to mm and rounds to 0.001 mm, because no workbench (panel, mirror and arm) is built more exactly.
   const auto rounded = [](double metres) { return std::round(metres * 1e6) / 1e3 + 0.0; };
   return {rounded(p.x), rounded(p.y), rounded(p.z)};
 }

@@ -69,7 +69,7 @@ std::vector<double> sound_of(const audio::ArModel& model, const audio::FitReport
   return {y.begin(), y.end()};
 }
 
-// ratio; two frequencies whose relative difference is smaller than this count as one tone
+// if the relative difference of two frequencies is smaller than this, they count as one tone
 constexpr double kSameTone = 0.01;
 
 void run_page(const PageCommand& c) {

@@ -29,7 +29,7 @@ using haptics::SweptBall;
 using haptics::packing::CutSphere;
 
 constexpr std::size_t kGroup = 64;  // number of threads per group; it must equal the value in the shaders
-// Limit of the number of groups. For a larger tissue, each thread processes several spheres.
+// Largest number of groups. For a larger tissue, each thread processes several spheres.
 constexpr std::size_t kMostGroups = 1024;
 constexpr std::size_t kMostBalls = 2048;  // largest number of spheres of a tool
 constexpr std::size_t kLeastResults = 65536;
@@ -276,7 +276,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     head->count = 0;
     if (run(kind) == 0) return false;
     if (head->count > capacity_) {
-      // The list of results was too short, so some results are lost. So the tissue must be loaded again.
+      // The list of results was too short, so some results were lost, and the tissue must be loaded again.
       loaded_ = false;
       return false;
     }

@@ -13,8 +13,8 @@ namespace typodont {
 /// use. Returns null if no device supports double precision and has enough memory. A device that computes on the CPU is
 /// used only if `any_device` is true.
 std::unique_ptr<haptics::SpherePasses> make_vulkan_sphere_passes(std::size_t spheres, bool any_device);
-/// Creates the passes on a GPU device, which must have been created with DeviceOptions::doubles. The passes own the
-/// device and destroy it. Throws RunFailure.
+/// Creates the passes on a GPU device that was created with DeviceOptions::doubles. The passes own the device and
+/// destroy it. Throws RunFailure.
 std::unique_ptr<haptics::SpherePasses> vulkan_sphere_passes(const gpu::Device& device, std::size_t spheres);
 
 }  // namespace typodont

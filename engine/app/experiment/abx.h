@@ -1,5 +1,5 @@
 // Blind comparison of two sounds (ABX). In each trial the listener hears A, B and X, and says whether X is A or B. The
-// answer is only in the key, a file that the listener does not see.
+// right answers are only in the key, a file that the listener does not see.
 #pragma once
 
 #include <cstdint>
@@ -30,8 +30,8 @@ std::vector<bool> load_abx_answers(const std::filesystem::path& file, std::size_
 struct AbxResult {
   int trials = 0, right = 0;
   Estimate fraction;  // fraction of right answers, with its 95 % confidence interval
-  /// probability that a listener who hears no difference gives a fraction of right answers at least this far from one
-  /// half
+  /// probability with which a listener who hears no difference would get a fraction of right answers at least as far
+  /// from one half as this one
   double chance = 1;
 };
 AbxResult judge(const AbxKey& key, const std::vector<bool>& said_b);

@@ -82,7 +82,8 @@ void Experiment::prepare() {
   if (over()) return;
   next_ = {};
   next_.number = static_cast<int>(answered_.size()) + 1;
-  double lesser = 0, greater = 1;  // values of the two stimuli; for Question::kModel: indices of the two models
+  // values of the stimuli with the smaller and the greater value; for Question::kModel: indices of the two models
+  double lesser = 0, greater = 1;
   if (plan_.question == Question::kModel) {
     next_.greater_second = orders_[answered_.size()];
   } else {

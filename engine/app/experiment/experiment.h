@@ -1,6 +1,6 @@
-// Two-alternative trials. Each trial presents two stimuli one after the other in random order, and the subject says
-// which was greater. The plan defines the trials. The subject is a person in a live session (live_subject.h) or a
-// simulated observer (simulated_subject.h). One thread.
+// Runs experiments with two-alternative trials. Each trial presents two stimuli one after the other in random order,
+// and the subject says which was greater. The plan defines the trials. The subject is a person in a live session
+// (live_subject.h) or a simulated observer (simulated_subject.h). One thread.
 #pragma once
 
 #include <array>
@@ -40,7 +40,7 @@ struct Trial {
   /// Value of each stimulus as the log states it: N/mm, % or ms. If models are compared, their indices in
   /// ExperimentPlan::models.
   std::array<double, 2> values{};
-  double level = 0;  // difference between the greater stimulus and the reference, in the unit of the question
+  double level = 0;  // difference between the greater and the smaller stimulus, in the unit of the question
   /// true: the second stimulus is the greater one (for models: the second stimulus has the second model)
   bool greater_second = false;
 };
@@ -61,8 +61,9 @@ struct ExperimentPlan {
   std::array<std::string, 2> models;  // the two compared contact models; used only for Question::kModel
   StaircaseRule rule;                 // rule of the staircase; not used for Question::kModel
   int trials = 150;                   // limit of the number of trials; if models are compared, the exact number
-  int turns = 24;                     // the experiment ends after this number of turns (reversals) of the staircase
-  std::uint64_t seed = 1;             // random seed for the order of the stimuli
+  // the experiment ends when the staircase has made this number of reversals (turns)
+  int turns = 24;
+  std::uint64_t seed = 1;  // random seed for the order of the stimuli
 };
 
 /// Provides the trials of a plan one by one and collects the answers.
@@ -71,8 +72,8 @@ class Experiment {
   explicit Experiment(const ExperimentPlan& plan);
 
   bool over() const;
-  /// Returns the completed fraction of the experiment, 0..1. It is the larger of two values: the fraction of the
-  /// trials, and the fraction of the staircase's turns (reversals).
+  /// Returns the completed fraction of the experiment, 0..1. It is the larger of two fractions: completed trials of all
+  /// trials, and completed turns (reversals of the staircase) of all turns.
   double fraction() const;
   /// Returns the present trial. It stays the same until answer() is called.
   const Trial& trial() const { return next_; }
@@ -104,9 +105,10 @@ struct ExperimentResult {
   int turns = 0;                       // number of turns (reversals) of the staircase
   // settled_level: difference at which the staircase settled; target: fraction of right answers at this difference
   double settled_level = 0, target = 0;
-  Estimate chosen;    // fraction of the answers that chose the second model
-  double chance = 1;  // probability that a subject who feels no difference gives answers at least as uneven as these
-  Estimate second;    // fraction of the trials in which the subject answered "second"
+  Estimate chosen;  // fraction of the answers that chose the second model
+  // probability with which a subject who feels no difference would give answers at least as uneven as these
+  double chance = 1;
+  Estimate second;  // fraction of the trials in which the subject answered "second"
 };
 
 ExperimentResult result_of(const ExperimentPlan& plan, const std::vector<AnsweredTrial>& answered);

@@ -32,8 +32,8 @@ class LiveSubject {
     Answer answer;
     double seconds;  // s, time from the question to the answer
   };
-  /// Presents both stimuli and asks for the answer. Returns an empty optional if the session ended. `of`: the number
-  /// of the trial as text, for example "12 of at most 100".
+  /// Presents both stimuli and asks for the answer. Returns an empty optional if the session ended. `of`: text that
+  /// states the number of the trial, for example "12 of at most 100".
   std::optional<Given> ask(const Trial& trial, const std::string& of);
   /// Ends the session. Throws RunFailure if the session failed.
   void stop();

@@ -19,14 +19,14 @@ constexpr double kUpperQuartile = 0.6744897501960817;  // Φ(0.6745) = 0.75: upp
 constexpr double kChiSquare95 = 3.841458820694124;     // 95 % quantile of χ² with one degree of freedom
 constexpr double kLeastProbability =
     1e-12;  // lower limit for the probability of an answer, so that one answer cannot make the likelihood 0
-// ratio: the fit considers widths from 1/50 of the smallest to 50 times the largest difference
+// ratio: the fit considers widths from the smallest difference divided by this to the largest difference times this
 constexpr double kWidthRange = 50;
 
 double cumulative_gaussian(double x) {
   return 0.5 * std::erfc(-x / std::sqrt(2.0));
 }
 
-/// The number of answers at one difference between the stimuli, and how many of them were "second".
+/// The answers at one difference between the stimuli: their number, and how many of them were "second".
 struct Level {
   double difference = 0, count = 0, second = 0;
 };

@@ -26,8 +26,8 @@ struct Psychometric {
   static double width_of_jnd(double jnd) noexcept;
 };
 
-/// An estimate with its 95 % confidence interval. If the answers do not determine an end of the interval, this end has
-/// a fixed value. For the just-noticeable difference, it is 0 or infinite. For the bias, it is the end of the range of
+/// An estimate with its 95 % confidence interval. If the answers do not determine an end of the interval, this end
+/// has a fixed value: for the just-noticeable difference 0 or infinity, for the bias the end of the range of
 /// differences.
 struct Estimate {
   double value = 0, low = 0, high = 0;
@@ -50,8 +50,8 @@ PsychometricFit fit_psychometric(std::span<const Judgement> judgements);
 
 /// Returns the fraction chosen / count with its exact 95 % confidence interval (Clopper & Pearson 1934).
 Estimate fraction_of(int chosen, int count);
-/// Makes a two-sided binomial test: returns the probability that, if both answers are equally likely, a number of
-/// answers at least as far from half as `chosen` occurs.
+/// Makes a two-sided binomial test. If both answers are equally likely, the result is the probability of a number of
+/// answers that differs from half of `count` at least as much as `chosen`.
 double chance_of(int chosen, int count);
 
 }  // namespace typodont

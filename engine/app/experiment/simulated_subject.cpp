@@ -13,7 +13,7 @@ namespace typodont {
 
 namespace {
 
-// fraction of the largest force in a stimulus; a force above this fraction counts as felt
+// fraction of the largest force in a stimulus; above it, the hand counts as in contact
 constexpr double kTouched = 0.1;
 constexpr double kDelayRange = 1;          // s, limit of the force's delay in a stimulus
 constexpr Nanos kPause = kNanosPerSecond;  // ns, pause in the air between two stimuli

@@ -6,8 +6,8 @@
 
 namespace typodont {
 
-/// Rule of a staircase. A level is the difference that a trial presents. Each change multiplies or divides the level by
-/// a ratio, so the level never reaches 0.
+/// Rule of a staircase. The level is the difference between the stimuli of a trial. Each change multiplies or divides
+/// the level by a ratio, so the level never reaches 0.
 struct StaircaseRule {
   enum class Kind {
     /// With this kind of staircase, the level falls after `down` consecutive right answers, and rises after each wrong

@@ -13,12 +13,12 @@
 namespace typodont {
 
 /// Sets the vertex normals to the gradient of the distance function. Without this, a coarse mesh would look faceted,
-/// because the mesher treats a bend between two large triangles as a crease. At a real crease the mesher's normal is
-/// kept. `lo`: m, frame W, origin of the vertices; `step`: m, half the distance of the two points with which the
-/// gradient is computed.
+/// because the mesher treats a bend between two large triangles as a crease (a sharp edge). At a real crease, the
+/// normal of the mesher is kept. `lo`: m, frame W, origin of the vertices; `step`: m, half the distance of the two
+/// points with which the gradient is computed.
 template <class Distance>
 void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, double step, Distance&& distance) {
-  /// cosine of the angle between mesher's normal and gradient; below it, the vertex lies at a crease
+  /// limit of the cosine of the angle between mesher's normal and gradient; below it, the vertex is at a crease
   constexpr float kSameSide = 0.5f;
   for (render::MeshUpdate& brick : bricks) {
     for (render::Vertex& v : brick.vertices) {
@@ -37,7 +37,7 @@ void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, do
   }
 }
 
-constexpr double kSteepest = 1.5;  // m per m, largest allowed slope of a distance function that is meshed
+constexpr double kSteepest = 1.5;  // m per m, largest allowed slope of the distance function of a body that is meshed
 
 /// Meshes the box from `lo` to `hi` (m, frame W). Vertices are relative to `lo`. `distance(p)`: m, negative inside,
 /// with a slope of at most kSteepest; `label(p)`: the tissue at p, used near the surface. `tolerances`: voxels, one for

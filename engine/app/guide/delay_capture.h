@@ -12,7 +12,8 @@ struct DelayCaptureOptions {
   std::string hand;  // device A: the address of a hand
   std::string with;  // device B: the address of another hand, or opentrack:[ADDRESS:]PORT
   std::string pedal = "none";
-  double seconds = 30;  // s, limit of the duration; the capture ends earlier if the delay is known to 0.1 ms
+  // s, largest duration; the capture ends earlier if the delay is known with an accuracy of 0.1 ms
+  double seconds = 30;
 };
 
 struct DelayCapture {

@@ -145,7 +145,7 @@ class GuideVoice {
   }
 
  private:
-  static constexpr double kLength = 0.2;  // s, wait after a cue (a short sound); it is longer than every cue
+  static constexpr double kLength = 0.2;  // s, pause after a cue (a short sound); the pause is longer than every cue
 
   void make_sounds(double rate) {
     for (std::size_t i = 0; i < sounds_.size(); ++i) sounds_[i] = cue_sound(static_cast<Cue>(i), rate);
@@ -166,7 +166,7 @@ class GuideVoice {
   const std::vector<float>* playing_ = nullptr;  // the cue that is playing; used only by the audio thread
   std::size_t at_ = 0;
   Nanos began_ = 0, heard_at_ = 0;
-  // The sound output is declared last. So it is destroyed first, and stops before the data that it plays is destroyed.
+  // The sound output is declared last. So it is destroyed first, and stops before the data that it plays are destroyed.
   std::unique_ptr<audio::AudioOutput> output_;
 };
 
@@ -185,7 +185,7 @@ Look look_of(const GuidedCapture& guide, const std::filesystem::path& file) {
     look.layout = rig.screen.layout;
     const glm::dmat2 upright = display::upright(rig);
     if (in_mirror && upright[0].x != 0) look.mirrored = upright[0].x < 0, look.upside_down = upright[1].y < 0;
-  } catch (const Error& e) {  // before the calibration's screen step, the rig may describe no screen
+  } catch (const Error& e) {  // before the step that calibrates the screen, the rig need not describe a screen
     log::info("prompts are drawn plainly: {}", e.what());
   }
   return look;
@@ -234,7 +234,7 @@ class GuideScreen {
 
   void draw() {
     const auto target = output_->acquire();
-    // The window is minimised, or the GPU cannot draw to it for a moment. A later call tries again.
+    // The window is minimised, or the GPU cannot draw to it at the moment. A later call tries again.
     if (!target) return;
     ring_.wait_idle(device_);
     const bool resized = target->size != size_;
@@ -336,7 +336,7 @@ class Keyboard {
         text_.append(bytes, static_cast<std::size_t>(n));
       else if (n == 0 || errno != EINTR)
         ended_ = true;
-      // no valid line is longer than the limit, so the line is ended here
+      // the line is longer than any valid line, so it is ended here
       if (text_.size() > kLongest && text_.find('\n') == std::string::npos) text_ += '\n';
     }
   }
@@ -399,8 +399,8 @@ class Guide {
     cue(Cue::kReady);
     ask("");
     while (!end_) {
-      // ended() must be read before take() is called. Otherwise the hand could end between the two calls, and its last
-      // press would be lost.
+      // ended() must be called before take(). Otherwise the hand could end between the two calls, and its last press
+      // would be lost.
       const bool hand_ended = hand_ && hand_->ended();
       if (hand_) {
         if (const auto press = hand_->take()) answer(*press);

@@ -1,6 +1,6 @@
 // Guided capture for the calibration of a real bench. The input comes from the keyboard and from touches (points that
-// the user touches with the hand's tip). Prompts appear on the bench's screen, as sound and as text. Connects
-// calibration/, which does not use devices, with the hands, the screen and the sound.
+// the user touches with the hand's tip). Prompts appear on the bench's screen, as sound and as text. The module
+// calibration/ does not use devices; this file connects it with the hands, the screen and the sound.
 #pragma once
 
 #include <filesystem>
@@ -21,7 +21,7 @@ struct GuideOptions {
   /// true: opens a window, provided that there is a hand, a desktop and a build with windows
   bool window = true;
   int monitor = -1;  // number of the monitor for a full-screen window
-  /// picture of the prompt, written to this file before each touch; empty: no file is written
+  /// file to which a picture of the prompt is written before each touch; empty: no file is written
   std::filesystem::path picture;
   std::string audio;  // address of the sound output for cues; empty: silent
 };

@@ -20,7 +20,8 @@ namespace typodont {
 namespace {
 
 /// Parameters of the hand's motion along one step of its plan (ExpertLeg). The target point moves along the planned
-/// line. The hand leads the tool to this point. Values are for work on a tooth; ExpertGrip scales them for other sizes.
+/// line, and the hand pulls the tool to this point. Values are for work on a tooth; ExpertGrip scales them for other
+/// sizes.
 struct Lead {
   // m/s, speed through the air: with a hand instrument, and with a running drill
   static constexpr double travel_pace = 60e-3, drill_travel_pace = 65e-3;
@@ -32,17 +33,17 @@ struct Lead {
   // Near its end, a cut slows down. Otherwise the hand's lag would carry the tool into tissue that should stay.
   static constexpr double slowing_time = 0.04;  // s, time constant of the slowdown
   static constexpr double end_pace = 0.4e-3;    // m/s, speed at the end of a cut
-  // Tolerances of the distance between the tool and the target point, which moves along the planned line. ahead: m;
-  // during a cut, the target point moves on only while the tool is nearer to it than this.
+  // Tolerances of the tool's distance from the target point and from the planned line. ahead: m; during a cut, the
+  // target point moves on only while the tool is nearer to it than this.
   static constexpr double ahead = 0.06e-3;
   // m, tolerance: during a cut, the target point moves on only while the tool is nearer to the planned line than this
   static constexpr double beside = 0.022e-3;
   // m, a cut is finished when the tool is nearer than this to the end of the stroke
   static constexpr double there = 0.01e-3;
-  // m, smallest amount by which the tool must come nearer to the target point, so that this counts as progress
+  // m; only if the tool comes nearer to the target point by at least this, it counts as progress
   static constexpr double progress = 2.5e-6;
   static constexpr double near_line =
-      // m, tolerance: scraping ends after a pass in which the tool was always nearer to the planned line than this
+      // m, tolerance: scraping ends when the tool was always nearer than this to the planned line during a whole pass
       0.03e-3;
   // largest number of passes back along a run (consecutive strokes of a hand instrument)
   static constexpr int most_times = 3;
@@ -60,23 +61,23 @@ struct Lead {
   static constexpr double scrape_gain = 30;
   // m, largest lead of the hand (distance ahead of the target point) while scraping
   static constexpr double most_scrape_lead = 1.2e-3;
-  // The lead of a cut has a limit. The limit is adjusted until the force equals the wanted force, because the lead that
-  // gives a force depends on the tissue. The wanted forces here are fractions of the task's mean force. rough_force:
-  // bulk of the tissue, if another tool makes the finish; bulk_force: bulk, otherwise; finishing_force: final surface.
+  // The lead of a cut has a limit. Which lead gives which force depends on the tissue, so the limit is adjusted until
+  // the force equals the wanted force. The wanted forces here are fractions of the task's mean force. rough_force: bulk
+  // of the tissue, if another tool makes the finish; bulk_force: bulk, otherwise; finishing_force: final surface.
   static constexpr double rough_force = 2.3, bulk_force = 1.65, finishing_force = 1.4;
-  // bulk, with a coarse tool, which needs less energy per volume than the tissue's specific energy
+  // the same for the bulk with a coarse tool, which needs less energy per volume than the tissue's specific energy
   static constexpr double coarse_force = 2.7;
   // 1/s, gain with which an error of the force changes the limit of the lead
   static constexpr double lead_per_force = 15;
-  // lower and upper bound of the limit of the hand's lead, as ratios to the lead that gives the task's mean force
+  // smallest and largest value of the limit of the hand's lead, as ratios to the lead that gives the task's mean force
   static constexpr double least_most_lead = 0.6, most_lead = 3;
-  // m, smallest value of the upper bound for the limit of the hand's lead; soft bone needs a longer lead than a tooth
+  // m, the largest value of the limit is at least this; soft bone needs a longer lead than a tooth
   static constexpr double always_allowed_lead = 2e-3;
-  // limit of the force of a cut, as a fraction of the largest force that the task accepts
+  // largest force of a cut, as a fraction of the largest force that the task accepts
   static constexpr double below_most_force = 0.9;
-  // In the air, the hand slows down if the tool falls behind. waits_from: m, distance of the tool above which the hand
-  // slows down. waits_over: m, further distance over which its speed falls to the lower bound. least_pace: the lower
-  // bound, as a fraction of the full speed.
+  // In the air, the hand slows down if the tool falls behind. waits_from: m, distance of the tool from the hand at
+  // which the hand begins to slow down. waits_over: m, further distance over which its speed decreases to the smallest
+  // speed. least_pace: the smallest speed, as a fraction of the full speed.
   static constexpr double waits_from = 3e-3, waits_over = 1e-3, least_pace = 0.02;
 };
 
@@ -90,23 +91,23 @@ struct Joining {
   // for sharper turns
   static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
   static constexpr double coarse_haste = 2.5;  // factor on these speeds for a coarse tool
-  // m, threshold: two strokes with a smaller gap count as one continuous stroke
+  // m; two strokes with a gap smaller than this count as one continuous stroke
   static constexpr double no_gap = 1e-6;
   // m, largest length of a run (consecutive strokes of a hand instrument)
   static constexpr double longest_run = 3e-3;
-  // m, threshold: two strokes with a smaller gap are joined without lifting the tool
+  // m; two strokes with a gap smaller than this are joined without lifting the tool
   static constexpr double joined = 0.6e-3;
   // m, height of the tool above the highest obstacle on the way between two strokes
   static constexpr double hop = 0.5e-3;
-  static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank, which also must not touch obstacles
+  static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank, which must not touch obstacles either
   // m, smallest horizontal distance between the tool and obstacles on the way to the next stroke
   static constexpr double beside = 0.3e-3;
   static constexpr double above = 1.0e-3;  // m, height above the highest tissue at which the tool travels
   static constexpr double run_up = 0.6;    // s, time in which the drill reaches its speed
 };
 
-/// m, voxel size of a typical CT of a tooth. If a task has larger voxels, its work is assumed to be larger in the same
-/// ratio, so all lengths are multiplied by this ratio.
+/// m, voxel size of a typical CT of a tooth. If a task has larger voxels, its work is assumed to be larger, too. So all
+/// lengths are multiplied by the ratio of the voxel sizes.
 constexpr double kVoxelOfATooth = 0.15e-3;
 
 ExpertGrip grip_of(const Scene& scene, double voxel) {
@@ -129,21 +130,24 @@ struct ToolChoice {
                           // pass: distance between two passes, as a fraction of the tool's diameter; least_pass,
                           // most_pass: m, its bounds
       most_pass = 0.5e-3;
-  // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, so it keeps a distance:
-  // if it touched enamel, the enamel would bear the force, and the filling beside it would hardly be cut.
+  // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, which means that the
+  // instrument keeps a distance. If it touched enamel, the enamel would bear the force, and the filling beside it would
+  // hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
   static constexpr double allowance = 0.005e-3;  // m, depth to which a bur may enter tissue that must stay
-  // m, thinner tissue gets no stroke of a bur. It is less than the 0.02 mm that the score tolerates.
+  // m; no bur stroke is planned for tissue that is thinner than this; it is less than the 0.02 mm that the score
+  // tolerates
   static constexpr double least_cut = 0.015e-3;
   // Of the tools that remove enough, the widest is chosen, because it is the fastest. A tool removes enough if it
   // removes at least the fraction 1 - tolerated_loss of the volume that the best tool removes.
   static constexpr double tolerated_loss = 0.12;
   static constexpr double same_width = 0.01e-3;  // m, tolerance: tool widths that differ by less count as equal
-  // Threshold: ratio of the tissue that another tool leaves to the tissue that the chosen tool leaves. Below it, the
-  // other tool makes the finish.
+  // Ratio of the tissue that another tool would leave to the tissue that the chosen tool leaves. If it is below this
+  // limit, the other tool makes the finish.
   static constexpr double hardly_less = 0.6;
-  // Conditions for the use of another tool. The tool must leave less than the fraction needed_reduction of the present
-  // error, and reduce the error by at least the fraction least_gain of the error at the task's start.
+  // Conditions for the use of another tool. The error is the volume that differs from the ideal. The tool must leave
+  // less than the fraction needed_reduction of the present error, and reduce the error by at least the fraction
+  // least_gain of the error at the task's start.
   static constexpr double needed_reduction = 0.9, least_gain = 0.012;
   static constexpr std::size_t most_tools = 3, most_tried = 5;
 };
@@ -151,8 +155,9 @@ struct ToolChoice {
 /// Parameters of filling. Filling is added in portions. A portion is a dome of filling. It grows from the surface point
 /// that is nearest to the instrument's free end.
 struct Filling {
-  static constexpr double hop_over = 0.3e-3;  // m, height above the tissue on the path to the next portion
-  static constexpr double grid = 0.15e-3;     // m, distance between the instrument positions that are evaluated
+  // m, height above the tissue at which the instrument moves to the next portion
+  static constexpr double hop_over = 0.3e-3;
+  static constexpr double grid = 0.15e-3;  // m, distance between the instrument positions that are evaluated
   static constexpr int head_points = 120;
   static constexpr double down = 0.04e-3;  // m, step by which an instrument is lowered onto the tissue
   // The instrument is lowered in steps. A step is at most this fraction of the free distance below the instrument.
@@ -161,18 +166,18 @@ struct Filling {
   // height and radius of a portion, as fractions of the distance that the filling instrument can reach
   static constexpr double portion_height = 0.6, portion_radius = 0.98;
   static constexpr double below_wall =
-      // ratio to the instrument's radius: largest height of the instrument above the cavity's floor; a higher
-      // instrument is nearer to a wall than to the floor
+      // ratio to the instrument's radius: largest height of the instrument above the cavity's floor; at a larger
+      // height, it would be nearer to a wall than to the floor
       0.8;
   static constexpr double near_wall = 0.2e-3,
-                          // m: an instrument that is nearer than near_wall to a wall of the cavity is moved towards
-                          // this wall, in steps of nudge
+                          // m; an instrument that is nearer than near_wall to a wall of the cavity is moved to this
+                          // wall in steps of the length `nudge`
       nudge = 0.02e-3;
   // m, step by which an instrument rises while it fills the hole that it leaves
   static constexpr double rise = 0.3e-3;
   // voxels, smallest distance between the dome of filling and the instrument's head
   static constexpr double head_free = 0.5;
-  // Threshold of the length of the distance field's gradient. At points midway between two surfaces, the gradient is
+  // Limit of the length of the distance field's gradient. At points midway between two surfaces, the gradient is
   // shorter.
   static constexpr double one_surface = 0.5;
   static constexpr double proud = 0.12e-3,
@@ -183,12 +188,12 @@ struct Filling {
   // excess is carved away later: `carved_again` in the first pass, `overfilled` in the second pass. On the enamel
   // beside the cavity the cost is high, because a hand instrument hardly removes the excess: `flash`.
   static constexpr double carved_again = 0.1, overfilled = 0.03, flash = 3;
-  // voxels. To find out if a position above the final contour lies over the cavity, the program tests the point at this
-  // depth below the contour.
+  // voxels. A position above the final contour lies over the cavity if the point at this depth below the contour lies
+  // in the cavity.
   static constexpr double rim = 0;
-  // m, height above the lowest missing voxel; filling above this height does not count as a gain
+  // m; filling counts as a gain only up to this height above the lowest missing voxel
   static constexpr double layer = 0.6e-3;
-  // voxels; a voxel counts as filled if its centre lies at least this deep inside the dome
+  // voxels; a voxel counts as filled only if its centre lies at least this deep inside the dome
   static constexpr double whole_voxel = 0.9;
   // m³, smallest portion: the volume that the instrument fills in one tick
   static constexpr double least_volume = 0.004e-9;
@@ -200,14 +205,14 @@ struct Filling {
 /// Parameters that decide when the work ends.
 struct Rounds {
   // Another round of cutting is planned only if the last round reduced the error (the volume that differs from the
-  // ideal) below this fraction.
+  // ideal) to less than this fraction.
   static constexpr double still_left = 0.5;
   static constexpr int most_cuts = 4;  // largest number of rounds of cutting
-  // m, thickness; the first carving leaves excess filling that is thinner than this
+  // m; the first carving leaves excess filling that is not thicker than this
   static constexpr double clearly_too_high = 0.1e-3;
-  // m³, threshold: a layer of filling that reduces the missing volume by less counts as useless
+  // m³; if a layer of filling reduces the missing volume by less than this, it counts as useless
   static constexpr double least_layer = 0.01e-9;
-  // limit of the number of consecutive useless layers; then the next filling instrument is used
+  // after this number of consecutive useless layers, the next filling instrument is used
   static constexpr int most_vain = 3;
 };
 
@@ -278,8 +283,8 @@ class Terrain {
       }
     }
   }
-  /// Returns the greatest height (m, along the preparation's axis) of tissue near the line from a to b: tissue that,
-  /// seen along the axis, lies within `beside` (m) of this line.
+  /// Returns the greatest height (m, along the preparation's axis) of tissue near the line from a to b. Near is all
+  /// tissue that, seen along the axis, lies within `beside` (m) of this line.
   double highest(const dvec3& a, const dvec3& b, double beside) const {
     const glm::ivec2 ca = cell_of(a), cb = cell_of(b), around(static_cast<int>(beside / kCell) + 1);
     const glm::ivec2 lo = glm::max(glm::min(ca, cb) - around, glm::ivec2(0)),
@@ -388,8 +393,8 @@ class Plan {
     return static_cast<std::size_t>(
         std::count_if(tools_.begin(), tools_.end(), [](const haptics::Tool& t) { return t.fill != Tissue::kAir; }));
   }
-  /// Plans portions of filling. `coarser`: index of the instrument; the finest has index 0. The plan stays empty if no
-  /// portion improves the result. `over`: true in the second pass, in which the instrument may be higher above the
+  /// Plans portions of filling. `coarser`: index of the instrument; instrument 0 is the finest. If no portion improves
+  /// the result, the plan stays empty. `over`: true in the second pass, in which the instrument may be higher above the
   /// contour and excess filling costs less.
   void fill(std::size_t coarser, bool over) {
     over_ = over;
@@ -449,11 +454,11 @@ class Plan {
                                          : Joining::turn_pace;
   }
   bool goes_straight_in(const std::vector<Stroke>& strokes) const {
-    // cosine of the angle between a stroke and the axis: above it, the stroke counts as parallel to the axis
+    // a stroke counts as parallel to the axis if the cosine of the angle between both is above this limit
     constexpr double kStraight = 1 - 1e-9;
     return strokes.size() == 1 && glm::dot(glm::normalize(strokes[0].from.p - strokes[0].to.p), axis_) > kStraight;
   }
-  /// Adds the stroke `in` for each narrower tool of the same shape before the tool `last` makes it, the narrowest
+  /// Adds the stroke `in` for the tool `last`, and before that for all narrower tools of the same shape, the narrowest
   /// first, as with a set of reamers. All tools reach the same depth.
   void go_up_by_sizes(std::size_t last, const Stroke& in) {
     std::vector<std::uint32_t> sizes;
@@ -501,8 +506,8 @@ class Plan {
     if (lifts) add(ExpertLeg::Kind::kMove, raised(legs_.back().to));
     add(ExpertLeg::Kind::kMove, raised(to));
   }
-  /// Moves up to `height`, then sideways, then down to `to`. So the instrument does not touch the portion that was just
-  /// filled.
+  /// Moves up to `height`, then sideways, then down to `to`, so that the instrument does not touch the portion that was
+  /// just filled.
   void hop(const Pose& to, double height) {
     Pose up = legs_.back().to, across = to;
     up.p += (height - glm::dot(up.p, axis_)) * axis_;
@@ -612,7 +617,7 @@ class Plan {
   }
 
   /// Fills the hole that the instrument leaves in a dome of `radius` (m): the instrument rises in steps and fills a
-  /// small dome under its free end at each step. Otherwise later domes would close the hole and leave a void.
+  /// small dome under its free end at each step. Otherwise later domes would cover the hole, and a void would remain.
   void withdraw(const Instrument& instrument, const Portion& from, double radius, session::Preparation& layer) {
     const haptics::Tool& tool = instrument.tool;
     const double voxel = layer.frame.voxel, hole = tool.radius() + haptics::Fill::kClear * voxel;
@@ -653,7 +658,7 @@ class Plan {
 
   /// Finds the best portion for the missing voxel q, and its radius in voxels. Null if no portion has a gain. The gain
   /// is the missing volume in the portion up to a height of Filling::layer above q, minus the cost of excess filling.
-  /// Filling at larger heights does not count, because it would block the instrument.
+  /// Filling at larger heights does not count as a gain, because it would block the instrument.
   const Portion* best_for(const dvec3& q, const session::Preparation& in, const Instrument& instrument,
                           const std::vector<Spot>& spots, double& radius) const {
     const Portion* best = nullptr;
@@ -721,8 +726,8 @@ class Plan {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
     const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
     const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
-    // voxels, distance between instrument and tissue at the height c, minus the clearance; 0 if the instrument is too
-    // near
+    // voxels; returns the distance between instrument and tissue at the height c, minus the clearance; 0 if the
+    // instrument is too near
     const auto room = [&](double c) {
       double least = 1e9;
       for (const dvec3& p : instrument.head) {
@@ -765,8 +770,9 @@ class Plan {
   }
 
   /// Returns the portion that the instrument adds when its centre is at the coordinates (a, b, c) along the
-  /// instrument's axes. The dome's centre is the point that the servo would choose: the surface point nearest to the
-  /// free end, or, midway between two walls, the point below the end. Empty if the instrument reaches no surface.
+  /// instrument's axes. The dome's centre is the point that the servo would choose. This is the surface point nearest
+  /// to the free end or, if the end is midway between two walls, the point below the end. Empty if the instrument
+  /// reaches no surface.
   std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
                                           double b, double c) const {
     const double reach = instrument.tool.fill_reach;
@@ -927,7 +933,7 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
       log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
                 (off - missing) * 1e9);
     plan.cut(/*by_hand=*/false);
-    // More filling follows after the first carving. So the first carving only removes excess that is thicker than a
+    // After the first carving, more filling follows. So the first carving removes only excess that is thicker than a
     // limit.
     const bool filling_resumes = layers_ > 0 && cuts_ == 0;
     plan.cut(/*by_hand=*/true, filling_resumes ? grip_.size * Rounds::clearly_too_high : 0);
@@ -1089,8 +1095,8 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
               : dvec3(0);
   const double size = glm::length(wanted), most = scrapes ? Lead::most_scrape_lead : most_lead_;
   if (size > most) wanted *= most / size;
-  // In soft tissue, the same force requires a longer lead. So the limit of the lead is adjusted until the force equals
-  // the planned force of the step.
+  // In soft tissue, a longer lead is needed for the same force. So the limit of the lead is adjusted until the force
+  // equals the planned force of the step.
   const double too_little = leg.force - glm::length(seen_.f_T_W);  // N, planned force minus measured force
   if (leg.kind == Kind::kCut && (size > most || too_little < 0))
     most_lead_ = std::clamp(most_lead_ + grip_.lead * dt_ * Lead::lead_per_force * too_little / grip_.force,

@@ -48,7 +48,7 @@ struct ExpertGrip {
 };
 
 /// Position of a filled portion, m along the two axes perpendicular to the preparation's axis. The instrument leaves a
-/// hole there, and enters this hole again only at the same position.
+/// hole there. It can enter this hole again only at exactly the same position.
 struct FilledSpot {
   std::uint32_t tool = 0;
   double a = 0, b = 0;
@@ -125,7 +125,7 @@ class ExpertHand final : public haptics::HapticDevice {
   double along_ = 0;   // m, distance from the start of the step to the target point
   double filled_ = 0;  // m³, volume that was filled before the present step
   double waited_ = 0;  // s, time since the last progress
-  // m, smallest distance of the tool from the target point since the target point last moved
+  // m, smallest distance of the tool from the target point since this point last moved
   double nearest_ = std::numeric_limits<double>::infinity();
   // A run is a sequence of strokes of a hand instrument without a stop. The instrument scrapes to and fro along the run
   // until the tool reaches the planned line.

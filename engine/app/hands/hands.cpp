@@ -168,7 +168,7 @@ void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const Scene& 
   enter_realtime({.priority = 78, .core = -1, .lock_memory = false});
   haptics::HandSample sample;
   while (!wiring.stop.load(std::memory_order_relaxed) && hand.read(sample)) {
-    // sends zero force, because an arm reports positions only while the program sends forces
+    // the arm reports positions only while the program sends forces, so zero force is sent
     hand.write(dvec3(0), dvec3(0));
     if (hand_holds_suction(scene)) {
       SuctionTip tip = scene.suction_tip;

@@ -19,11 +19,12 @@ using session::ImplantAction;
 constexpr double kAbove = 6e-3;  // m, height of the tool's tip above the planned entry point while the tool is changed
 // m, height above the planned entry point; below this height the hand moves slowly
 constexpr double kNear = 1.5e-3;
-constexpr double kTravel = 40e-3;       // m/s, speed of the tool outside the tissue
-constexpr double kLanding = 4e-3;       // m/s, speed of the hand towards the bone
-constexpr double kWithdrawal = 15e-3;   // m/s, speed of the hand out of the bed
-constexpr double kSweepPace = 7e-3;     // m/s, speed of the smoothing bur
-constexpr double kSweepReach = 3.0e-3;  // m, length of the smoothed ridge on each side of the implant's axis
+constexpr double kTravel = 40e-3;      // m/s, speed of the tool outside the tissue
+constexpr double kLanding = 4e-3;      // m/s, speed of the hand towards the bone
+constexpr double kWithdrawal = 15e-3;  // m/s, speed of the hand out of the bed
+constexpr double kSweepPace = 7e-3;    // m/s, speed of the smoothing bur
+// m, length of the ridge (the edge of the jaw) that is smoothed on each side of the implant's axis
+constexpr double kSweepReach = 3.0e-3;
 // m, depth of the hand below the planned ridge while smoothing; the coupling yields, so the bur is higher than the hand
 constexpr double kSweepBelow = 0.1e-3;
 constexpr double kSweepApart = 1.0e-3;  // m, distance between two strokes of the smoothing bur
@@ -35,10 +36,11 @@ constexpr double kPeck = 3e-3;            // m, drilled depth after which the dr
 constexpr double kPull = 2e-3;            // m, distance by which the drill is pulled back, so that the bone cools
 // °C, temperatures of the bone: the hand lifts the tool at kHot and continues at kCool
 constexpr double kHot = 42, kCool = 41;
-// m, height above the planned entry point at which a bur no longer touches the pit that it drilled
+// m, height above the planned entry point from which on a bur no longer touches the pit that it drilled
 constexpr double kClear = 0.5e-3;
-constexpr double kSlowFrom = 0.3e-3;  // m, distance to the planned depth below which the hand moves slowly
-constexpr double kPatience = 60;      // s, limit of the duration of one stage (Stage) of a phase
+// m; if the distance to the planned depth is smaller than this, the hand moves slowly
+constexpr double kSlowFrom = 0.3e-3;
+constexpr double kPatience = 60;  // s, limit of the duration of one stage (Stage) of a phase
 
 }  // namespace
 
@@ -178,7 +180,7 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
   };
   if (waited_ > kPatience) {
     gave_up_ = true;
-    // A hand that cannot even leave the bone, or does not get its tool, ends the session.
+    // If the hand cannot even leave the bone, or does not get its tool, it ends the session.
     if (stage_ != Stage::kWork) stage_ = Stage::kOver;
   }
   switch (stage_) {
@@ -206,9 +208,9 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
       }
       break;
     case Stage::kBack: {
-      // A tap (a tool that cuts a thread) can leave the bone only while it turns backwards, until its thread no longer
-      // engages. The bone's surface, and so the depth of the bed's entry, may differ from the plan, so the depth of the
-      // tip does not tell whether the thread engages.
+      // A tap (a tool that cuts a thread) must turn backwards to leave the bone, until its thread no longer engages.
+      // The bone's surface, and so the depth of the bed's entry, may differ from the plan, so the depth of the tip does
+      // not tell whether the thread engages.
       const bool held = tool().implant->threaded() && seen_.level == level::kScrewing;
       if (held) {
         sample.pedal = -1;

@@ -108,15 +108,16 @@ class LiveExpert final : public haptics::HapticDevice {
   Wiring& wiring_;
   const bool paced_;
   Expert expert_;    // used only by the planner thread, once this thread has started
-  ExpertHand hand_;  // this member and those below, up to waits_, are used only by the servo thread
+  ExpertHand hand_;  // this member and the next ones, up to waits_, are used only by the servo thread
   haptics::HandSample last_;
   std::uint64_t ticks_ = 0;
   Nanos began_ = 0;
   bool held_ = false;
-  bool waits_ = false;                       // true while the hand waits for the next plan
-  std::atomic<bool> asked_{false};           // request from the servo thread to the planner thread
-  Ring<Legs*> plans_{2};                     // channel from the planner thread to the servo thread
-  std::vector<std::unique_ptr<Legs>> made_;  // all plans, freed at the session's end; used by the planner thread
+  bool waits_ = false;              // true while the hand waits for the next plan
+  std::atomic<bool> asked_{false};  // request from the servo thread to the planner thread
+  Ring<Legs*> plans_{2};            // channel from the planner thread to the servo thread
+  // all plans; they are freed at the end of the session; used only by the planner thread
+  std::vector<std::unique_ptr<Legs>> made_;
   std::jthread planner_;
 };
 

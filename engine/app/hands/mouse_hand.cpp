@@ -27,7 +27,7 @@ constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};
 constexpr double kMostLean = 85 * kDegree;  // rad, largest tilt of the tool that the mouse can set
 // rad, change of the tilt when the pointer moves by half the picture's height
 constexpr double kLeanPerHalfHeight = 60 * kDegree;
-// ratio: the offset between tool and pointer shrinks by this fraction of the pointer's motion
+// ratio: while the pointer moves, the offset between tool and pointer shrinks by this fraction of the motion
 constexpr double kReturn = 0.5;
 
 class MouseHand : public haptics::HapticDevice {
@@ -44,7 +44,7 @@ class MouseHand : public haptics::HapticDevice {
     sleep_until(start_ + t);
     if (wiring_.pointer.fetch()) wanted_ = wiring_.pointer.front();
     sample = smoothing_.next(wanted_, t);
-    return true;  // always true, because the servo ends the session, not this hand
+    return true;  // returns true always, because the servo ends the session, not this hand
   }
   void write(const dvec3&, const dvec3&) noexcept override {}
 

@@ -50,7 +50,8 @@ class Pointer {
   Nanos pressed_at_ = -kNanosPerSecond;
 };
 
-/// Interpolates the pointer's positions (about sixty per second) to a smooth motion of the hand. Servo thread.
+/// Interpolates between the pointer's positions (about sixty per second), which gives a smooth motion of the hand.
+/// Servo thread.
 class PointerSmoothing {
  public:
   /// `rate`: number of calls of next() per second.

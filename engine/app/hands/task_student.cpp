@@ -15,36 +15,37 @@ namespace typodont {
 
 namespace {
 
-// voxels, tolerance: the tool's head may enter the ideal (the tissue that must remain) by this depth, which is the
+// voxels, tolerance: the tool's head may enter the ideal (the tissue that must remain) to this depth; it equals the
 // error of the distance field
 constexpr double kClear = 0.05;
-// voxels, tolerance: a head that fits the ideal (the tissue that must remain) exactly, for example a reamer, may enter
-// it by this depth
+// voxels, the same tolerance for a head that fits the ideal exactly, for example a
+// reamer
 constexpr double kExact = 0.02;
 constexpr double kGrid = 0.1e-3;  // m, distance between the head positions that the planner evaluates
 constexpr double kLayer =
     0.5;  // ratio to the head's diameter: distance between two layers of strokes while most of the tissue is removed
 constexpr double kCoarseLayer = 0.8;  // as kLayer, for a coarse tool
-// Ratio to the head's diameter: a coarse tool removes tissue that is thinner than this in its passes along the floor.
+// Ratio to the head's diameter. Tissue that is thinner than this gets no row of its own from a coarse tool; the passes
+// along the floor remove it.
 constexpr double kAtOnce = 0.5;
 constexpr double kRow = 0.6;  // ratio to the head's diameter: distance between two rows of strokes in a layer
-// m, tolerance: floor points whose heights differ by less belong to the same flat part of the floor
+// m, tolerance: floor points whose heights differ by less than this belong to the same flat part of the floor
 constexpr double kSameLevel = 10e-6;
 // m², area of the cavity's floor; if the floor is smaller than this, the tool makes no pass along its walls
 constexpr double kLeastFlat = 0.1e-6;
-constexpr double kFlatShare = 0.15;  // threshold of a floor's area, as a fraction of the head's cross-section
+constexpr double kFlatShare = 0.15;  // the smallest area of a flat floor, as a fraction of the head's cross-section
 // Ratio to the head's diameter: distance between the end of a row and a wall. Another pass cuts along the wall.
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.03e-3;  // m, smallest distance between the head and neighbouring teeth or gum
-constexpr double kLeastTaken = 0.05;     // voxels, threshold: no stroke is planned for thinner tissue
+constexpr double kLeastTaken = 0.05;     // voxels; no stroke is planned for tissue that is thinner than this
 // m, tolerance: a point of the tool's path is omitted if it is nearer than this to the line between its neighbours
 constexpr double kOnLine = 2e-6;
-// m, limit: a shorter part of a pass that removes nothing is kept, so that the tool need not be lifted
+// m; a part of a pass that removes nothing is kept if it is shorter than this, so that the tool need not be lifted
 constexpr double kBridged = 1e-3;
-// m, length of a connection between two passes; a longer connection goes over the tissue, not straight
+// m; a connection between two passes that is longer than this goes over the tissue instead of straight
 constexpr double kStraight = 3e-3;
 constexpr double kHop = 0.3e-3;  // m, height step of the search for a free path between two strokes
-// m, threshold: a row of strokes that is longer than this begins with a ramp, on which the bur enters the tissue
+// m; a row of strokes that is longer than this begins with a ramp, on which the bur enters the tissue
 constexpr double kRamp = 0.8e-3;
 // slope (height per length) of a floor; where the floor is steeper than this, it is divided into pieces
 constexpr double kSteep = 2;
@@ -53,8 +54,8 @@ constexpr double kDown = 0.1e-3;         // m, step of the search for the lowest
 constexpr double kFloorOfColumn = 1e-6;  // m, precision of the search for the lowest head position above a grid point
 constexpr int kHeadPoints = 360, kShankPoints = 60;
 constexpr double kFieldErrorLimit = 1;  // voxels, upper bound of the distance field's error far from the surface
-// Limit of the number of points in a group. A group of points is first tested as one ball that contains the points.
-// Near the ideal (the tissue that must remain), the points of a group are tested one by one.
+// Largest number of points in a group. A group of points is first tested as one ball that contains all of them. Its
+// points are tested one by one only if the ball is near the ideal (the tissue that must remain).
 constexpr std::size_t kTogether = 12;
 constexpr int kBisectionSteps = 7;  // number of bisection steps that refine a position between two grid positions
 
@@ -99,8 +100,8 @@ class StrokePlanner {
     }
     if (!finish) return std::move(strokes_);
     bulk_ = false;
-    // Cuts the edges between floor and walls first, then the walls from below. So the side of a long head cuts a steep
-    // wall in one pass.
+    // Cuts the edges between floor and walls first, and then the walls from below, so that the side of a long head cuts
+    // a steep wall in one pass.
     for (const double height : floors())
       for (Chain& wall : walls_at(height)) take(wall, /*closed=*/true);
     for (double height = layers_.back().height; height < layers_.front().height; height += step_) {
@@ -238,8 +239,8 @@ class StrokePlanner {
     }
     return p;
   }
-  /// Returns a straight path for a head that fits the ideal exactly, for example a reamer with the diameter of the cup,
-  /// because the grid contains no free position for it. Empty for other heads.
+  /// Returns a straight path for a head that fits the ideal exactly, for example a reamer with the diameter of the cup.
+  /// For such a head, the grid contains no free position. Empty for other heads.
   std::optional<Chain> close_fit() const {
     dvec3 p = centered({lo_ + 0.5 * grid_ * glm::dvec2(count_ - 1), top_});
     const auto down_to = [&](double height) {
@@ -345,7 +346,8 @@ class StrokePlanner {
     for (std::size_t k = 0; k + 1 < line.size(); ++k) add(line[k], line[k + 1], k + 2 < line.size());
   }
   /// Adds a connection from the end of the last stroke to `to`: a straight line, or a path up, across and down. The
-  /// head must not touch the ideal on it. If there is no such connection, adds nothing; then the hand lifts the tool.
+  /// head must not touch the ideal on it. If there is no such connection, nothing is added, and the hand will lift the
+  /// tool.
   void go_to(const dvec3& to) {
     if (!last_) return;
     const dvec3 from = *last_;
@@ -460,7 +462,8 @@ class StrokePlanner {
     }
   }
 
-  /// Returns true if a coarse tool removes the tissue below p in its passes along the floor, without a row at p.
+  /// Returns true if the row at p can be omitted, because a coarse tool removes the tissue below p in its passes along
+  /// the floor.
   bool left_to_floor(const dvec3& p) const {
     if (tool_.energy_ratio >= 1) return false;
     const auto floor = lowest(p.x, p.y);
@@ -477,8 +480,8 @@ class StrokePlanner {
     stroke({above, row.back(), row.front()});
   }
 
-  /// Finds the cells of the grid layer `in` whose distance from all cells outside `in` is more than `away` cells. The
-  /// grid's edge is ignored.
+  /// Finds the cells of the grid layer `in` that are more than `away` cells away from every cell outside `in`. The edge
+  /// of the grid does not count as outside.
   std::vector<std::uint8_t> inner(const std::vector<std::uint8_t>& in, int away) const {
     std::vector<std::uint8_t> result = in;
     for (int i = 0; i < count_.x; ++i) {
@@ -628,7 +631,7 @@ class StrokePlanner {
   }
 
   const double size_;         // ratio of the work's size to the size of a tooth
-  const double least_taken_;  // voxels, threshold: no stroke is planned for thinner tissue
+  const double least_taken_;  // voxels; no stroke is planned for tissue that is thinner than this
   const double grid_ = size_ * kGrid;
   const double down_ = size_ * kDown;
   const double hop_ = size_ * kHop;

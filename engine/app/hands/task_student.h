@@ -27,7 +27,8 @@ dquat toward(const dvec3& axis_W);
 /// omitted. The shank is parallel to the preparation's axis and does not touch the ideal. `into`: m, depth to which the
 /// head may enter the ideal. `step`: m between the passes along floor and walls. `around`: neighbouring teeth and gum,
 /// which the head must not touch; null: there are none. `size`: ratio of the work's size to the size of a tooth; grid
-/// distances and tolerances are multiplied by it. `least`: m, thinner tissue gets no strokes.
+/// distances and tolerances are multiplied by it. `least`: m; no strokes are planned for tissue that is thinner than
+/// this.
 std::vector<Stroke> plan_strokes(const session::Preparation& preparation, const haptics::Tool& tool, double step,
                                  double into = 0, const SurroundingsShape* around = nullptr, bool finish = true,
                                  double size = 1, double least = 0);

@@ -11,17 +11,17 @@ namespace typodont {
 
 namespace {
 
-// s, time constant of the smoothing, with which 90 controller positions per second feel like a continuous motion
+// s, time constant of the smoothing; with it, 90 controller positions per second feel like a continuous motion
 constexpr double kFollowTime = 10e-3;
 constexpr double kReturnTime = 0.4;  // s, duration of the tool's motion to the hand after the tracking returns
-// m/(s·N), admittance of the tool while tracking is lost: it yields to the force, so that the force fades within 50 ms
-// at 1 N/mm
+// m/(s·N), admittance (speed per force) of the tool while tracking is lost: the tool yields to the force, so that the
+// force fades within 50 ms at 1 N/mm
 constexpr double kLostHandAdmittance = 0.02;
 // m/s, largest speed at which the tool yields to the force while tracking is lost
 constexpr double kMostLostHandSpeed = 0.05;
-// threshold of the trigger's position (0..1), below which the trigger counts as released
+// limit of the trigger's position (0..1); below it, the trigger counts as released
 constexpr double kReleased = 0.1;
-// ns, limit of a sample's age; if the newest sample is older, tracking counts as lost
+// ns; if the newest sample is older than this, tracking counts as lost
 constexpr Nanos kStale = 150'000'000;
 
 class XrHand : public haptics::HapticDevice {
@@ -38,7 +38,7 @@ class XrHand : public haptics::HapticDevice {
     if (wiring_.xr_hand.fetch()) wanted_ = wiring_.xr_hand.front();
     const bool seen = wanted_.tracked && now() - wanted_.t < kStale;
     sample = filter_.next(wanted_, seen, force_, t, 1 / rate_);
-    return true;  // always true, because the servo ends the session, not this hand
+    return true;  // returns true always, because the servo ends the session, not this hand
   }
   void write(const dvec3& f_T_W, const dvec3&) noexcept override { force_ = f_T_W; }
   std::uint32_t faults() const noexcept override { return filter_.lost() ? bits(Fault::kDeviceLost) : 0; }

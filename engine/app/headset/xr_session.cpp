@@ -45,7 +45,7 @@ constexpr double kFastSpindle = 400 * kKrpm;
 // Limits for a controller and for an arm. The tip counts as still if it moves less than this distance (m) for this time
 // (s).
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
-// s, limit of a frame's duration; even software rendering on a slow CPU takes less
+// s, largest duration of a frame; even software rendering on a slow CPU takes less
 constexpr double kLongestFrame = 20;
 constexpr double kLeaveTime = 2;  // s, limit of the time in which the runtime must end the session
 
@@ -60,8 +60,8 @@ display::Vibration vibration_of(const ServoTick& tick) {
   return {std::clamp(running + force / kFullForce, 0.0, 1.0), kSlowest + (kFastest - kSlowest) * speed};
 }
 
-/// Called if a thread of this program hangs in a call of the headset's runtime. At exit, the process then ends with its
-/// own exit status but without destructors, because the hanging thread could still use the destroyed data.
+/// Called if a thread of this program hangs in a call of the headset's runtime. At exit, the process then keeps its
+/// exit status but runs no destructors, because the hanging thread might still use the data that they destroy.
 void end_hard_at_exit() {
   on_exit(
       [](int status, void*) {
@@ -169,7 +169,8 @@ struct XrSession::Thread {
     stage.set_quality(ladder.step());
     stage.surround(surroundings);
     Detail detail(wiring.tolerance, voxel);
-    // However this function ends, the particles are released before their GPU device is destroyed.
+    // Releases the particles at every end of this function, because this must happen before their GPU device is
+    // destroyed.
     struct InUse {
       std::optional<DebrisView>& debris;
       ~InUse() {
@@ -289,8 +290,8 @@ struct XrSession::Thread {
 
   void set_tissue_visible(bool seen) { wiring.tissue_in_sight[static_cast<std::size_t>(Eyes::kTrainee)] = seen; }
 
-  /// Publishes the controller's sample for the servo. Returns true if the controller is tracked, or if the tool is held
-  /// by another device.
+  /// Publishes the controller's sample for the servo. Returns true if the controller is tracked. If another device
+  /// holds the tool, it also returns true.
   bool publish_hand(const display::HmdFrame* frame) {
     if (options.tool_hand < 0) return true;
     const display::HmdHand hand =
@@ -305,8 +306,8 @@ XrSession::XrSession(const display::DisplayRig& rig, const Scene& scene, const h
     : thread_(std::make_shared<Thread>(rig, scene, tissue, wiring, options)), stall_(rig.hmd.stall) {
   thread_->thread = std::thread([state = thread_] { state->run(); });
   std::unique_lock lock(thread_->mutex);
-  // A loop with time limits waits for the runtime: it limits the duration of each call of the runtime. The time until
-  // the user wears the headset is limited by wake().
+  // This loop waits for the runtime, and limits the duration of each call of the runtime. (wake() limits the time until
+  // the user puts on the headset.)
   while (thread_->phase == Thread::Phase::kOpening) {
     thread_->changed.wait_for(lock, 20ms);
     if (thread_->gate.silent() < std::max(rig.hmd.wait, stall_)) continue;
@@ -360,7 +361,7 @@ void XrSession::stop() {
       end_hard_at_exit();
       return;
     }
-    // The thread does not end, although it is not in a call of the runtime. So the GPU hangs.
+    // The thread does not end, but it is not in a call of the runtime. So the GPU must be hanging.
     if (thread_->gate.busy() > kLongestFrame) {
       log::error("headset: its thread does not end");
       haptics::release_all_devices();

@@ -35,7 +35,8 @@ class TissueSaver {
         ++wiring.not_saved;
       }
     };
-    // A thread writes the copy. It first waits until the previous file is written, so that the carver never waits.
+    // A thread writes the copy. This thread first waits until the previous file is written, so that the carver need not
+    // wait.
     try_to([&] {
       thread_ = std::jthread(
           [&wiring = wiring_, try_to, tissue = copy_of(carver), file, earlier = std::move(thread_)]() mutable {
@@ -55,8 +56,8 @@ class TissueSaver {
 };
 
 /// Sends bricks (blocks of the tissue's mesh) to a picture. While the picture's GPU device is created again, the
-/// picture accepts no bricks. Then the bricks that do not fit into the ring are kept here, each in its latest version.
-/// A lost brick would be drawn in its old form until the next cut.
+/// picture accepts no bricks. In this time, the bricks that do not fit into the ring are kept here, each in its latest
+/// version. Without this, a brick could be lost, and its old form would be drawn until the next cut.
 class BrickQueue {
  public:
   explicit BrickQueue(Ring<MeshBatch*>& ring) : ring_(ring) {}
@@ -225,10 +226,10 @@ void carve(LiveSession& s) {
   int idle = 0;  // number of consecutive calls of turn() without work
   while (!s.wiring.stop.load(std::memory_order_relaxed)) {
     const CarverTurns::Done done = turns.turn();
-    // Chooses the sleep time of the carver. After 30 ms without work, the hand is assumed to be slow; at 3 cm/s it
-    // moves 0.1 mm until the next check. After one second, it is assumed to rest; if it then accelerates with 10 m/s²,
-    // it moves 0.5 mm until the next check. In an idle session, the checks use 0.4 % of a core; more frequent checks
-    // would use 3 %.
+    // Chooses the sleep time of the carver. After 30 ms without work, the hand is assumed to be slow: at 3 cm/s it
+    // moves 0.1 mm until the next check. After one second without work, it is assumed to rest: if it accelerates with
+    // 10 m/s², it moves 0.5 mm until the next check. In an idle session, the checks use 0.4 % of a core; more frequent
+    // checks would use 3 %.
     idle = done.worked ? 0 : std::min(idle + 1, 400);
     if (!done.worked)
       std::this_thread::sleep_for(done.awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 10'000us);

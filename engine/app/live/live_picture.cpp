@@ -16,14 +16,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// ns, limit: a GPU device that is lost again within this time counts as broken
+// ns; if the GPU device is lost again within this time, it counts as broken
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 // ns, time between two searches for changed bricks while the pictures are drawn by the CPU
 constexpr Nanos kProcessorMeshInterval = 33'000'000;
 constexpr Nanos kBriefWait = 4'000'000;     // ns, time between two checks for motion while nothing is drawn
 constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between two pictures from the free viewpoint
 constexpr int kImplantSections = 2;         // number of sections through an implant: along the arch, and across it
-// Thresholds: the section follows the drill if the drill has rotated or moved farther than this.
+// Limits: the section follows the drill if the drill has rotated or moved farther than this.
 constexpr double kSectionTurns = 0.02;    // rad, smallest rotation that the section follows
 constexpr double kSectionMoves = 0.1e-3;  // m, smallest translation that the section follows
 
@@ -78,7 +78,7 @@ void LivePicture::make(gpu::Device* device) {
   PictureStage::Options look;
   look.window = !options_.embedded;
   look.embedded = options_.embedded;
-  look.hud = !options_.operated;  // no texts over the picture if the operator's window shows them
+  look.hud = !options_.operated;  // if the operator's window shows the texts, they are not drawn over the picture
   look.force_in_hud = !options_.steered;
   look.device = device;
   look.cursor = options_.cursor;
@@ -186,8 +186,9 @@ void LivePicture::show_next_view(const ServoTick& tick) {
   views_->look(Eyes::kTrainee, next);
 }
 
-/// Section plane through an axis, along the arch or across it. It is the drill's axis if the drill is in its bed,
-/// otherwise the planned implant's axis. (x points along the arch and y to the tongue; docs/interface.md, "bone".)
+/// Returns a section plane through an axis, along the arch or across it. The axis is that of the drill if the drill is
+/// in its bed, otherwise that of the planned implant. (x points along the arch and y to the tongue; docs/interface.md,
+/// "bone".)
 glm::dvec4 LivePicture::section_through_implant(const ServoTick& tick) const {
   const bool in_bed = tick.level != session::implant_level::kFree && tick.level != session::implant_level::kPlaced;
   const dvec3 axis = in_bed ? tick.X_WG.R * dvec3(0, 0, -1) : scene_.implant->plan.axis_W;
