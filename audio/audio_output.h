@@ -27,7 +27,7 @@ struct AudioOptions {
   double sample_rate = 0;       // Hz, sampling rate; 0: the device's own rate, 48000 for files
   int channels = 1;             // number of channels of the source, 1 or 2
   int buffer = 256;             // samples per channel and callback; also the latency that is requested from the device
-  std::uint64_t end_after = 0;  // number of samples after which a device stream ends; 0: never
+  std::uint64_t end_after = 0;  // a device's stream ends after this number of samples; 0: it does not end
 };
 
 struct AudioStats {
@@ -53,8 +53,8 @@ class AudioOutput {
   virtual double sample_rate() const = 0;
   /// Starts the output. Its first sample has the tick time `t_start` (files) or the current time (devices).
   virtual void start(const AudioSource& source, Nanos t_start) = 0;
-  /// Files: renders up to tick time `t`. Devices: checks the stream, reports a lost device and opens it again. Call it
-  /// at least ten times a second.
+  /// Files: renders up to tick time `t`. Devices: checks whether the device still works, reports a lost device, and
+  /// opens it again. Call it at least ten times a second.
   virtual void advance(Nanos t) = 0;
   /// Ends the output. A file gets its final name only now, when it is complete. Throws Error if the file cannot be
   /// written.

@@ -46,7 +46,7 @@ class Binaural {
   /// Renders `stereo` from `mono`. In `stereo`, left and right samples alternate, so it is twice as long as `mono`.
   void render(std::span<const float> mono, std::span<float> stereo) noexcept;
 
-  /// Returns the delay (s) of both channels against the mono sound if the source is straight ahead.
+  /// Returns the delay (s) of both channels, compared with the mono sound, if the source is straight ahead.
   double latency() const noexcept;
   static constexpr double kGlide = 0.02;  // s, time constant of delays and shadows
 

@@ -19,8 +19,8 @@ struct RotorTone {
   double amplitude = 0;  // amplitude at free speed; at lower speeds it is proportional to the speed; full scale is 1
 };
 
-/// Levels of a real drill, measured at one contact: the differences between the sound at work and the sound when the
-/// drill idles at free speed.
+/// Levels of a real drill, measured at one contact: the sound at work minus the sound when the drill idles at free
+/// speed.
 struct WorkLevel {
   Tissue tissue = Tissue::kEnamel;
   double force = 0;         // N, force of the contact at which the sound was recorded
@@ -42,7 +42,8 @@ struct SoundModels {
   // Number of teeth of the cutter; at low speed each tooth is heard separately; 0: teeth are never heard separately.
   double teeth = 0;
   double working_gain = 1;  // factor of the amplitude of all working models
-  // gain of the additional high frequencies at high force and high removal rate; 1: their amplitude is doubled
+  // gain of the additional high frequencies at high force and high removal rate; the value 1 doubles the amplitude of
+  // the high frequencies
   double brightness = 1;
   double spray_dB = 0;  // dB, increase of the idling drill's level by water spray; 0: the spray is silent
   double level = 1;     // gain of the whole voice, which makes voices of different recordings equally loud

@@ -11,9 +11,9 @@
 
 namespace typodont::audio {
 
-/// Processes every tick in order, on one thread (the audio callback's). Never allocates. Removal rate and slip are
-/// differences over several ticks, because differences of single ticks are noisy. The interval of these differences
-/// does not depend on the servo rate, so the sound does not depend on it either.
+/// Computes the sound's state from every tick in order, on one thread (the audio callback's). Never allocates. Removal
+/// rate and slip are differences over several ticks, because differences of single ticks are noisy. These ticks span a
+/// fixed time at every servo rate, so the sound does not depend on the servo rate.
 class TickVoice {
  public:
   /// `tools_cut`: for each tool of the session, true if the tool is a bur. Other tools only scrape and tap.
@@ -30,7 +30,8 @@ class TickVoice {
   };
   static constexpr std::size_t kSeen = 64;  // length of the ring buffer, sufficient for a servo rate of 12 kHz
   std::array<Seen, kSeen> seen_{};
-  // count_: number of ticks so far; back_: index of the earlier tick that the latest tick is compared with
+  // count_: number of ticks so far; back_: index of the earlier tick from which the differences to the latest tick are
+  // computed
   std::size_t count_ = 0, back_ = 0;
   std::vector<bool> tools_cut_;
 };

@@ -42,8 +42,8 @@ ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);
 Pose stylus_pose(const ArmGeometry& geometry, const ArmReading& reading);
 // returns the position (m) of the stylus tip in frame H of the haptic base
 dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading);
-/// Returns the derivative of the tip's position with respect to each parameter, in the order of to_vector (m per m, per
-/// rad, or per unit of scale).
+/// Returns the derivatives of the tip's position with respect to all parameters, in the order of to_vector (m per m,
+/// per rad, or per unit of scale).
 std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& geometry, const ArmReading& reading);
 
 /// One capture of the resting tip. Captures of the same group come from the same socket (`known` is empty) or the
@@ -59,7 +59,7 @@ struct ArmParameter {
   double before = 0, after = 0;  // values before and after the calibration, in SI units
   /// standard deviation in SI units; if the captures do not determine the parameter, its plausible error
   double sigma = 0;
-  double determined = 0;  // 0..1: fraction of the plausible error that the captures removed
+  double determined = 0;  // 0..1: fraction by which the captures reduced the plausible error
 };
 
 struct ArmResult {

@@ -18,9 +18,10 @@ struct SimulationOptions {
   // m and rad: size of the random deviations of panel, mirror, base and eyes from the drawings; rotations deviate by
   // up to twice this value
   double placement_error = 0.02;
-  dvec3 user_offset{0.0004, -0.0003, 0.0012};  // m, systematic offset of the user: position felt minus position seen
-  double delay = 0.0234;                       // s, delay of the display relative to the arm
-  double touches = 1;                          // factor by which the number of touches of every step is multiplied
+  // m, systematic offset of the user: the position that the user feels minus the position that the user sees
+  dvec3 user_offset{0.0004, -0.0003, 0.0012};
+  double delay = 0.0234;  // s, delay of the display relative to the arm
+  double touches = 1;     // factor by which the number of touches of every step is multiplied
 };
 
 class BenchSimulator {
@@ -29,7 +30,7 @@ class BenchSimulator {
 
   const ArmGeometry& true_arm() const { return arm_; }
   const RigGeometry& truth() const { return truth_; }
-  /// Returns the nominal bench from the drawings, with which the routine starts.
+  /// Returns the nominal bench, which has the dimensions of the drawings. The routine starts with it.
   BenchState drawings() const;
 
   /// Returns the encoder readings of the arm while its tip is exactly at p_W (m, frame W). The orientation of the wrist
@@ -38,7 +39,7 @@ class BenchSimulator {
   /// Simulates a touch at p_W (m, frame W) by an unsteady hand. `believed_arm` is the geometry with which the touch's
   /// position is computed.
   Touch touch(const dvec3& p_W, const ArmGeometry& believed_arm);
-  /// Returns the point that this user touches when a program draws a point at p_W.
+  /// Returns the position to which this user moves the tip in order to touch a point that a program draws at p_W.
   dvec3 reached_for(const RigGeometry& believed, const dvec3& p_W) const;
 
   // Makes the captures of each step. `bench` is the estimate of the bench before this step.

@@ -27,9 +27,10 @@ enum class SeenOn { kTouchedPoint, kPanel, kPanelInMirror };
 struct Sighting {
   int picture = 0;
   SeenOn on = SeenOn::kPanel;
-  PanelPoint corner;         // position on the panel
-  dvec3 touched_W{0, 0, 0};  // m, point touched with the stylus; equal values mean the same point
-  double px = 0, py = 0;     // pixels, position to the right of and below the centre of the first pixel
+  PanelPoint corner;  // position on the panel
+  // m, position of a point that was touched with the stylus; sightings with equal values belong to the same point
+  dvec3 touched_W{0, 0, 0};
+  double px = 0, py = 0;  // pixels, position to the right of and below the centre of the first pixel
 };
 
 struct CameraOptions {
@@ -49,7 +50,8 @@ struct CameraResult {
   dvec3 centre_sigma{0, 0, 0};
   double tilt_sigma = 0;  // rad, standard deviation of the panel's tilt, about the axis for which it is largest
   std::optional<MirrorPlane> mirror;
-  // rad, uncertainty of the mirror's tilt; m, uncertainty of its offset at the mirror point below the panel
+  // mirror_tilt_sigma: rad, standard deviation of the mirror's tilt; mirror_offset_sigma: m, of its offset at the
+  // mirror point below the panel
   double mirror_tilt_sigma = 0, mirror_offset_sigma = 0;
   double rms_px = 0, worst_px = 0;
   int outliers = 0;  // number of sightings whose residual is larger than five times pixel_sigma

@@ -33,7 +33,8 @@ struct EyesResult {
   EyePair eyes;
   std::array<double, 3> center_sigma{};  // m per axis, standard deviation of the eyes' centre
   double ipd_sigma = 0;                  // m, standard deviation of the interpupillary distance
-  // m, perpendicular to the line of sight: standard deviation of the noise, and rms residual of the alignments
+  // m, perpendicular to the line of sight: standard deviation of the noise, and root mean square residual of the
+  // alignments
   double sigma = 0, rms = 0;
   std::vector<std::size_t> rejected;      // indices of the rejected alignments
   std::vector<double> residuals;          // m, residual of each alignment
@@ -44,9 +45,9 @@ struct EyesResult {
 /// Estimates the eyes. `rig` contains the panel and the mirror; its eyes are the initial guess.
 EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometry& rig);
 
-/// Returns the mean of touched minus seen positions, without outliers, which are found by a test against the median.
-/// Needs at least two touches. A displaced base has the same effect, so the base must be calibrated separately
-/// (joint_solver.h distinguishes base and offset).
+/// Returns the mean of the touched minus the seen positions, without outliers. Outliers are found by their distance
+/// from the median. Needs at least two touches. A displaced base has the same effect as a user's offset, so the base
+/// must be calibrated separately (joint_solver.h distinguishes base and offset).
 UserOffset user_offset_of(std::span<const SeenTouch> touches);
 
 }  // namespace typodont::calibration

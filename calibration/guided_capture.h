@@ -27,15 +27,17 @@ struct Prompt {
   std::optional<Dots> dots;                // dots to show to the left and the right eye
   bool left_eye = true, right_eye = true;  // true if the left eye sees its dot; true if the right eye sees its dot
   std::optional<dvec3> target_D;           // m, frame D of the display: position at which the point should appear
-  std::optional<Dots> astray;  // ring around the last touch, one per eye, if this touch does not fit the other touches
+  // where a ring is drawn around the last touch (one per eye), if this touch does not fit the other touches
+  std::optional<Dots> astray;
 };
 
 /// Evaluation of a touch, available at once.
 struct Live {
-  std::size_t index = 0;              // index of the touch in its step
-  double residual = 0;                // m, residual of this touch; 0 while the step has too few touches
-  double rms = 0;                     // m, root mean square of all residuals of the step up to now
-  double predicted_tre = 0;           // m, predicted target error over the workspace; only while registering
+  std::size_t index = 0;  // index of the touch in its step
+  double residual = 0;    // m, residual of this touch; 0 while the step has too few touches
+  double rms = 0;         // m, root mean square of all residuals of the step up to now
+  // m, predicted error at the points of the workspace; only in the step that registers the base
+  double predicted_tre = 0;
   bool outlier = false;               // true if this touch is an outlier
   std::optional<dvec3> p_W;           // m, frame W, position of the touch
   std::vector<std::size_t> outliers;  // indices of all outliers of the step up to now

@@ -34,15 +34,15 @@ struct HandEyeResult {
   double rotation_sigma = 0;
   /// m per axis, standard deviation of the noise of arm and tracker together
   double translation_sigma = 0;
-  // rad rms, rotation of the arm about the axis about which it rotated most, and about the second axis
+  // rad rms, rotation of the arm about two axes: the axis about which it rotated most, and the second axis
   double main_turn = 0, second_turn = 0;
   std::string not_determined;  // reason why X and Z must not be used; empty: they can be used
 };
 
-/// Solves A X = Z B, first in closed form (Shah 2013, Kronecker product), then by maximum likelihood (Ceres) with the
-/// 6×6 covariance of the noise, which is estimated from the residuals. Up to half of the rows minus two may be wrong in
-/// any way (least trimmed squares, Rousseeuw & Van Driessen 2006). If there are fewer than eight rows, no row is
-/// rejected. Throws Error if the lists differ in length or have fewer than 3 poses (2 motions).
+/// Solves A X = Z B, first in closed form (Shah 2013, Kronecker product), then by maximum likelihood (Ceres). The 6×6
+/// covariance of the noise is estimated from the residuals. Up to half of the rows minus two may be wrong in any way
+/// (least trimmed squares, Rousseeuw & Van Driessen 2006). If there are fewer than eight rows, no row is rejected.
+/// Throws Error if the lists differ in length or have fewer than 3 poses (2 motions).
 HandEyeResult solve_hand_eye(std::span<const Pose> A, std::span<const Pose> B, const HandEyeOptions& options = {});
 
 }  // namespace typodont::calibration

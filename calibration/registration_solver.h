@@ -28,7 +28,7 @@ enum class Defect {
 };
 const char* name(Defect defect);
 
-/// The part of the motion that the points do not determine: in words, and as directions in frame H of the haptic base.
+/// The part of the motion that the points do not determine, as a text and as directions in frame H of the haptic base.
 struct Degeneracy {
   Defect defect = Defect::kNone;
   std::string reason;  // one sentence for the user
@@ -66,27 +66,29 @@ struct RegistrationResult {
   /// Row-major 6×6 covariance of (rotation vector, rad; translation, m), both expressed in D: X = (exp([θ]) R, p + t).
   /// An undetermined rotation has the variance of a uniform angle, π²/3.
   std::array<double, 36> covariance{};
-  // condition number: ratio of the worst to the best determined rotation; 1e16 if a rotation is undetermined
+  // condition number: uncertainty of the worst determined rotation divided by that of the best determined rotation;
+  // 1e16 if a rotation is undetermined
   double condition = 1;
   double predicted_tre_rms = 0;  // m, root mean square of the predicted target error over the workspace
   dvec3 centroid_H{0, 0, 0};
   Degeneracy degeneracy;
-  std::vector<Rival> rivals;  // competing motions, largest group first; if not empty, the result is ambiguous
+  // other motions that a group of pairs follows, largest group first; if not empty, the result is ambiguous
+  std::vector<Rival> rivals;
   bool trusted() const { return degeneracy.defect == Defect::kNone && rivals.empty(); }
 };
 
 /// Registers pairs of points robustly, with uncertainty and outlier detection. Fewer than half of the pairs may be
-/// wrong in any way (breakdown); their effect is then no larger than the effect of wrong pairs within the noise. If the
-/// outliers are scattered, up to 70 % of the pairs may be outliers. Throws Error if there is no pair, or if the two
-/// lists differ in length.
+/// wrong in any way; their effect is then no larger than the effect of wrong pairs within the noise. If the outliers
+/// are scattered, up to 70 % of the pairs may be outliers. Throws Error if there is no pair, or if the two lists differ
+/// in length.
 RegistrationResult register_points(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                    const RegistrationOptions& options = {});
 
 /// Returns the expected rms error (m) of the registration at the point p_H (m, frame H of the haptic base).
 double predicted_tre(const RegistrationResult& result, const dvec3& p_H);
 
-/// Returns the index of the candidate point whose touch would most reduce the mean squared target error (TRE) over the
-/// workspace.
+/// Returns the index of the candidate point that should be touched next: its touch would most reduce the mean squared
+/// target error (TRE) over the workspace.
 std::size_t most_useful_touch(std::span<const dvec3> touched_H, std::span<const dvec3> candidates_H,
                               const Box& workspace_H);
 

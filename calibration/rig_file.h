@@ -26,12 +26,13 @@ class RigFile {
   /// Returns the folder that the file names, or "FILE.captures" beside the rig.
   std::filesystem::path captures_folder() const;
 
-  /// Returns the date at which a step was last solved, for example "2026-03-01T10:15:00Z"; empty: never.
+  /// Returns the date at which a step was last solved, for example "2026-03-01T10:15:00Z"; empty if it was never
+  /// solved.
   std::string step_date(const std::string& step) const;
 
   /// Copies the results of the bench's steps into the file. Steps without a result keep the record that the file has.
   void set(const BenchState& bench);
-  /// Records the present time as the date of a step that has no result.
+  /// Stores the present time as the date of a step that computes no result.
   void mark_done(const std::string& step);
   void set_device(const std::string& role, const std::string& serial);
   /// Sets the date, and writes the file completely or not at all.

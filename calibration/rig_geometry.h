@@ -61,8 +61,8 @@ inline Dots dots_for(const RigGeometry& rig, const dvec3& p_W) {
 /// Returns the midpoint of the shortest connection between two lines of sight.
 dvec3 closest_point(const dvec3& left_eye, const dvec3& left_dot, const dvec3& right_eye, const dvec3& right_dot);
 
-/// Returns the position at which a user sees a point that a program draws at p_W. The program assumes the geometry
-/// `believed`; the true geometry of eyes and bench is `truth`.
+/// Returns the position at which a user sees a point that a program draws at p_W. The program computes the picture with
+/// the geometry `believed`; the true geometry of eyes and bench is `truth`.
 dvec3 perceived(const RigGeometry& believed, const RigGeometry& truth, const dvec3& p_W);
 
 }  // namespace typodont::calibration

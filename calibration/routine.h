@@ -79,14 +79,14 @@ struct BenchState {
   std::optional<PanelResult> panel_result;
   std::optional<MirrorResult> mirror_result;
   std::optional<EyesResult> eyes_result;
-  std::shared_ptr<const JointResult> joint;  // joint solution of all captures; null unless the dots were recorded
+  std::shared_ptr<const JointResult> joint;  // joint solution of all captures; null if the dots were not recorded
   std::optional<RegistrationResult> registration;
   std::optional<VerifyResult> verification;
   std::optional<DelayResult> delay;
 };
 
-// Each of these functions solves one step from its captures. It applies the result unless the captures do not determine
-// it. Throws Error.
+// Each of these functions solves one step from its captures. If the captures determine the result, it is applied to the
+// bench; otherwise the bench keeps its values. Throws Error.
 void solve_arm_step(BenchState& bench, const Captures& captures);
 void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius = 0);
 /// Estimates the eyes. `user_offset`: true if the user's systematic offset between seeing and feeling is estimated,

@@ -22,9 +22,10 @@ class StillTouch {
 
   explicit StillTouch(const Limits& limits);
 
-  /// Adds one sample. `asked`: true if a key was pressed. The result is not kNone if it is the answer to a press of the
-  /// pedal or the key. Each press of the pedal gets one answer; a pedal that is already pressed at the first sample
-  /// must be released first. `joints` (rad, all six or none) are averaged in the same way. Never allocates.
+  /// Adds one sample. `asked`: true if a key was pressed. If the pedal or the key was pressed, the answer is returned
+  /// as soon as it is known; otherwise the result is kNone. Each press of the pedal gets one answer. If the pedal is
+  /// already pressed at the first sample, it must be released first. `joints` (rad, all six or none) are averaged in
+  /// the same way. Never allocates.
   Verdict add(Nanos t, const dvec3& p, double pedal, bool asked, std::span<const double> joints = {}) noexcept;
 
   // returns the mean position (m) of the tip at the last kTaken or kMoved

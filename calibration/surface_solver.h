@@ -29,7 +29,8 @@ using SurfaceField = std::function<FieldSample(const dvec3& p_D)>;
 
 struct SurfaceOptions {
   double point_area = 1e-6;  // m², area that a point represents
-  // m, limit of the residuals that are used in the first round; later, the limit decreases with the residuals
+  // m, largest residual that is used in the first round; in later rounds it is smaller, because the residuals are
+  // smaller
   double start_reach = 1.5e-3;
   double resolution = 0.3e-3;    // m, voxel size of the field; the residual of a good fit is smaller
   double correlation = 2e-3;     // m, distance over which errors of the two surfaces are correlated
@@ -45,7 +46,7 @@ struct SurfaceRegistration {
   // Number of points near the surface D: the field is known there, the distance is below start_reach, and the normals
   // agree within 60°.
   std::size_t near = 0;
-  double agreement = 0;  // fraction of the points near the surface D whose residual is within the robust limit
+  double agreement = 0;  // fraction of the points near the surface D whose residual is small enough to be used
   double area = 0;       // m², area of the agreeing points
   /// m, mean distance of the scanned surface S from the surface D, positive outside D; it is estimated together with
   /// the pose
@@ -60,8 +61,8 @@ struct SurfaceRegistration {
   std::string distrust;        // one sentence, the reason why the result cannot be trusted; empty: it can be trusted
 };
 
-/// Registers by Gauss–Newton with Tukey's weights. The robust limit decreases from start_reach to the limit that
-/// follows from the median residual. Throws Error for fewer than 100 points.
+/// Registers by Gauss–Newton with Tukey's weights. The largest residual that is used decreases from start_reach to a
+/// value that is computed from the median residual. Throws Error for fewer than 100 points.
 SurfaceRegistration register_surface(std::span<const SurfacePoint> points, const SurfaceField& field,
                                      const Pose& X_DS_start, const SurfaceOptions& options = {});
 

@@ -12,7 +12,7 @@
 namespace typodont::calibration {
 
 struct Tolerance {
-  double rms = 0.5e-3, worst = 1e-3;  // m, limits for the systematic co-location error over the workspace
+  double rms = 0.5e-3, worst = 1e-3;  // m, largest accepted systematic co-location error over the workspace
 };
 
 /// A point of the error map.
@@ -47,7 +47,7 @@ struct DriftResult {
   double shift = 0;      // m, displacement at `center` since calibration time
   double turn = 0;       // rad, rotation since calibration time
   double worst = 0;      // m, largest displacement of the three points
-  double sigma = 0;      // m, value of `worst` that is expected from touch noise alone
+  double sigma = 0;      // m, value of `worst` that touch noise alone would cause
   bool drifted = false;  // true if the shift is beyond the tolerance and statistically significant (99 %)
   std::string verdict;
 };

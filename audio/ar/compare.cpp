@@ -77,8 +77,8 @@ Comparison compare_sounds(const std::filesystem::path& file_a, const std::filesy
   result.a = a.measure;
   result.b = b.measure;
   result.level_difference_dB = result.b.level_dB - result.a.level_dB;
-  // The analysis window cannot resolve frequencies below 60 Hz, so the spectra's first value (at the frequency kGrid)
-  // is omitted.
+  // The analysis window cannot resolve frequencies below 60 Hz, so the first value of the spectra (at the frequency
+  // kGrid, 46.875 Hz) is omitted.
   const std::span<const double> pa(a.power.begin() + 1, a.power.end()), pb(b.power.begin() + 1, b.power.end());
   result.distance_dB = log_spectral_distance(pa, pb);
   result.itakura_saito = itakura_saito(pa, pb);

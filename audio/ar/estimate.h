@@ -10,7 +10,8 @@ namespace typodont::audio {
 struct Estimate {
   std::vector<double> reflection;
   double variance = 0;  // variance of the prediction residual (the part of the sound that the model does not predict)
-  std::vector<double> by_order;  // residual variance of orders 0…p for the criteria; may be empty
+  // variance of the residual for each order 0…p, from which a criterion chooses the order; may be empty
+  std::vector<double> by_order;
   /// true if the solution was unstable and was replaced by the stable model with the same spectrum
   bool refactored = false;
 };

@@ -46,8 +46,8 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
       even[v] = gain * *reinterpret_cast<const Unaligned*>(noise + slice + v * kLanes);
       odd[v] = Vector{};
     }
-    // The loop runs from the oldest sample to the newest sample, because the newest samples were stored just now, and
-    // a load that spans several recent stores has to wait for them.
+    // The loop runs from the oldest sample to the newest sample. The newest samples were stored just now, and a load
+    // that spans several recent stores must wait for them; so they are loaded last.
     for (std::size_t pair = order / 2; pair-- > 0;) {
       const std::size_t i = 2 * pair + 1;
       const T* const q = p - i;
@@ -56,7 +56,7 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
         odd[v] -= a[i + 1] * *reinterpret_cast<const Unaligned*>(q + v * kLanes - 1);
       }
     }
-    // Adds the contribution that the samples of the slice make to each other: the slice is convolved with the impulse
+    // Adds the contribution that the samples of the slice make to each other. The slice is convolved with the impulse
     // response, one source vector at a time.
     T source[kSlice];
     for (int v = 0; v < 4; ++v) *reinterpret_cast<Unaligned*>(source + v * kLanes) = even[v] + odd[v];
@@ -123,7 +123,8 @@ BlockFilter<T>::BlockFilter(const ArModel& model) : order_((model.order() + 1) /
     for (std::size_t i = 1; i <= std::min(j, a.size()); ++i) h[j] -= a[i - 1] * h[j - i];
     response_[kBlock + j] = static_cast<T>(h[j]);
   }
-  // Every few thousand samples, the filter's past output is moved to the start of the buffer.
+  // The filter's past output moves through the buffer. Every few thousand samples it is moved back to the start of the
+  // buffer.
   const std::size_t room = order_ + 4096;
   history_.assign(room + kBlock, T(0));
   at_ = order_;

@@ -11,8 +11,8 @@
 namespace typodont::audio {
 
 /// Returns the condition number of the direct form: Σ|a| times the ratio of the standard deviations of output and
-/// residual. Rounding errors act on the direct recursion like an additional excitation whose ratio to the true
-/// excitation is the machine epsilon times this number.
+/// residual. Rounding errors in the direct form act like an additional excitation. The ratio of this excitation to the
+/// true excitation is the machine epsilon times the condition number.
 double direct_form_condition(const ArModel& model);
 
 /// Reference implementation, a plain loop: y[n] = gain·e[n] − Σ a_i y[n−i].
@@ -23,16 +23,16 @@ class DirectFilter {
   void process(const T* noise, T* out, int count) noexcept;
 
  private:
-  // past_ contains the newest `order` samples, newest first. Every sample is stored twice, so that a read never passes
-  // the end of the buffer.
+  // past_ contains the newest `order` samples, newest first. Every sample is stored twice, so that `order` consecutive
+  // elements can always be read without a wrap at the end of the buffer.
   std::vector<T> a_, past_;
   T gain_;
   std::size_t head_ = 0;
 };
 
-/// Filters blocks of 64 samples. The contribution of earlier blocks is a convolution, computed in independent lanes.
-/// Within a block, every sample also depends on the earlier samples of the block. This is a triangular system, whose
-/// inverse consists of the first 64 samples of the impulse response.
+/// Filters blocks of 64 samples. The contribution of earlier blocks is a convolution, which is computed in independent
+/// SIMD lanes. Within a block, every sample also depends on the earlier samples of the block. This is a triangular
+/// system, whose inverse consists of the first 64 samples of the impulse response.
 template <class T>
 class BlockFilter {
  public:
@@ -48,15 +48,15 @@ class BlockFilter {
   std::size_t at_;  // index in history_ where the next block is written
 };
 
-/// Normalised lattice (Gray & Markel 1975). Each stage is a rotation. So the energy of the states never exceeds the
-/// energy of the input, even while the coefficients change, as long as |k| ≤ 1. `level` is the standard deviation of
-/// the output.
+/// Normalised lattice (Gray & Markel 1975). Each stage is a rotation. So, as long as |k| ≤ 1, the energy of the states
+/// never exceeds the energy of the input, even while the coefficients change. `level` is the standard deviation of the
+/// output.
 class LatticeFilter {
  public:
   explicit LatticeFilter(const ArModel& model);
 
   double next(double noise) noexcept;
-  /// Sets other coefficients of the same order between two samples. The states are kept.
+  /// Replaces the coefficients by others of the same order, between two samples. The states are kept.
   void set(const std::vector<double>& reflection, double level) noexcept;
   double energy() const noexcept;  // returns the sum of the squared states of the filter
   double level() const noexcept { return level_; }
@@ -71,11 +71,11 @@ class LatticeFilter {
 class ArFilter {
  public:
   static constexpr int kBlock = 64;
-  /// Upper limit of the condition number for the block form in float. At this limit, the rounding noise is 70 dB below
-  /// the excitation.
+  /// Largest condition number for which the block form in float is used. At this value, the rounding noise is 70 dB
+  /// below the excitation.
   static constexpr double kFloatLimit = 4e3;
-  /// Upper limit of the condition number for the block form in double. At this limit, the rounding noise is 110 dB
-  /// below the excitation. Above it, the lattice form is used.
+  /// Largest condition number for which the block form in double is used. At this value, the rounding noise is 110 dB
+  /// below the excitation. If the number is larger, the lattice form is used.
   static constexpr double kDoubleLimit = 1e10;
   enum class Form { kFloat, kDouble, kLattice };
 

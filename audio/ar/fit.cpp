@@ -26,18 +26,19 @@ namespace typodont::audio {
 
 namespace {
 
-// Hz, lower limit of the frequencies in the distances, because the window cannot resolve lower frequencies
+// Hz, lowest frequency that the distances between spectra include, because the window cannot resolve lower frequencies
 constexpr double kLowestCompared = 60;
-// limit of the peak amplitude, -60 dB re full scale; a recording with a lower amplitude counts as silent
+// a recording whose peak amplitude is lower than this (-60 dB re full scale) counts as silent
 constexpr double kSilence = 1e-3;
-// dB, distance below the loud part's level at which the ends of the recording count as silence
+// dB, at the ends of the recording, sound that is quieter than the loud part by more than this counts as silence
 constexpr double kQuietBelowLoud = 40;
 constexpr double kSteadyWithin = 3;  // dB, tolerance around the median level of the loud part
 constexpr std::size_t kSamplesPerOrder = 10;
-// Limit of the range of the spindle's speed (highest − lowest), divided by its mean. Above this limit, the changes of
-// the speed are removed from the sound before the fit; below it, they stay in the sound.
+// If the range of the spindle's speed (highest − lowest), divided by its mean, is larger than this, the changes of the
+// speed are removed from the sound before the fit. Otherwise they stay in the sound.
 constexpr double kConstantSpeed = 0.002;
-constexpr double kMostHeldOut = 0.9;  // upper limit of FitOptions::hold_out, the fraction that is not used for the fit
+// largest value of FitOptions::hold_out, the fraction of the recording that is not used for the fit
+constexpr double kMostHeldOut = 0.9;
 // s, length of the Welch window; about the resolution of a model of order 300 at 48 kHz
 constexpr double kWelchWindow = 1024.0 / 48000;
 
@@ -90,7 +91,7 @@ void refuse_one_tone(const std::filesystem::path& file, std::span<const double> 
   double total = 0, line = 0;
   for (std::size_t i = 0; i < power.size(); ++i) {
     total += power[i];
-    // main lobe and first side lobes of the window belong to the line
+    // the main lobe and the first side lobes of the window are counted as parts of the line
     if (i + 4 >= peak && i <= peak + 4) line += power[i];
   }
   if (line > 0.999 * total) {
@@ -150,7 +151,8 @@ std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rat
 /// Returns the mains frequency (Hz) if it is 20 dB above its neighbourhood, otherwise 0.
 double detected_hum(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::floor(std::min(static_cast<double>(x.size()), 4 * rate) / 2));
-  if (static_cast<double>(points) < 0.5 * rate) return 0;  // the spectrum is too coarse to distinguish 50 Hz from 60 Hz
+  // with so few points, the spectrum cannot distinguish 50 Hz from 60 Hz
+  if (static_cast<double>(points) < 0.5 * rate) return 0;
   const auto power = welch(x, points, rate);
   const double bin = rate / static_cast<double>(points);
   for (const double mains : {50.0, 60.0}) {
@@ -400,8 +402,8 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     report.speed_ratio = speed.ratio;
     if (speed.range() > kConstantSpeed) {
       x = at_constant_speed(x, model_rate, speed);
-      // The interpolation leaves the frequencies just below half the sampling rate empty; this call fills them with
-      // noise.
+      // After the interpolation, the frequencies just below half the sampling rate have no power. This call fills them
+      // with noise.
       fill();
       report.notes.push_back(
           fmt::format("changes of the spindle's speed removed: {:.1f} %, measured on the line at "

@@ -21,12 +21,13 @@ constexpr double kProminence = 10;              // dB, smallest prominence of a 
 constexpr double kFineWindow = 8192.0 / 48000;  // s, length of the analysis window in which lines are searched
 constexpr std::size_t kMostLines = 10;
 constexpr std::size_t kNoiseOrder = 16;  // number of poles of the models for the deviations of amplitude and frequency
-// s, limit: a change of frequency over a longer time counts as a change of the spindle's speed, not as a width of
-// the spectral line
+// s, if the frequency changes over a longer time than this, the change counts as a change of the spindle's speed, not
+// as a width of the spectral line
 constexpr double kDrift = 1;
 constexpr double kLongestTrack = 60;  // s, longest part in the middle of a recording in which a line is followed
 constexpr double kFloorReach = 100;   // Hz, width of the band on each side of a line in which the noise is measured
-// limit of the variance of the amplitude that is caused by noise, divided by the squared mean amplitude
+// if noise causes a variance of the amplitude below this (divided by the squared mean amplitude), the band is narrow
+// enough
 constexpr double kWeakNoise = 0.02;
 // Hz, half widths of the bands in which a line may be followed; the first band of this list that suits the line is used
 constexpr std::array kBandwidths = {80.0, 40.0, 20.0};
@@ -67,9 +68,9 @@ std::vector<std::complex<double>> band_about(std::span<const double> x, double r
 /// save memory.
 void replace_band(std::vector<double>& x, double rate, double frequency, double bandwidth, double floor) {
   constexpr std::size_t kPiece = 1 << 20;
-  // The function subtracts the band, that is, the sound x filtered by H. So (1 - H) x remains, whose power is too small
-  // near `frequency`. Noise through a filter of twice the width adds the missing power at every frequency: the sum of
-  // |1 - H|² and of the power response of the wider filter is 1 within 0.6 dB.
+  // The sound x, filtered by H, is the band. The function subtracts it, so (1 - H) x remains, whose power is too small
+  // near `frequency`. Noise through a filter of twice the width adds the missing power: the sum of |1 - H|² and of the
+  // power response of the wider filter is 1 within 0.6 dB at every frequency.
   const double noise_bandwidth = 2 * bandwidth;
   const std::size_t margin = 3 * half_length(bandwidth, rate) + 3, n = x.size();
   std::vector<double> noise(n);
@@ -158,7 +159,7 @@ double floor_about(const std::vector<double>& power, double bin, double frequenc
   return around[around.size() / 2];
 }
 
-/// Returns a copy of the process `noise` (the random fluctuation of a line). The variance of the copy is smaller by
+/// Returns a copy of the process `noise` (the random fluctuation of a line) whose variance is smaller by
 /// `variance`.
 LineNoise without(LineNoise noise, double variance) {
   const double all = noise.deviation() * noise.deviation();
@@ -221,8 +222,8 @@ std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<std::pair<double, double>> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
     if (lines.size() == kMostLines) break;
-    // A line whose frequency fluctuates has several peaks in its band. So a peak in a band that was already tried is
-    // skipped.
+    // A line whose frequency fluctuates has several peaks in its band. A peak in a band that was already tried belongs
+    // to the same line, so it is skipped.
     const auto near = [&](const auto& other) { return std::abs(other.first - found.frequency) < other.second; };
     if (found.frequency < kBandwidths.front() || std::any_of(tried.begin(), tried.end(), near)) continue;
     const LineTrack track = follow_line(x, rate, found.frequency);
@@ -233,7 +234,8 @@ std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
     line.amplitude = track.mean_amplitude();
     std::vector<double> relative;
     for (const double a : track.amplitude) relative.push_back(a / line.amplitude - 1);
-    // The noise beside the line remains in the sound, so its contribution to the line's variance is subtracted.
+    // The noise beside the line remains in the sound. Its contribution to the line's variance is subtracted, so that it
+    // is not counted twice.
     line.amplitude_noise = without(noise_of(relative), track.amplitude_variance_of_noise());
     line.frequency_noise = without(noise_of(without_drift(track.deviation, rate)), track.frequency_variance_of_noise());
     replace_band(x, rate, line.frequency, track.bandwidth, track.floor);

@@ -33,10 +33,11 @@ struct LineTrack {
   bool steady() const {
     return !amplitude.empty() && own_variation() < kSteadyVariation && amplitude_variance_of_noise() < kWeakestLine;
   }
-  // upper limit of own_variation() for a sinusoid; it lies between 0 (sinusoid) and 0.52 (narrow-band noise)
+  // a line whose own_variation() is at most this counts as a sinusoid; the value lies between 0 (sinusoid) and 0.52
+  // (narrow-band noise)
   static constexpr double kSteadyVariation = 0.3;
-  // limit of the variance of the amplitude that is caused by noise, divided by the squared mean amplitude; above it,
-  // the line is too weak
+  // if noise causes a larger variance of the amplitude than this (divided by the squared mean amplitude), the line is
+  // too weak
   static constexpr double kWeakestLine = 0.1;
 };
 

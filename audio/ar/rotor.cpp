@@ -42,7 +42,8 @@ double estimated_rotor_frequency(std::span<const double> x, double rate) {
     }
     return best;
   };
-  double best = 0, best_score = 12;  // dB, best score so far; initially the least score that is accepted
+  // dB, best score so far; a score is accepted only if it is larger than the initial value
+  double best = 0, best_score = 12;
   for (const auto& line : lines) {
     for (int divisor = 1; divisor <= 3; ++divisor) {
       const double f = line.frequency / divisor;

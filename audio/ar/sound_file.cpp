@@ -77,7 +77,8 @@ WavWriter::WavWriter(const std::filesystem::path& file, double rate, SampleForma
   info.format = SF_FORMAT_WAV | (format == SampleFormat::kPcm16 ? SF_FORMAT_PCM_16 : SF_FORMAT_FLOAT);
   impl_->sound.reset(sf_open(impl_->partial.path().c_str(), SFM_WRITE, &info));
   if (!impl_->sound) throw Error(file.string(), "", sf_strerror(nullptr), "a writable place");
-  // By default, a float file contains its time of creation; then equal sounds would not have equal bytes.
+  // By default, libsndfile writes the time of creation into a float file. This call prevents it, so that equal sounds
+  // give equal bytes.
   sf_command(impl_->sound.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
   sf_command(impl_->sound.get(), SFC_SET_CLIPPING, nullptr, SF_TRUE);
 }

@@ -9,8 +9,9 @@
 namespace typodont::audio {
 
 namespace {
-constexpr double kSilence = 1e-20;  // lower limit of the power density in full scale² per Hz: -200 dB
-}
+// full scale² per Hz, smallest power density (-200 dB); a smaller value is replaced by it
+constexpr double kSilence = 1e-20;
+}  // namespace
 
 Spectrogram spectrogram(std::span<const double> sound, double rate, std::size_t frames, double window) {
   const std::size_t n = std::bit_ceil(static_cast<std::size_t>(std::max(2.0, window * rate)));

@@ -12,7 +12,8 @@
 namespace typodont::audio {
 
 namespace {
-constexpr double kShortest = 0.5, kLongest = 60;  // s, limits of the length of a sound in which the speed is followed
+// s, the speed is followed only in sounds whose length is between these limits
+constexpr double kShortest = 0.5, kLongest = 60;
 // dB, least prominence above its surroundings that a line must have to be followed
 constexpr double kProminence = 10;
 constexpr std::size_t kMostTried = 6;  // largest number of lines that are tried, the strongest first

@@ -24,8 +24,8 @@ namespace typodont::audio {
 
 namespace {
 
-/// The lower limit of the time of a recursive filter: as many multiply-adds per sample as the filter has coefficients,
-/// without feedback, in the same vectors and registers. No filter in direct form can be faster.
+/// A lower limit for the time of a recursive filter. It makes as many multiply-adds per sample as the filter has
+/// coefficients, in the same vectors and registers, but without feedback. No filter in direct form can be faster.
 TYPODONT_CLONES void multiply_add_floor(const float* a, int order, const float* x, float* y, int count) {
   for (int n = 0; n < count; n += 64) {
     Float16 even[4] = {}, odd[4] = {};

@@ -1,4 +1,5 @@
-// Estimates the audio device's clock from callback times, which the scheduler delays by random amounts.
+// Estimates the audio device's clock from the times of its callbacks. The scheduler delays these times by random
+// amounts.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +27,7 @@ class ClockFilter {
       period_ = nominal;
       next_ = t;
       rest_ = 0;
-      // The loop begins with a wide bandwidth, so that the effect of a late callback at the start is short.
+      // The loop begins with a wide bandwidth. So if a callback at the start is late, its effect ends soon.
       seen_ = 0;
     }
     const double error = static_cast<double>(t - next_) - rest_;

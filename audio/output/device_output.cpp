@@ -91,7 +91,7 @@ void DeviceOutput::advance(Nanos t) {
     ++recoveries_;
     last_look_samples_at_ = t;
     log::info("sound: {} is back", opened_.name);
-  } catch (const std::exception&) {  // the device is still disconnected, which was already reported
+  } catch (const std::exception&) {  // the device is still disconnected; this was already reported
     close_within(50'000'000);
   }
 }
@@ -126,7 +126,7 @@ bool DeviceOutput::callback(void* self, float* out, int frames, int channels, Na
 bool DeviceOutput::fill(float* out, int frames, int channels, Nanos t, bool underrun) noexcept {
   if (underrun) underruns_.fetch_add(1, std::memory_order_relaxed);
   const double period = 1e9 / opened_.sample_rate;
-  // The buffer ends one margin before this callback's due time, so that all ticks of its time span have arrived. Thus
+  // The buffer must end one margin before this callback's due time, so that all ticks of its time span have arrived. So
   // it starts one buffer length and one margin before the due time.
   const Nanos t_first =
       clock_.filtered(t, frames) + offset_ - kMargin - static_cast<Nanos>(std::llround(frames * period));

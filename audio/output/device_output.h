@@ -27,7 +27,7 @@ class DeviceOutput final : public AudioOutput {
   /// A tick at time t is heard in the sample that leaves the program later by one buffer and this margin (ns). The
   /// margin allows for a late callback and for the time that a tick needs to pass through the ring.
   static constexpr Nanos kMargin = 1'000'000;
-  /// ns, limit: if no callback comes for this time, the device counts as lost
+  /// ns, if no callback comes for this time, the device counts as lost
   static constexpr Nanos kSilentFor = 500'000'000;
   static constexpr Nanos kRetryEvery = 1'000'000'000;
   /// ns, longest time to wait for a library that does not release the device

@@ -66,7 +66,7 @@ class FileOutput final : public AudioOutput {
   AudioStats stats_;
 };
 
-/// No output: the source is never called, so this output costs no time.
+/// The output "none:". It never calls the source, so it costs no time.
 class NoOutput final : public AudioOutput {
  public:
   explicit NoOutput(const AudioOptions& options) : rate_(options.sample_rate > 0 ? options.sample_rate : 48000) {}

@@ -40,7 +40,8 @@ class QuietErrors {
   int saved_ = -1;
 };
 
-/// PortAudio is initialised while an object of this type exists; the first object lists the devices again.
+/// Initialises PortAudio while an object of this type exists. When the first object is created, PortAudio searches for
+/// devices again.
 class Library {
  public:
   Library() {
@@ -149,7 +150,7 @@ class PortAudioBackend final : public StreamBackend {
       return paAbort;
     }
     const bool underrun = (flags & (paOutputUnderflow | paOutputOverflow)) != 0;
-    // Uses the host's monotonic clock, as the ticks do, because PortAudio's clock may be a different one.
+    // Uses the host's monotonic clock, because the ticks use it too. PortAudio's clock may be a different one.
     const bool more = request.callback(request.self, static_cast<float*>(out), static_cast<int>(frames),
                                        backend->channels_, now(), underrun);
     return more ? paContinue : paComplete;

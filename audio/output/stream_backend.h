@@ -13,7 +13,7 @@ struct StreamRequest {
   std::string device;      // device name or a part of it; empty: the default device
   double sample_rate = 0;  // Hz, sampling rate; 0: the device's own rate
   int buffer = 256;
-  int channels = 1;  // wanted number of channels; a device that does not support it is opened with one or two channels
+  int channels = 1;  // wanted number of channels; if the device does not support it, the stream has one or two channels
   /// Called on the audio thread. Fills frames × channels samples. Returns false to end the stream.
   bool (*callback)(void* self, float* out, int frames, int channels, Nanos t, bool underrun) noexcept = nullptr;
   void* self = nullptr;

@@ -41,7 +41,8 @@ const TissueColour& colour_of(Tissue tissue) noexcept {
 std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle) {
   constexpr std::size_t kPoints = 16385;
   const auto idle_power = sampled_power(idle.reflection, idle.gain, kPoints);
-  // Here, the power of a sound is the sum over kPoints frequencies. The power of a line is converted to the same unit.
+  // Here, the power of a sound is the sum over kPoints frequencies. This function converts the power of a line to the
+  // same unit.
   const auto power_of_line = [](const ModelLine& line) { return line.amplitude * line.amplitude / 2 * kPoints; };
   double before = std::accumulate(idle_power.begin(), idle_power.end(), 0.0);
   for (const ModelLine& line : idle.lines) before += power_of_line(line);
@@ -53,8 +54,8 @@ std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle) {
     for (std::size_t i = 0; i < kPoints; ++i) {
       power[i] *= power_factor(colour, static_cast<double>(i) / (kPoints - 1) * idle.rate / 2);
     }
-    // The tissue changes only the shape of the spectrum; the level is set separately. A lower limit of -100 dB keeps
-    // the Levinson recursion well-conditioned.
+    // The tissue changes only the shape of the spectrum; the level is set separately. The power is not allowed to fall
+    // below -100 dB, so that the Levinson recursion stays well-conditioned.
     double after = std::accumulate(power.begin(), power.end(), 0.0);
     for (const ModelLine& line : idle.lines) after += power_of_line(line) * power_factor(colour, line.frequency);
     const double scale = before / after * std::pow(10, colour.level_dB / 10);

@@ -38,7 +38,7 @@ constexpr std::array<Ring, kTissueCount> kRings = {{
     {4400, 0.0080, 1.0},  // amalgam
     {3600, 0.0030, 0.8},  // composite
 }};
-// upper limit of the frequencies of scraping, as a ratio to the frequency of the first mode
+// highest frequency of scraping, as a ratio to the frequency of the first mode
 constexpr double kScrapeDamping = 1;
 constexpr double kModeRatios[] = {1.0, 1.58, 2.24};
 

@@ -31,8 +31,8 @@ class ModalBank {
   int until_check_ = 0;
 };
 
-/// The sound of a tip that slides over asperities with a distance of 20 µm: band-pass noise around the rate at which
-/// the tip meets the asperities. Softer tissue damps high frequencies more.
+/// The sound of a tip that slides over asperities (small bumps) at distances of 20 µm. It is band-pass noise around the
+/// rate at which the tip meets the asperities. Softer tissue damps high frequencies more.
 class Scrape {
  public:
   Scrape(double sample_rate, std::uint64_t seed);

@@ -1,4 +1,4 @@
-// The laws by which the hand's work changes the drill's sound. audio/README.md gives their sources.
+// The formulas by which the hand's work changes the drill's sound. audio/README.md gives their sources.
 #pragma once
 
 #include <cmath>

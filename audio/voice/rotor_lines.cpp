@@ -11,7 +11,7 @@ namespace typodont::audio {
 namespace {
 // ratio of a line's frequency to the sample rate; a line with a higher frequency is omitted
 constexpr double kHighest = 0.45;
-constexpr int kWarmUp = 4000;  // number of values after which a process that starts from zero is stationary
+constexpr int kWarmUp = 4000;  // a process that starts from zero is stationary after this number of values
 }  // namespace
 
 RunningNoise::RunningNoise(const LineNoise& noise, std::uint64_t seed)
@@ -62,7 +62,8 @@ void RotorLines::add(const double* speeds, const float (*gains)[kMost], const bo
 
 void RotorLines::Oscillator::add(const double* speeds, const float* power, float* out, int count,
                                  double rate) noexcept {
-  // Except for the loop over the phase, all loops have independent iterations, so that the compiler vectorises them.
+  // Only the loop over the phase has iterations that depend on each other. All other loops have independent iterations,
+  // so that the compiler vectorises them.
   while (count > 0) {
     if (since == step) {
       since = 0;

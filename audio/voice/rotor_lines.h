@@ -50,7 +50,7 @@ class RotorLines {
     int step;                 // number of device samples between two values of the line noises
     int since = 0;            // number of samples since the last values
     std::uint32_t phase = 0;  // phase of the oscillator in units of 2^-32 turns
-    /// last and next value of the relative amplitude; values between them are interpolated
+    /// relative amplitude at the last and at the next value of the line noise; values between them are interpolated
     double varies = 0, varies_next = 0;
     double wanders = 0, wanders_next = 0;  // Hz, last and next value of the deviation of the frequency
     void add(const double* speeds, const float* power, float* out, int count, double rate) noexcept;

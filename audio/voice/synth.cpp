@@ -22,36 +22,37 @@ namespace typodont::audio {
 namespace {
 
 // Parameters of the mapping from the hand's work to sound. audio/README.md gives the source of each number.
-constexpr double kFastestSpeed = 2;  // upper limit of the spindle's speed, as a ratio to its free speed
+constexpr double kFastestSpeed = 2;  // largest speed of the spindle, as a ratio to its free speed
 constexpr double kAttack = 0.5e-3;   // s, time constant of all level changes
 // s, duration of the run-up from rest to free speed, measured in one recording; used if the spindle's speed jumps
 constexpr double kRunUp = 0.4;
 // s, time constant of the run-down from free speed, measured in the same recording as kRunUp
 constexpr double kRunDown = 1.25;
-// ratio to the free speed; a larger change of the speed between two ticks is caused by switching, not by load
+// ratio to the free speed; if the speed changes by more than this between two ticks, the drill was switched on or off,
+// not loaded
 constexpr double kJump = 0.5;
-// ratio of the spindle's speed to the free speed; below it the drill is silent
+// ratio to the free speed; if the spindle is slower than this, the drill is silent
 constexpr double kAtRest = 0.03;
 constexpr float kTouchStrength = 0.02f;  // amplitude of a tap's first contact; full scale is 1
 constexpr float kTapPerNewton = 0.25f;
-// N/s, least rise of the force in a tap; a force that rises more slowly counts as a push
+// N/s, a force that rises faster than this is a tap; a force that rises more slowly counts as a push
 constexpr double kSlowRise = 20;
 constexpr float kScrapeLevel = 0.12f;  // amplitude of the scraping sound at 1 N and 20 mm/s
 constexpr float kScrapeRings = 0.06f;  // strength with which scraping excites the modes of the tissue
 // Standard deviation of the suction's sound, 4 dB below the idling turbine. In a clinic, suction alone had 63 to 75
 // dB(A), and suction with a handpiece 67 to 80 dB(A) (Dutta et al., J Conserv Dent 16 (2013) 121-125).
 constexpr float kSuctionLevel = 0.031f;
-// rate at which the levels of water and suction change, as a ratio to the rate of all other levels
+// the levels of water and suction change more slowly than all other levels, by this factor
 constexpr float kWaterRate = 0.02f;
-// If the teeth are slow, the working sound consists of bursts, one per tooth. Each burst decays until the next burst.
-// The mean power of the bursts equals the mean power of the steady sound. Limits of the tooth frequency in Hz: up to
-// kApart, all teeth are heard separately; from kFused on, the sound is steady.
+// If the bur turns slowly, the working sound consists of bursts, one per tooth of the bur. Each burst decays until the
+// next one. The mean power of the bursts equals the power of the steady sound. Tooth frequencies in Hz: up to kApart,
+// all teeth are heard separately; from kFused on, the sound is steady.
 constexpr double kApart = 60, kFused = 200;
 constexpr double kDying = 6;  // time between two teeth, in time constants of a burst's decay
 constexpr int kChunk = 64;
 
-/// Sets denormal numbers to zero during its lifetime. So a decaying filter takes no more time than a loud filter, and
-/// the bits do not depend on the calling thread's floating-point mode.
+/// While an object of this type exists, denormal numbers are set to zero. So a decaying filter takes no more time than
+/// a loud filter, and the bits do not depend on the calling thread's floating-point mode.
 class FlushDenormals {
  public:
 #ifdef __SSE2__
@@ -141,8 +142,8 @@ struct DrillSynth::Impl {
       streams.emplace_back(recorded ? lowered(*recorded, options.lower_order) : derived[t], rate, kernels,
                            mixed(seed + t));
     }
-    // A derived working sound has the idle model's lines with the tissue's colour. A recorded working sound has its
-    // own lines.
+    // A working sound that was derived from the idle sound has the lines of the idle model, changed by the tissue. A
+    // recorded working sound has its own lines.
     std::uint64_t line_seed = mixed(seed ^ 0x11e5);
     for (std::size_t i = 0; i < idle.lines.size(); ++i) {
       RotorLines::Factors factors{1};
@@ -267,8 +268,9 @@ struct DrillSynth::Impl {
       active[t] = turning && !weights[t].zero();
       filters += active[t];
     }
-    // A level (the amplitude of a sound) that has reached its target no longer changes. This is tested for each sample,
-    // so that the result does not depend on the lengths of the chunks, which depend on the caller's buffers.
+    // A level (the amplitude of a sound) that has reached its target no longer changes. This is tested for each sample
+    // and not for each chunk, because the length of the chunks depends on the caller's buffers, and the result must not
+    // depend on them.
     const auto level_at = [&](Level& x, int i) noexcept {
       if (speeds[i] == 0) x.value = x.target;
       return speeds[i] == 0 ? 0.0f : x.next(attack);

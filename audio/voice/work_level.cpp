@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kPoints = 8193;
 // Hz, sample rate of a usual sound device; brightened() evaluates the synthesizer's low-pass filter for this rate
 constexpr double kRate = 48000;
-constexpr double kMostBright = 30;  // upper limit of the gain of the frequencies above kBrightFrom
+constexpr double kMostBright = 30;  // largest gain of the frequencies above kBrightFrom
 
 /// Power of a sound in full scale², in total and above kBrightFrom.
 struct Power {
@@ -74,9 +74,9 @@ bool calibrate(SoundModels& models, const WorkLevel& measured) {
   const double wanted_all = idle.all * std::pow(10, measured.level_dB / 10);
   const double wanted_high = idle.high * std::pow(10, measured.high_dB / 10);
 
-  // For each gain of the high frequencies, the gain of the working sound follows from the level of the whole sound.
-  // With this rule, a larger gain of the high frequencies always gives a higher level above kBrightFrom. So bisection
-  // finds the gain.
+  // The search varies the gain of the high frequencies. For each value, the gain of the working sound is computed so
+  // that the whole sound has the measured level. Then a larger gain of the high frequencies always gives a higher level
+  // above kBrightFrom. So bisection finds the gain.
   double gain = 0;
   const auto excess = [&](double brightness) {
     const double bright = brightness * brightness_of(measured.force, measured.removal_rate);

@@ -245,7 +245,7 @@ bool GuidedCapture::undo() {
 }
 
 void GuidedCapture::save() const {
-  Captures changed;  // saves only this step, because the files of the other steps are up to date
+  Captures changed;  // Saves only the captures of this step, because the files of the other steps have not changed.
   switch (step_) {
     case Step::kArm:
       changed.arm = captures_.arm;
@@ -298,7 +298,8 @@ void GuidedCapture::solve() {
       solve_verify_step(bench_, captures_);
       break;
     case Step::kDrift:
-      break;  // This step solves nothing. Its marks are only stored, because later sessions are compared with them.
+      // This step computes no result. Its marks are only stored, so that later sessions can be compared with them.
+      break;
   }
 }
 

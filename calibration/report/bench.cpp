@@ -35,8 +35,8 @@ BenchRow row(const std::string& task, const std::string& method, int touches, do
           .size_unit = "touches"};
 }
 
-/// The last row, which was computed with the method `method`, becomes the baseline of all rows from `first` on. All
-/// these rows must have the same task and size.
+/// The last row was computed with the method `method`. It becomes the baseline of all rows from `first` on. All these
+/// rows must have the same task and size.
 void beside(std::vector<BenchRow>& rows, const char* method, std::size_t first) {
   const BenchRow& other = rows.back();
   for (std::size_t i = first; i + 1 < rows.size(); ++i) {
@@ -47,7 +47,8 @@ void beside(std::vector<BenchRow>& rows, const char* method, std::size_t first) 
 double microseconds(const std::function<void()>& work, int repeats) {
   std::vector<double> times;
   for (int batch = 0; batch < 7; ++batch) {
-    // Measures the processor time of all threads of this program, which excludes other programs on the machine.
+    // Measures the processor time of all threads of this program. Other programs on the machine do not change this
+    // time.
     const std::clock_t start = std::clock();
     for (int i = 0; i < repeats; ++i) work();
     times.push_back(1e6 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC / repeats);

@@ -20,7 +20,8 @@ namespace typodont::calibration {
 
 namespace {
 
-constexpr double kSmallestReach = 3e-3;    // m, limit: if every coordinate is smaller, the file is probably in metres
+// m, if every coordinate is smaller than this, the file is probably in metres
+constexpr double kSmallestReach = 3e-3;
 constexpr double kLargestReach = 10;       // m, largest plausible distance of a point from the origin
 constexpr double kUnitLengthError = 0.01;  // tolerance of a quaternion's length, which should be 1
 

@@ -175,13 +175,14 @@ RigFile::RigFile(RigFile&&) noexcept = default;
 RigFile::~RigFile() = default;
 
 RigFile RigFile::load(const std::filesystem::path& file) {
-  const Json checked = Json::load(file);  // throws an error with the exact position if the JSON is invalid
+  // Throws an error with the exact position of the fault if the JSON is invalid.
+  const Json checked = Json::load(file);
   if (!checked.is_object()) checked.fail("a rig: an object");
   auto document = std::make_unique<Document>();
   document->file = file;
   document->root = Value::parse(checked.text());
   RigFile rig(std::move(document));
-  rig.bench();  // reports bad values now and not after an hour of touching points
+  rig.bench();  // If the file contains bad values, this call reports them now and not after an hour of touching points.
   return rig;
 }
 

@@ -17,8 +17,8 @@ namespace typodont::calibration {
 
 namespace {
 
-// Returns the edge (m) of a cube that is as large as the region that the points fill. For a flat set of points, this is
-// its extent.
+// Returns the edge (m) of a cube that has the same volume as the region of the points. For a flat set of points,
+// returns the length of the region.
 double extent(Points points) {
   dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
   for (const dvec3& p : points) low = glm::min(low, p), high = glm::max(high, p);
@@ -32,7 +32,7 @@ double extent(Points points) {
 class Consensus {
  public:
   /// `sigma`: m, standard deviation of the random points, which are normally distributed; 0: the random points fill the
-  /// cube around all points. In a normal distribution, a residual below a thirtieth of sigma is not counted as better,
+  /// cube around all points. In a normal distribution, all residuals below a thirtieth of sigma count as equally good,
   /// because pairs that coincide to the last digit result from quantisation.
   Consensus(Points p_H, Points p_D, double false_alarm, double sigma = 0)
       : p_H_(p_H),
@@ -67,8 +67,8 @@ class Consensus {
   /// (least trimmed squares).
   Agreement find() const {
     Agreement best = find_core();
-    // A spread below 1e-9 of the coordinates is rounding error, which is not normally distributed. In this case no
-    // pair is wrong.
+    // A spread that is smaller than 1e-9 of the coordinates is rounding error. Rounding errors are not normally
+    // distributed, so the test does not apply, and no pair counts as wrong.
     if (best.log_nfa < 0 && sigma_of(best.fit) < kArithmetic * floor_) return best;
     const Fit majority = find_majority();
     if (majority.pairs.size() >= 4 && 2 * majority.pairs.size() > n_ && sigma_of(majority) < sigma_of(best.fit)) {
@@ -306,7 +306,7 @@ class Consensus {
     return fit;
   }
 
-  // limit of a residual that is caused by rounding, as a multiple of the rounding error
+  // a residual that is at most this multiple of the rounding error counts as caused by rounding
   static constexpr double kArithmetic = 1e5;
 
   Points p_H_, p_D_;
@@ -322,9 +322,10 @@ class Consensus {
   mutable std::vector<Candidate> by_median_;  // candidates that find_widest() compares
 };
 
-// Consensus for a known noise level: the noise limit is fixed, and hypotheses are compared by their number of
-// inliers. Each random triple with equal edge lengths on both sides is refitted to all agreeing pairs before counting
-// (Chum, Matas & Kittler 2003). The search ends when the probability of missing a larger set is below 1e-9.
+// Consensus for a known noise level: the largest residual of an agreeing pair is fixed, and motions are compared by the
+// number of pairs that agree. Each random triple with equal edge lengths on both sides is refitted to all agreeing
+// pairs before counting (Chum, Matas & Kittler 2003). The search ends when the probability of missing a larger set is
+// below 1e-9.
 class KnownNoise {
  public:
   KnownNoise(Points p_H, Points p_D, double sigma, double false_alarm)
@@ -342,8 +343,8 @@ class KnownNoise {
   /// Finds the largest agreement. `all` is the fit to all pairs. Sets smaller than `least` are not needed.
   Agreement find(const Fit& all, std::size_t least) const {
     Agreement best{grow(all, 0), 0};
-    // Upper limit of the number of triples. With it, the probability of missing four good pairs among sixteen is 1e-9.
-    // If there are few pairs, all triples are tried.
+    // Largest number of triples. With this number, the probability of missing four good pairs among sixteen is 1e-9. If
+    // there are few pairs, all triples are tried.
     const double most = std::min(3000.0, 4 * std::pow(static_cast<double>(n_), 3));
     double needed = needed_for(std::max(least, best.fit.pairs.size()));
     if (needed == 0 && cost(best.fit) > expected_) needed = needed_for(n_ / 2);
@@ -391,9 +392,9 @@ class KnownNoise {
     return std::abs(glm::length(p_H_[i] - p_H_[j]) - glm::length(p_D_[i] - p_D_[j])) <= edge_;
   }
 
-  /// Returns the sum of the squared residuals, m². The residual of a pair that does not agree counts as the limit (Torr
-  /// & Zisserman 2000). If agreeing pairs were only counted, wrong pairs near their true positions could shift the
-  /// motion.
+  /// Returns the sum of the squared residuals, m². If a pair does not agree, its residual counts as the largest
+  /// residual of an agreeing pair (Torr & Zisserman 2000). If only the number of agreeing pairs counted, wrong pairs
+  /// near their true positions could shift the motion.
   double cost(const Fit& fit) const { return fit.sse + static_cast<double>(n_ - fit.pairs.size()) * limit2_; }
 
   double needed_for(std::size_t count) const {
@@ -425,7 +426,8 @@ class KnownNoise {
   Points p_H_, p_D_;
   std::size_t n_;
   double edge_, limit2_ = 0;
-  double expected_ = 0;  // m², upper 95 % limit for the sum of squared residuals of good pairs
+  // m², the sum of squared residuals of good pairs is at most this value with a probability of 95 %
+  double expected_ = 0;
 };
 
 }  // namespace

@@ -137,7 +137,7 @@ std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& g, const Ar
 ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nominal) {
   if (captures.empty()) throw Error("arm: found no capture, expected the tip held in a socket or on a plate");
 
-  // The position of a socket is unknown, and so is the pose of a plate.
+  // The positions of the sockets and the poses of the plates are unknowns, too.
   std::map<int, Group> groups;
   for (std::size_t i = 0; i < captures.size(); ++i) {
     Group& group = groups[captures[i].group];
@@ -261,13 +261,13 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
                                 static_cast<int>(nuisance.rank());
     const double total = rms(to_geometry(values));
     const double previous = sigma;
-    // Sets a lower limit of the estimated noise. Without it, rounding errors of exact data would seem to determine some
+    // The estimated noise gets a smallest value. Without it, rounding errors of exact data would seem to determine some
     // directions.
     if (result.degrees_of_freedom > 0) {
       sigma = std::max(1e-9, total * std::sqrt(static_cast<double>(rows) / 3 / result.degrees_of_freedom));
     }
     if (round > 3 && step.norm() < 1e-7 && std::abs(sigma - previous) <= 1e-4 * sigma + 1e-13) {
-      // The iteration has converged: excludes outliers and continues from here.
+      // The iteration has converged. Now outliers are excluded, and the iteration continues from here.
       bool changed = false;
       std::vector<double> sizes;
       for (std::size_t i = 0; i < captures.size(); ++i) sizes.push_back(glm::length(residual(to_geometry(values), i)));
@@ -296,7 +296,8 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     result.parameters.push_back({kNames[p], start[p], values[p], scales[p] * std::sqrt(covariance(index, index)),
                                  1 - covariance(index, index)});
   }
-  // A hand holds still within a millimetre. Much larger residuals mean another type of arm or another plate.
+  // A hand holds still within a millimetre. If the residuals are much larger, the arm has another type, or the plate
+  // has other dimensions.
   if (result.sigma > 2e-3) {
     result.misfit = fmt::format(
         "{:.1f} mm rms are left: these captures are not of a serial arm with this plate, or most of them slipped",

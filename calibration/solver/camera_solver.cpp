@@ -301,7 +301,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   result.width = glm::length(start.lower_right - start.lower_left),
   result.height = glm::length(start.upper_left - start.lower_left);
 
-  // If the touched points lie in a plane, fits this plane. From it, the first poses of the cameras are computed.
+  // If the touched points lie in a plane, fits this plane. The first poses of the cameras are computed from it.
   std::vector<dvec3> points;
   for (const auto& [key, value] : touched) points.push_back(key);
   if (points.size() < 4) {
@@ -438,8 +438,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   std::vector<int> distortion{4, 5, 6, 7, 8};
   problem.SetManifold(lens, new ceres::SubsetManifold(9, distortion));
   ceres::Solver::Summary summary;
-  // The first steps are not limited, because the initial guess is accurate enough. With a smaller trust region, twice
-  // as many iterations were needed.
+  // The length of the first steps is not limited, because the initial guess is accurate enough. With a smaller trust
+  // region, twice as many iterations were needed.
   solver.initial_trust_region_radius = 1e8;
   solver.function_tolerance = 0.1;  // low accuracy, because this is only an initial solution
   ceres::Solve(solver, &problem, &summary);

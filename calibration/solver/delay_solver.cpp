@@ -306,7 +306,7 @@ class Matcher {
           solution.X.p = turn * (solution.X.p - centre) + centre;
           solution.X.R = glm::normalize(turn * solution.X.R);
         }
-        // Excludes glitches with residuals above 7σ, where σ is estimated from the median.
+        // Excludes samples with residuals above 7σ (glitches), where σ is estimated from the median.
         const double robust = median(residuals_) / 2.365974;
         limit2 = round == 0 ? limit2 : std::max(49.0 * robust, 1e-24);
         if (round > 2 && std::abs(step[0]) < 1e-9 * sparse_.step + 1e-4 * std::sqrt(covariance(0, 0) * robust)) break;
@@ -376,8 +376,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   result.reference_time = matcher.start();
   const double motion = std::min(variance_of(track_a), variance_of(track_b));
 
-  // A stream whose variation is only its own noise contains no information. The threshold decreases as the number of
-  // samples increases.
+  // If the variation of a stream is only its own noise, the stream contains no information. With more samples, a
+  // smaller variation can be distinguished from noise.
   const double sigma_q = noise_of(query), sigma_s = noise_of(sparse);
   const auto rests = [](const Track& track, double sigma) {
     return variance_of(track) <= 3 * sigma * sigma * (1 + 10 / std::sqrt(static_cast<double>(track.t.size()))) + 1e-20;
@@ -405,7 +405,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     double best() const { return minima.empty() ? std::numeric_limits<double>::infinity() : minima.front().mismatch; }
   } curves[2];
   for (int rotate = 0; rotate < 2; ++rotate) {
-    // If the streams already agree to within their noise, no rotation is needed.
+    // If the streams already agree to within their noise without a rotation, no rotation is needed.
     if (rotate == 1 && curves[0].best() < 4 * (sigma_q * sigma_q + sigma_s * sigma_s) && sigma_q + sigma_s > 0) break;
     Curve& curve = curves[rotate];
     for (int i = -half; i <= half; ++i) curve.values.push_back(matcher.mismatch(i * step, rotate, horizon, stride));
@@ -431,8 +431,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     std::sort(curve.minima.begin(), curve.minima.end(), [](auto& x, auto& y) { return x.mismatch < y.mismatch; });
     if (curve.minima.size() > 40) curve.minima.resize(40);
   }
-  // The margin is wide, because interpolation scales the noise variance by 0.7 to 1, and a drifting clock blurs the
-  // minimum.
+  // A wide range is accepted, because interpolation scales the noise variance by 0.7 to 1, and because a clock with
+  // another rate blurs the minimum.
   const auto plausible_up_to = [&](double best) { return 1.5 * best + 1e-6 * motion; };
   const double significant = 1 + 60.0 / static_cast<double>(std::max<std::size_t>(1, samples_in_horizon / stride));
   result.rotated = curves[0].best() > significant * curves[1].best() + 1e-6 * motion;
@@ -446,7 +446,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   std::vector<Minimum> plausible;
   for (const Minimum& m : curve.minima) {
     if (m.mismatch > plausible_up_to(curve.best())) continue;
-    // Ripples of noise within one minimum count as one candidate.
+    // Noise can split one minimum into several. They count as one candidate.
     const bool known = std::any_of(plausible.begin(), plausible.end(), [&](const Minimum& other) {
       const auto index = [&](double u) {
         return std::clamp(static_cast<int>(std::lround(u / step)) + half, 0, 2 * half);
@@ -468,13 +468,15 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   }
   std::sort(plausible.begin(), plausible.end(), [](auto& x, auto& y) { return std::abs(x.u) < std::abs(y.u); });
 
-  // Refines over longer and longer intervals, so that a drifting clock cannot lose the match.
+  // Refines the result over longer and longer intervals, so that the search also finds the match if the clocks have
+  // different rates.
   const auto refine = [&](double u, bool skew) {
     Matcher::Solution solution = matcher.solve({u, 0}, result.rotated, false, std::min(horizon, shared));
     if (!skew || !solution.determined) return solution;
     for (double reach = horizon;; reach = std::min(shared, 2 * reach)) {
       Shift from = solution.shift;
-      // A longer interval has another middle, so the shift is adapted to the new middle by the clocks' rate difference.
+      // A longer interval has another middle, so the shift is converted to the new middle by the difference of the
+      // clocks' rates.
       if (reach > horizon) from.u += from.rate * (0.25 * reach);
       const auto next = matcher.solve(from, result.rotated, true, reach);
       if (!next.determined) return solution;
@@ -494,7 +496,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   Matcher::Solution solution = refine(u0, true);
   if (solution.determined) {
     const double rate_sigma = std::sqrt(solution.variance_rate * noise2(solution).second);
-    // No real clock has an error of 1e-3; a larger estimate results from the noise of a short recording.
+    // No real clock has an error of 1e-3. If the estimate is larger, it is an effect of the noise of a short recording.
     if (std::abs(solution.shift.rate) > 3 * rate_sigma && std::abs(solution.shift.rate) < 1e-3) {
       result.skew = sign * solution.shift.rate, result.skew_sigma = rate_sigma;
     } else {

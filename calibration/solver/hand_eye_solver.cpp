@@ -30,7 +30,7 @@ using Indices = std::vector<std::size_t>;
 
 // m, length that converts a rotation error to a displacement; about the length of a stylus
 constexpr double kLever = 0.1;
-constexpr double kFloor = 1e-13;  // rad and m, lower limit of residuals; smaller residuals are rounding errors
+constexpr double kFloor = 1e-13;  // rad and m, a residual that is smaller than this is a rounding error
 // Number of random samples of three rows. If half of the rows are good, the probability that all samples contain bad
 // rows is 1e-23.
 constexpr std::size_t kTriples = 400;
@@ -40,7 +40,7 @@ constexpr std::size_t kLeastToReject = 8;  // smallest number of rows for which 
 constexpr std::size_t kLeastForFullNoise = 20;
 // rad rms, smallest rotations that determine X and Z
 constexpr double kLeastMainTurn = 2 * kDegree, kLeastSecondTurn = 1 * kDegree;
-// lower limit of the arm's rotations, as a ratio to the noise of rotations; smaller rotations do not determine X and Z
+// ratio to the noise of rotations; if the arm's rotations are smaller than this, they do not determine X and Z
 constexpr double kTurnOverNoise = 4;
 
 Matrix3d eigen(const dquat& q) {
@@ -190,7 +190,7 @@ class Solver {
       if (R_X.determinant() < 0) R_X = -R_X, R_Z = -R_Z;
       R_X = nearest_rotation(R_X), R_Z = nearest_rotation(R_Z);
     }
-    // The translation follows from the linear equation R_A t_X - t_Z = R_Z t_B - t_A.
+    // The translation is computed from the linear equation R_A t_X - t_Z = R_Z t_B - t_A.
     const Eigen::Index unknowns = options_.motions ? 3 : 6;
     Eigen::MatrixXd J(3 * static_cast<Eigen::Index>(rows.size()), unknowns);
     Eigen::VectorXd d(J.rows());
@@ -360,15 +360,16 @@ class Solver {
     // dimensions).
     const double nu = static_cast<double>(rows.size()) - parameters_ / 6.0;
     const double inflation = rows.size() < kLeastForFullNoise ? 1 : nu / (nu - 7);
-    // Scales to the diagonal, because rotations and translations have different units.
+    // Each row and column is divided by the root of its diagonal element, because rotations and translations have
+    // different units.
     const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
     covariance_ = inflation * scale.asDiagonal() * scaled.completeOrthogonalDecomposition().pseudoInverse().eval() *
                   scale.asDiagonal();
   }
 
-  // Computes the range of the arm's rotation: the second moment of the rotation vectors between the arm's poses, in the
-  // stylus frame S.
+  // Computes how far the arm rotated: the second moment of the rotation vectors between the arm's poses, in the stylus
+  // frame S.
   void find_turns(const Indices& rows) {
     Matrix3d moment = Matrix3d::Zero();
     double count = 0;

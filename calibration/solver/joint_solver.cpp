@@ -378,7 +378,7 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
       std::vector<double> sorted = lengths[k];
       std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
       const double robust = sorted[sorted.size() / 2] / (kSizes[k] == 1 ? 0.6745 : kSizes[k] == 2 ? 1.1774 : 1.5382);
-      // The noise may only decrease gradually, so that a touch that has not yet converged does not count as an outlier.
+      // The noise may only decrease gradually. Otherwise a touch that has not yet converged would count as an outlier.
       const double next = std::clamp(robust, std::max(1e-7, 0.25 * sigma[k]), 5e-3);
       changed = changed || std::abs(std::log(next / sigma[k])) > 0.02;
       sigma[k] = next;

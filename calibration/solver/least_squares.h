@@ -64,7 +64,7 @@ LeastSquares solve_least_squares(Eigen::VectorXd x, const Eigen::VectorXd& scale
     const double previous = sigma;
     if (result.degrees_of_freedom > 0) sigma = std::max(1e-13, std::sqrt(squares / result.degrees_of_freedom));
     if (round > 2 && step.norm() < 1e-8 && std::abs(sigma - previous) <= 1e-5 * sigma + 1e-13) {
-      // The iteration has converged: excludes outliers by the median and continues from here.
+      // The iteration has converged. Now outliers are excluded (by the median), and the iteration continues from here.
       std::vector<double> sorted = result.residuals;
       std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
       const double per_axis = sorted[sorted.size() / 2] / (size == 1 ? 0.6745 : size == 2 ? 1.1774 : 1.5382);

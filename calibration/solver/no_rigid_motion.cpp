@@ -28,7 +28,8 @@ std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double
   dvec3 c_H(0), c_D(0);
   for (const std::size_t i : fit.pairs) c_H += p_H[i], c_D += p_D[i];
   c_H /= static_cast<double>(fit.pairs.size()), c_D /= static_cast<double>(fit.pairs.size());
-  double hh = 0, hd = 0;  // the best rotation does not depend on the scale (Umeyama 1991)
+  // The best rotation is the same for every scale (Umeyama 1991), so the scale is computed after it.
+  double hh = 0, hd = 0;
   for (const std::size_t i : fit.pairs) {
     const dvec3 h = p_H[i] - c_H;
     hh += glm::dot(h, h), hd += glm::dot(fit.X_DH.rotate(h), p_D[i] - c_D);
@@ -42,8 +43,8 @@ std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double
 
 std::optional<double> other_scale_by_median(Points p_H, Points p_D, double rounding) {
   const std::size_t n = p_H.size(),
-                    // If there are many points, about two thousand pairs of points are sufficient, so only every
-                    // step-th point is used.
+                    // About two thousand pairs of points are sufficient. If there are more points, only every step-th
+                    // point is used.
       step = std::max<std::size_t>(1, n / 64);
   std::vector<double> ratios;
   for (std::size_t i = 0; i < n; i += step) {

@@ -24,10 +24,10 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// upper limit of the probability that a split arises by chance; with a larger probability the split is rejected
+// if a split arises by chance with a larger probability than this, it is rejected
 constexpr double kSplitChance = 1e-3;
-// Upper limit of the ratio of the noise with the added pairs to the noise without them; wrong pairs exceed this
-// limit.
+// If the noise with the added pairs, divided by the noise without them, is larger than this, the added pairs are
+// wrong.
 constexpr double kNoNoisier = 1.5;
 constexpr double kUndetermined = 1e16;  // value of `condition` for an undetermined rotation; beyond double precision
 constexpr double kUniformAngleVariance = kPi * kPi / 3;
@@ -115,7 +115,7 @@ class Registration {
     return rest;
   }
 
-  // Returns the largest residual (m) that a correct pair of points may have.
+  // Returns the largest residual (m) at which a pair of points still counts as correct.
   double reach(double sigma, double dof) const {
     const double p = 1 - options_.false_alarm / static_cast<double>(n_);
     return std::max(rounding_, options_.known_sigma > 0 ? options_.known_sigma * std::sqrt(chi_squared_quantile(p, 3))
@@ -146,15 +146,15 @@ class Registration {
     return fit;
   }
 
-  // Assigns every pair to the nearer motion. The second motion is a rival in two cases: many pairs could follow it (a
-  // pair that could follow both motions counts, too), or it is so near that some pairs may be assigned wrongly.
+  // Assigns every pair to the nearer motion. The second motion is a rival in two cases: if many pairs could follow it
+  // (pairs that could follow both motions included), or if it is so near that some pairs may be assigned wrongly.
   // Otherwise its pairs are outliers.
   bool part(Split& split, double dof) {
     const double limit = reach(split.sigma, dof);
     const double doubtful = assign_to_nearer(p_H_, p_D_, limit, split);
     const bool rival = 10 * followers(p_H_, p_D_, split.X_second, limit) >= 3 * split.first.size() || doubtful >= 0.02;
-    // A good pair can be nearer to the second motion by chance. Such pairs are added to the first motion, unless this
-    // increases the noise, because then wrong pairs would be added, too.
+    // A good pair can be nearer to the second motion by chance. Such pairs are added to the first motion. If this
+    // increases the noise, wrong pairs would be among them, so they are not added.
     fit_ = fit_to(p_H_, p_D_, split.first);
     Fit all = take_in(fit_, limit);
     if (!rival || (all.pairs.size() >= 4 && sigma_of(all) <= kNoNoisier * split.sigma)) fit_ = std::move(all);
@@ -195,11 +195,11 @@ class Registration {
     while (rest.size() >= 4) {
       std::vector<dvec3> h, d;
       for (const std::size_t i : rest) h.push_back(p_H_[i]), d.push_back(p_D_[i]);
-      // limit of the probability that the agreement is due to chance; if the noise is known, the limit is higher, so
-      // that four agreeing pairs are sufficient
+      // if the agreement arises by chance with a larger probability than this, it is rejected; if the noise is known,
+      // the number is higher, so that four agreeing pairs are sufficient
       const double chance = options_.known_sigma > 0 ? 1e-3 : 1e-4;
       const auto [rival, log_nfa] = largest_agreement(h, d, options_, 3 * fit_.pairs.size() / 10);
-      // If the pairs agree only loosely, they are wrong touches near their true positions, not a second motion.
+      // If the pairs agree only loosely, they are wrong touches near their true positions, and no second motion.
       const double sigma = std::max(sigma_of(fit_), rounding_);
       if (log_nfa > std::log(chance) || sigma_of(rival) > 4 * sigma) break;
       Indices pairs, left;

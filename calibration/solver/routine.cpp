@@ -19,8 +19,8 @@ dvec3 PairCapture::shown(const RigGeometry& rig) const {
 namespace {
 
 // Returns the X_WH with which the touches lie on the panel's marks. (Registration changes X_WH so that a point is felt
-// where it is seen, which includes this user's offset. The true position of the tip follows from the marks that were
-// touched on the panel.)
+// where it is seen, so it includes this user's offset. The marks that were touched on the panel give the true position
+// of the tip.)
 Pose true_touches(const BenchState& bench, const Captures& captures) {
   std::vector<MarkTouch> marks;
   for (const MarkCapture& capture : captures.marks)
@@ -67,7 +67,7 @@ void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offs
   bench.eyes_result = eyes_of(bench, captures);
   if (bench.eyes_result->not_determined.empty()) bench.rig.eyes = bench.eyes_result->eyes;
   if (!user_offset) return;
-  // The apparent positions of the touched points follow from the eyes that were just found.
+  // The eyes are known now, so the apparent positions of the touched points can be computed.
   const Pose X = true_touches(bench, captures);
   std::vector<SeenTouch> touches;
   for (const auto* list : {&captures.registration, &captures.verification}) {

@@ -21,14 +21,15 @@ using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
 constexpr std::size_t kLeastPoints = 100;
 constexpr int kMostRounds = 200;
-// lower limit of the cosine of the angle between the normals of both surfaces; a point with a smaller cosine is ignored
+// a point is ignored if the cosine of the angle between the normals of both surfaces is smaller than this
 constexpr double kFaces = 0.5;
 constexpr double kTukey = 4.685;  // Tukey's constant, for which the estimate has 95 % efficiency if errors are normal
 // ratio of the standard deviation to the median of |residual|, for normal errors
 constexpr double kPerMedian = 1.4826;
-constexpr double kShrink = 0.8;        // factor by which the robust limit decreases in each round
-constexpr double kStill = 1e-7;        // m, convergence tolerance: a shorter step ends the iteration
-constexpr double kOffsetRidge = 1e-3;  // ridge term that determines the offset if no two walls face each other
+constexpr double kShrink = 0.8;  // factor by which the robust limit decreases in each round
+constexpr double kStill = 1e-7;  // m, if a step is shorter than this, the iteration ends
+// ridge term for the offset: without it, the offset is not determined if no two walls face each other
+constexpr double kOffsetRidge = 1e-3;
 
 Eigen::Vector3d eigen(const dvec3& v) {
   return {v.x, v.y, v.z};
@@ -105,7 +106,8 @@ class SurfaceFit {
     }
   }
 
-  /// Returns the robust limit (m), computed from the median residual of the points within the present limit.
+  /// Returns the largest residual (m) that is used, computed from the median residual of the points that are used at
+  /// present.
   double robust_limit() const {
     std::vector<double> within;
     for (const Residual& r : residuals_) {
@@ -236,7 +238,7 @@ class SurfaceFit {
     }
   }
 
-  // m, limit of the displacement from the initial pose; neighbouring teeth are at least 5 mm apart
+  // m, largest displacement from the initial pose; neighbouring teeth are at least 5 mm apart
   static constexpr double kMostMove = 3e-3;
 
   std::span<const SurfacePoint> points_;
@@ -245,7 +247,7 @@ class SurfaceFit {
   dvec3 centroid_S_{0};
   double radius_ = 0;  // m, rms distance of the points from their centroid
   Pose X_;
-  // m: offset_ is the offset between the surfaces, limit_ is the robust limit of the residuals
+  // m: offset_ is the offset between the surfaces, limit_ is the largest residual that is used
   double offset_ = 0, limit_ = 0;
   std::vector<Residual> residuals_;
   bool undetermined_ = false;

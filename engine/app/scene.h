@@ -29,7 +29,7 @@ struct Scene {
   ScenePlace place;  // folders for relative file names: the folder of the scene's file, or of the recording
   std::string text;  // text of the scene file
   std::string name;
-  /// parts of the program that the scene needs: haptics, render, sound, debris, record, score
+  /// the parts of the program that the scene uses: haptics, render, sound, debris, record, score
   std::set<std::string> parts;
   haptics::ServoSettings servo;      // settings of the servo, except the voxel frame, which depends on the tissue
   DrawnAs drawn_as;                  // tissues that are drawn like another tissue, for example a hidden lesion
@@ -71,9 +71,9 @@ Scene parse_scene(const Json& json, const std::filesystem::path& file);
 /// Reads a scene from JSON. The program searches for the files to which the JSON refers in the folders of `place`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file, const ScenePlace& place);
 
-/// Returns the rig file that shows the scene if the user names no rig. `usual`: name of the rig that shows a tooth,
-/// "closeup", "film" or "window". For a scene with the rig "hip", they are replaced by "hip", "hip_film" and
-/// "hip_window". Throws Error.
+/// Returns the rig file that is used if the user names no rig. `usual`: name of a rig that shows a tooth: "closeup",
+/// "film" or "window". If the scene has the rig "hip", "hip", "hip_film" or "hip_window" is used instead. Throws
+/// Error.
 std::filesystem::path usual_rig(const Scene& scene, const std::string& usual);
 
 /// Returns the path of the scene's volume; empty if the scene's tissue consists of solids. Throws Error.

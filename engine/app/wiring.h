@@ -29,8 +29,8 @@ namespace typodont {
 /// then deletes the list.
 using MeshBatch = std::vector<render::MeshUpdate>;
 
-/// Settings that may change during a session. They change the input and the output of the servo. So the ticks contain
-/// their effect, and a replay is exact.
+/// Settings that may change during a session. They change the input and the output of the servo. The recorded ticks
+/// contain the changed values, so a replay needs no record of the settings and is exact.
 struct SessionSettings {
   double speed_fraction = 1;  // 0..1, factor by which the pedal is multiplied; it limits the drill's speed
   bool backwards = false;     // true: the handpiece turns backwards; only for a tool with a thread

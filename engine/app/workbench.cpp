@@ -51,9 +51,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// m, threshold: if the distance between tool and hand is larger, the tool counts as caught in the tissue
+// m, if the distance between tool and hand is larger than this, the tool counts as caught in the tissue
 constexpr double kStuckDistance = 3e-3;
-// ns, threshold: a tool that is caught in the tissue for a shorter time is not reported
+// ns, a tool is reported only if it is caught in the tissue for longer than this
 constexpr Nanos kStuckTime = 1 * kNanosPerSecond;
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A', kSprayKey = 'W';
 // Keys in an implant exercise: select the phase's instrument, slower, faster, turn backwards.
@@ -130,7 +130,8 @@ struct Workbench::Impl {
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
   void count_work(const WorkCounts& running);
-  /// Returns the number of requests to the desktop so far; 0 if the picture is shown in another program's window.
+  /// Returns the number of requests that this program has sent to the window system so far; 0 if the picture is shown
+  /// in another program's window.
   std::uint64_t desktop_requests() {
     return picture && picture->stage() && !options.embedded ? picture->stage()->output().requests() : 0;
   }
@@ -148,7 +149,8 @@ struct Workbench::Impl {
 void Workbench::Impl::set_up() {
   // Loads the files that this session needs.
   if (!options.rig.empty()) rig_file = find_rig(options.rig);
-  // The shipped rig of the window shows a tooth, so it stands for the window of the scene.
+  // The shipped rig "window" shows a tooth. If the scene does not show a tooth, the rig for this scene's window is used
+  // instead.
   const bool usual = rig_file.empty() ? display::has_desktop() : rig_file == find_rig("window");
   if (usual) rig_file = usual_rig(scene, "window");
   if (!rig_file.empty()) rig = display::load_rig(rig_file);
@@ -454,7 +456,7 @@ std::string Workbench::Impl::hint() const {
       parts.push_back(words(record.complete ? "disk_low" : "gaps"));
     }
     if (implant && picture && !options.operated) {
-      // The line has not enough space for the present phase and all keys. The phase is more important, so some keys are
+      // The line is too short for the present phase and all keys. The phase is more important, so some keys are
       // omitted.
       parts.insert(parts.end(), {implant_line(), words("implant_keys"), words("view")});
     } else {

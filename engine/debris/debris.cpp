@@ -23,8 +23,9 @@ constexpr float kStuck = std::numeric_limits<float>::infinity();  // drag rate (
 // number of steps after which a particle at rest tests whether the tissue below it was removed
 constexpr std::uint32_t kRestSteps = 1024;
 constexpr std::uint32_t kMostSteps = 1024;  // largest number of steps between two full updates of a moving particle
-constexpr std::size_t kGroup = 32;          // number of particles in a group; a group stores one due step (`first_due`)
-constexpr double kRestSpeed = 0.05;         // m/s; a slower particle comes to rest
+// number of particles in a group; for each group, the step of its earliest update is stored (`first_due`)
+constexpr std::size_t kGroup = 32;
+constexpr double kRestSpeed = 0.05;  // m/s; a slower particle comes to rest
 // largest relative error of a particle's drag rate; beyond this error the rate is computed again
 constexpr double kDragError = 0.1;
 constexpr double kStokesReynolds = 0.02;  // below this Reynolds number, the error of Stokes drag is at most 1 %
@@ -36,7 +37,7 @@ constexpr double kStokesReynolds = 0.02;  // below this Reynolds number, the err
 struct Debris::State {
   DebrisOptions options;
   std::vector<float> x, y, z, vx, vy, vz, rate, keep;  // rate: drag rate in 1/s; keep: see motion.h
-  std::vector<std::uint32_t> due;  // step in which a particle needs its next full update (update_fully)
+  std::vector<std::uint32_t> due;  // step in which a particle needs its next full update (update_fully), its due step
   // for each group of kGroup particles: a lower bound of the particles' due steps
   std::vector<std::uint32_t> first_due;
   struct Chip {      // data of a particle that the inner loop does not need
@@ -164,7 +165,7 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
     const bool leaves = glm::dot(away, v) >= 0 && glm::dot(away, options.gravity_W) >= 0;
     return clearance / std::max((leaves ? drift : own + drift) * dt, 1e-12);
   };
-  double undisturbed_steps = kMostSteps;  // lower bound of the number of steps until one of these events
+  double undisturbed_steps = kMostSteps;  // number of steps in which none of these events can happen
   if (field.distance && contact.inside) {
     // The interpolated field has a slope of at most √3 and an error of at most half the spacing of its samples. The
     // bound follows from both values.
@@ -290,8 +291,8 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction, F
     s.first = s.slot(1);
     --s.count;
   }
-  // If the nozzle was switched on or moved, the stored times of the particles' next updates are no longer valid. Then
-  // all particles are updated now.
+  // The times of the particles' next updates were computed for the earlier state of the nozzle. If the nozzle was
+  // switched on or moved, they are not valid any more, so all particles are updated now.
   const bool drawn = suction != nullptr;
   if (drawn && (!s.drawn || suction->p_W != s.nozzle_W || suction->flow != s.flow)) {
     for (std::size_t i = 0; i < s.count; ++i) {

@@ -34,7 +34,7 @@ struct Film::State {
     bool drains = false;
     std::uint8_t count = 0;
     std::array<std::int32_t, kMostNeighbours> next{};  // indices of the neighbouring cells (slots)
-    // for each neighbour: width of the link (through which water flows to it) divided by the length of the link
+    // for each neighbour: width divided by length of the link through which water flows to it
     std::array<float, kMostNeighbours> width{};
   };
   FilmOptions options;
@@ -191,8 +191,8 @@ void Film::State::link(std::int32_t i) {
   const glm::dvec3 s = solvable ? glm::inverse(system) * wanted : glm::dvec3(0);
   for (int k = 0; k < cell.count; ++k) {
     const glm::dvec3& q = products[static_cast<std::size_t>(k)];
-    // The ratio of this link's width to the mean width is limited. A negative ratio would move water uphill, and a
-    // large ratio would move much more water through this link than through the others.
+    // The ratio of this link's width to the mean width must be neither negative nor large. A negative ratio would move
+    // water uphill, and a large ratio would move much more water through this link than through the others.
     cell.width[static_cast<std::size_t>(k)] =
         static_cast<float>(mean * std::clamp(1 + q.x * s.x + 2 * q.y * s.y + q.z * s.z, 0.05, 4.0));
   }
@@ -314,8 +314,8 @@ void Film::State::flow(double dt) {
       const std::int32_t i = loaded[n];
       const auto at = static_cast<std::size_t>(i);
       if (rate[at] <= 0) continue;
-      // If even the shortest allowed substep is too long for a cell, its flow is reduced, so that the cell remains
-      // stable.
+      // A cell may need a shorter substep than the shortest allowed one. Then its flow is reduced, so that the cell
+      // remains stable.
       const double slowed = std::min(1.0, kStableShare / (rate[at] * part));
       double kept = 1;
       for (int k = 0; k < cells[at].count; ++k) {

@@ -13,7 +13,8 @@
 namespace typodont::debris {
 namespace {
 
-// Margin, in m, around the box of the distance field. A droplet that is farther outside has missed the tissue.
+// m, width of a margin around the box of the distance field. A droplet that is outside this margin has missed the
+// tissue.
 constexpr double kMargin = 4e-3;
 constexpr double kTouch = 0.1e-3;  // m; the bur throws off the film at a smaller distance from the head
 constexpr double kSlowRim = 0.05;  // m/s; a bur with a lower rim speed throws nothing off
@@ -23,7 +24,7 @@ struct Droplet {
   double diameter = 0;
   double age = 0;  // s, time since the droplet left the nozzle
   Load load;
-  bool flung = false;  // true if the bur has thrown the droplet off; this happens only once
+  bool flung = false;  // true if the bur has already thrown the droplet off once; it is not thrown off again
 };
 
 /// Returns a unit vector perpendicular to `axis`.
@@ -185,7 +186,8 @@ bool Spray::State::fly(Droplet& drop, double dt, const SpraySource* source, cons
     if (flung_now) continue;
     drop.p = from + way;
     const bool outside = glm::any(glm::lessThan(drop.p, low)) || glm::any(glm::greaterThan(drop.p, high));
-    // Because a nozzle may lie outside the box of the field, only a droplet that moves away from the box has missed it.
+    // A nozzle may lie outside the box of the field. So a droplet outside the box has missed the tissue only if it also
+    // moves away from the box.
     const dvec3 middle = 0.5 * (low + high);
     if (drop.age > options.lifetime || (outside && glm::dot(drop.p - middle, drop.v) > 0)) {
       add(ledger.left, drop.load);

@@ -22,7 +22,8 @@ namespace typodont::debris {
 
 /// The state of the nozzles and of the bur during a step.
 struct SpraySource {
-  Pose X_WT;               // pose of the tool: origin in the head's centre, z along the shank
+  // pose of the tool; its origin is in the centre of the head, and its z axis points along the shank
+  Pose X_WT;
   double head_radius = 0;  // m, radius of the tool's head
   double head_half = 0;    // m, distance from the head's centre to its free end
   double spindle = 0;      // rad/s, rotation speed about the tool's z, with sign

@@ -129,7 +129,7 @@ struct Compositor::Impl {
   /// Returns the number of regions in a layout.
   static std::size_t places(Layout how) { return two_places(how) ? 2 : 1; }
 
-  /// Draws the text that changed. Returns for each eye's region the parts of the target that this changes.
+  /// Draws the text again if it changed. Returns, for each eye's region, the parts of the target that have changed.
   Rects write(const Huds& huds, Layout how, const Target& target) {
     Rects changed;
     for (std::size_t e = 0; e < places(how); ++e) {
@@ -144,8 +144,9 @@ struct Compositor::Impl {
     return changed;
   }
 
-  /// Returns the panels that must be drawn again because a drawn part touches them. Their boxes are added to the parts,
-  /// because a panel must be blended exactly once, completely, over a newly composed background.
+  /// If a part of the target is drawn again, all panels that it touches must be drawn again, too. Returns these panels.
+  /// Their boxes are added to the parts, because each panel must be blended exactly once, completely, over a newly
+  /// composed background.
   std::array<std::vector<std::size_t>, 2> panels_over(std::optional<Rects>& parts, Layout how,
                                                       const Target& target) const {
     std::array<std::vector<std::size_t>, 2> chosen;
@@ -387,7 +388,8 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
     return drawn;
   };
   if (target.memory.first) {
-    // If the work for this slot's previous frame was never done, its changes are missing, so everything is composed.
+    // If the work for this slot's previous frame was never done, the changes of that frame are missing. Then everything
+    // is composed.
     if (m.cpu_jobs[static_cast<std::size_t>(slot)].waits) parts.reset();
     const auto panels = m.panels_over(parts, layout, target);
     m.fetch(commands, pictures, layout, target, slot, first_row, parts, panels);

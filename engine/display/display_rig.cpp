@@ -291,7 +291,7 @@ std::array<dvec3, 2> eye_positions(const Head& head, Layout layout) {
 }
 
 bool sees(const DisplayRig& rig, const Head& head) noexcept {
-  constexpr double kNearest = 0.05;  // m, lower limit of an eye's distance from the picture's plane
+  constexpr double kNearest = 0.05;  // m, an eye that is nearer than this to the picture's plane is an error
   const dvec3 n = glm::normalize(
       glm::cross(rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left));
   for (const dvec3& eye : eye_positions(head, rig.screen.layout)) {
@@ -347,7 +347,7 @@ std::array<double, 16> row_major_mm(const dmat4& view) {
 }
 
 std::array<double, 16> row_major_mm_projection(const Frustum& frustum) {
-  // Only the entry P23 of the projection is a length, so only P23 changes if lengths are in mm.
+  // Of all entries of the projection, only P23 is a length. So only P23 changes if lengths are in mm.
   return row_major_mm(vulkan_projection(frustum));
 }
 

@@ -55,8 +55,8 @@ struct Head {
 struct HmdRig {
   // true: D is the room's STAGE space; false: D is the LOCAL space, with its origin at the user's seat
   bool stage = true;
-  // pose of the headset's frame D in frame W, measured for example relative to a haptic arm; no value: the work is
-  // placed in front of the user
+  // Pose of the headset's frame D in frame W, for example measured relative to a haptic arm. If there is none, the work
+  // is placed in front of the user.
   std::optional<Pose> X_WD;
   double magnify = 1;  // magnification of the picture and of the hand's motion; only if X_WD is not measured
   /// m, without X_WD: distance of the work in front of the eyes, and below the eyes
@@ -66,7 +66,7 @@ struct HmdRig {
   double refresh_hz = 0;     // Hz, refresh rate of the headset; 0: the runtime chooses
   double resolution = 1;     // factor on the runtime's recommended width and height
   double wait = 15;          // s, time limit for the user to put the headset on
-  double stall = 3;          // s, time limit for an answer of the runtime; after it the session ends
+  double stall = 3;          // s, if the runtime does not answer for this time, the session ends
   dvec3 tip{0, 0, -0.06};    // m, position of the tool's head in the controller's aim frame
 };
 
@@ -79,7 +79,7 @@ struct DisplayRig {
   Pose left_X_WH;  // pose of the base of the second hand's device in frame W
   // devices by address and serial number, "woodenhaptics:1234567"; empty: not specified
   std::string hand, left_hand, pedal;
-  double pedal_limit = 0;  // s, limit of the time for which the pedal may be pressed without a break; 0: the default
+  double pedal_limit = 0;  // s, the pedal may be pressed for this time without a break; 0: the default time
   HmdRig hmd;              // settings for a headset
   double magnify = 1;      // magnification of the picture, see magnified()
   /// m, frame W: the fixed point of the magnification; no value: the middle of the work

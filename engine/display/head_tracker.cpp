@@ -44,8 +44,8 @@ dvec3 toward_user(const DisplayRig& rig) {
   return glm::normalize(rig.head.eye_center - middle);
 }
 
-/// Returns the age of a message (ns), computed from the kernel's time stamp. Users can change the clock of the time
-/// stamp, so an impossible age counts as 0.
+/// Returns the age of a message (ns), computed from the kernel's time stamp. Users can change the clock that gives the
+/// time stamp, so an impossible age counts as 0.
 Nanos age_of(const msghdr& message) noexcept {
   for (cmsghdr* c = CMSG_FIRSTHDR(&message); c; c = CMSG_NXTHDR(const_cast<msghdr*>(&message), c)) {
     if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_TIMESTAMPNS) continue;
@@ -163,7 +163,7 @@ HeadTracker::~HeadTracker() {
 
 void HeadTracker::poll() noexcept {
   // The buffer has one byte more than a packet, so that longer packets are detected. The loop reads at most 500
-  // packets, so that a flood of packets cannot delay the picture. The fastest tracker sends so many packets in two
+  // packets, so that very many packets cannot delay the picture. The fastest tracker sends 500 packets in two
   // seconds.
   for (int most = 500; most > 0; --most) {
     std::array<std::byte, kPacketBytes + 1> bytes;

@@ -47,9 +47,9 @@ class MotionFilter {
   /// time. Before the first sample it is zero.
   dvec3 at(Nanos t) const noexcept;
 
-  // ns, limit of the extrapolation; after a longer time a constant value is better
+  // ns, largest extrapolation; for a longer time, a constant value is better
   static constexpr Nanos kHorizon = 80'000'000;
-  // ns, limit of the gap between samples; after a longer gap the filter restarts
+  // ns, if no sample arrives for a longer time than this, the filter restarts
   static constexpr Nanos kLost = 500'000'000;
 
  private:

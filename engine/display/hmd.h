@@ -49,7 +49,7 @@ struct HmdTiming {
   int missed = 0;             // number of refreshes of the display without a new picture since the previous frame
   double pose_to_submit = 0;  // s, time from the request for poses to the submission of the picture
   double margin = -1e9;       // s, time from the submission to the predicted display; −1e9: unknown
-  bool judged = false;        // true if the predicted head pose could be compared with the measured one
+  bool judged = false;        // true if the predicted pose of the head was compared with the measured one
   double position_error = 0;  // m, error of the predicted head position
   double angle_error = 0;     // rad, error of the predicted head orientation
   Pose X_WH;                  // predicted pose of the user's head in frame W

@@ -58,8 +58,8 @@ class Compositor {
   /// Records the commands that compose the pictures in the target. `pictures`: two layers or one, in SHADER_READ_ONLY
   /// layout. `first_row`: row of the panel at which the target begins, so that a row-interleaved panel shows the
   /// correct eye at every window position. `changed`: the parts of each eye's picture that are new since the last
-  /// record(). If the target contains an earlier frame, only the missing parts are drawn. Returns the parts of the
-  /// target that are drawn; no value: everything.
+  /// record(). If the target contains an earlier frame, only the parts that changed since then are drawn. Returns the
+  /// parts of the target that are drawn; no value: everything.
   std::optional<std::vector<Part>> record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout,
                                           const Target& target, int slot, int first_row = 0,
                                           const std::array<std::vector<Part>, 2>* changed = nullptr,
@@ -104,15 +104,15 @@ class Output {
   /// if the surface is permanently lost.
   virtual std::optional<Target> acquire() = 0;
   /// Shows the last target: all of it, or only the given parts. Call it after the commands were submitted. If the
-  /// target is memory, `finish` is called when the picture is due. `finish` waits for the device and composes the
-  /// picture.
+  /// target is memory, `finish` is called immediately before the picture is shown. `finish` waits for the device and
+  /// composes the picture.
   virtual void present(const std::optional<std::vector<Part>>& drawn = std::nullopt,
                        std::function<void()> finish = {}) = 0;
   virtual ivec2 size() const = 0;
   /// Returns false if the picture is not visible to anybody, for example in a minimised window.
   virtual bool visible() const { return true; }
-  /// Returns true if the screen lost its content (because it was resized or uncovered). Then the frame must be composed
-  /// again even if nothing moved.
+  /// Returns true if the window has lost its content, because it was resized or uncovered. Then the frame must be
+  /// composed again even if nothing moved.
   virtual bool needs_frame() const { return false; }
   virtual void resize(ivec2) {}
   /// Lets the surface fail as if the desktop had removed it. Only for tests.
@@ -152,7 +152,7 @@ struct WindowOptions {
   bool stereo_surface = false;  // true: requests a surface with two layers, for frame-sequential displays
   /// true: a Compositor fills the targets; with software rendering, the targets are in memory
   bool composed = false;
-  double most_frames_per_second = 120;  // Hz, limit of the frame rate if presenting does not wait for the screen
+  double most_frames_per_second = 120;  // Hz, largest frame rate if presenting does not wait for the screen
 };
 /// Returns the Vulkan extensions that Device::create needs for a window. Throws Error if there is no desktop.
 std::vector<const char*> window_extensions();

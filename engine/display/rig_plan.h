@@ -27,8 +27,8 @@ struct BenchSpec {
   dvec3 arm_box{0, 0, 0};       // m, width, depth and height of the arm's workspace around the middle of the workspace
   double hand_room = 0.04;      // m, clearance between workspace and glass for the hand above the tool
   double head_room = 0.1;       // m, clearance between the eyes and the panel
-  // dioptres, limit of the difference in focus between the picture and objects that appear in front of it or behind it:
-  // the eye's depth of focus (Campbell 1957)
+  // dioptres, largest difference in focus between the picture and objects that appear in front of it or behind it; it
+  // is the eye's depth of focus (Campbell 1957)
   double comfort = 0.3;
 };
 

@@ -1,6 +1,7 @@
-// Supervises a thread that calls a headset's runtime. The runtime is foreign code: a call may take seconds or never
-// return. A second thread, the watching thread, measures the duration of the call and can abandon the calling thread.
-// An abandoned thread never executes this program's code again, so the data that it used can be destroyed.
+// Supervises a thread that calls a headset's runtime. The runtime is not part of this program, and a call may take
+// seconds or never return. A second thread, the watching thread, measures the duration of the call and can abandon the
+// calling thread. An abandoned thread never executes this program's code again, so the data that it used can be
+// destroyed.
 #pragma once
 
 #include <atomic>

@@ -69,7 +69,7 @@ double width_of(std::string_view text, double height) {
   return x * height / font::kSize;
 }
 
-/// Breaks `text` into lines that are at most `most` wide, if possible. A line ends only at a `gap`.
+/// Breaks `text` into lines that are at most `most` wide, if possible. A line ends only where the text contains `gap`.
 std::vector<std::string> broken_at(std::string_view gap, std::string_view text, double most, double height) {
   std::vector<std::string> lines;
   for (std::size_t from = 0; from <= text.size();) {
@@ -257,8 +257,8 @@ class Painter {
 }  // namespace
 
 std::string spindle_text(double krpm, const HudWords& words) {
-  // krpm, limit: slower speeds are rounded to 10 rpm; implant drills and reamers are slower than this, turbines
-  // always faster
+  // krpm, speeds below this are rounded to 10 rpm; implant drills and reamers are slower than this, turbines are always
+  // faster
   constexpr double kSlow = 10;
   const bool slow = krpm < kSlow;
   return fmt::format(fmt::runtime(slow ? words.rpm : words.krpm),
@@ -323,8 +323,8 @@ std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
   const Map map{place, hud.upright, turned ? 1 / pixels : pixels};
   const std::string speed = spindle_text(hud.speed_krpm, hud.words), force = force_text(hud);
 
-  // The text height is proportional to the picture's height, but at least the readable minimum. The text is never wider
-  // than the picture.
+  // The text height is proportional to the picture's height, but never smaller than the smallest readable height. The
+  // text is never wider than the picture.
   const double least = has_chinese(hud.tool + speed + hud.hint) ? kLeastChinese : kLeastLetters;
   double h = std::max({kLetters, hud.least_letters, 2 * least / (turned ? place.x : place.y)});
   const double room = 2 * (map.aspect - kMargin - kPad);

@@ -59,8 +59,8 @@ struct DeviceOptions {
   bool present = false;                          // true: the device must support swapchains
   bool doubles = false;                          // true: the device must support double precision in shaders
   std::string prefer;  // part of the preferred device's name; empty: GPUs are preferred to CPU devices
-  // For headsets, the runtime creates instance and device itself (XR_KHR_vulkan_enable2), through these functions. If
-  // they are empty, Vulkan creates instance and device.
+  // For headsets, the headset's runtime creates instance and device itself (XR_KHR_vulkan_enable2), through these
+  // functions. If they are empty, the program creates them through Vulkan.
   std::function<VkResult(const VkInstanceCreateInfo&, VkInstance&)> create_instance;
   std::function<VkPhysicalDevice(VkInstance)> choose_physical;
   std::function<VkResult(VkPhysicalDevice, const VkDeviceCreateInfo&, VkDevice&)> create_device;
@@ -132,7 +132,7 @@ struct FrameRing {
   };
   std::array<Slot, kSlots> slots;
   std::uint64_t submitted = 0;  // number of the frame that is being recorded or was last submitted
-  // number of the last frame that the GPU has finished; all earlier frames are finished, too
+  // number of the newest frame that the GPU has finished; all earlier frames are finished, too
   std::uint64_t finished = 0;
 
   static FrameRing create(Device& device);

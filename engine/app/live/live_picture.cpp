@@ -350,7 +350,10 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
     return;
   }
   drew_last_ = false;
-  if (options_.embedded) return;  // the operator's window itself waits between two frames
+  // After half a second without motion, this loop checks the hand's motion only forty times per second, to save
+  // computing time. A mouse event ends the wait between two checks early. Events of other hands do not end it, because
+  // some hands send a thousand events per second.
+  if (options_.embedded) return;
   // After half a second without motion, this loop checks the hand's motion only forty times per second. A mouse event
   // ends the wait early. Events of other hands do not, because some hands send a thousand events per second.
   if (last_turn_ - last_drawn_ > kNanosPerSecond / 2) stage_->output().wait(25'000'000);
@@ -373,11 +376,11 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
     wiring.pictures_to_recorder.push(
         {last_turn_, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder_.place()});
   }
-  // With software rendering, the CPU also composes and presents the picture. So the cost of a frame is measured as the
-  // time between two consecutive frames.
+  // With software rendering, the CPU also composes and presents the picture. The cost of a frame must include this
+  // work, time between two consecutive frames.
   const bool on_end = std::exchange(drew_last_, true) && stage_->device().processor && !options_.embedded;
-  // In a picture at rest, only bricks whose level of detail changes are redrawn, a few per frame. The cost of such a
-  // frame does not predict the cost of a better quality. If it were used, the quality would rise and fall for ever.
+  // While the picture is at rest, only a few bricks are redrawn per frame. The short time of such a frame must not
+  // raise the quality. Otherwise the quality would rise and fall again and again.
   const bool refined = stats.redrawn < 1 && stage_->tool_at_rest() && tick.cuts == ladder_cuts_;
   ladder_cuts_ = tick.cuts;
   if (!refined && ladder_.frame_took(on_end && dt > ladder_.slow() ? std::max(dt, took.cost()) : took.cost())) {

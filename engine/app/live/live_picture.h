@@ -25,7 +25,8 @@ namespace typodont {
 class LivePicture {
  public:
   struct Options {
-    bool operated = false;  // true: the operator's window shows the session's texts, so the picture shows none
+    // true: the operator's window shows the texts of the session, so this picture shows no texts
+    bool operated = false;
     bool steered = false;   // true: an experiment asks about the force, so the picture does not show the force
     bool embedded = false;  // true: the picture appears in the operator's window; false: it has its own window
     /// true: draws dots and a ring that show the point below the tool, for a hand that the user sees only on the screen
@@ -94,8 +95,8 @@ class LivePicture {
   const QualityLadder& ladder() const { return ladder_; }
   std::uint64_t frames() const { return frames_; }
   std::uint64_t own_frames() const { return own_frames_; }
-  /// Returns an upper bound of the time (ns) at which the first picture appeared on the screen; 0 if no picture was
-  /// shown.
+  /// Returns the time (ns) at which the first picture appeared on the screen, or a slightly later time; 0 if no picture
+  /// was shown.
   Nanos first_shown() const { return first_shown_; }
   /// The next functions return smoothed times (s): drawing time of a frame, interval between two frames, and estimated
   /// latency from hand to screen.

@@ -14,8 +14,8 @@ using namespace std::chrono_literals;
 
 namespace {
 
-// Period of the recorder's loop. If the program is killed, the data of at most 20 periods is lost. The ring of ticks
-// holds eight seconds at 4 kHz.
+// Period of the recorder's loop. If the program is killed, at most the data of the last 20 periods is lost. The ring
+// buffer of ticks holds the ticks of eight seconds at 4 kHz.
 constexpr auto kTurn = 25ms;
 
 }  // namespace
@@ -28,12 +28,12 @@ void RecorderTurns::turn() {
   Cut cut;
   PatchUse use;
   StrokeEdit edit;
-  // Counts the waiting ticks first, and stores only these ticks in this call of turn(). Their patches and cuts are
-  // already in the other rings. So no tick is ever stored without its patches and cuts.
+  // Counts the waiting ticks first, and stores only these ticks in this call of turn(). Their patches and cuts were put
+  // into the other ring buffers before them. So no tick is ever stored without its patches and cuts.
   const std::size_t ticks = wiring.ticks_to_recorder.ready();
   while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
-  // Edits are read after patches. So if a patch was made because of an edit, the edit is stored in the same call of
-  // turn().
+  // Patches are read first, then edits. If an edit caused one of these patches, the edit was sent before it, so it is
+  // stored in the same call of turn().
   while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
   LoosePiece piece;
   while (wiring.pieces_to_recorder.pop(piece)) writer.append(event_of(piece));

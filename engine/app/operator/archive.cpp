@@ -66,7 +66,7 @@ haptics::ReadTissueMesh read_scanned(const NewTooth& tooth) {
       read.repairs.insert(read.repairs.begin(), "taken as metres: at a millimetre a unit it is too small");
       return read;
     } catch (const Error&) {
-      throw e;  // reading in metres also failed, so the first error is reported
+      throw e;  // reading in metres failed too, so the error of the first reading is reported
     }
   }
 }

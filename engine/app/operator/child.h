@@ -9,12 +9,12 @@
 
 namespace typodont {
 
-/// Niceness (priority) of a process that gets the processor only while no other process needs it.
+/// Niceness (scheduling priority) of a process that gets the processor only while no other process needs it.
 inline constexpr int kLowestPriority = 19;
 
-/// Runs `typodont ARGUMENTS` and waits for its end. Returns its output; its progress goes to `progress`. On
-/// cancellation, the process is asked to end, and killed if it does not end. `nice`: niceness of the process, 0 to 19.
-/// Throws Cancelled, or RunFailure with the process's last message if it fails without output.
+/// Runs `typodont ARGUMENTS` and waits for its end. Returns its output, and passes its progress to `progress`. If the
+/// user cancels, the process is asked to end; if it does not end, it is killed. `nice`: niceness of the process, 0 to
+/// 19. Throws Cancelled, or RunFailure with the process's last message if it fails without output.
 std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice = 0);
 
 /// Programs that were started and run independently of the window. Their failures are detected. Main thread.

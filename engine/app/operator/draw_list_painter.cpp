@@ -23,7 +23,8 @@ struct Place {
   std::int32_t layer;
 };
 
-// Limit of the number of images whose content is remembered. It is larger than the number of images of a swapchain.
+// The painter remembers the content of at most this number of images. It is larger than the number of images of a
+// swapchain.
 constexpr std::size_t kRemembered = 8;
 
 VkRect2D rectangle(const display::Part& p) {
@@ -119,7 +120,8 @@ std::optional<std::vector<display::Part>> DrawListPainter::record(VkCommandBuffe
   const bool whole = all || !fits || held == holds_.end() || held->second.size() != tiles.size();
   const std::vector<display::Part> parts = whole ? std::vector{display::Part{0, 0, target.size.x, target.size.y}}
                                                  : differing_parts(held->second, tiles, target.size);
-  // The map holds_ also contains images that no longer exist, so it is cleared sometimes.
+  // Images are destroyed, but their entries in the map holds_ remain. So the map is cleared when it has become too
+  // large.
   if (whole && holds_.size() > kRemembered) holds_.clear();
   if (fits)
     holds_[target.image] = std::move(tiles);

@@ -11,7 +11,7 @@ namespace typodont {
 namespace {
 
 constexpr int kTile = 32;  // pixels, side of the square tiles into which the window is divided
-// Limit of the number of parts. An element that overlaps several parts is drawn once for each, so many parts take
+// Largest number of parts. An element that overlaps several parts is drawn once for each part, so more parts would take
 // longer.
 constexpr std::size_t kMostParts = 12;
 

@@ -13,8 +13,8 @@ struct ImDrawData;
 
 namespace typodont {
 
-/// Returns one hash per tile, row by row. `textures`: a number for each texture of the lists, which changes with its
-/// content.
+/// Returns one hash per tile, row by row. `textures`: one number for each texture in the draw lists; the number changes
+/// whenever the texture's content changes.
 std::vector<std::uint64_t> drawn_tiles(const ImDrawData& lists, display::ivec2 size,
                                        std::span<const std::uint64_t> textures);
 

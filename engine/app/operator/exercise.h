@@ -36,8 +36,8 @@ struct NewExercise {
   std::optional<std::vector<RuleChoice>> rules;  // all rules of the score; empty: the base scene's rules
 };
 
-/// Error: the exercise was not written, because one of the rules of its score is invalid. The members name the rule and
-/// the fault, so that the caller can report the error in the user's language.
+/// Error that is thrown if one of the rules of the exercise's score is invalid. The exercise is then not written. The
+/// members name the rule and the fault, so that the caller can report the error in the user's language.
 class RuleRefused : public Error {
  public:
   RuleRefused(const Error& why, std::string name, bool without_target)
@@ -54,9 +54,9 @@ std::vector<RuleChoice> rule_choices(const Scene& base);
 /// Makes the scene's JSON text. `ideal_file`: path of the ideal, relative to the scene; empty: the base scene's ideal.
 std::string exercise_json(const NewExercise& exercise, const std::string& ideal_file);
 
-/// Writes ~/Typodont/scenes/NAME.json, and the ideal beside it as NAME-ideal. An exercise of the same name is replaced.
-/// Before that, both files are checked as a session would use them. Returns the scene's file. Throws Error
-/// (RuleRefused) or Cancelled; then no file has changed.
+/// Writes ~/Typodont/scenes/NAME.json, and the ideal beside it as NAME-ideal. Before that, checks both files in the
+/// same way as a session. Then replaces any exercise of the same name. Returns the scene's file. Throws Error
+/// (RuleRefused) or Cancelled; in both cases, no file has changed.
 std::filesystem::path write_exercise(const NewExercise& exercise, Progress& progress);
 
 }  // namespace typodont

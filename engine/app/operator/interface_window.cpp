@@ -297,8 +297,8 @@ void InterfaceWindow::begin(bool emergency_stop) {
   last_frame_ = t;
   const display::ivec2 size = output_->size();
   io.DisplaySize = {static_cast<float>(std::max(size.x, 1)), static_cast<float>(std::max(size.y, 1))};
-  // ImGui 1.86 reads only the state of each key, once per frame. So the queue returns at most one event per key and
-  // frame.
+  // ImGui 1.86 reads the state of each key once per frame, so it misses a key that is pressed and released between two
+  // frames. Therefore the queue returns at most one event per key and frame.
   for (const KeyQueue::Key& key : keys_.next(emergency_stop)) {
     if (key.typed)
       io.AddInputCharacter(key.typed);

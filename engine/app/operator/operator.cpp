@@ -42,8 +42,9 @@ using namespace std::chrono_literals;
 
 constexpr double kIdleFrame = 60;        // s, time between two frames while nothing happens
 constexpr Nanos kIdleWait = 25'000'000;  // ns, time between two checks for changes that the desktop does not report
-constexpr Nanos kBriefWait = 4'000'000;  // ns, threshold: if waiting for events took less time, the loop sleeps, too
-constexpr double kSessionFrame = 0.05;   // s, time between two frames of this window during a session
+// ns, if the loop waited less than this time for events, it also sleeps, so that it uses less computing time
+constexpr Nanos kBriefWait = 4'000'000;
+constexpr double kSessionFrame = 0.05;  // s, time between two frames of this window during a session
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 
 /// The program with a window. It draws the pages frame by frame, and executes their requests between two frames.
@@ -256,8 +257,8 @@ class Operator {
     return made && made->unsaved && !desk_.running();
   }
 
-  /// Handles the user's answer to the question about unsaved work. The request that led to the question waits for this
-  /// answer.
+  /// Handles the user's answer to the question about unsaved work. The request that caused the question is executed or
+  /// dropped, according to the answer.
   void answer(Ask ask) {
     if (ask != Ask::kLeaveKept && ask != Ask::kLeaveDropped && ask != Ask::kStay) return;
     const Request wanted = *std::exchange(s_.leaving, {});

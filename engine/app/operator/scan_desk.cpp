@@ -79,7 +79,7 @@ void ScanDesk::begin_full(const LabelRequest& request) {
         options.progress = [&](double done) { progress.at(done); };
         try {
           result->labels = scan->import(options);
-        } catch (const Cancelled&) {  // the review must know that these labels will not be computed
+        } catch (const Cancelled&) {  // tells the review that these labels will not be computed
         } catch (const Error& e) {
           result->failure = e.what();
         }

@@ -24,7 +24,7 @@ struct Authored {
   bool unsaved = false;  // true: tissue was painted or drilled, and not yet saved as an exercise
 };
 
-/// Result of a session that has no recording and must be scored from this data.
+/// Data of a finished session that has no recording. Its score is computed from this data.
 struct Unscored {
   Scene scene;
   haptics::TissueVolume tissue;
@@ -45,9 +45,9 @@ class SessionDesk {
   /// Returns true if nothing on the session's page, except the clock, has changed or will change without input. Valid
   /// after step().
   bool at_rest() const { return at_rest_; }
-  /// Ends the session and moves the recording to its final folder. `why`: reason if the session ended abnormally.
-  /// Returns the session's result if it must be scored without a recording. Returns null if there is a recording, or if
-  /// there is nothing to score (authoring mode, or a session that failed).
+  /// Ends the session and moves the recording to its final folder. `why`: reason if the session ended abnormally. If
+  /// the session has no recording but must be scored, returns the data for the score; otherwise null. A session in
+  /// authoring mode and a session that failed are not scored.
   std::shared_ptr<const Unscored> end(const std::string& why);
 
   /// Executes a request that concerns a running session. Returns false for any other request.
@@ -58,8 +58,8 @@ class SessionDesk {
   Authored* authored() { return authored_.get(); }
   void forget_authored() { authored_.reset(); }
 
-  /// Frees the picture. Call it before the window's GPU device is destroyed. The session continues without a picture
-  /// until there is a new device.
+  /// Frees the picture. Call it before the window's GPU device is destroyed. Until there is a new device, the session
+  /// continues without a picture.
   void drop_picture();
   void make_picture();
 

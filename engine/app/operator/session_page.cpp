@@ -87,8 +87,8 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     dim(fmt::format("/ {:.0f}{}", s.score.full, s.score_current ? "" : "  …"));
   }
   for (const session::ScoreItem& item : s.score.items) {
-    // Threshold of the completed fraction of the task. Below it, the items of the score are drawn without the colours
-    // for good and bad scores.
+    // If less than this fraction of the task is completed, the items of the score are drawn without the colours for
+    // good and bad scores.
     constexpr double kBegun = 0.05;
     const float fraction =
         item.full > 0 && s.score.completion > kBegun ? static_cast<float>(item.points / item.full) : -1;
@@ -156,7 +156,7 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::BeginChild("live", size, false, ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoNav);
   s.live_hovered = false;
   s.live_input.left = s.live_input.right = s.live_input.middle = s.live_input.shift =
-      false;  // reset first, because the pointer moves the hand only while it is over the picture
+      false;  // set to false first; it becomes true only if the mouse pointer is over the picture
   s.live_input.wheel = 0;
   // A picture that this window draws fills the available area. A picture that another window draws keeps its aspect
   // ratio.

@@ -203,7 +203,7 @@ constexpr std::size_t kModelQuestion = 3;
 struct ExperimentForm {
   int question = 0;                 // index of the question in kExperimentQuestions
   std::array<int, 2> models{0, 1};  // the two compared contact models, as indices in OperatorState::models
-  // Limit of the number of trials for each question. For a comparison of models, it is the exact number.
+  // Largest number of trials for each question. In a comparison of models, exactly this number is run.
   std::array<int, 4> trials{150, 150, 150, 40};
   float seconds = 4;  // s, duration of each stimulus
 };

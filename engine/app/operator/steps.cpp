@@ -9,12 +9,12 @@ namespace typodont {
 
 namespace {
 
-// ns, threshold: a step with the action "touch" is done after this total time in contact
+// ns, a step with the action "touch" is done when the tool has been in contact for this total time
 constexpr Nanos kTouch = 500'000'000;
 constexpr double kDrilled = 0.05 * kCubicMillimetre;
-// m, threshold: a step with the action "move" is done after a path of this length
+// m, a step with the action "move" is done when the tool has moved along a path of this length
 constexpr double kMoved = 10 * kMillimetre;
-// m, threshold of the motion between two ticks; a larger motion is an error of the input, and is ignored
+// m, a larger motion between two ticks is an error of the input, and is ignored
 constexpr double kMost = 20 * kMillimetre;
 
 }  // namespace

@@ -13,14 +13,15 @@ namespace {
 constexpr double kCoarse = 4e-4;
 // m, grid spacing of the distance field on which the film flows; a cavity must be several cells wide
 constexpr double kFilm = 3e-4;
-constexpr double kFilmShown = 0.05;   // s, time between two updates of the picture of the film
-constexpr double kCutSteps = 0.1e-3;  // m, after each motion of this length, the head's cut is applied to the field
-constexpr double kPressed = 0.05;     // threshold of the pedal's position, 0..1; above it, the handpiece sprays
+constexpr double kFilmShown = 0.05;  // s, time between two updates of the picture of the film
+// m, each time that the head has moved by this length, its cut is applied to the field
+constexpr double kCutSteps = 0.1e-3;
+constexpr double kPressed = 0.05;  // the handpiece sprays while the pedal's position (0..1) is larger than this
 constexpr float kLeastShown =
     3e-5f;  // m, smallest drawn diameter; a smaller particle is drawn with this diameter, but fainter
 // The finest chips are drawn as mist: large and transparent. The values must equal those in shaders/debris.comp.
 constexpr float kMistChip = 12e-6f;  // m, radius; a smaller chip is drawn as mist
-// number of cuts whose chips are created together if the CPU draws the pictures (software rendering)
+// with software rendering, the chips of this number of cuts are created together
 constexpr int kLumps = 8;
 constexpr float kMistWidth = 2.5f, kMistOpacity = 0.16f;
 
@@ -67,7 +68,7 @@ DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolu
 void DebrisView::use(gpu::Device* device) {
   cloud_.reset();
   // With software rendering, drawing a chip takes as long as drawing some triangles of the tooth. So fewer chips are
-  // created, each with more mass.
+  // created, and each stands for more mass.
   batch_size_ = device && device->processor ? kLumps : 1;
   if (!device || device->processor || water_) return;
   newborn_.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options_.most_per_cut));

@@ -31,8 +31,8 @@ struct WaterPlan {
   std::optional<Nozzles> nozzles;
   bool on = false;  // true: the spray is on at the start
   glm::dvec4 drain{
-      // The plane at which the film ends, because below it the tooth is inside the gum: the film exists at points p_W
-      // with dot(drain, (p_W, 1)) >= 0. Zero: the film ends nowhere.
+      // The plane at which the film ends. The film exists only at points p_W with dot(drain, (p_W, 1)) >= 0, because
+      // below this plane the tooth is inside the gum. Zero: there is no such plane.
       0};
 };
 
@@ -97,8 +97,8 @@ class DebrisView {
     debris::SpraySource source;
     bool bur = false;        // true: the bur is the source of the spray, and `source` is valid
     double since_shown = 0;  // s, time since the film's picture was last updated
-    // uncut: pose of the head at the last cut, if this cut is not yet applied to the water's distance field; cut_at:
-    // pose of the head at the last cut that was applied
+    // uncut: pose of the head at the latest cut, if this cut has not yet been applied to the water's distance field;
+    // cut_at: pose of the head at the latest cut that has been applied to it
     std::optional<Pose> uncut, cut_at;
     std::optional<std::uint32_t> tool;  // number of the tool for which `head` and `reach` were computed
     haptics::HeadField head;

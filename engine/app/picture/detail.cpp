@@ -5,7 +5,7 @@
 namespace typodont {
 
 namespace {
-// ratio between new and old tolerance; the tooth is meshed again if the ratio is larger than this
+// if the new tolerance differs from the old one by more than this factor, the tooth is meshed again
 constexpr float kStep = 1.3f;
 }  // namespace
 

@@ -13,7 +13,7 @@ namespace {
 constexpr double kWaterDepth = 80e-6;
 // m, height of solids that hides 63 % of the surface: grains of 5 to 10 µm hide an area equal to their cross-section
 constexpr double kSolidsDepth = 4e-6;
-// threshold of the change of a texel, of 255; a smaller change is not visible and not drawn
+// of 255, a texel that changes by less than this is not drawn again, because the change is not visible
 constexpr int kVisible = 10;
 
 std::uint8_t byte(double fraction) {
@@ -85,8 +85,8 @@ void FilmPicture::update(debris::Film& film) {
   }
 }
 
-/// Writes the texel of a sample. A sample without a film cell gets the mean of its neighbours with a cell. Otherwise
-/// the interpolated film would fade near the surface.
+/// Writes the texel of a sample. A sample that lies in no film cell gets the mean of its neighbours that lie in one.
+/// Otherwise the interpolated film would fade near the surface.
 void FilmPicture::write(const debris::Film& film, const glm::ivec3& sample) {
   render::FilmTexel texel = own_[index(sample)];
   if (!film.has_cell(sample)) {

@@ -21,7 +21,7 @@ class FilmPicture {
   std::uint64_t version() const { return version_; }
   std::uint64_t texels_written() const { return texels_written_; }
 
-  /// Marks what a renderer has already received: the version of the film.
+  /// States which version of the film a renderer has already received.
   struct Shown {
     const FilmPicture* picture = nullptr;
     std::uint64_t version = 0;

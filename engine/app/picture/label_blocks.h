@@ -18,7 +18,7 @@ class LabelBlocks {
   explicit LabelBlocks(const DrawnAs& drawn_as = {}) : drawn_as_(drawn_as) {}
   /// Discards all blocks, because the volume may have changed.
   void forget();
-  /// Loads the blocks that contain the voxels from low to high.
+  /// Loads the blocks that contain the voxels from `low` to `high`.
   void look_at(const haptics::TissueVolume& volume, const glm::ivec3& low, const glm::ivec3& high);
   /// Returns the origin (voxels) of the coordinates that at() expects. Within the loaded blocks, these coordinates are
   /// positive.
@@ -28,7 +28,7 @@ class LabelBlocks {
     return (*around_[static_cast<std::size_t>((b.x * count_.y + b.y) * count_.z + b.z)])[static_cast<std::size_t>(
         in.x << 2 * kShift | in.y << kShift | in.z)];
   }
-  /// Returns the tissue that all loaded blocks contain besides air. Air if they contain several tissues, or only air.
+  /// If the loaded blocks contain only one tissue besides air, returns this tissue; otherwise returns air.
   Tissue only() const { return only_; }
 
  private:
@@ -36,7 +36,7 @@ class LabelBlocks {
   using Labels = std::array<Tissue, kSide * kSide * kSide>;
   struct Block {
     Labels labels;
-    Tissue only;  // the tissue that this block contains besides air; air if it contains several tissues, or only air
+    Tissue only;  // If the voxels of this block contain only one tissue besides air, this tissue; otherwise air.
     bool empty;   // true: the block contains only air
   };
 

@@ -18,16 +18,17 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// ns, limit of the time that one call of give() may spend on passing bricks to a picture
+// ns, one call of give() spends at most this time on passing bricks to a picture
 constexpr Nanos kGiveFor = 4'000'000;
 constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
 // ns, time between two copies of the tissue; a copy blocks the carver for some milliseconds
 constexpr Nanos kBodiesInterval = 120'000'000;
 // niceness (scheduling priority) of the computing thread; servo and picture have a higher priority
 constexpr int kNice = 5;
-// m, limit of the distance from the ideal up to which differences are computed
+// m, differences from the ideal are computed only up to this distance
 constexpr double kDifferenceReach = 3e-3;
-constexpr std::size_t kMostUnexplored = 600'000;  // limit of the number of ticks that wait for evaluation: ten minutes
+// largest number of ticks that wait to be evaluated: the ticks of ten minutes
+constexpr std::size_t kMostUnexplored = 600'000;
 
 constexpr std::array kInside = {render::kSectionFace, render::kSectionFaceAround, render::kInsidePulp,
                                 render::kInsideCaries, render::kInsideDentin};
@@ -201,7 +202,7 @@ bool LiveViews::advance() {
   }
   for (Made& m : made) {
     Picture& p = pictures_[index(m.eyes)];
-    // the requested Look (the settings of the picture) has changed since the computation began, so the result is not
+    // the requested Look (the settings of the picture) has changed since this computation began, so its result is not
     // used
     if (!p.stage || !(m.wish == p.wish)) continue;
     for (const Body& body : m.bodies) {

@@ -28,8 +28,8 @@ enum class Eyes { kTrainee, kOwn };
 
 class LiveViews {
  public:
-  /// `tissue`: used only in the constructor. `around`: must outlive this object. `judged`: true if the score so far is
-  /// also computed.
+  /// `tissue`: used only in the constructor. `around`: must outlive this object. `judged`: true if the score must also
+  /// be computed during the session.
   LiveViews(const Scene& scene, const haptics::TissueVolume& tissue, const Surroundings& around, Wiring& wiring,
             bool judged);
   /// Waits until the thread has finished its present work.
@@ -74,7 +74,7 @@ class LiveViews {
   struct Wish {
     Look look;
     glm::dvec4 plane{0};
-    /// number of the stage (PictureStage) that draws this picture; it increases when the picture gets a new stage
+    /// number of the stage (PictureStage) that draws this picture; when another stage draws it, the number increases
     int stage = 0;
     bool operator==(const Wish&) const = default;
     /// Returns true if the settings of the picture (its Look) request other bodies than the tooth's surface, for

@@ -39,7 +39,8 @@ double MirrorFog::fog() const {
 }
 
 MirrorAir MirrorFog::air(const MouthMirror& mirror, const ServoTick& tick, bool spraying) const {
-  constexpr double kMouth = 50e-3;  // m, threshold: a glass nearer than this to the patient's mouth is in the mouth
+  // m, a glass that is nearer than this to the patient's mouth is assumed to be inside the mouth
+  constexpr double kMouth = 50e-3;
   return {.in_mouth = mouth_ && glm::length(mirror.X_WM.p - *mouth_) < kMouth,
           .water = spraying && tick.spindle != 0 ? std::clamp(tick.pedal, 0.0, 1.0) : 0,
           .p_WT = tick.X_WG.p};

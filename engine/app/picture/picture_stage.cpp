@@ -56,8 +56,8 @@ void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& 
   }
 }
 
-/// Returns true if the light that bodies reflect to each other need not be computed again, because the lamps have moved
-/// only a little with the user's head.
+/// Returns true if the lamps have moved only a little with the user's head. Then the light that bodies reflect to each
+/// other need not be computed again.
 bool same_light(const render::Lights& a, const render::Lights& b) {
   const double near = std::cos(0.5 * kDegree);
   const auto close = [&](const dvec3& p, const dvec3& q) {
@@ -329,7 +329,7 @@ void PictureStage::follow_size() {
   if (size == screen_size_ || size.x <= 0 || size.y <= 0) return;
   ring_.wait_idle(device_);
   screen_size_ = size;
-  // With frame-sequential stereo, the window's surface has one layer per eye, and each layer is as large as the window.
+  // With frame-sequential stereo, the image of the window has one layer per eye. Each layer is as large as the window.
   const bool layers = options_.window && rig_.screen.layout == display::Layout::kFrameSequential;
   renderer_->resize(layers ? size : display::eye_pixels_in(rig_.screen.layout, size));
 }
@@ -377,7 +377,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
                                       const std::string& hint) {
   const Nanos began = now();
   if (output_ && !output_->visible()) {
-    missed_ = true;  // a minimised window may lose its content, so the next frame must be drawn
+    missed_ = true;  // the content of a minimised window may be lost, so the next frame must be drawn
     return {};
   }
   follow_size();

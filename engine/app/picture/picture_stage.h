@@ -49,8 +49,8 @@ double drawn_spin(const haptics::Tool& tool, double spindle);
 /// Gives the meshes of the surroundings to the renderer. `coarse`: true chooses the coarse meshes.
 void surround(render::Renderer& renderer, const Surroundings& around, bool coarse = false);
 
-/// Returns a box outside which the scene can never have tissue. Empty if tissue can appear anywhere, because a tool of
-/// the tool set adds tissue or because redo can restore earlier cuts.
+/// Returns a box that contains all tissue that the scene can ever have. Empty if tissue can appear anywhere, because a
+/// tool of the tool set adds tissue, or because redo can restore earlier cuts.
 std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics::TissueVolume& tissue);
 
 /// Adds the statistics of a frame to the work counts.

@@ -11,9 +11,9 @@ namespace typodont {
 
 class QualityLadder {
  public:
-  /// Frames that take longer than `slow` (s) lower the quality; frames that take less than `quick` (s) raise it. Each
-  /// time a raised quality proves too slow, the wait before the next raise becomes longer. The default of `slow` is a
-  /// little less than 1/30 s, so that 30 frames per second are reached. `first`: level at the start.
+  /// A frame that takes longer than `slow` (s) lowers the quality; a frame that takes less than `quick` (s) raises it.
+  /// If the quality is raised and then proves too slow, the wait before the next raise becomes longer. The default of
+  /// `slow` is a little less than 1/30 s, so that 30 frames per second are reached. `first`: level at the start.
   explicit QualityLadder(double slow = kSlow, double quick = 1.0 / 90, std::size_t first = 1)
       : slow_(slow), quick_(quick), step_(first), mean_((slow + quick) / 2) {}
   /// Makes a ladder for software rendering. It starts at a quality that a CPU can draw. The next better quality takes
@@ -38,7 +38,7 @@ class QualityLadder {
     if (fixed_) return false;
     // The first frames of a level are ignored, because they include the creation of its pipelines.
     if (fresh_ > 0) return --fresh_, false;
-    // The time of a frame counts only up to a limit, so that a single delayed frame does not lower the quality.
+    // The time of a single frame has only a limited effect, so that one delayed frame does not lower the quality.
     mean_ += 0.15 * (std::min(seconds, 2 * slow_) - mean_);
     ++frames_;
     const bool much_too_slow = frames_ >= kHurry && mean_ > 1.4 * slow_;
@@ -51,7 +51,8 @@ class QualityLadder {
   }
 
  private:
-  static constexpr double kSlow = 1.0 / 33;  // s, default of the time of a frame above which the quality is lowered
+  // s, default of `slow`: if a frame takes longer than this, the quality is lowered
+  static constexpr double kSlow = 1.0 / 33;
   static constexpr int kFresh = 2, kHurry = 4, kSettled = 12, kTrial = 240, kFirstPatience = 60,
                        /// longest wait before the quality is raised again, as a number of frames
       kMostPatience = 7200;
@@ -66,7 +67,7 @@ class QualityLadder {
     return true;
   }
 
-  /// s, the quality is lowered if a frame takes longer than slow_, and raised if it takes less than quick_
+  /// s, if a frame takes longer than slow_, the quality is lowered; if it takes less than quick_, it is raised
   double slow_, quick_;
   std::size_t step_;
   int frames_ = 0, fresh_ = kFresh, patience_ = kFirstPatience, changes_ = 0;

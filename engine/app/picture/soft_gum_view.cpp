@@ -126,8 +126,8 @@ void SoftGumView::add_brick(const SurroundingMesh& mesh, const render::MeshUpdat
     double sum = 0;
     dvec3 slope(0);
     near_points(mesh.origin + dvec3(vertex.p), [&](std::uint32_t point, const dvec3& off) {
-      // The normal of the gum's point and the normal of the vertex point in opposite directions. So the vertex lies on
-      // the far side of a thin layer of gum, which the point does not move.
+      // The normals of the gum's point and of the vertex have opposite directions. So the vertex lies on the far side
+      // of a thin layer of gum, and the point does not move it.
       if (glm::dot(surface_->points()[point].n_W, dvec3(vertex.n)) < 0) return;
       const double inside = 1 - glm::dot(off, off) / (reach * reach);
       const dvec3 change = 4 * inside / (reach * reach) * off;

@@ -190,8 +190,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
     const auto seen_at = [&](float way) { return labels_.at(glm::ivec3(start + way * inward)); };
     const Tissue outside = own(v);
-    // On the dentin's side of a boundary to enamel, the enamel has no thickness, so it has the colour of the dentin
-    // below it. The shader interpolates this colour, and the boundary has no step of colour.
+    // On the dentin's side of the boundary to enamel, the enamel layer has the thickness zero. So its colour there is
+    // the colour of the dentin below it. The shader interpolates between both sides, so no step of colour is visible.
     if (outside == Tissue::kDentin && (v.tissue[0] == Tissue::kEnamel || v.tissue[1] == Tissue::kEnamel)) {
       v.under = Tissue::kDentin, v.shows = 1;
       continue;
@@ -211,8 +211,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
       v.under = found;
       v.depth = far * static_cast<float>(voxel);
       v.shows = left * std::sqrt(left);
-      // Caries that begins one or two voxels below the vertex belongs to the edge of a lesion at the surface, which is
-      // drawn there anyway. Only deeper caries is drawn as a lesion below the surface.
+      // Caries that begins one or two voxels below the vertex is the edge of a lesion that reaches the surface. The
+      // surface already shows this lesion. Only deeper caries is drawn as a lesion below the surface.
       if (found == Tissue::kCaries) v.shows *= std::clamp(0.5f * (far - 1), 0.f, 1.f);
       break;
     }

@@ -186,8 +186,8 @@ session::ImplantPlan ImplantPlanner::proposal(const ImplantProcedure& procedure)
         near_tooth = tissue_.is_tooth(p_W);
         return !near_tooth;
       });
-      // The fraction of the implant's surface that lies in bone is most important. If this fraction is equal for two
-      // positions, the distances to canal and teeth decide.
+      // The position with the larger fraction of the implant's surface in bone is better. If both fractions are equal,
+      // the distances to canal and teeth decide.
       const double margin = std::clamp(clearance / procedure.canal_margin, 0.0, 1.0);
       const double middle = glm::length(dvec2(x, y) - 0.5 * dvec2(lo + hi)) / glm::length(dvec2(hi - lo));
       const double value =

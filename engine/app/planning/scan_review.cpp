@@ -16,9 +16,9 @@ constexpr double kMargin = 1.06;
 constexpr double kSmallestWidth = 10e-3;  // m, smallest width of the part that a section shows
 // Number of samples of a coarse preview. So many labels can be computed in about a second.
 constexpr double kCoarseSamples = 4e5;
-// voxels, distance from the surface up to which a preview of the labels needs distances
+// voxels, a preview of the labels needs distances only up to this distance from the surface
 constexpr double kCoarseBand = 2;
-constexpr double kTooth = 30e-3;                // m, length of a scan; a longer scan shows a jaw, not a single tooth
+constexpr double kTooth = 30e-3;                // m, a scan that is longer than this shows a jaw, not a single tooth
 constexpr std::array<int, 3> kNormal{2, 1, 0};  // for each section, the axis that is perpendicular to it
 
 }  // namespace
@@ -181,7 +181,8 @@ void ScanReview::take(const LabelRequest& request, haptics::Imported labels) {
     const std::vector<haptics::Correction> again = std::exchange(step, {}).corrections;
     for (const haptics::Correction& correction : again) apply(step, correction);
   }
-  // removes the steps that replaced the tissue; they contain no corrections that could be applied again
+  // removes the steps that replaced the whole tissue, because they contain no corrections that could be applied to the
+  // new labels
   std::erase_if(steps_, [](const Step& step) { return step.corrections.empty(); });
   done_ = steps_.size();
 }

@@ -72,7 +72,7 @@ std::vector<std::filesystem::path> folders_of(const std::filesystem::path& sessi
   return folders;
 }
 
-/// Applies the next cut. The numbers of recorded cuts are not consecutive after a gap in the recording, so the carver
+/// Applies the next cut. After a gap in the recording, the numbers of the cuts are not consecutive. So the carver
 /// assigns new numbers.
 void apply_next(haptics::Carver& carver, Cut cut) {
   cut.index = carver.cuts() + 1;

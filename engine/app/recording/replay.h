@@ -20,7 +20,8 @@ class Carver;
 }
 
 struct ReplayResult {
-  // True if all data that the score depends on is equal from the first tick to the last (see stream_check.h).
+  // True if the replay equals the recording in all data that the score depends on, from the first tick to the last (see
+  // stream_check.h).
   bool identical = false;
   bool truncated = false;  // true: the recording was cut off, so it is compared only up to its end
   double seconds = 0;

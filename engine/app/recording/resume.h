@@ -12,8 +12,8 @@
 
 namespace typodont {
 
-/// Returns a copy of the scene that begins with the tissue of this volume (.vdb) or session (.h5). Throws Error if the
-/// file is neither.
+/// Returns a copy of the scene that begins with the tissue in `from`, a volume (.vdb) or a session (.h5). Throws Error
+/// if the file is neither.
 Scene with_resume(const Scene& scene, const std::filesystem::path& file);
 
 /// Loads the tissue at the start of a session with this scene. It is the untouched tissue, or the tissue from which the

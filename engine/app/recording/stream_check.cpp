@@ -16,8 +16,8 @@ void StreamCheck::differs(std::uint64_t tick, std::string what) {
 }
 
 void StreamCheck::volumes(const PerTissue& replayed, const PerTissue& recorded, const char* when) {
-  // Relative tolerance of the comparison of volumes. The file stores mm³, so each number is rounded when it is written
-  // and when it is read.
+  // Relative tolerance of the comparison of removed volumes. The file stores mm³, so each number is rounded when it is
+  // written and again when it is read.
   constexpr double kRounding = 1e-12;
   for (std::size_t i = 1; i < replayed.size(); ++i) {
     if (std::abs(replayed[i] - recorded[i]) > kRounding * std::abs(recorded[i]))
@@ -52,7 +52,7 @@ void StreamCheck::end(const haptics::TissueVolume& tissue) {
   if (!session_.gaps().empty())
     differs(last_tick_, fmt::format("what follows tick {} is not checked: the recording has gaps, {}", last_tick_,
                                     in_words(session_.gaps())));
-  // A recording that was cut off may contain cuts without their ticks. Such cuts are not compared.
+  // If a recording was interrupted, it may contain cuts whose ticks are missing. Such cuts are not compared.
   if (cut_ < cuts.size() && (!session_.truncated() || cuts[cut_].tick <= now_))
     differs(cuts[cut_].tick, fmt::format("cut {}, which the replay does not make,", cuts[cut_].index));
   const auto& result = session_.result();

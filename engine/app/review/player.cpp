@@ -108,7 +108,8 @@ void SessionPlayer::go_on(Nanos t) {
   for (; next_ < deeds_.size() && deeds_[next_].t <= t; ++next_) {
     const Deed& deed = deeds_[next_];
     if (deed.cut) {
-      // The first cut of the playback may have any number. So the carver assigns new numbers to the cuts.
+      // The first cut of the playback may have any number, but the carver expects consecutive numbers. So the carver
+      // assigns new numbers.
       Cut cut = *deed.cut;
       cut.index = carver.cuts() + 1;
       if (carver.begins_stroke(cut)) {
@@ -134,8 +135,8 @@ void SessionPlayer::go_back(Nanos t) {
     next_ = last.first;
     if (last.kind == Done::Kind::kStroke) {
       carver.end_stroke();
-      // If the number of strokes differs, the carver has discarded the last stroke, because it changed nothing. Then
-      // there is nothing to undo.
+      // If the numbers of strokes are not equal, the carver has dropped the last stroke, because it changed nothing.
+      // Then there is nothing to undo.
       if (carver.strokes().done == last.strokes) carver.undo();
     } else if (last.kind == Done::Kind::kUndo) {
       carver.redo();

@@ -58,7 +58,8 @@ class SessionPlayer {
     const Cut* cut = nullptr;  // the cut; null if the change is an edit
     bool redo = false;
   };
-  /// An entry of the list of changes to the tissue, with the data that going back in time needs to revert it.
+  /// A change to the tissue that was played, with the data that is needed to revert it when the playback goes back in
+  /// time.
   struct Done {
     enum class Kind { kStroke, kUndo, kRedo } kind;
     std::size_t first;    // index in deeds_ of the first change that this entry reverts

@@ -15,7 +15,7 @@ namespace typodont {
 
 namespace {
 
-constexpr float kTolerance = 0.3f;  // voxels, limit of the distance between the report's triangles and the surface
+constexpr float kTolerance = 0.3f;  // voxels, largest distance between the report's triangles and the tissue's surface
 
 // limit of the number of label samples per side; they add some hundred kilobytes to a page
 constexpr int kMostLabels = 200;
@@ -34,8 +34,8 @@ session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
   return labels;
 }
 
-/// Limit of the number of triangles that are copied from a tissue mesh; so many triangles add some ten megabytes to a
-/// page. A larger mesh is shown by the surface of its distance field.
+/// Largest number of triangles that are copied from a tissue mesh into the report. With this number, a page has some
+/// ten megabytes. If the mesh has more triangles, the surface of its distance field is shown instead.
 constexpr std::size_t kMostOwnTriangles = 200'000;
 
 /// Makes the 3D model of the report. `own`: true uses the triangles of volume.mesh(), false those of the distance

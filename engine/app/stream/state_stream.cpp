@@ -113,7 +113,8 @@ struct Reader {
   std::string asked;     // the reader's request, as far as it has arrived
   std::string waiting;   // data that was not yet sent to the reader
   bool greeted = false;  // true: the WebSocket handshake is complete
-  // Time since which the reader has made no progress: it received no data, or its request is incomplete.
+  // Time since which the reader has made no progress: it has received no data, or its request has stayed incomplete.
+  // Empty while it makes progress.
   std::optional<Nanos> stuck;
   bool gone = false;
 };
@@ -195,7 +196,7 @@ struct StateStream::Impl {
 
 void StateStream::Impl::tell(Reader& reader, const std::string& text, bool may_skip) {
   const std::string frame = websocket_text_frame(text);
-  // An event may use twice as much memory, because events are rare and must not be skipped.
+  // An event may use twice as much memory as a state. Events are rare, and none may be skipped.
   if (reader.waiting.size() + frame.size() > (may_skip ? kMostWaiting : 2 * kMostWaiting)) {
     ++counts.skipped;
     return;

@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kOverGum = 0.25e-3;  // m, height of the sheet above the edge of the gum
 constexpr double kSheet = 0.7e-3;     // m, thickness of the sheet over the teeth
-constexpr double kTension = 6e-3;     // m, the tight sheet stays flat over hollows up to this width
-// m, distance from the curve of the teeth at which the sheet ends, inside the cheek
+constexpr double kTension = 6e-3;     // m, the stretched sheet is flat over a hollow that is narrower than this
+// m, the sheet ends at this distance from the curve of the teeth, inside the cheek
 constexpr double kSheetTo = 13.5e-3;
 // m, height above the gum to which the frame pulls the edge of the sheet
 constexpr double kLift = 3.2e-3;

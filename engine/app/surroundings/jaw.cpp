@@ -11,11 +11,11 @@ namespace {
 
 constexpr double kFree = 0.5e-3;          // m, height of the gum's edge above the neck of a tooth
 constexpr double kPapillaWidth = 1.8e-3;  // m, width of a papilla (the gum between two teeth)
-// m, distances from the working tooth along the arch: from kTiltFrom to kTiltTo, the tilt of the gum's edge decreases
-// to zero
+// m, distances from the working tooth along the arch. Between kTiltFrom and kTiltTo, the tilt of the gum's edge
+// decreases to zero.
 constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;
-// m, distances from the row of teeth, to its side: from kEdgeTo to kEvenFrom, the influence of the teeth on the ridge
-// decreases to zero
+// m, distances from the row of teeth, to its side. Between kEdgeTo and kEvenFrom, the influence of the teeth on the
+// ridge decreases to zero.
 constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;
 constexpr double kRowDepth = 15.5e-3;  // m, thickness of a jaw with a row of teeth
 constexpr double kBlockDepth = 9e-3;   // m, smallest thickness of a jaw without a row of teeth
@@ -86,7 +86,8 @@ Jaw::Place Jaw::place(const dvec3& p_W) const {
   const double from_own = at.along - own_;
   const double near = plan_.row ? 1 - smooth_step(kTiltFrom, kTiltTo, std::abs(from_own)) : 1;
   const double tilt = near * (tilt_along_ * from_own + tilt_beside_ * std::clamp(at.beside - beside_, -8e-3, 8e-3));
-  // Far from the row, the nearest tooth changes abruptly from point to point. So all points there get the same height.
+  // Far from the row, neighbouring points can have different nearest teeth, and the height would change abruptly
+  // between them. So all points there get the same height.
   const double far = plan_.row ? smooth_step(kEdgeTo, kEvenFrom, std::abs(at.beside)) : 0;
   const double edge = here.edge + tilt + far * (own_edge_ - here.edge - tilt);
   return {at.along, at.beside, edge - p.z, here.half_width, p.x, p.z};

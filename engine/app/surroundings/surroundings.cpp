@@ -26,20 +26,20 @@ constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12
 // The coarse mesh of the cheek is as fine as its fine mesh. The light at a vertex behind the gum is dark, and a long
 // triangle would spread this darkness over the visible cheek.
 constexpr std::array<float, 2> kCheekTolerance{0.12f, 0.12f};
-// m, where coarse and fine mesh of gum or dam overlap, the coarse mesh lies this far below the fine mesh
+// m, where the coarse and the fine mesh of gum or dam overlap, the coarse mesh is lower by this length
 constexpr double kCoarseBelow = 0.5e-3;
-// m, threshold: the coarse mesh is used if a surface error of this size is allowed
+// m, if surface errors of this size are allowed, the coarse mesh is used
 constexpr double kCoarseFrom = 45e-6;
-// m, depth below the gum's edge at which the drawn part of a neighbouring tooth ends
+// m, a neighbouring tooth is drawn only down to this depth below the gum's edge
 constexpr double kRootShown = 2.5e-3;
-// m, height above the gum at the working tooth; a point above this height can only lie in a crown
+// m, at the working tooth, a point higher than this above the gum can only lie in a crown
 constexpr double kCrownFrom = 4e-3;
 // m, half the lengths of the region in which light between bodies is computed, and height of its middle above the gum
 constexpr double kLitAlong = 15e-3, kLitAcross = 15e-3, kLitUp = 10e-3, kLitMiddle = 3e-3;
-constexpr double kReach = 3e-3;  // m, distance from the tooth up to which its distance field is computed
-// m, overlap of the gum with the working tooth, so that no gap between them is visible
+constexpr double kReach = 3e-3;  // m, the distance field of a tooth is computed up to this distance from its surface
+// m, the gum reaches into the working tooth by this length, so that no gap between them is visible
 constexpr double kGumInside = 0.4e-3;
-constexpr double kCoveredBelow = 0.6e-3;  // m, depth below the gum's edge; below this depth, the gum hides the root
+constexpr double kCoveredBelow = 0.6e-3;  // m, below this depth under the gum's edge, the gum hides the root
 // m, width over which the collar (the gum around a tooth) blends into the ridge
 constexpr double kCollarBlend = 1.0e-3;
 constexpr double kCollarFrom = 4e-3;  // m, distance from a tooth at which its collar of gum ends
@@ -261,8 +261,8 @@ bool SurroundingsShape::has_gum() const {
 double SurroundingsShape::neighbour(const dvec3& p_W) const {
   double nearest = 1.0;
   for (const Impl::Neighbour& n : impl_->neighbours) {
-    // `least` is a lower bound of the distance to the neighbouring tooth. If it exceeds the smallest distance so far,
-    // the tooth is not evaluated.
+    // The tooth is not nearer than `least`. If `least` is larger than the smallest distance so far, the exact distance
+    // is not needed.
     const double least = 0.7 * (glm::length(p_W - n.middle) - n.radius);
     if (least > kReach || least > nearest) {
       nearest = std::min(nearest, least);
@@ -299,7 +299,7 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
   std::uint64_t body = 0;
   const auto add = [&](std::vector<render::MeshUpdate> of_body) {
     for (render::MeshUpdate& update : of_body) {
-      // adds the number of the body, so that bricks of different bodies have different numbers
+      // The number of the body is added, so that bricks of different bodies have different numbers.
       update.brick |= body << 60;
       face.push_back(std::move(update));
     }

@@ -11,9 +11,10 @@ namespace typodont {
 namespace {
 
 constexpr double kTip = 0.45e-3;  // m, radius of the rounded tip of a hill, such as a cusp
-// Factor that reduces the computed distance to the side, so that it is never larger than the true distance.
+// The computed distance to the side is multiplied by this factor, so that it is never larger than the true distance.
 constexpr double kSideSlope = 0.9;
-// Factor that reduces the computed distance to the occlusal surface, so that it is never larger than the true distance.
+// The computed distance to the occlusal surface is multiplied by this factor, so that it is never larger than the true
+// distance.
 constexpr double kTopSlope = 0.78;
 constexpr double kRidges = 0.07e-3;    // m, amplitude of the fine ridges on the cusps
 constexpr double kEnamelTop = 1.9e-3;  // m, thickness of the enamel at the occlusal end
@@ -53,14 +54,14 @@ double ToothForm::distance(const dvec3& p) const {
   const double r = std::sqrt(x * x + y * y), ellipse = std::sqrt(x * x / (a * a) + y * y / (b * b));
   const double at_most = ellipse > 1e-3 ? kSideSlope * (r - r / ellipse) : -kSideSlope * std::min(a, b);
   const auto outline = [&] {
-    // the point is far from the side of the tooth, so a bound of the distance is sufficient
+    // the point is far from the side of the tooth, so a lower bound of the distance is sufficient
     if (ellipse < 0.55 || ellipse > 2) return at_most;
     const double n = std::pow(std::pow(std::abs(x) / a, square) + std::pow(std::abs(y) / b, square), 1 / square);
     return kSideSlope * (r - r / n);
   };
   if (z < 0.3 * height) return smooth_max(outline(), -root - z, 1e-3);
 
-  // The occlusal surface is the highest of all hills at each point. Where two hills meet, there is a groove.
+  // At each point, the occlusal surface is as high as the highest hill. Where two hills meet, there is a groove.
   double first = -1, second = -1;
   glm::dvec2 from_tip(0);
   for (const ToothHill& hill : hills) {

@@ -1,5 +1,5 @@
-// Stores the volume that each stroke removed, and the strokes of the brush. So after an undo, the numbers that a
-// session shows are correct again. Carver's thread.
+// Stores the volume that each stroke removed, and the strokes of the brush. After an undo, the numbers that a session
+// shows are computed from these strokes. Carver's thread.
 #pragma once
 
 #include <vector>
@@ -23,7 +23,7 @@ class StrokeHistory {
  public:
   using Strokes = haptics::TissueVolume::Strokes;
 
-  // Adds a cut to the entry of its stroke in this list. `strokes`: number of strokes in the tissue after the cut.
+  // Adds the volume of a cut to the entry of its stroke. `strokes`: number of strokes in the tissue after the cut.
   void cut(const Cut& cut, const Strokes& strokes) {
     PerTissue& sum = entry(strokes).removed;
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += cut.removed[i];
@@ -66,8 +66,8 @@ class StrokeHistory {
     PerTissue removed{};
     std::vector<PaintStroke> paint;
   };
-  /// Returns the entry of the present stroke. Entries of undone strokes are removed, because a new stroke makes redo
-  /// impossible.
+  /// Returns the entry of the present stroke. A new stroke makes redo impossible, so the entries of undone strokes are
+  /// removed.
   Entry& entry(const Strokes& strokes) {
     entries_.resize(std::max<std::size_t>(strokes.done, 1));
     return entries_.back();

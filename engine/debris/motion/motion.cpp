@@ -33,8 +33,8 @@ inline float reciprocal_root(float a) {
   return guess * (1.5f - 0.5f * a * guess * guess);
 }
 
-/// Returns the mean rate, in 1/s, at which the air approaches the nozzle (sink) during a step, relative to its distance
-/// r, with pull = strength/r³. Because r³ falls by 3·strength·dt, the exact rate is (1 − ∛(1 − 3q))/dt with q =
+/// Returns the mean rate (1/s) during a step at which the air approaches the nozzle (sink), relative to its distance
+/// r. `pull` is strength/r³. Because r³ falls by 3·strength·dt, the exact rate is (1 − ∛(1 − 3q))/dt with q =
 /// pull·dt. If q < 1/3, the function approximates it by pull·(1 + 2q). For larger q the air reaches the sink in this
 /// step.
 inline float mean_approach_rate(float pull, float dt) {

@@ -15,7 +15,7 @@ namespace {
 // Masks two of a pixel's four bytes, so that each has 16 bits for arithmetic.
 constexpr std::uint32_t kEven = 0x00ff00ff;
 
-/// Swaps red and blue: the renderer draws RGBA, desktops use BGRA.
+/// Swaps red and blue, because the renderer draws RGBA, and desktops use BGRA.
 constexpr std::uint32_t swapped(std::uint32_t p) {
   return (p & 0xff00ff00) | (p & 0xff) << 16 | (p >> 16 & 0xff);
 }
@@ -83,7 +83,7 @@ const std::uint32_t* ProcessorComposer::stretched(const EyePixels& eyes, int eye
   auto& kept = rows_[e];
   for (const Row& r : kept)
     if (r.of == row) return r.pixels.data();
-  // Replaces the older of the two kept rows, because rows are requested from top to bottom.
+  // Rows are requested from top to bottom, so the older of the two stored rows is not needed any more. It is replaced.
   Row& fresh = kept[0].of < kept[1].of ? kept[0] : kept[1];
   fresh.of = row;
   fresh.pixels.resize(static_cast<std::size_t>(count));

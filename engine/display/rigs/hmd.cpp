@@ -271,7 +271,8 @@ class OpenXrHmd final : public Hmd {
                                           {XR_TYPE_VIEW_CONFIGURATION_VIEW}, api.instance(), system_, kStereo);
     if (views.size() != 2) throw Error("OpenXR", name_, fmt::format("{} views", views.size()), "2");
     for (const XrViewConfigurationView& v : views) {
-      // The size is the recommended size times the rig's factor, within the limits of the headset and the runtime.
+      // The size is the recommended size times the rig's factor. It must not exceed the largest size that the headset
+      // and the runtime allow.
       const auto fit = [&](std::uint32_t recommended, std::uint32_t most, std::uint32_t system_most) {
         const auto wanted = static_cast<std::uint32_t>(std::lround(recommended * rig_.resolution));
         const std::uint32_t limit = std::min(most ? most : wanted, system_most ? system_most : wanted);
@@ -396,7 +397,8 @@ class OpenXrHmd final : public Hmd {
         if (running_) break;
         const XrSessionBeginInfo info{XR_TYPE_SESSION_BEGIN_INFO, nullptr, kStereo};
         const XrResult result = api.attempt("xrBeginSession", api.BeginSession, session_, &info);
-        // the runtime has changed its state again; the next event contains the new state
+        // The runtime has changed its state again before this call, so the call fails. The next event contains the new
+        // state.
         if (result == XR_ERROR_SESSION_NOT_READY) break;
         if (XR_FAILED(result)) Api::fail("xrBeginSession", result);
         running_ = true;

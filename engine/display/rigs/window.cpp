@@ -1,6 +1,6 @@
-// A window on the desktop, through GLFW. Vulkan presents the picture; with software rendering the picture goes
-// through memory shared with the desktop. This file handles resizing, minimising and a lost surface. It reports a
-// lost device to the caller, and the caller sets up everything again.
+// A window on the desktop, through GLFW. Vulkan presents the picture; with software rendering, the picture goes through
+// memory that the window shares with the desktop. This file handles resizing, minimising and a lost surface. If the
+// device is lost, it reports this to the caller, which creates everything again.
 #define GLFW_INCLUDE_VULKAN
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
@@ -208,7 +208,7 @@ class Window final : public Output {
     input.close = glfwWindowShouldClose(window_);
     const dvec2 at = cursor_ / dvec2(glm::max(size_, ivec2(1)));
     input.pointer = {2 * at.x - 1, 1 - 2 * at.y};
-    // A click that is shorter than one loop of the caller still counts as a press.
+    // If a click is shorter than one loop of the caller, it still counts as a press.
     const auto down = [&](int button) {
       return glfwGetMouseButton(window_, button) == GLFW_PRESS || input.clicked[static_cast<std::size_t>(button)];
     };
@@ -253,7 +253,8 @@ class Window final : public Output {
     next_ = std::max(next_, t) + period;
   }
 
-  /// Returns false if this frame cannot be shown. Sets the flags for the next frame.
+  /// Returns false if this frame cannot be shown. Stores whether the swapchain or the surface must be renewed before
+  /// the next frame.
   bool usable(VkResult result) {
     if (result == VK_SUCCESS) return true;
     if (result == VK_SUBOPTIMAL_KHR) {

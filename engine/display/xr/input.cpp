@@ -156,7 +156,7 @@ Input::State Input::read(XrSpace base, XrTime time) {
     hand.change_tool = pressed(change_tool, hands[i]);
     hand.mirror = pressed(mirror, hands[i]);
     out.recentre = pressed(recentre, hands[i]) || out.recentre;
-    // Uses the aim pose; if the runtime has none for this controller, the grip pose.
+    // Uses the controller's aim pose. If the runtime has no aim pose for it, uses the grip pose.
     for (const auto& [what, space] : {std::pair{aim, aim_spaces[i]}, std::pair{grip, grip_spaces[i]}}) {
       const XrActionStateGetInfo info{XR_TYPE_ACTION_STATE_GET_INFO, nullptr, what, hands[i]};
       XrActionStatePose state{XR_TYPE_ACTION_STATE_POSE};

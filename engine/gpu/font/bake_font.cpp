@@ -106,7 +106,7 @@ int main(int argc, char** argv) {
     unsigned char* sdf =
         stbtt_GetCodepointSDF(&font, scale, c, kPadding, 128, 128.0f / kPadding, &g.w, &g.h, &g.left, &g.top);
     if (sdf) {
-      // the gap between letters keeps filtering from mixing neighbouring letters
+      // leaves a gap between neighbouring letters, so that filtering does not mix them
       if (x + g.w > kWidth) x = 0, y += row + 3, row = 0;
       row = row > g.h ? row : g.h;
       g.x = x, g.y = y;
