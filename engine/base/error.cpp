@@ -6,7 +6,7 @@ namespace typodont {
 
 namespace {
 
-// Length limit, in bytes, of one part of a message. A longer part (usually text quoted from the input) is shortened.
+// bytes, largest length of one part of a message. A longer part (usually text quoted from the input) is shortened.
 constexpr std::size_t kLongest = 240;
 
 /// Returns the part as it is shown in a message. The text is shortened to kLongest bytes between two UTF-8 characters.

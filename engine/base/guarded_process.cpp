@@ -25,7 +25,7 @@
 namespace typodont {
 
 void limit_process(const ProcessLimits& limits) {
-  // If the user has already set a smaller limit, this limit stays in force.
+  // If the user has already set a smaller limit, the smaller limit is kept.
   const auto lower = [](auto resource, rlim_t most) {
     rlimit limit{};
     getrlimit(resource, &limit);

@@ -25,9 +25,9 @@ struct KindOfInput {
   std::string_view name;
   std::uintmax_t largest;  // bytes, largest size that the file may have
 };
-// Each size limit is several times the largest useful file of its kind. Examples of large files: a recording of one day
-// at 1 kHz has 20 GiB, a scan of 1024³ voxels of two bytes has 2 GiB, and half an hour of sound at 192 kHz has 1.3 GiB
-// per channel.
+// For each kind, the size limit is several times the size of the largest useful file. Examples of large files: a
+// recording of one day at 1 kHz has 20 GiB, a scan of 1024³ voxels of two bytes has 2 GiB, and half an hour of sound at
+// 192 kHz has 1.3 GiB per channel.
 constexpr std::array<KindOfInput, 9> kKinds{{{"a JSON file", 64 * kMiB},
                                              {"a table (CSV)", kGiB},
                                              {"a session (.h5)", 32 * kGiB},

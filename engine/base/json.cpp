@@ -65,13 +65,13 @@ class Reader {
   }
 
  private:
-  // limit of nested arrays and objects; to destroy a deeper document would overflow the stack
+  // largest number of nested arrays and objects; to destroy a deeper document would overflow the stack
   static constexpr int kDeepest = 200;
 
   /// Returns the column of the parser's present position, in characters, counted from 1.
   std::size_t column() const {
     const std::string_view before = text_.substr(0, at_);
-    // this is also correct on the first line, where rfind() returns npos, because npos + 1 is 0
+    // also correct on the first line, where rfind() returns npos, because npos + 1 is 0
     const std::string_view line = before.substr(before.rfind('\n') + 1);
     return 1 + count_characters(line);
   }
@@ -201,7 +201,7 @@ class Reader {
       digits();
     }
     const char *first = text_.data() + begin, *last = text_.data() + at_;
-    if (whole) {  // stores the number as an integer; one that needs more than 64 bits is stored as a double below
+    if (whole) {  // stores the number as an integer; if it needs more than 64 bits, it is stored as a double below
       std::int64_t s = 0;
       std::uint64_t u = 0;
       if (negative && std::from_chars(first, last, s).ec == std::errc()) {

@@ -24,13 +24,13 @@ enum class Fault : std::uint32_t {
   // The tool was found inside the tissue, because the hand jumped or a patch came late. The proxy moves out slowly.
   kDeepPenetration = 1u << 4,
   kDeviceLost = 1u << 5,  // the device stopped answering: the force is zero
-  kRingFull = 1u << 6,    // the ring to the carver was full and a cut was lost: the force continues
-  kSlewLimit = 1u << 7,   // the force rose faster than the device allows: its rate of change was limited
+  kRingFull = 1u << 6,    // the ring buffer to the carver was full, and a cut was lost. The force continues.
+  kSlewLimit = 1u << 7,   // the force rose faster than the device allows, so its rate of change was limited
   kOverrun = 1u << 8,     // the tick took longer than its period, so the force was written late
-  kLetGo = 1u << 9,  // the servo was late and the motors were switched off: the hand did not receive the last force
-  // the user presses the pedal to fill, but there is no free space near the tool: nothing was placed
+  kLetGo = 1u << 9,  // the servo was late and the motors were switched off, so the hand did not receive the last force
+  // the user presses the pedal to fill, but there is no free space near the tool, so nothing was placed
   kNoRoom = 1u << 10,
-  kHeld = 1u << 11,  // the emergency key is on: no drilling, and no force on the hand
+  kHeld = 1u << 11,  // the emergency key is on: the drill does not drill, and the hand feels no force
   // Contacts prevent the tool from following the hand away from the tissue. If possible, the tool returns along its own
   // path.
   kWedged = 1u << 12,
@@ -101,7 +101,7 @@ struct ServoTick {
   dvec3 f_model_W{0, 0, 0};
 };
 
-/// Tissue removed in one tick: the sweep of the head along a straight line from A to B. If the tool is a filling
+/// Tissue removed in one tick by the head, which moves along a straight line from A to B. If the tool is a filling
 /// instrument, the cut adds tissue instead: a ball around A's origin, without the volume of the head at B. Servo →
 /// carver, debris, recorder.
 struct Cut {
@@ -126,7 +126,7 @@ struct LoosePiece {
   PerTissue removed{};      // m³, for each tissue: its volume in the piece
 };
 
-/// States in which tick the servo began to use a surface patch. A replay needs these records and the cuts to give the
+/// States the tick from which on the servo used a surface patch. A replay needs these records and the cuts to give the
 /// same bits. Servo → recorder.
 struct PatchUse {
   std::uint32_t patch = 0;       // number of the patch: 1, 2, 3 …

@@ -34,7 +34,7 @@ struct DurationHistogram {
     for (const std::uint32_t n : counts) sum += n;
     return sum;
   }
-  /// Returns the upper edge (ns) of the bin that contains the quantile q (0..1). So the result is never less than the
+  /// Returns the upper edge (ns) of the bin that contains the quantile q (0..1), so the result is never less than the
   /// true quantile. The result is 0 if the histogram is empty.
   double quantile(double q) const noexcept {
     const double wanted = q * static_cast<double>(total());

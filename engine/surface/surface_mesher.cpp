@@ -42,7 +42,7 @@ struct Corner {
   bool operator==(const Corner& o) const { return owner == o.owner && vertex == o.vertex; }
 };
 
-// Builds one brick's mesh; its working memory is reused for the next brick.
+// Builds one brick's mesh. Its working memory is used again for the next brick.
 struct PolygonBuilder {
   struct Copy {
     std::uint32_t next;
@@ -184,7 +184,7 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
         {1, 0}};
     static constexpr int kStep[3] = {kCells * kCells, kCells, 1};
     if (base[u] > 0 && base[v] > 0) {
-      // Inside the brick most polygons vanish, because their cells were merged into one block.
+      // Most polygons inside the brick are empty, because their cells were merged into one block. They are skipped.
       const std::uint16_t* at = vertex_at.data() + edge.cell;
       const std::uint16_t first = *at;
       if (first != kSeveral && at[-kStep[u]] == first && at[-kStep[v]] == first && at[-kStep[u] - kStep[v]] == first) {
@@ -210,13 +210,14 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
       std::uint32_t vertex = owner == 0 ? vertex_at[static_cast<std::size_t>(index)] : kSeveral;
       if (vertex == kSeveral) {
         const int found = contour ? contour->find(index) : -1;
-        if (found < 0) {  // a neighbouring brick is missing: the surface stays open here until put() adds that brick
+        // A neighbouring brick is missing, so the surface stays open here until put() adds that brick.
+        if (found < 0) {
           whole = false;
           break;
         }
         const BrickContour::Cell entry = contour->cells[static_cast<std::size_t>(found)];
-        // Number of the edge within the neighbour's cell: its position along the two other axes, in the order of the
-        // axes.
+        // Number of the edge in the neighbour's cell. It is given by the edge's position along the two other axes, in
+        // the order of the axes.
         const int k = axis == 1 ? down_v + 2 * down_u : down_u + 2 * down_v;
         vertex = entry.vertex + shapes[entry.shape].patch[static_cast<std::size_t>(4 * axis + k)];
       }
@@ -292,8 +293,8 @@ struct SurfaceMesher::State {
   std::vector<glm::ivec3> changed;
 
   void enqueue_around(const glm::ivec3& key) {
-    // Polygons join a brick's cells with cells of its lower neighbours. Therefore a change affects the brick and its
-    // upper neighbours.
+    // Polygons join a brick's cells with cells of its lower neighbours. So if a brick changes, its upper neighbours
+    // change, too.
     for (int o = 0; o < 8; ++o) {
       const glm::ivec3 upper = key + glm::ivec3(o & 1, o >> 1 & 1, o >> 2);
       const auto it = bricks.find(upper);

@@ -48,8 +48,8 @@ struct BrickMesh {
 };
 
 struct MesherOptions {
-  /// Voxels, limit: cells are merged while the mesh stays within this distance of the surface. 0: only flat areas are
-  /// merged; negative: nothing is merged.
+  /// voxels, cells are merged if the mesh stays within this distance of the surface. 0: only flat areas are merged;
+  /// negative: nothing is merged.
   float tolerance = 0.1f;
 };
 

@@ -377,7 +377,7 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
         {last_turn_, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder_.place()});
   }
   // With software rendering, the CPU also composes and presents the picture. The cost of a frame must include this
-  // work, time between two consecutive frames.
+  // work, so it is measured as the time between two consecutive frames.
   const bool on_end = std::exchange(drew_last_, true) && stage_->device().processor && !options_.embedded;
   // While the picture is at rest, only a few bricks are redrawn per frame. The short time of such a frame must not
   // raise the quality. Otherwise the quality would rise and fall again and again.

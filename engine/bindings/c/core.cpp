@@ -52,8 +52,8 @@ bool usable(const typodont_sample* sample, const typodont_tick* out, const typod
          (!cut || sized(cut->struct_size, sizeof *cut));
 }
 
-/// Loads the host's struct into the cache while the tick is computed. Without this, writing the result would delay the
-/// next call.
+/// Loads the host's struct into the cache while the tick is computed. Otherwise the call would be slower, because
+/// writing the result would wait for memory.
 void prefetch(typodont_tick& out) noexcept {
   constexpr std::size_t kLine = 64;  // bytes, length of a cache line
   for (std::size_t at = 0; at < sizeof out; at += kLine) __builtin_prefetch(reinterpret_cast<char*>(&out) + at, 1);
@@ -164,8 +164,8 @@ typodont_result edit(typodont_core* handle, bool redo, int32_t* done) noexcept {
       const SessionFiles files;
       core.recording->add(edit);
     }
-    // The new patch is offered to the servo before the servo can make a later cut. The reason: a patch that the servo
-    // fetches contains all earlier cuts, and the servo repeats only the later cuts in it.
+    // The new patch is offered to the servo before the servo can make a later cut. The reason is that a patch contains
+    // all cuts up to its copy, and the servo repeats only later cuts in it.
     if (did && core.shared->channels && is_finite(core.tick.X_WG.p))
       core.shared->channels->patch.offer(carver, carver.snapshot_center(core.tick));
     if (done) *done = did;
@@ -452,8 +452,8 @@ typodont_result typodont_core_finish(typodont_core* core) {
   return with(core, [&](CoreObject& c) {
     require(c.recording.has_value(), "nothing is being recorded");
     if (c.shared->channels) {
-      // Limit of the number of rounds. Only the work from before this call must be finished, but the servo may add new
-      // work in every round, so the loop could run without end.
+      // Largest number of rounds. Only the work from before this call must be finished. But the servo may add new work
+      // in every round, so without this limit the loop might never end.
       constexpr int kRounds = 64;
       for (int i = 0; i < kRounds && carve(c); ++i) {
       }

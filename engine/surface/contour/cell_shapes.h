@@ -21,10 +21,10 @@ struct CellShape {
 };
 
 /// All shapes. Shape 0..255 is the sign configuration (bit c is set if corner c is solid). Solid corners that are
-/// diagonal on a face are not connected. Therefore two cells could touch along two arcs of one face (a dual edge with
-/// four polygons). In this case both cells use the flipped shape, which connects the solid corners across that face.
-/// The decision depends only on the two configurations, so both cells make the same decision. (Wenger 2013, sec. 3.3:
-/// manifold dual contouring)
+/// diagonal on a face are not connected. So two neighbouring cells could touch along two arcs of their common face, and
+/// an edge of the mesh would have four polygons. In this case both cells use the flipped shape, which connects the
+/// solid corners across that face. The decision depends only on the two configurations, so both cells make the same
+/// decision. (Wenger 2013, sec. 3.3: manifold dual contouring)
 class CellShapes {
  public:
   static const CellShapes& get();
@@ -36,8 +36,8 @@ class CellShapes {
   int flipped(int config, int flipped_faces) const {
     return flipped_[static_cast<std::size_t>(config)][static_cast<std::size_t>(flipped_faces)];
   }
-  /// Returns true if the shape has one patch, and no face with four crossings. Its surface is then a disc at every
-  /// resolution (Ju et al. 2002).
+  /// Returns true if the shape has one patch, and no face with four crossings. Then the surface is a disc, even if the
+  /// cell is merged with its neighbours (Ju et al. 2002).
   bool simple(int config) const { return simple_[static_cast<std::size_t>(config)]; }
 
  private:

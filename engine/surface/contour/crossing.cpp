@@ -10,13 +10,13 @@ namespace {
 // conditions.
 constexpr float kUnit = 2e-6f;
 constexpr float kSame = 3e-3f;
-// Limit of the second difference, in voxels. A larger second difference shows that a crease is near, or that the radius
-// of curvature is below four voxels.
+// voxels, if the second difference is larger than this, a crease is near, or the radius of curvature is below four
+// voxels
 constexpr float kBent = 0.25f;
-// Limit of the change of slope between the edge's ends. Curvature cannot explain a larger change.
+// If the slope changes by more than this between the edge's ends, curvature cannot be the reason.
 constexpr float kSlopeJump = 0.6f;
-// Limit of the deviation of the squared gradient length |∇|² from 1, if the gradient is computed by central
-// differences. Only differences across a crease deviate more.
+// If the squared gradient length |∇|², computed by central differences, deviates from 1 by more than this, the
+// differences are taken across a crease.
 constexpr float kAcross = 0.05f;
 
 float smaller(float p, float q) {
@@ -91,8 +91,8 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
   const OneSided here(at, slope, b, c), there(end, slope, b, c);
   bool solved = same_plane(here, there, g);
   if (!solved && bent > kBent) {
-    // If the edge crosses a crease, the field is the maximum (convex) or minimum of two planes. One plane contains
-    // the samples before the edge, the other plane the samples after the edge.
+    // If the edge crosses a crease, the field is the maximum (convex) or minimum of the distances to two planes. The
+    // samples before the edge belong to one plane, the samples after the edge to the other.
     const float slope0 = f0 - before, slope1 = after - f1;
     const float t0 = slope0 != 0 ? -f0 / slope0 : -1.f, t1 = slope1 != 0 ? 1 - f1 / slope1 : -1.f;
     const bool in0 = t0 >= 0 && t0 <= 1, in1 = t1 >= 0 && t1 <= 1;
