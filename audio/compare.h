@@ -27,11 +27,11 @@ struct Comparison {
   double level_difference_dB = 0;  // dB, level of b minus level of a
   /// frequency of b's strongest tone divided by the frequency of a's strongest tone; 0 if one sound has no tone
   double tone_ratio = 0;
-  double up_to = 0;  // Hz, upper limit of the distances
+  double up_to = 0;  // Hz, highest frequency of the distances
 };
 
 struct CompareOptions {
-  double up_to = 16000;  // Hz, upper limit of the distances; 200 or more
+  double up_to = 16000;  // Hz, highest frequency of the distances; 200 or more
   // true: changes of the spindle's speed, measured on a steady line of each sound, are removed
   bool constant_speed = false;
 };

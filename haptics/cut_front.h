@@ -83,7 +83,7 @@ class CutFront {
   static constexpr int kRows = 4, kDeep = 8;
   static constexpr double kRound = 512;  // voxels; at this value the path length restarts at 0, to keep float precision
   static constexpr float kNever = 1e9f;
-  static constexpr int kKinds = 20;  // upper limit of the number of kinds of groups of samples (see Run)
+  static constexpr int kKinds = 20;  // largest number of kinds of groups of samples (see Run)
   // Length of the head's path, in voxels, for which a list is valid. kListedOfBall: for balls; kListedOfHead: for other
   // heads. With a larger value, lists are renewed less often but are longer.
   static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;

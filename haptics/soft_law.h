@@ -18,7 +18,7 @@ struct SoftLaw {
   double friction = 0.1;            // coefficient of Coulomb friction for a tool that does not rotate
   double specific_energy = 0.3e9;   // J/m³, energy that a bur needs to remove soft tissue
   double spacing = 0.35e-3;         // m, distance between the simulated points
-  double bleeding_depth = 0.25e-3;  // m, limit of the depth of a cut; a deeper cut bleeds
+  double bleeding_depth = 0.25e-3;  // m, a cut that is deeper than this bleeds
   double blood_radius = 2.5e-3;     // m, final radius of the blood stain around a wound
   double blood_time = 8;            // s, time constant with which the stain grows
 };

@@ -11,8 +11,8 @@ namespace typodont {
 
 /// The limits that a child process sets for itself.
 struct ProcessLimits {
-  std::uint64_t seconds = 60;                // limit of the processor time and of the elapsed time, in s
-  std::uint64_t memory = 1024ull << 20;      // limit of the address space in bytes, including the space of libraries
+  std::uint64_t seconds = 60;                // s, largest processor time and largest elapsed time
+  std::uint64_t memory = 1024ull << 20;      // bytes, largest address space, including the space of libraries
   std::uint64_t longest_file = 64ull << 20;  // largest size of a written file, in bytes
 };
 /// Sets these limits for the calling process. Limits that are already smaller remain.

@@ -53,8 +53,8 @@ class Latest {
   // The following functions are for the reader thread.
   /// Fetches the newest value. Returns true if a value was published since the last fetch.
   bool fetch() noexcept {
-    // A plain exchange would be wrong: after this load the writer may take back the new value and leave an old value in
-    // the slot. The exchange fails and the loop repeats if the writer changed the slot after the load.
+    // A plain exchange would be wrong: after this load, the writer may take the new value back and put an old value
+    // into the slot. If the writer has changed the slot since the load, this exchange fails, and the loop repeats.
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     while (there & kFresh) {
       if (middle_.compare_exchange_strong(there, front_, std::memory_order_acq_rel, std::memory_order_relaxed)) {

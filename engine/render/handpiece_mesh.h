@@ -38,7 +38,7 @@ struct HandpieceMesh {
 /// Distance between the grooves of a knurl, m. The fragment shader draws the knurl by changing the normal.
 inline constexpr double kKnurlPitch = 0.9e-3;
 
-/// Upper limit of the number of a handpiece's triangles; a file with more triangles is refused (Error).
+/// Largest number of a handpiece's triangles; a file with more triangles is refused (Error).
 inline constexpr std::size_t kMostHandpieceTriangles = 30'000;
 
 /// Makes the mesh of a handpiece. `side`: m, wanted length of the triangles' sides. Throws Error if the handpiece has

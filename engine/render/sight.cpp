@@ -50,7 +50,7 @@ bool in_sight(const Frame& frame, const BoxInWorld& box) {
 }
 
 double pixel_nearest(const Frame& frame, const BoxInWorld& box, std::uint32_t pixels_across) {
-  // m, lower limit of the distance from an eye, for the case that the eye is inside the box
+  // m, smallest distance from an eye that is used; needed if the eye is inside the box
   constexpr double kNearest = 1e-3;
   double least = 1e9;
   for (int e = 0; e < frame.views; ++e) {

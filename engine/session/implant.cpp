@@ -14,7 +14,7 @@ namespace {
 constexpr std::array<std::string_view, 7> kDeeds = {"smooth", "mark", "drill", "check", "tap", "place", "close"};
 constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
     "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
-// limit of the ratio of the spindle's speed to the speed that the phase prescribes; above it, the trainee sees a note
+// if the ratio of the spindle's speed to the phase's prescribed speed is larger than this, the trainee sees a note
 constexpr double kOverSpeed = 1.1;
 // Time in s: if the tool of a later phase works on the bone for this time, that phase becomes the present phase.
 constexpr double kSkipPhaseTime = 1.5;

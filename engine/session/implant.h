@@ -54,7 +54,7 @@ struct ImplantPhase {
   std::uint32_t tool = 0;  // index in the session's list of tools
   double depth = 0;        // m, required depth of the tool's tip below the plan's entry
   double volume = 0;       // m³, volume that must be removed, for kSmooth and kMark
-  double speed = 0;        // rad/s, speed limit of the tool; 0: the tool does not turn
+  double speed = 0;        // rad/s, highest speed of the tool; 0: the tool does not turn
   bool irrigated = false;  // true if the bone is cooled with water
 };
 
@@ -70,9 +70,10 @@ struct ImplantTask {
   std::vector<ImplantPhase> phases;
   std::vector<double> tip;     // for each tool: distance in m from the tool's origin to its tip
   std::vector<double> radius;  // for each tool: its radius in m
-  double greatest_force = 0;   // N, limit of the force; the time with a larger force is measured as over-force
-  double greatest_angle = 0;   // rad, limit of the angle to the plan's axis; beyond it the trainee is warned
-  double depth_tolerance = 0;  // m, limit of the depth beyond the planned depth; beyond it the trainee is warned
+  double greatest_force = 0;   // N, largest allowed force; the time with a larger force is measured as over-force
+  double greatest_angle = 0;   // rad, if the angle to the plan's axis is larger than this, the trainee is warned
+  // m, if the tool is deeper than the planned depth by more than this, the trainee is warned
+  double depth_tolerance = 0;
   double canal_clearance = 0;  // m; if the distance to the nerve canal is smaller than this, the trainee is warned
   std::vector<dvec3> canal_W;  // the nerve canal as a polyline; empty if there is no canal
   double canal_radius = 0;     // m, radius of the nerve canal

@@ -14,7 +14,7 @@ namespace {
 
 // largest |cosine| of the angle between the directions mesial and buccal, which must be nearly perpendicular
 constexpr double kSquare = 0.05;
-// Limit of the cosine between a surface's normal and the axis. Above it, the surface is a floor; below it, a wall.
+// If the cosine between a surface's normal and the axis is larger than this, the surface is a floor; otherwise a wall.
 constexpr double kLevel = 0.7;
 // A point is "central" if its distance from the middle is less than this fraction of the work's half width.
 constexpr double kCentral = 0.25;
@@ -107,8 +107,8 @@ PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3
 }
 
 std::string_view side_seen(const ToothSides& tooth, const dvec3& axis_W, const dvec3& look_W) {
-  // Limit of the cosine between the direction of view and the direction of a side. Above it, the viewer sees the tooth
-  // from that side.
+  // If the cosine between the direction to the viewer and the direction of a side is larger than this, the viewer sees
+  // the tooth from that side.
   constexpr double kSquarely = 0.95;
   const dvec3 to_eye = -glm::normalize(look_W);
   const auto along = [&](const dvec3& side) { return glm::dot(to_eye, side); };

@@ -61,7 +61,7 @@ struct PolygonBuilder {
   void triangle(const Corner& a, const Corner& b, const Corner& c, BrickMesh& mesh);
 };
 
-constexpr float kSmallEdge = 2.5f;  // voxels, upper limit of the edges of a small triangle
+constexpr float kSmallEdge = 2.5f;  // voxels, longest edge of a small triangle
 
 glm::vec3 area_normal(const Corner& a, const Corner& b, const Corner& c) {
   return glm::cross(b.data->position - a.data->position, c.data->position - a.data->position);

@@ -36,7 +36,7 @@ class PatchModel : public ContactModel {
   /// of a loose piece has changed the tissue since the old patch was taken.
   virtual void update_coarse(SurfacePatch& /*fresh*/, bool /*edited*/) noexcept {}
   /// Called after patch_ was replaced. `strokes_edited`: true if undo or redo has changed the tissue. `known`: true if
-  /// the new patch contains no changes that the old patch lacked.
+  /// the tissue in the new patch has only changes that the old patch also had.
   virtual void adopted(bool strokes_edited, bool known) noexcept = 0;
 
   const ServoSettings& settings_;

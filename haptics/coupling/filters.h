@@ -25,12 +25,12 @@ inline std::optional<ForceFilter> force_filter_named(std::string_view name) noex
 }
 
 struct ForceFilterLaw {
-  double step = 0.02;    // N per tick, limit of the change: δ of Wang 2009
+  double step = 0.02;    // N per tick, largest change of the force: δ of Wang 2009
   double still = 0.001;  // N, ξ of the vertex deformation method: a force smaller than this counts as zero
   // N; if the computed force differs by more than this from the constant force of a stroke, the computed force is
   // used
   double renewal = 0.10;
-  double cap = 3.0;  // N, λ: limit of the force's magnitude
+  double cap = 3.0;  // N, λ: largest magnitude of the force
 };
 
 /// Returns the filtered force, N. `wanted`: N, computed force; `last`: N, force of the previous tick.

@@ -11,7 +11,7 @@ struct TipLaw {
   double yield = 0;             // N, yield force of the tissue at the surface; 0: this tool never sinks
   double hardening = 1500;      // N/m, increase of the yield force with depth
   double grip = 0.6;            // ratio of the force that holds the tip on withdrawal to the yield force
-  double depth_limit = 0.5e-3;  // m, limit of the tip's depth in the tissue
+  double depth_limit = 0.5e-3;  // m, largest depth of the tip in the tissue
 };
 
 struct TipState {

@@ -14,7 +14,7 @@ namespace typodont::haptics {
 /// frequency that the drill does not have. So at 300 krpm (5 kHz), a device with 1 kHz renders the vibration only while
 /// the spindle speeds up or slows down.
 struct VibrationLaw {
-  // Hz, limit of the frequencies that the device renders; 0: no vibration. The value comes from DeviceInfo or the
+  // Hz, highest frequency that the device renders; 0: no vibration. The value comes from DeviceInfo or the
   // scene.
   double band = 0;
   double rotor_mass = 5e-3;  // kg, mass of bur, chuck and rotor

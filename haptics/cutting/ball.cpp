@@ -34,7 +34,7 @@ struct Block {
 /// The samples of a sweep that are processed together: groups of eight samples along z, and data that are equal for all
 /// groups of a row.
 struct Work {
-  // kLongest: upper limit of the number of samples in a row
+  // kLongest: largest number of samples in a row
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;
   // Terms of the distance from the path's axis that are equal for all samples of a row along z; each lane belongs to
   // one of eight rows.

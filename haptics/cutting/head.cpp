@@ -380,8 +380,8 @@ class HeadPass {
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
     block.pieces = pieces;
-    // It is enough to examine a single piece of the meridian if all samples lie between its ends and, for samples
-    // inside the head, on its side of the bisectors at its ends.
+    // If all samples of the block lie between the ends of the nearest piece of the meridian, and if no other piece is
+    // nearer to a sample inside the head, it is enough to examine this piece.
     int nearest = first;
     for (int i = first + 1; i <= last; ++i)
       nearest = seen_.to_piece[i][lane] < seen_.to_piece[nearest][lane] ? i : nearest;

@@ -53,7 +53,7 @@ struct DueBlocks {
 };
 
 inline constexpr float kTop = 5e-4f;  // voxels, tolerance of the computed largest depth of a sample
-// voxels, limit: for a motion of at most this length, only the head's final pose is cut, which saves a seventh of the
+// voxels, for a motion of at most this length, only the head's final pose is cut, which saves a seventh of the
 // time
 inline constexpr float kSlow = 0.05f;
 // voxels; at a smaller distance from a corner of the meridian, rounding errors dominate the direction from the

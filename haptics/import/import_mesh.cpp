@@ -230,7 +230,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     }
   });
   const Side base = *std::ranges::max_element(sides, {}, &Side::area);
-  // limit of the cosine of an angle; directions closer than this to the base's direction belong to the base
+  // a direction belongs to the base if the cosine of its angle to the base's direction is at least this
   constexpr double kApart = 0.7;
   double other = 0;
   for (const Side& side : sides) {

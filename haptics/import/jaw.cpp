@@ -440,8 +440,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   });
   const Sparse<float> to_core = distance_squared_to(canal_core, 2);
   const auto in_canal = [&](std::size_t i) {
-    // Threshold on a scale from the grey value of cancellous bone (0) to that of cortical bone (1). A brighter sample
-    // belongs to the canal's wall.
+    // On a scale from the grey value of cancellous bone (0) to that of cortical bone (1), a sample that is brighter
+    // than this belongs to the canal's wall.
     constexpr double kWall = 0.25;
     const auto wall = static_cast<double>(brightest.v[i]);
     const double bound = wall > glm::mix(greys.cancellous, greys.hard, kWall) ? greys.bright() : greys.canal();

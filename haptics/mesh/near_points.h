@@ -24,7 +24,7 @@ class NearPoints {
   /// Adds a point whose distance (m) from the head at listed_at() is known. Returns false if the list is full.
   bool add(const dvec3& p_W, double distance) noexcept;
   /// Removes the points from index `first` to the end, except those whose indices are in `kept` (in increasing order).
-  /// Stores the distance (m) of each kept point from the head at listed_at().
+  /// `distances`: m, distance of each kept point from the head at the pose listed_at(); they are stored.
   void keep(std::size_t first, std::span<const std::uint32_t> kept, std::span<const double> distances) noexcept;
 
   /// Returns the number of this list, which counts the calls of clear(), so that different lists have different

@@ -45,13 +45,13 @@ struct CouplingParameters {
   static constexpr double stiffness_time = 4e-3;
   // s, time constant of the damper's velocity when a tool cuts or fills
   static constexpr double cut_damping_time = 4e-3;
-  static constexpr double tissue_slew = 4;  // N/s, limit of the force change caused by another tissue under the head
-  static constexpr double damper_slew = 4;  // N/s, limit of the damper's force change when a tool cuts or fills
-  static constexpr double teeth_slew = 4;   // N/s, limit of the change of the teeth's tangential force
-  // N/s, limit of the change of the normal force by all causes together; changes of the tissue and of the damper may
-  // use the part that the change of the depth does not use
+  static constexpr double tissue_slew = 4;  // N/s, largest force change caused by another tissue under the head
+  static constexpr double damper_slew = 4;  // N/s, largest change of the damper's force when a tool cuts or fills
+  static constexpr double teeth_slew = 4;   // N/s, largest change of the teeth's tangential force
+  // N/s, largest change of the normal force by all causes together; changes of the tissue and of the damper may use the
+  // part that the change of the depth does not use
   static constexpr double waiting_slew = 16;
-  // N/s, limit of the sum of all force changes; the teeth's force may use the part that the other changes do not use
+  // N/s, largest sum of all force changes; the teeth's force may use the part that the other changes do not use
   static constexpr double total_slew = 18;
   // J, energy that a rise of the tissue's stiffness may store in the coupling, even if the energy ledger holds
   // less
@@ -64,7 +64,7 @@ struct CouplingParameters {
 
 /// Parameters that limit the force (limits.cpp).
 struct LimitParameters {
-  // N/s, limit of the force change while a bur cuts, including the change by the hand's motion
+  // N/s, largest force change while a bur cuts, including the change by the hand's motion
   static constexpr double drilling_slew = 18.5;
   // N, largest difference between computed and output force that the limit drilling_slew may cause
   static constexpr double lag_limit = 0.05;

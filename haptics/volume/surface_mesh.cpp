@@ -29,8 +29,8 @@ openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
       gradient[axis] = (value(p + off) - value(p - off)) / (2 * kDifference);
     }
     const double square = gradient.lengthSqr();
-    // limit of |gradient|²: a vertex with a smaller gradient is not moved, because near its surface a distance field
-    // has a larger gradient
+    // Near its surface, a distance field has a larger gradient than this (|gradient|²). If the gradient is smaller, the
+    // vertex is not moved.
     if (!(square > 0.04)) return p;
     openvdb::Vec3d step = -value(p) / square * gradient;
     if (const double length = step.length(); length > kMostStep) step *= kMostStep / length;

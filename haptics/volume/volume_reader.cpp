@@ -24,7 +24,7 @@
 
 namespace {
 
-constexpr std::uint64_t kMemory = 1024ull << 20;  // bytes, limit of the address space of the process and its libraries
+constexpr std::uint64_t kMemory = 1024ull << 20;  // bytes, largest address space of the process and its libraries
 // bytes of address space that the process gets per byte of the volume file
 constexpr std::uint64_t kMemoryPerByte = 200;
 constexpr std::uint64_t kMostMemory = 32ull << 30;

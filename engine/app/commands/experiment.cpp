@@ -30,7 +30,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kMostDelay = 300;     // ms, limit of the force's delay
+constexpr double kMostDelay = 300;     // ms, largest delay of the force
 constexpr double kMostStiffness = 10;  // N/mm, largest stiffness of a stimulus
 
 struct Options {

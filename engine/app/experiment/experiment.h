@@ -60,7 +60,7 @@ struct ExperimentPlan {
   double reference = 0;  // value of the reference stimulus; stiffness: N/mm; force: % of the servo's force; delay: ms
   std::array<std::string, 2> models;  // the two compared contact models; used only for Question::kModel
   StaircaseRule rule;                 // rule of the staircase; not used for Question::kModel
-  int trials = 150;                   // limit of the number of trials; if models are compared, the exact number
+  int trials = 150;                   // largest number of trials; for a comparison of models, exactly this number
   // the experiment ends when the staircase has made this number of reversals (turns)
   int turns = 24;
   std::uint64_t seed = 1;  // random seed for the order of the stimuli

@@ -39,7 +39,7 @@ struct PsychometricFit {
   double log_likelihood = 0;
 };
 
-inline constexpr double kMostLapses = 0.06;  // limit of the lapse rate in the fit (Wichmann & Hill 2001)
+inline constexpr double kMostLapses = 0.06;  // largest lapse rate in the fit (Wichmann & Hill 2001)
 
 /// Fits the function by maximum likelihood. The confidence intervals come from the profile likelihood (χ² with one
 /// degree of freedom). Requires at least one judgement with a difference other than 0. The bias is limited to the range

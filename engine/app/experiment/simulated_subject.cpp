@@ -15,7 +15,7 @@ namespace {
 
 // fraction of the largest force in a stimulus; above it, the hand counts as in contact
 constexpr double kTouched = 0.1;
-constexpr double kDelayRange = 1;          // s, limit of the force's delay in a stimulus
+constexpr double kDelayRange = 1;          // s, largest delay of the force in a stimulus
 constexpr Nanos kPause = kNanosPerSecond;  // ns, pause in the air between two stimuli
 
 /// Returns a uniform random number in [0, 1). Every standard library gives the same numbers.

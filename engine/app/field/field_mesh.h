@@ -18,7 +18,8 @@ namespace typodont {
 /// points with which the gradient is computed.
 template <class Distance>
 void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, double step, Distance&& distance) {
-  /// limit of the cosine of the angle between mesher's normal and gradient; below it, the vertex is at a crease
+  /// if the cosine of the angle between the mesher's normal and the gradient is smaller than this, the vertex is at a
+  /// crease
   constexpr float kSameSide = 0.5f;
   for (render::MeshUpdate& brick : bricks) {
     for (render::Vertex& v : brick.vertices) {

@@ -67,7 +67,7 @@ struct Lead {
   static constexpr double rough_force = 2.3, bulk_force = 1.65, finishing_force = 1.4;
   // the same for the bulk with a coarse tool, which needs less energy per volume than the tissue's specific energy
   static constexpr double coarse_force = 2.7;
-  // 1/s, gain with which an error of the force changes the limit of the lead
+  // 1/s, gain with which an error of the force changes the largest allowed lead
   static constexpr double lead_per_force = 15;
   // smallest and largest value of the limit of the hand's lead, as ratios to the lead that gives the task's mean force
   static constexpr double least_most_lead = 0.6, most_lead = 3;
@@ -177,8 +177,8 @@ struct Filling {
   static constexpr double rise = 0.3e-3;
   // voxels, smallest distance between the dome of filling and the instrument's head
   static constexpr double head_free = 0.5;
-  // Limit of the length of the distance field's gradient. At points midway between two surfaces, the gradient is
-  // shorter.
+  // If the gradient of the distance field is shorter than this, the point is midway between two
+  // surfaces.
   static constexpr double one_surface = 0.5;
   static constexpr double proud = 0.12e-3,
                           // m, largest height of the instrument's end above the final contour: `proud` in the first

@@ -44,7 +44,7 @@ struct ExpertGrip {
   double size = 1;     // factor by which lengths for work on a tooth are multiplied: distances, clearances, tolerances
   double force = 1;    // N, mean force that the task asks for
   double lead = 1e-3;  // m, distance of the hand ahead of its tool that gives the mean force
-  double most_force = std::numeric_limits<double>::infinity();  // N, limit of the force of a cut
+  double most_force = std::numeric_limits<double>::infinity();  // N, largest force of a cut
 };
 
 /// Position of a filled portion, m along the two axes perpendicular to the preparation's axis. The instrument leaves a
@@ -135,7 +135,7 @@ class ExpertHand final : public haptics::HapticDevice {
   int times_ = 0;        // number of completed passes back along the run
   bool back_ = false;    // true while the hand moves back along the run
   dvec3 lead_{0};        // m, vector from the target point to the hand
-  /// m, limit of the lead of a cut; it is adjusted until the force equals the planned force of the step
+  /// m, largest allowed lead of a cut; it is adjusted until the force equals the planned force of the step
   double most_lead_;
 };
 

@@ -31,7 +31,7 @@ constexpr double kSweepApart = 1.0e-3;  // m, distance between two strokes of th
 // N, forces for drilling, for cutting a thread, for checking the depth, and for marking
 constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;
 constexpr double kLeadPerForce = 1.5e-3;  // m/(s·N), gain with which an error of the force changes the lead
-constexpr double kMostLead = 3e-3;        // m, limit of the lead (distance of the hand ahead of its tool)
+constexpr double kMostLead = 3e-3;        // m, largest lead (distance of the hand ahead of its tool)
 constexpr double kPeck = 3e-3;            // m, drilled depth after which the drill is pulled back
 constexpr double kPull = 2e-3;            // m, distance by which the drill is pulled back, so that the bone cools
 // °C, temperatures of the bone: the hand lifts the tool at kHot and continues at kCool
@@ -40,7 +40,7 @@ constexpr double kHot = 42, kCool = 41;
 constexpr double kClear = 0.5e-3;
 // m; if the distance to the planned depth is smaller than this, the hand moves slowly
 constexpr double kSlowFrom = 0.3e-3;
-constexpr double kPatience = 60;  // s, limit of the duration of one stage (Stage) of a phase
+constexpr double kPatience = 60;  // s, largest duration of one stage (Stage) of a phase
 
 }  // namespace
 

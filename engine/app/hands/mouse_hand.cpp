@@ -19,7 +19,7 @@ constexpr double kUsualStep = 0.15e-3;                     // m, default motion 
 constexpr double kLeastStep = 0.005e-3, kMostStep = 2e-3;  // m, limits of the tool's motion per notch of the wheel
 // s, time constant of the smoothing between two positions of the pointer
 constexpr double kFollowTime = 15e-3;
-constexpr double kMostDepth = 30e-3;  // m, limit of the tool's distance from the screen's plane
+constexpr double kMostDepth = 30e-3;  // m, largest distance of the tool from the screen's plane
 // ns, shortest duration of a press as the servo receives it, so that a short click is not lost
 constexpr Nanos kShortestPress = 50'000'000;
 // rad, initial tilt of the tool away from the user, so that the bur is visible

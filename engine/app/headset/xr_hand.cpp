@@ -19,7 +19,7 @@ constexpr double kReturnTime = 0.4;  // s, duration of the tool's motion to the 
 constexpr double kLostHandAdmittance = 0.02;
 // m/s, largest speed at which the tool yields to the force while tracking is lost
 constexpr double kMostLostHandSpeed = 0.05;
-// limit of the trigger's position (0..1); below it, the trigger counts as released
+// if the trigger's position (0..1) is smaller than this, the trigger counts as released
 constexpr double kReleased = 0.1;
 // ns; if the newest sample is older than this, tracking counts as lost
 constexpr Nanos kStale = 150'000'000;

@@ -47,7 +47,7 @@ constexpr double kFastSpindle = 400 * kKrpm;
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
 // s, largest duration of a frame; even software rendering on a slow CPU takes less
 constexpr double kLongestFrame = 20;
-constexpr double kLeaveTime = 2;  // s, limit of the time in which the runtime must end the session
+constexpr double kLeaveTime = 2;  // s, the runtime must end the session within this time
 
 /// Computes the controller's vibration. Its amplitude depends on the force on the hand, its frequency on the drill's
 /// speed. The frequency is far below the spindle's frequency, because a controller cannot produce such high

@@ -60,7 +60,7 @@ class XrSession {
  private:
   struct Thread;
   std::shared_ptr<Thread> thread_;
-  double stall_;  // s, limit of the time that the runtime may need for an answer; after it, the session ends
+  double stall_;  // s, if the runtime does not answer within this time, the session ends
 };
 
 /// Writes the captured pairs of points to a file for `calibrate register --pairs`. Throws Error if it cannot be

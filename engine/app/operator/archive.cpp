@@ -41,7 +41,7 @@ void stand_up(haptics::TissueMesh& mesh, Crown crown) {
 /// Moves a mesh so that the middle of its top is at kCrownTop. If the mesh has several teeth, there may be no tissue in
 /// its middle; then its highest point is moved to kCrownTop.
 void move_to_working_place(haptics::TissueMesh& mesh) {
-  // m, threshold: a wider mesh counts as several teeth
+  // m, a mesh that is wider than this counts as several teeth
   constexpr double kWidestTooth = 16e-3;
   dvec3 lo(mesh.vertices.front()), hi(lo), top(lo);
   for (const dvec3& p : mesh.vertices) {

@@ -37,7 +37,8 @@ void make_expert(const std::filesystem::path& session);
 
 struct NewTooth {
   std::filesystem::path input;  // a scan or a closed mesh; if as_scanned is true, any mesh
-  /// other meshes of the same mouth (mouth_files() finds the bite scan); the crown then follows from the first mesh
+  /// other meshes of the same mouth (mouth_files() finds the bite scan); the direction of the crown is then computed
+  /// from the first mesh
   std::vector<std::filesystem::path> more;
   double open = 0;  // m, see MouthFiles::open
   std::string name;

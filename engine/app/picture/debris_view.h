@@ -36,7 +36,7 @@ struct WaterPlan {
       0};
 };
 
-/// Returns the water of a scene. `around`: the scene's surroundings.
+/// Returns the settings of a scene's water: nozzles, state of the spray, and plane. `around`: the scene's surroundings.
 WaterPlan water_of(const Scene& scene, const Surroundings& around);
 
 /// Mass balance (kg) of chips, droplets and film. Masses that only the GPU knows are NaN.

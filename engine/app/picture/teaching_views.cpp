@@ -12,7 +12,7 @@ namespace typodont {
 
 namespace {
 
-// m, limit of the distance from the ideal up to which differences are computed
+// m, differences are computed only up to this distance from the ideal
 constexpr double kDifferenceReach = 3e-3;
 
 }  // namespace

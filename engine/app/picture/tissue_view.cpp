@@ -66,7 +66,7 @@ void save_tissue(const TissueCopy& tissue, const std::filesystem::path& file) {
 
 namespace {
 
-// voxels, limit of the depth below a vertex in which the program searches for another tissue
+// voxels, the program searches for another tissue below a vertex only up to this depth
 constexpr int kSearchDepth = 14;
 // Voxels. If the natural (uncut) tissue reached at least this far above a vertex, the vertex counts as cut. Shallower
 // cuts are not recognised. With a larger value, natural fissures would count as cuts, because their opposite wall is

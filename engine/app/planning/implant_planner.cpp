@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kNearTooth = 10e-3;    // m, distance from the implant within which the planner searches for teeth
 constexpr double kRootMargin = 1.5e-3;  // m, smallest distance between a proposed implant and a tooth
-// m, lower limit of the distance between the points at which the planner searches for teeth
+// m, smallest distance between the points at which the planner searches for teeth
 constexpr double kToothStep = 0.25e-3;
 constexpr double kCanalReach = 25e-3;  // m, distance from the implant within which a plan contains the nerve canal
 // m, distance between the implant positions that the planner tries for a proposal

@@ -26,7 +26,7 @@ using Text = nlohmann::ordered_json;
 // m, frame W: position of the implant's platform in the shipped scenes
 constexpr dvec3 kPlatform{6.8e-3, 5.8e-3, 18e-3};
 constexpr double kSite = 15e-3;  // m, distance from the implant up to which tissue is copied
-// m, limit of the voxel size of the copied tissue; the shipped scenes have this size
+// m, largest voxel size of the copied tissue; the shipped scenes have this size
 constexpr double kLargestVoxel = 0.15e-3;
 
 Text direction(const dvec3& v) {

@@ -32,9 +32,9 @@ namespace {
 using Text = nlohmann::ordered_json;
 
 constexpr const char* kSchema = "typodont-state-1";
-// bytes, limit of the unsent data for a reader; about 100 messages
+// bytes, largest amount of unsent data for a reader; about 100 messages
 constexpr std::size_t kMostWaiting = 1 << 16;
-constexpr std::size_t kMostAsked = 1 << 13;  // bytes, limit of the size of a reader's request
+constexpr std::size_t kMostAsked = 1 << 13;  // bytes, largest size of a reader's request
 constexpr std::size_t kMostReaders = 32;
 
 /// A network socket whose calls never block.
@@ -262,7 +262,7 @@ void StateStream::Impl::answer(Reader& reader) {
 /// Reads the data that a reader sends after the handshake. It contains only control frames.
 void StateStream::Impl::listen_to(Reader& reader) {
   char buffer[4096];
-  constexpr int kMostReads = 16;  // limit of the number of reads per call, because a reader may send data without pause
+  constexpr int kMostReads = 16;  // largest number of reads per call, because a reader may send data without pause
   for (int i = 0; i < kMostReads; ++i) {
     const ssize_t n = ::recv(reader.socket.get(), buffer, sizeof buffer, 0);
     if (n < 0 && errno == EINTR) continue;

@@ -13,8 +13,8 @@ namespace typodont::session {
 
 /// Limits for plausible values of a recording. They are far beyond the values of a real bench.
 struct RecordingLimits {
-  // Limit of the absolute value of a time, in ns. Times may be negative, because a recorded stream may begin before the
-  // first tick.
+  // ns, largest absolute value of a time. Times may be negative, because a recorded stream may begin before the first
+  // tick.
   Nanos longest = 30 * 86'400 * kNanosPerSecond;
   // m, largest distance of the hand from the workbench's origin; the servo refuses a hand farther away
   double farthest = 100;

@@ -27,7 +27,8 @@ constexpr int kLevels = 5;                // number of block sizes: 1³, 2³, 4�
 // (of 28° or more). If the variance of the normals is below kSmoothSpread, the cell has no crease.
 constexpr float kCreaseCosine = 0.97f;
 constexpr float kSmoothSpread = 0.008f;
-constexpr float kGentleCosine = 0.44f;  // cosine of 64°, limit of the angle between normals for ContourVertex::gentle
+// cosine of 64°; if all normals of a cell differ by at most this angle, ContourVertex::gentle is true
+constexpr float kGentleCosine = 0.44f;
 // The four vertices around an edge form a facet with about the cell's side length s. On a surface of curvature κ the
 // middle of the facet sags by about s²κ/4. Therefore the vertices are placed kLift·s²κ outside the surface, so that
 // facets deviate equally to both sides. Vertices also move along the surface towards the cell's middle, by the fraction
@@ -36,12 +37,12 @@ constexpr float kGentleCosine = 0.44f;  // cosine of 64°, limit of the angle be
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
 constexpr float kSag = 0.18f;
-// lower limit of the variance of the crossings' positions, divided by s²; see greatest_curvature()
+// smallest variance of the crossings' positions with which greatest_curvature() computes a curvature, divided by s²
 constexpr float kLeastSpread = 4e-3f;
-// upper limit of the distance by which a vertex is placed outside the surface, divided by s
+// a vertex is placed outside the surface by at most this distance, divided by s
 constexpr float kMaxLift = 0.1f;
 constexpr double kFlatEigenvalue = 0.01;
-constexpr float kOutside = 0.7f;  // voxels, limit of the distance of a crease vertex outside its cell
+constexpr float kOutside = 0.7f;  // voxels, a crease vertex lies outside its cell by at most this distance
 // voxels, limits of the absolute value of the field (by trilinear interpolation) at an accepted vertex: on a crease
 // (kCreaseValue) and elsewhere
 constexpr float kCreaseValue = 0.4f;

@@ -10,10 +10,10 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-constexpr double kLeastSpindleSpeed = 1e-3;  // rad/s, limit below which a spindle counts as stopped
+constexpr double kLeastSpindleSpeed = 1e-3;  // rad/s, a spindle that is slower than this counts as stopped
 // m, tolerance: a tool that is farther than this from the bed's axis must not cut yet
 constexpr double kAtPlace = 2e-6;
-// Limit of the cosine of the angle between force and tool axis; above it, the tool touches with its tip.
+// If the cosine of the angle between force and tool axis is larger than this, the tool touches with its tip.
 constexpr double kTipContactCosine = 0.5;
 constexpr double kThreadGrips = 0.2e-3;  // m, depth in the bed at which a thread starts to engage
 // m, tolerance: an implant this close to its final depth, or to the bottom of the bed, is seated

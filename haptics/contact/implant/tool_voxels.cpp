@@ -10,8 +10,8 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-// Limit of the cosine of the angle between a voxel's normal and the feed direction -z. A voxel with a larger cosine
-// belongs to the tool's end.
+// If the cosine of the angle between a voxel's normal and the feed direction -z is larger than this, the voxel belongs
+// to the tool's end.
 constexpr double kFacingEnd = 0.5;
 // voxels; if a voxel is nearer than this to the axis, 1/r varies strongly within it, so its mean over the voxel is used
 constexpr int kNear = 4;
@@ -19,7 +19,7 @@ constexpr int kParts = 8;           // to average 1/r, a voxel is divided into t
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
 // voxels; the normal on the surface is compared with the normal at this depth below it
 constexpr double kWithin = 0.05;
-// limit of the cosine of the angle between the normals on and below the surface; a smaller cosine shows a sharp rim
+// if the cosine of the angle between the normals on and below the surface is smaller than this, the rim is sharp
 constexpr double kSmooth = 0.97;
 
 /// Returns the mean of 1/r over the square cross-section of a voxel, perpendicular to the axis.

@@ -40,7 +40,7 @@ struct OnFace {
 OnFace nearest_on(const Face& face, const dvec3& p) noexcept;
 /// Returns the point of the face's border nearest to p.
 OnFace nearest_on_edges(const Face& face, const dvec3& p) noexcept;
-// limit of the squared sine of a face's angle; a face with a smaller angle is treated as its three edges
+// if the squared sine of a face's angle is smaller than this, the face is treated as its three edges
 inline constexpr double kSliver = 1e-12;
 /// Returns the point of the segment from a to b that is nearest to p.
 inline dvec3 nearest_on_segment(const dvec3& a, const dvec3& b, const dvec3& p) noexcept {

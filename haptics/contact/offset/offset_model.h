@@ -192,7 +192,7 @@ class OffsetModel : public PatchModel {
     // voxels; center: centre of the dome (the growing deposit of filling); end: position of the instrument's free end
     // when the dome began
     dvec3 center{0}, end{0};
-    // voxels, place where the first dome began; the search for open places starts here
+    // voxels, place where the first dome of filling began; the search for open places starts here
     dvec3 root{0};
     bool idle = false;  // true if the dome could hardly grow in the last tick
   } filling_;

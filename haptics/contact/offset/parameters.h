@@ -10,7 +10,7 @@ namespace typodont::haptics::offset {
 /// Search for the proxy's position. Each iteration finds contacts, projects the target onto the allowed region, and
 /// moves the proxy (proxy.cpp).
 struct SearchParameters {
-  static constexpr double contact_range = 0.8;  // voxels, upper limit of the gap of contacts that the search uses
+  static constexpr double contact_range = 0.8;  // voxels, largest gap of contacts that the search uses
   // Voxels, longest step of one iteration with several contacts. It is shorter than contact_range, so that no contact
   // is missed.
   static constexpr double contact_step = 0.6;
@@ -29,24 +29,24 @@ struct SearchParameters {
   // Voxels, convergence tolerance with several contacts for a cutting tool. The position error is about the square of
   // this step, because the steps converge quadratically.
   static constexpr double settled_cutting = 0.03;
-  // upper limit of the number of iterations per tick, including iterations without contact
+  // largest number of iterations per tick, including iterations without contact
   static constexpr int iterations = 48;
   // Upper limits of the number of iterations in contact per tick. settling_iterations: for a tool that does not cut;
   // settling_iterations_cutting: for a cutting tool.
   static constexpr int settling_iterations = 8, settling_iterations_cutting = 5;
-  // Upper limit of the number of long steps that are opposite to the previous long step. After more reversals, the
+  // Largest number of long steps that are opposite to the previous long step. After more reversals, the
   // search ends, because it would not converge.
   static constexpr int reversals = 2;
-  // Upper limit of the number of refinement rounds per iteration for a tool that does not cut. Each round computes the
+  // Largest number of refinement rounds per iteration for a tool that does not cut. Each round computes the
   // exact planes of the contacts that hold the head.
   static constexpr int refining_rounds = 6;
-  // Upper limit of the ratio of two successive steps for which the secant method is used.
+  // The secant method is used only if the ratio of two successive steps is at most this.
   static constexpr double still_converges = 0.95;
-  // upper limit of the factor by which the secant method lengthens a step, with one contact
+  // largest factor by which the secant method lengthens a step, with one contact
   static constexpr double most_gain = 10;
-  // upper limit of the factor by which the secant method lengthens a step, with several contacts
+  // largest factor by which the secant method lengthens a step, with several contacts
   static constexpr double most_gain_of_many = 2;
-  // Voxels, upper limit of the depth that one tick may cut. The contact planes describe the surface only up to this
+  // Voxels, largest depth that one tick may cut. The contact planes describe the surface only up to this
   // depth.
   static constexpr double most_slack = 1;
   // Voxels, largest overlap that cutting or rounding can cause. A larger overlap means that the tool is inside tissue;
@@ -188,7 +188,7 @@ struct FillingParameters {
   // voxels, distance between two samples when the instrument searches for tissue in front of it
   static constexpr double look_step = 0.25;
   static constexpr double step = 0.25;    // voxels; the radius of a dome may always grow by this much in one tick
-  static constexpr double most_step = 1;  // voxels, upper limit of the growth of a dome's radius in one tick
+  static constexpr double most_step = 1;  // voxels, largest growth of a dome's radius in one tick
   // s; in one tick, a dome may grow by the volume that waits, plus the volume that the instrument delivers in this time
   static constexpr double ahead = 0.01;
   static constexpr double least_step = 1e-3;
@@ -203,7 +203,7 @@ struct FillingParameters {
   // Largest allowed number of consecutive samples inside tissue on a ray. The voxels at a filled wall contain tissue
   // and filling, so a few such samples do not end the ray.
   static constexpr int thin = 3;
-  // Upper limit of the cost of one tick's search for an open place, in units of about 1 ns.
+  // Largest cost of one tick's search for an open place, in units of about 1 ns.
   static constexpr int search_cost = 60000;
   // Costs in the search for an open place, in units of about 1 ns: of a skipped ray, of a sample, and of the test
   // whether filling fits at a sample.

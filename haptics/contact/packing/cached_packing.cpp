@@ -13,7 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
-constexpr std::uintmax_t kMostKept = 256u << 20;  // bytes, upper limit of the total size of the cache
+constexpr std::uintmax_t kMostKept = 256u << 20;  // bytes, largest total size of the cache
 constexpr const char* kSuffix = ".packing";
 
 /// Calls use(address, size in bytes) for the memory of each value and each array of a

@@ -31,7 +31,7 @@ namespace packing {
 namespace {
 
 constexpr double kEpsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the estimate of the tissue's surface
-// Upper limit of the number of results of one pass. A pass with more results counts as failed.
+// Largest number of results of one pass. A pass with more results counts as failed.
 constexpr std::size_t kExpected = 65536;
 
 /// Sorts the results by the index of the tool's sphere (`ball`). Results of the same sphere stay in the order of the

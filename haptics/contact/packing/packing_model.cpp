@@ -25,9 +25,9 @@ constexpr double kPathUnit = 0.1e-3;    // m, unit of length of the stored path 
 constexpr int kPositionsCompared = 16;  // number of tool positions at which the times of GPU and CPU are compared
 // rad, largest rotation in one cut; the chord then deviates from the arc by less than 5e-5 of the head's reach
 constexpr double kLargestTurn = 0.02;
-// N, force limit of a dental scene. Scenes with a force limit up to this value use the same limit of the force's rate
-// of change for a retreating tool as the model "offset". In other scenes, the limit of the rate grows in proportion to
-// the force limit.
+// N, force limit of a dental scene. If a scene's force limit is at most this value, a retreating tool has the same
+// limit of the force's rate of change as with the model "offset". In other scenes, the limit of the rate grows in
+// proportion to the force limit.
 constexpr double kDentalForces = 20;
 // first version of the force laws in which the limit of the force's rate of change grows with the force limit
 constexpr std::uint32_t kLawsOfLargeForces = 7;

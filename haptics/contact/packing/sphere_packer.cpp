@@ -34,8 +34,8 @@ constexpr double kFiner = 1.5;  // ratio of the spacings of two successive grids
 // In grid spacings, smallest radius of a sphere that is placed with a grid. A smaller sphere is skipped, and a finer
 // grid may find it again.
 constexpr double kLeastRadius = 0.3;
-// Lower limit of the ratio of a sphere's radius to the free radius (largest sphere that fits) stored at its grid node.
-// A smaller sphere is postponed.
+// If a sphere's radius, divided by the free radius (largest sphere that fits) stored at its grid node, is smaller than
+// this, the sphere is postponed.
 constexpr double kAsExpected = 0.8;
 constexpr double kLargestTravel = 1.0;  // grid spacings, largest distance between a sphere's centre and its node
 constexpr double kLastStep = 0.02;      // grid spacings, length of the last step in the search for a sphere's centre

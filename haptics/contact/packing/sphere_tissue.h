@@ -148,9 +148,10 @@ class TriedCut {
   static constexpr std::size_t kMostSteps = 16384;
   struct Step {
     Place place{};
-    bool first = false;    // true for the first change by each of the tool's spheres
-    double taken = 0;      // m³, removed volume
-    double protrudes = 0;  // m, upper bound of the distance by which the sphere protrudes from its state before the cut
+    bool first = false;  // true for the first change by each of the tool's spheres
+    double taken = 0;    // m³, removed volume
+    // m, upper bound of the distance by which the changed sphere protrudes from the unchanged sphere
+    double protrudes = 0;
     CutSphere after;
   };
   std::vector<Step> steps_;  // changes in the order of carve(); the first count_ are valid

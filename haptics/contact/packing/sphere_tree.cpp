@@ -247,8 +247,8 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
   Ray ray;
   const dvec3 from = p - origin_;
   for (int a = 0; a < 3; ++a) {
-    // m, limit; a smaller displacement along an axis counts as zero, because it is far smaller than the margin of the
-    // boxes
+    // m, if the displacement along an axis is smaller than this, it counts as zero, because it is far smaller than the
+    // margin of the boxes
     const double slow = 1e-6 * slack_;
     ray.origin[a] = F8{} + static_cast<float>(from[a]);
     ray.inverse[a] = F8{} + (std::abs(m[a]) > slow ? static_cast<float>(1 / m[a]) : 1e25f);

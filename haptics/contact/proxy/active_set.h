@@ -61,7 +61,7 @@ class ActiveSet {
   }
 
  private:
-  // upper limit of the number of planes that are added; then the projection fails
+  // largest number of planes that are added; then the projection fails
   static constexpr int kMostRounds = 64;
   // largest number of active planes that may be removed when one plane is added
   static constexpr int kMostLeaving = 8;

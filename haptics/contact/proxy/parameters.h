@@ -30,9 +30,9 @@ struct WallSeatParameters {
 
 /// Parameters of the refinement of one contact by cubic queries (ContactFinder::refine).
 struct RefineParameters {
-  static constexpr int iterations = 2;  // upper limit of queries per contact and call for a head that cuts
-  // Upper limit of queries per contact and call for a head that does not cut. Without cutting, the hand feels errors of
-  // the force's direction.
+  static constexpr int iterations = 2;  // largest number of queries per contact and call for a head that cuts
+  // Largest number of queries per contact and call for a head that does not cut. Without cutting, the hand feels errors
+  // of the force's direction.
   static constexpr int iterations_fine = 8;
   // Voxels. A contact counts as exact until the ball has moved this far after its query. The error of its gap is then
   // 2e-5 voxel.
@@ -49,20 +49,20 @@ struct RefineParameters {
   // Voxels, convergence tolerance of the gap for a head that does not cut. The force direction depends on the lateral
   // error of the contact, which is the square root of the gap's error. So this tolerance is much smaller.
   static constexpr double gained_fine = 3e-8;
-  // Upper limit of the ratio of two successive steps for which the secant method is used.
+  // The secant method is used only if the ratio of two successive steps is at most this.
   static constexpr double still_converges = 0.95;
-  static constexpr double most_gain = 10;  // upper limit of the factor by which the secant method lengthens a step
+  static constexpr double most_gain = 10;  // largest factor by which the secant method lengthens a step
 };
 
 /// Parameters for a sharp rim of the head that is inside the tissue (ContactFinder::touch_with_rim). The head must
 /// leave the tissue along the tissue's normal, and not along a normal of the rim's sides.
 struct RimParameters {
-  // Limit of the cosine between the head's normal and the tissue's normal. Below it, the two normals count as
+  // If the cosine between the head's normal and the tissue's normal is smaller than this, the normals count as
   // different.
   static constexpr double askew = 0.99999;
   // Tolerance of the gradient's length, which is 1 in smooth tissue.
   static constexpr double gradient_tolerance = 0.05;
-  // Limit of the cosine between the normals of two contacts. Above it, both contacts belong to the same wall.
+  // If the cosine between the normals of two contacts is larger than this, both contacts belong to the same wall.
   static constexpr double same_wall = 0.9;
   // Voxels; a contact nearer than this to the head's rim counts as a contact of the rim. Twice the depth of the rim in
   // the tissue is added to this distance.
@@ -91,7 +91,7 @@ struct SharpEdgeParameters {
   // Voxels, smallest distance from the foot point to a face. Nearer to the edge, the interpolation stencil would
   // include samples of the other face.
   static constexpr double least_aside = 5.2;
-  static constexpr int steps = 3;  // upper limit of the number of steps that move a point onto a face
+  static constexpr int steps = 3;  // largest number of steps that move a point onto a face
   // voxels, tolerance: a point that is nearer to the face counts as on the face
   static constexpr double on_face = 1e-3;
   // Tolerance of the gradient's length, which is 1 near a single face.
@@ -101,8 +101,8 @@ struct SharpEdgeParameters {
   // voxels; a face is used only if the tissue below it is at least this deep
   static constexpr double depth_least = 3.7;
   static constexpr double depth_tolerance = 0.05;  // voxels, tolerance of the depth of the tissue below a face
-  // Limit of the cosine between two normals. If a face near other faces has a normal whose cosine with the normal of a
-  // face already found exceeds this limit, it is a duplicate of that face and is not stored.
+  // If the cosine between the normals of two faces is larger than this, the second face is a duplicate of the first and
+  // is not stored.
   static constexpr double alike = 0.98;
   // Tolerance of 1 - cosine between two normals on one plane; it covers the interpolation error.
   static constexpr double same_face = 1e-5;
@@ -115,7 +115,7 @@ struct SharpEdgeParameters {
   static constexpr double flat = 1e-10;
   // Voxels, tolerance of the offset between the planes at two points of a groove's wall; it covers rounding to floats.
   static constexpr double flat_distance = 2e-5;
-  static constexpr int misses = 6;  // upper limit of the number of directions in which no wall of a groove is found
+  static constexpr int misses = 6;  // largest number of directions in which no wall of a groove is found
   // Voxels. Interpolation fills the bottom of a groove. The largest depth of the filled part is this length times |n1 -
   // n2|, where n1 and n2 are the normals of the walls.
   static constexpr double filled = 0.15;
@@ -138,7 +138,7 @@ struct NonCuttingPartParameters {
   static constexpr double enough_room = 3;
   // voxels of the head's patch; if the shank's free distance is smaller than this, its contacts are searched
   static constexpr double close_room = 0.8;
-  // Limit of the cosine between two contact normals. Above it, contacts at the same place are merged.
+  // If the cosine between two contact normals at the same place is larger than this, the contacts are merged.
   static constexpr double same_direction = 0.985;
   // Voxels of the part's patch; two contacts nearer than this count as being at the same place.
   static constexpr double same_place = 2;

@@ -18,13 +18,13 @@ struct FollowParameters {
   // contact point limits the displacement only by a linear approximation.
   static constexpr double step = 0.15;
   static constexpr int looks = 2;  // number of iterations after which the near points are listed again
-  // Upper limit of the number of lists per tick; the head can then move by at most 4.8 radii per tick.
+  // Largest number of lists per tick; the head can then move by at most 4.8 radii per tick.
   static constexpr int rounds = 16;
   // Convergence tolerance: the iterations end when a displacement is shorter than this fraction of
   // `step`.
   static constexpr double settled = 0.2;
-  // Limit of the overlap of head and points, as a ratio to the head's radius. If the overlap is larger, the head counts
-  // as inside the tissue and is moved out.
+  // If head and points overlap by more than this (as a ratio to the head's radius), the head counts as inside the
+  // tissue and is moved out.
   static constexpr double led_out = 0.05;
   /// When the head has moved farther than this, as a ratio to its radius, the near points are listed again.
   static constexpr double kept = 0.15;

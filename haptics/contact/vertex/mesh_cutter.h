@@ -49,7 +49,7 @@ struct CutParameters {
   static constexpr std::uint32_t laws_of_bad_faces = 11;
   // m, tolerance: a vertex that overlaps the head by less than this counts as on its surface
   static constexpr double overlap = 1e-10;
-  // limit of the cosine between the normals of two faces; their common edge may be flipped only above this limit
+  // the common edge of two faces may be flipped only if the cosine between their normals is larger than this
   static constexpr double same_plane = 0.9;
   // Smallest allowed cosine between the normals of a face before and after the repair of a sliver.
   static constexpr double least_turn_in_mending = 0.5;

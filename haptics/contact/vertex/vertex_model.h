@@ -38,7 +38,7 @@ struct FeelParameters {
   // fraction as a running mean: met_weight is the weight of a new measurement, and least_met is the smallest allowed
   // fraction.
   static constexpr double met_weight = 0.1, least_met = 0.01;
-  // Limit of the distance between head and nearest point, as a ratio to the head's radius. Below it, the head cannot
+  // If the distance between head and nearest point, divided by the head's radius, is smaller than this, the head cannot
   // move freely.
   static constexpr double touches = 0.01;
   static constexpr double look_ahead = 0.5e-3;  // m, search distance around a head without contact
@@ -54,12 +54,12 @@ struct FeelParameters {
   static constexpr double rest = 3, hurry = 0.08;
   // Largest effort of a cut in one tick. A longer cut is divided over several ticks.
   static constexpr Effort most_effort = 6000;
-  // the same limit for the cut after a cut in which vertices stayed inside the head
+  // largest effort of a cut that follows a cut in which vertices stayed inside the head
   static constexpr Effort more_effort = 8000;
   // Largest effort of all lists in one tick; a fast head needs several lists. If the next list would exceed it, the
   // head continues in the next tick.
   static constexpr Effort most_listed = 15000;
-  // the limit of a cut in one tick for force laws 9 and 10, counted in faces whose vertices are tested once
+  // largest size of a cut in one tick for force laws 9 and 10, counted in faces whose vertices are tested once
   static constexpr std::size_t most_faces = 2000;
 };
 
