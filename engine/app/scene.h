@@ -72,8 +72,8 @@ Scene parse_scene(const Json& json, const std::filesystem::path& file);
 Scene parse_scene(const Json& json, const std::filesystem::path& file, const ScenePlace& place);
 
 /// Returns the rig file that is used if the user names no rig. `usual`: name of a rig that shows a tooth: "closeup",
-/// "film" or "window". If the scene has the rig "hip", "hip", "hip_film" or "hip_window" is used instead. Throws
-/// Error.
+/// "film" or "window". If the scene names the rig "hip", the rig "hip", "hip_film" or "hip_window" is used instead.
+/// Throws Error.
 std::filesystem::path usual_rig(const Scene& scene, const std::string& usual);
 
 /// Returns the path of the scene's volume; empty if the scene's tissue consists of solids. Throws Error.

@@ -23,7 +23,7 @@ struct PassivityLaw {
   // m/s², expected acceleration of any hand; a hand that moves inward faster than this acceleration × the tick length
   // is expected to continue inward
   double turning = 2;
-  // s, tick length for which `turning` is valid; after much longer ticks the hand may retreat as fast as it advanced
+  // s, longest tick for which `turning` is valid; in a much longer tick, the hand may retreat as fast as it advanced
   double human_tick = 1e-3;
   double jump_distance = 0.3e-3;  // m; a hand that moves this far in one tick may reverse at once (it moves in jumps)
   double twisting = 20;           // rad/s², expected angular acceleration of any hand

@@ -661,7 +661,7 @@ class PathPass {
     put(starts_, started_, glm::vec3(first - way_.from.base) + kMiddle);
     if (++started_ == 8) choose();
   }
-  /// Finishes all stages. Returns true if any sample changed.
+  /// Processes the blocks that still wait. Returns true if any sample changed.
   bool finish() {
     if (started_ > 0) choose();
     for (int group = 0; group <= HeadField::kMaxPieces; ++group) {

@@ -55,7 +55,7 @@ class Around {
     const std::size_t i = box_.field.at(p.x, p.y, p.z);
     return box_.field.distance[i] < 0 ? box_.tissue[i] : Tissue::kAir;
   }
-  // frame of the whole volume; with it, the nearest voxel here is also the nearest voxel of the volume
+  // frame of the whole volume; it is used so that the nearest voxel of the copy is also the nearest voxel of the volume
   VoxelFrame frame_;
   glm::ivec3 lo_;
   DenseCopy box_;

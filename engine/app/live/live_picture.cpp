@@ -23,9 +23,9 @@ constexpr Nanos kProcessorMeshInterval = 33'000'000;
 constexpr Nanos kBriefWait = 4'000'000;     // ns, time between two checks for motion while nothing is drawn
 constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between two pictures from the free viewpoint
 constexpr int kImplantSections = 2;         // number of sections through an implant: along the arch, and across it
-// Limits: the section follows the drill if the drill has rotated or moved farther than this.
-constexpr double kSectionTurns = 0.02;    // rad, smallest rotation that the section follows
-constexpr double kSectionMoves = 0.1e-3;  // m, smallest translation that the section follows
+// The section follows the drill only if the drill has rotated or moved farther than this.
+constexpr double kSectionTurns = 0.02;    // rad, smallest rotation of the drill that the section follows
+constexpr double kSectionMoves = 0.1e-3;  // m, smallest motion of the drill that the section follows
 
 }  // namespace
 

@@ -100,7 +100,7 @@ class ScanReview {
   /// Replaces the tissue by tissue on the same sample grid, for example with the crowns of an intraoral scan. This can
   /// be undone like a correction. When the labels are computed again, the replacement is lost.
   void replace(haptics::DenseTissue tissue);
-  /// Returns the corrections that were not undone, in order. Replaced tissue is not included.
+  /// Returns the corrections that were not undone, in order. A replacement of the tissue by replace() is not included.
   std::vector<haptics::Correction> corrections() const;
 
   /// Draws a section: the grey values with the colours of the labels, darker outside the region. `pixels`: width and

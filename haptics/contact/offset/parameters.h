@@ -120,8 +120,8 @@ struct WallParameters {
   static constexpr double least_power = 0.1;
   // A border is a wall if the ratio of the softer to the harder tissue's specific energy is below this limit.
   static constexpr double from_ratio = 0.2;
-  // largest number of rounds per iteration; each round reduces the depth of the cut at wall planes and projects
-  // again
+  // Largest number of rounds per iteration. In each round, the depth of the cut at wall planes is reduced, and the head
+  // is projected again.
   static constexpr int rounds = 4;
 };
 

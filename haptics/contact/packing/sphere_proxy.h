@@ -140,10 +140,10 @@ class SphereProxy {
     // m; when this near list was made, every tissue sphere outside the list was at least this far from the tool
     // sphere
     double margin = 0;
-    // m, upper bound of the displacement of the tool sphere since this near list was made; after each cut, the largest
-    // distance by which a cut sphere protrudes from its previous state is added
+    // m, upper bound of the displacement of the tool sphere since this near list was made, plus the sum of `protrudes`
+    // over all cuts since then
     double moved = 0;
-    // m, largest distance by which a cut sphere protrudes from its previous state; end_notes() adds it to `moved`
+    // m, largest distance in the present cut by which a changed tissue sphere protrudes from the unchanged sphere
     double protrudes = 0;
     // m, distance from the tool sphere to the nearest sphere of the tissue when the list was made; negative if they
     // overlap
