@@ -100,7 +100,7 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
       for (int i = 0; i < size_z; ++i) at[i] = now[i];
     }
     any_raised |= raised;
-    // Stores every group of samples, even an unchanged one. A branch that skips unchanged groups would often be
+    // Stores every group of samples, even if it has not changed. A branch that skips unchanged groups would often be
     // mispredicted.
     moved_taken[moved] = eight::share_taken(old, now);
     moved_at[moved] = first;
@@ -194,7 +194,9 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
       hole = hole > 0.0f ? hole : F8{};
       take_root(hole);
       F8 hole_from = first + 1.0f - hole, hole_to = first + 1.0f + hole;
-      const I8 leave = hole_to - hole_from > 8.0f;  // the hole is omitted only if it contains a whole group of samples
+      // the samples that the ball has already emptied (the hole) are skipped only if they include a whole group of
+      // samples
+      const I8 leave = hole_to - hole_from > 8.0f;
       hole_from = hole_from > 0.0f ? hole_from : F8{};
       hole_to = hole_to > low ? hole_to : low;
       hole_from = leave & (hole_from < high) ? hole_from : high;
@@ -385,8 +387,8 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
           const bool whole = x0 >= b.held_lo.x && y0 >= b.held_lo.y && z0 >= b.held_lo.z &&
                              x0 + kRows - 1 <= b.held_hi.x && y0 + kRows - 1 <= b.held_hi.y &&
                              z0 + kDeep - 1 <= b.held_hi.z;
-          // A quick test of a block of samples that is far from the surface, with the sample at its middle. From voxel
-          // to voxel, the field and the depth change by at most one.
+          // A quick test with the sample at the middle of the block. It shows whether the block is far from the
+          // surface, because the field and the depth change by at most one from voxel to voxel.
           if (whole) {
             const float middle = f.distance[(x0 + 1) * b.stride_x + (y0 + 1) * b.stride_y + z0 + 3];
             const float least = middle - kHalf - b.slip, slack = least - (length - Sweep::kMargin - away);
@@ -423,7 +425,7 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             any_raised |= raised;
             const I8 lost = eight::share_taken(old, now);
             if (any_of(lost > 0)) taken.add(lost, b.tissue + first, at, 0, 8);
-            // If the head has already been at the deepest position that it can reach at a sample, this sample does not
+            // If the head has already been at the position in which a sample is deepest inside it, this sample does not
             // change any more.
             F8 slack = (raised ? now : least) - depth;
             slack = now >= Sweep::kInner ? F8{} + kNever : slack;

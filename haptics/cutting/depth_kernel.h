@@ -29,8 +29,8 @@ struct NearestPiece {
   }
   TYPODONT_KERNEL void meet_arc(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats none = all(0.0f);
-    // The arc's end b also belongs to the next piece of the meridian, which examines it. So only the end a is examined
-    // here, which may be the tip.
+    // The arc's end b also belongs to the next piece of the meridian, and is examined with that piece. So only the end
+    // a is examined here, which may be the tip.
     const Floats ex = rho - all(piece.ax), ez = z - all(piece.az), vx = rho - all(piece.cx), vz = z - all(piece.cz);
     const Mask beyond = more(none, all(piece.dx) * ez - all(piece.dz) * ex);
     const Floats off = all(piece.radius) - root(vx * vx + vz * vz);

@@ -109,8 +109,8 @@ constexpr int kStretch = 64;  // number of samples of a row that are listed toge
 constexpr float kBent = 0.3f;
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 
-/// Eight blocks of samples, one per lane, as seen from a head: the distances of the blocks' centres from the head and
-/// from each piece of its meridian, and the outward direction.
+/// Eight blocks of samples, one per lane: the distances of the blocks' centres from the head and from each piece of its
+/// meridian, and the direction out of the head.
 struct Seen {
   F8 distance, to_piece[HeadField::kMaxPieces];
   // frame T of the head: position of the block's centre, its distance rho from the axis, and the outward direction
@@ -310,8 +310,8 @@ class HeadPass {
       return false;
     }
     slack = kNoEnd;
-    // The block was deep inside the head at the other pose of the sweep. The head removed the tissue there,
-    // so the block is empty.
+    // At the other pose of the sweep, the block was deep inside the head. The head removed the tissue there, so the
+    // block is empty.
     if (after_ && d < -(Sweep::kInner + kHalf + way)) return false;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
     block.distance = target.distance, block.tissue = target.tissue;
@@ -334,8 +334,8 @@ class HeadPass {
   /// block can change while the head moves by `ahead`.
   Work what(int lane, HeadBlock& block, float& slack, bool clipped) const {
     const float d = seen_.distance[lane], way = after_ ? back_.longest : 0;
-    // A quick test of a block of samples that is far from the surface, with the sample at its middle. From voxel to
-    // voxel, the field and the depth change by at most one.
+    // A quick test with the sample at the middle of the block. It shows whether the block is far from the surface,
+    // because the field and the depth change by at most one from voxel to voxel.
     if (!clipped) {
       slack = *block.middle() + d - 2 * kHalf;
       if (slack > 1 + way) return Work::kNone;
@@ -451,7 +451,7 @@ class HeadBatch {
         BlockSlack found{.ahead = slip};
         changed |= carve_head_block(pass_.pose(), block_[lane], work_[lane] == HeadPass::Work::kRaise, tops,
                                     tops.removed, found);
-        // 0 for a block of samples that lies only partly in the patch, because nothing is known about its other part
+        // The slack of a block that lies only partly in the patch is 0, because nothing is known about its other part.
         slack_[lane] = clipped_[lane] ? 0 : found.slack;
       }
       *due_[lane] = again ? way : way + (slack_[lane] - slip);
@@ -509,7 +509,7 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
         if (raise || (leaf && work == HeadPass::Work::kLook)) {
           changed |= carve_head_block(pass.pose(), block, raise, tops, removed, found);
           emptied |= found.emptied;
-          // 0 if the block is clipped, because nothing is known about its samples outside `from` .. `to`
+          // The slack of a clipped block is 0, because nothing is known about its samples outside `from` .. `to`.
           block_slack = clipped ? 0 : found.slack;
         }
         if (k > 0) least_slack = std::min(least_slack, block_slack);
@@ -576,7 +576,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
               changed |=
                   carve_head_block(pass.pose(), block, work == HeadPass::Work::kRaise, tops, tops.removed, found);
-              // 0 if the block is clipped, because nothing is known about its other samples
+              // The slack of a clipped block is 0, because nothing is known about its other samples.
               slack = clipped ? 0 : found.slack;
               kinds[z - z0] = block.kind;
             }

@@ -57,11 +57,11 @@ TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
     raised |= rises;
     emptied |= more(zero, old) & no_less(now, zero);
   });
-  // The head touches a raised sample, so any motion may raise it again. So the slack is 0.
+  // A raised sample lies at the head's surface, so any motion may raise it again. So its slack is 0.
   if (any(raised)) return {true, any(emptied), 0};
   Floats least_slack = never;
   for_each([&](const float* at, const Floats& depth, const Mask&) __attribute__((always_inline)) {
-    // When the head has been at the deepest position that it can reach at a sample, the sample cannot change any more.
+    // When the head has been at the position in which a sample is deepest inside it, the sample cannot change any more.
     const Floats now = load(at);
     least_slack = lesser(least_slack, pick(no_less(now, inner), never, greater(now, all(-Sweep::kMargin)) - depth));
   });

@@ -12,7 +12,8 @@
 
 namespace typodont::haptics {
 
-/// Slack of the samples in 16 rows: the distance (voxels) by which the head must approach before a sample can change.
+/// For each sample of 16 rows, the slack: the distance (voxels) by which the head must approach before the sample can
+/// change.
 class SlackRows {
  public:
   static constexpr int kStretch = 64;  // number of samples of a row that are listed together

@@ -34,8 +34,9 @@ namespace {
 constexpr std::uint32_t kLawsOfLines = 11;
 // tan(φ/2) at a corner of the meridian must be below this limit (MeridianPiece::corner_a)
 constexpr float kRightAngle = 1.001f;
-constexpr int kSteps = 24;           // largest number of steps of one search; almost every search needs fewer than ten
-constexpr float kBesideSlip = 0.5f;  // voxels, upper bound of the error if a block is evaluated only at its centre
+constexpr int kSteps = 24;  // largest number of steps of one search; almost every search needs fewer than ten
+// voxels, upper bound of the error if the path of a block is evaluated only at the block's centre
+constexpr float kBesideSlip = 0.5f;
 
 /// Restricts the range `lowest` .. `highest` of z coordinates in a column of blocks of samples. It keeps the blocks
 /// that are nearer than `far` (voxels) to the head's axis. The blocks' centres have the offset `off` (x, y) from a
@@ -425,7 +426,7 @@ struct WayBlock {
   int from[3], to[3];
   glm::ivec3 first;  // first sample of the block, relative to the base voxel of the first pose
   float top, n[3], share;
-  // voxels, upper bound of the error when the depth at the centre is used for the other samples of the block
+  // voxels, upper bound of the error if the depth at the centre is also used for the other samples of the block
   float bent;
   float* due;    // receives the path length at which the block is due again; null: the value is not stored
   unsigned set;  // the pieces of the meridian that can be nearest to any sample on the path, one bit for each piece
@@ -548,7 +549,7 @@ bool carve_tops(PathMaxima* tops_at, int first) {
   const F8 least = eight::greater(old, F8{} - Sweep::kMargin);
   search.begin(tops.back, (1u << tops.back.count) - 1, x, y, z, least, 0, Sweep::kInner);
   // The first step of the search evaluates the other end of the path. If the maximum is there, nothing remains to be
-  // done, because the sample was already cut there, with the same bits.
+  // done, because the cut at that end has already written this depth.
   search.step(tops.back, 0, Sweep::kInner);
   const F8 at_ends = search.best;
   for (int step = 1; step < kSteps && any_of(search.open); ++step) search.step(tops.back, step, Sweep::kInner);

@@ -31,7 +31,7 @@ struct SearchParameters {
   static constexpr double settled_cutting = 0.03;
   // largest number of iterations per tick, including iterations without contact
   static constexpr int iterations = 48;
-  // Upper limits of the number of iterations in contact per tick. settling_iterations: for a tool that does not cut;
+  // Largest number of iterations in contact per tick. settling_iterations: for a tool that does not cut;
   // settling_iterations_cutting: for a cutting tool.
   static constexpr int settling_iterations = 8, settling_iterations_cutting = 5;
   // Largest number of long steps that are opposite to the previous long step. After more reversals, the
@@ -105,7 +105,7 @@ struct FallParameters {
   static constexpr double landing_slew = 12;
   // A landing speed is also allowed up to this factor times the hand's mean speed.
   static constexpr double growth = 1.2;
-  // N/s, limit of the braking: (speed of the hand - landing speed) × stiffness is at most this.
+  // N/s, largest braking: (speed of the hand - landing speed) × stiffness is at most this.
   static constexpr double brake = 12;
 };
 

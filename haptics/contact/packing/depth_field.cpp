@@ -95,7 +95,7 @@ void DepthField::find_closest_points(double band) {
   };
 
   // Start points of the propagation: the points where the line between two neighbouring voxels crosses the tissue's
-  // surface, and the points that follow from the field's gradient.
+  // surface, and the points that are computed from the field's gradient.
   const std::array<std::ptrdiff_t, 3> strides = {stride_x_, stride_y_, 1};
   for (const std::ptrdiff_t i : solid_) {
     const float own = depth_[static_cast<std::size_t>(i)];

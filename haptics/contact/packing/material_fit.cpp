@@ -25,7 +25,7 @@ struct Moment {
   double gain = 0;  // N, simulated force if all densities were 1
 };
 
-/// Returns the ratio of the tool's force to the cutting power, N/W. It follows from the equation power = μ_c ·
+/// Returns the ratio of the tool's force to the cutting power, N/W. It is computed from the equation power = μ_c ·
 /// efficiency · F · R · ω (see `earn` in the servo). The motor's loss of speed under load is neglected.
 double newtons_per_watt(const ServoSettings& settings, const Pose& X_WT, const dvec3& feed) {
   const Tool& tool = settings.tool;

@@ -21,12 +21,12 @@ namespace typodont::haptics::packing {
 /// The contact model "packing" on the servo thread. constrain() runs passes 1 and 2 (first contact, material at the
 /// contact); cut() runs pass 3 (removal along the motion). If the packing has millions of spheres, the model compares
 /// CPU and GPU at the first snapshot. It uses the GPU if the GPU is faster and gives the same bits. The cutting speed
-/// of eq. 4 is v_d = v_b / ρ, with the base speed v_b and the density ρ relative to dentin. In this model, v_b follows
-/// from the energy that the motor has delivered (the servo's energy budget). To remove the volume dV of tissue with the
-/// specific energy u costs the energy u dV. So a head with the contact area A that moves at v_d needs the power A u
-/// v_d. The motor delivers the power P at the teeth (specific cutting energy: Shaw, "Metal Cutting Principles"; the
-/// servo's `earn` computes P by Preston's law). So v_b = P / (A u_dentin). The area A is not estimated: cut() finds the
-/// step that costs exactly the energy in the budget.
+/// of eq. 4 is v_d = v_b / ρ, with the base speed v_b and the density ρ relative to dentin. In this model, v_b is
+/// computed from the energy that the motor has delivered (the servo's energy budget). To remove the volume dV of tissue
+/// with the specific energy u costs the energy u dV. So a head with the contact area A that moves at v_d needs the
+/// power A u v_d. The motor delivers the power P at the teeth (specific cutting energy: Shaw, "Metal Cutting
+/// Principles"; the servo's `earn` computes P by Preston's law). So v_b = P / (A u_dentin). The area A is not
+/// estimated: cut() finds the step that costs exactly the energy in the budget.
 class PackingModel final : public ContactModel {
  public:
   /// Throws Error for a filling instrument, because the tissue's spheres can only shrink. Throws Error for a tool with

@@ -23,7 +23,7 @@ struct Parameters {
   std::optional<ToolSpheres> tool_mesh;
   std::size_t tool_spheres = 60;  // number of spheres of a head that is not a ball
   /// m/s, fixed value of the base speed v_b in eq. 4, which is the cutting speed at density 1; it does not depend on
-  /// the force, as in paper S2. 0: v_b follows from the motor's power (see class PackingModel).
+  /// the force, as in paper S2. 0: v_b is computed from the motor's power (see class PackingModel).
   double base_speed = 0;
   double free_speed = 0.02;  // m/s, largest cutting speed; it limits eq. 4 in tissue of very low density
   // Used only if base_speed is not 0. true: the cutting speed uses the density ρ of eq. 3, which grows with the contact

@@ -448,8 +448,8 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
     }
     steps[count++] = {&c, turned, 1 + glm::dot(c.turn, turned)};
   }
-  // A ball at the origin of the tool's frame is not turned by its contacts. In this case, the rotational sums are zero
-  // and are left out, so that each iteration waits for fewer results of the previous one.
+  // A ball at the origin of the tool's frame is not turned by its contacts. In this case, the sums for the rotation are
+  // zero and are left out, so that each iteration waits for fewer results of the iteration before.
   const bool turns = tool_.size() > 1 || arm_[0] > 0;
   for (int round = 0; round < kRounds; ++round) {
     double changed = 0;

@@ -1,5 +1,5 @@
-// Estimates which tissue is in contact with the tool, and the cutting speed that follows from it (paper S2, pass 2 and
-// eq. 2 to 5). Pure functions. Servo thread, noexcept.
+// Estimates which tissue is in contact with the tool, and computes the cutting speed in this tissue (paper S2, pass 2
+// and eq. 2 to 5). Pure functions. Servo thread, noexcept.
 #pragma once
 
 #include <span>

@@ -69,8 +69,8 @@ struct CutDone {
   bool held = false;     // true if some vertices had to stay inside the head, because of a thin wall or an open border
 };
 
-/// Approximate computing time, in units of 10 ns, that follows from the numbers of faces and vertices. It is not
-/// measured, so it is the same in every replay.
+/// Approximate computing time, in units of 10 ns, computed from the numbers of faces and vertices. It is not measured,
+/// so it is the same in every replay.
 using Effort = std::int64_t;
 inline constexpr Effort kNoLimit = std::numeric_limits<Effort>::max();
 
