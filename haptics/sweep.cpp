@@ -85,8 +85,8 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     along_axis_ = continues && laws >= kLawsOfAxis && straights_ == 0 && has_rim(pieces_[0], pieces_[1]) &&
                   moves_along_axis(tool, X_VA_, X_VB_, reach);
     if (along_axis_) {
-      // In a motion along the axis, a sample does not change if the point of the head at A (the start of the sweep)
-      // that is nearest to the sample is on the flank.
+      // In a motion along the axis, most samples beside the flank do not change: those for which the nearest point of
+      // the head at A (the start of the sweep) lies on the flank.
       const MeridianPiece& end = pieces_[0];  // flat end of the drill, from the axis to the rim
       const auto moved = static_cast<float>(glm::length(b - a));
       back_.still_above = end.bz + moved, back_.still_beyond = end.bx + end.bz + moved;

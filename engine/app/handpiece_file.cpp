@@ -15,7 +15,7 @@ constexpr double kWidestHead = 8e-3;  // m, diameter of the widest head that a d
 // Limits of the numbers in a file. They limit the number of triangles that engine/render/handpiece_mesh.h makes.
 constexpr std::size_t kMostParts = 16, kMostRings = 64, kMostBands = 16;
 constexpr int kMostCopies = 12;
-constexpr double kFarthest = 300;  // mm, limit of each length and coordinate in a file
+constexpr double kFarthest = 300;  // mm, largest absolute value of a length or coordinate in a file
 
 HandpiecePart read_part(const Json& json) {
   json.allow_only({"rings_mm", "smooth", "color", "roughness", "brushed", "metal", "glow", "bands_mm", "knurl_mm",

@@ -128,7 +128,7 @@ struct TissueVolume::Impl {
     tissue = openvdb::Int32Grid::create(0);
   }
 
-  /// Returns the first mark of a volume; marks of different volumes differ.
+  /// Returns the mark (number) with which the log of a new volume begins. Marks of different volumes differ.
   static std::uint64_t first_mark();
   /// Discards the log of writes. Must be called after a change that was not logged, because the log is then
   /// incomplete.
