@@ -37,7 +37,8 @@ struct SoundModels {
   ArModel idle;
   // Working models from recordings; empty if none was recorded.
   std::array<std::optional<ArModel>, kTissueCount> working;
-  double free_speed = 0;  // rad/s, speed at which the idle model was recorded; 0: the highest speed so far
+  // rad/s, speed at which the idle model was recorded; 0: unknown, so the highest speed of the spindle so far is used
+  double free_speed = 0;
   std::vector<RotorTone> tones;
   // Number of teeth of the cutter; at low speed each tooth is heard separately; 0: teeth are never heard separately.
   double teeth = 0;

@@ -246,10 +246,10 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
 }
 
 bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
-  // The size of a chunk is chosen so that it becomes full shortly before a flush is due. The flush then writes it, so
-  // each chunk is written only once, and the fixed cost of a flush occurs only twice per second. The constant is the
-  // fraction of the rows of a flush interval that fill a chunk, so this works if the servo runs at nine tenths of its
-  // rate or faster.
+  // A chunk should become full shortly before a flush is due, because the flush then writes it. So each chunk is
+  // written only once, and the fixed cost of a flush occurs only twice per second. The constant is the size of a chunk
+  // as a fraction of the rows in a flush interval. With 0.9, this works if the servo runs at nine tenths of its rate or
+  // faster.
   constexpr double kOfAFlush = 0.9;
   const double rows = std::clamp(header.servo_rate * to_seconds(options.flush_interval) * kOfAFlush, 256.0, 8192.0);
   const auto tick_chunk = static_cast<std::size_t>(rows);

@@ -127,8 +127,8 @@ BoxContent paint(Imported& imported, const LabelStroke& stroke) {
       if (t.tissue[at] != Tissue::kAir && capsule(p) <= 0) set_label(imported, stroke.kind, at);
     });
   } else {
-    // Tissue may not be added in the outermost voxels of the box, because it would have no surface there.
-    constexpr double kWall = 3;  // voxels, width of this margin
+    // The tissue near the walls of the box would have no surface. So no tissue is added within kWall of the walls.
+    constexpr double kWall = 3;  // voxels, width of the margin without added tissue
     for_each_in(box, [&](const glm::ivec3& p) {
       const std::size_t at = t.at(p.x, p.y, p.z);
       const glm::ivec3 from_wall = glm::min(p, t.size - 1 - p);

@@ -9,8 +9,8 @@ namespace typodont::haptics {
 
 using P = CouplingParameters;
 
-/// Computes the means over the tissues under the head. The most frequent tissue is the first of those with the largest
-/// fraction. Tissues with the fraction 0 are skipped.
+/// Computes the means over the tissues under the head, and finds the most frequent tissue. If several tissues have the
+/// largest fraction, the first of them is taken. Tissues with the fraction 0 are skipped.
 Servo::State::TissueMeans Servo::State::tissue_means() const noexcept {
   TissueMeans mean;
   double total = 0, most = 0;

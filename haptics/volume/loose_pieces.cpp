@@ -383,7 +383,7 @@ LoosePieces::~LoosePieces() = default;
 void LoosePieces::note_emptied(int block, const SolidBits& now, bool unseen) {
   SolidBits& seen = blocks_->changing(block);
   SolidBits gone;
-  // A block may not have been read since the last edit. In this case, any sample that is air now may have been tissue
+  // If a block has not been read since the last edit, any sample that is air now may have been tissue
   // before.
   for (std::size_t i = 0; i < 8; ++i) gone[i] = unseen ? ~now[i] : seen[i] & ~now[i];
   seen = now;
