@@ -53,11 +53,9 @@ struct PassivityLaw {
   // s, time constant with which the longest tick is forgotten, because a clock that missed ticks will probably miss
   // ticks again
   double clock_memory = 10;
-  // J, largest debt of the energy ledger that the law uses. A debt of 1 nJ would be allowed; the difference is a
-  // reserve for rounding errors and sudden reversals.
-  double longest_gap = 5;
-  // J, debt that the energy ledger may have. A debt of 1 nJ would be allowed; the rest is a reserve for rounding errors
-  // and sudden reversals.
+  double longest_gap = 5;  // ticks; a gap longer than this is a pause and does not count as the longest tick
+  // J, debt that the energy ledger may have in this law. A debt of 1 nJ would be allowed; the difference is a reserve
+  // for rounding errors and sudden reversals.
   double credit = 0.5e-9;
 };
 
