@@ -350,12 +350,10 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
     return;
   }
   drew_last_ = false;
+  if (options_.embedded) return;  // the operator's window itself waits between two frames
   // After half a second without motion, this loop checks the hand's motion only forty times per second, to save
   // computing time. A mouse event ends the wait between two checks early. Events of other hands do not end it, because
   // some hands send a thousand events per second.
-  if (options_.embedded) return;
-  // After half a second without motion, this loop checks the hand's motion only forty times per second. A mouse event
-  // ends the wait early. Events of other hands do not, because some hands send a thousand events per second.
   if (last_turn_ - last_drawn_ > kNanosPerSecond / 2) stage_->output().wait(25'000'000);
   if (now() - last_turn_ < kBriefWait) std::this_thread::sleep_for(std::chrono::nanoseconds(kBriefWait));
 }
