@@ -131,10 +131,10 @@ inline double reversal_probability(const PassivityLaw& law, double tick, bool un
   return std::clamp(std::max(turned_lately, leaps), 0.0, 1.0);
 }
 
-/// Returns the greatest expected outward displacement (m) of the hand in the next tick. The velocity is expected to
-/// change as much as recently, or more if the hand may reverse at once. The speed is expected to exceed the recent
-/// speed only slightly. `along`: m/s, outward velocity; `twitch`: m, displacement that any hand is expected to be able
-/// to make.
+/// Returns the greatest expected outward displacement (m) of the hand in the next tick. The expected change of the
+/// velocity is the largest recent change, or a larger one if the hand may reverse at once. The expected speed is at
+/// most slightly larger than the largest recent speed. `along`: m/s, outward velocity; `twitch`: m, displacement that
+/// any hand is expected to be able to make.
 inline double expected_retreat(const PassivityLaw& law, double along, double tick, double twitch,
                                const PassivityState& state) noexcept {
   const bool uneven_clock = state.longest > 1.02 * tick;  // tolerance of 2 % for the rounding of a clock in ns
