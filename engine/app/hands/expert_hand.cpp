@@ -61,7 +61,7 @@ struct Lead {
   static constexpr double scrape_gain = 30;
   // m, largest lead of the hand (distance ahead of the target point) while scraping
   static constexpr double most_scrape_lead = 1.2e-3;
-  // The lead of a cut has a limit. Which lead gives which force depends on the tissue, so the limit is adjusted until
+  // The lead of a cut is limited. The force that a lead causes depends on the tissue, so the limit is adjusted until
   // the force equals the wanted force. The wanted forces here are fractions of the task's mean force. rough_force: bulk
   // of the tissue, if another tool makes the finish; bulk_force: bulk, otherwise; finishing_force: final surface.
   static constexpr double rough_force = 2.3, bulk_force = 1.65, finishing_force = 1.4;
@@ -69,7 +69,7 @@ struct Lead {
   static constexpr double coarse_force = 2.7;
   // 1/s, gain with which an error of the force changes the largest allowed lead
   static constexpr double lead_per_force = 15;
-  // smallest and largest value of the limit of the hand's lead, as ratios to the lead that gives the task's mean force
+  // smallest and largest value of the limit of the lead, as ratios to the lead that gives the task's mean force
   static constexpr double least_most_lead = 0.6, most_lead = 3;
   // m, the largest value of the limit is at least this; soft bone needs a longer lead than a tooth
   static constexpr double always_allowed_lead = 2e-3;
