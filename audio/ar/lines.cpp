@@ -26,8 +26,8 @@ constexpr std::size_t kNoiseOrder = 16;  // number of poles of the models for th
 constexpr double kDrift = 1;
 constexpr double kLongestTrack = 60;  // s, longest part in the middle of a recording in which a line is followed
 constexpr double kFloorReach = 100;   // Hz, width of the band on each side of a line in which the noise is measured
-// if noise causes a variance of the amplitude below this (divided by the squared mean amplitude), the band is narrow
-// enough
+// a band about a line is narrow enough if the noise in it causes a variance of the amplitude (divided by the squared
+// mean amplitude) below this
 constexpr double kWeakNoise = 0.02;
 // Hz, half widths of the bands in which a line may be followed; the first band of this list that suits the line is used
 constexpr std::array kBandwidths = {80.0, 40.0, 20.0};

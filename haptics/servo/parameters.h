@@ -53,8 +53,8 @@ struct CouplingParameters {
   static constexpr double waiting_slew = 16;
   // N/s, largest sum of all force changes; the teeth's force may use the part that the other changes do not use
   static constexpr double total_slew = 18;
-  // J, energy that a rise of the tissue's stiffness may store in the coupling, even if the energy ledger holds
-  // less
+  // J, if the tissue under the head becomes stiffer, the coupling may store this energy, even if the energy ledger
+  // holds less
   static constexpr double unpaid = 0.15e-3;
   // s, time constant with which the force fades without a snapshot, in version 1 of the force laws
   static constexpr double fade_time_of_laws_1 = 0.1;
