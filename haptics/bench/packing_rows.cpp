@@ -36,7 +36,7 @@ constexpr double kBall = 5e-3;     // m, radius of the tissue, which is a ball
 constexpr double kHead = 0.6e-3;   // m, radius of a round bur
 constexpr double kDepth = 0.1e-3;  // m, depth at which the surface is estimated
 constexpr std::size_t kToolSpheres = 200;
-constexpr double kReamer = 22e-3;         // m, radius of the reamer
+constexpr double kReamer = 22e-3;  // m, radius of the reamer
 // m, initial height of the reamer's centre: 1 mm above its height at the first contact
 constexpr double kReamerStart = 16.5e-3;
 
