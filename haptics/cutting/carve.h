@@ -49,7 +49,7 @@ class VoxelStamp;
 /// the active front of this patch and tool.
 PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
-/// Removes whole voxels, with the same results as carve() for a Sweep.
+/// Removes whole voxels. The other parameters and the result are those of carve() for a Sweep.
 PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
 
