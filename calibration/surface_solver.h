@@ -35,7 +35,7 @@ struct SurfaceOptions {
   double resolution = 0.3e-3;    // m, voxel size of the field; the residual of a good fit is smaller
   double correlation = 2e-3;     // m, distance over which errors of the two surfaces are correlated
   double least_area = 30e-6;     // m², smallest area of agreeing points with which the result can be trusted
-  double least_agreement = 0.7;  // smallest fraction of the points near the surface D that must agree
+  double least_agreement = 0.7;  // of the points near the surface of body D, this fraction must fit it
   double most_error = 0.2e-3;    // m, largest predicted error at the scan
 };
 

@@ -90,9 +90,10 @@ struct Lost {
   // number of ticks that reached the recorder but were lost because the disk was full or failed
   std::uint64_t ticks_disk = 0;
   std::uint64_t cuts_disk = 0;
-  // number of patch uses, events and stream samples lost because the disk was full or failed
+  // number of other records (uses of a patch by the servo, events, stream samples) lost because the disk was full or
+  // failed
   std::uint64_t other_disk = 0;
-  std::uint64_t other_ring = 0;     // number of patch uses, events and stream samples lost because a ring was full
+  std::uint64_t other_ring = 0;     // number of these other records lost because a ring was full
   std::uint64_t pictures_disk = 0;  // number of pictures of the result lost because the disk was full or failed
   bool operator==(const Lost&) const = default;
   bool any() const { return *this != Lost{}; }

@@ -72,9 +72,9 @@ TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Fl
                     all(0.0f));
 }
 
-/// The piece of the meridian nearest to some samples, and the component of a given direction towards this piece. It is
-/// computed without another square root. The direction is given by its component perpendicular to the axis and its
-/// component along the axis, both multiplied by the distance rho from the axis.
+/// The piece of the meridian nearest to some samples, and the component of a given direction towards this piece. The
+/// direction is given by its components perpendicular to the axis and along the axis. Both are multiplied by the
+/// distance rho from the axis, so that no further square root is necessary.
 struct NearestOnWay {
   NearestPiece nearest;
   /// component of the direction away from the nearest point of the piece of the head's meridian, multiplied by the

@@ -26,7 +26,7 @@ std::string_view unit_of(Question question);
 /// Returns the question in words, for example "Which was stiffer?"
 std::string_view words_of(Question question, session::Language language = session::Language::kEnglish);
 
-/// One of the two stimuli of a trial. Its members change the scene.
+/// One of the two stimuli of a trial. Each member replaces or scales a property of the scene.
 struct Stimulus {
   std::string model;           // contact model of the stimulus; empty: the scene's contact model
   double stiffness_ratio = 1;  // ratio: stiffness of the stimulus to stiffness of the scene

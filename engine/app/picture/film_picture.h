@@ -42,7 +42,7 @@ class FilmPicture {
 
   render::FilmGrid grid_;
   glm::ivec3 blocks_{0};
-  std::vector<render::FilmTexel> own_;  // the texels of the film's cells, without those beside the cells
+  std::vector<render::FilmTexel> own_;  // one texel per cell of the film, without the texels of the border
   // Texels for the renderer. If a grid point has no film cell, its texel is the mean of the nearest cells' texels.
   std::vector<render::FilmTexel> texels_;
   std::vector<std::uint8_t> queued_;

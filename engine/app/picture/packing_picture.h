@@ -1,4 +1,5 @@
-// Draws a packing (tissue as spheres) from outside and as a section, so that a person can check it. Set-up time.
+// Draws a packing (tissue as spheres) from outside and as a section, so that a person can check it. Not for the
+// servo thread.
 #pragma once
 
 #include "engine/contract/sphere_packing.h"

@@ -56,7 +56,7 @@ struct Surroundings {
   std::vector<SurroundingMesh> meshes;
   /// The gum hides the uncut tooth at points p_W with dot(covered, (p_W, 1)) < 0. Zero: it hides no point.
   glm::dvec4 covered{0};
-  double coarse_from = 0;  // m, allowed error of the surface; the coarse mesh is used if a larger error is allowed
+  double coarse_from = 0;  // m; the coarse mesh is used if the picture allows a surface error larger than this
   /// The region in which light between bodies is computed (render::LightScene). Empty if the scene has no mouth.
   std::optional<render::BoxInWorld> lit;
 };

@@ -40,7 +40,7 @@ class Journal {
   friend struct JournaledFile;
   bool commit(int file, std::vector<Change>& changes, std::uint64_t old_end, std::uint64_t new_end);
   bool fail(const char* what);
-  /// Removes the journal file after the file itself has become complete.
+  /// Removes the journal file. Called after the session file has become complete.
   void remove();
 
   std::filesystem::path path_;

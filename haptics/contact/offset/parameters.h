@@ -65,8 +65,8 @@ struct WallPlacementParameters {
   static constexpr double same_wall = 0.9;
   // voxels, largest allowed overlap of the placed ball with another plane of the same wall
   static constexpr double same_wall_overlap = 0.02;
-  // voxels, largest step that remains for a ball on a wall with only one contact; with a larger step, the iterative
-  // search is used
+  // voxels; if the next step of a ball on a wall with only one contact would be longer than this, the iterative search
+  // is used
   static constexpr double alone = 2e-4;
 };
 

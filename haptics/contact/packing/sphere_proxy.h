@@ -154,7 +154,7 @@ class SphereProxy {
     std::size_t count = 0;  // number of spheres in the list
     int refused = 0;        // number of searches after which the list is made again, if it was too long
   };
-  /// A near list that is being made, for a position of its tool sphere.
+  /// A near list (the tissue spheres near a tool sphere) that is not complete yet.
   struct NextList {
     std::size_t tool_sphere = 0;
     bool active = false;

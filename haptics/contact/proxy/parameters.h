@@ -71,9 +71,9 @@ struct RimParameters {
 
 /// Parameters of the samples on the head's surface (HeadSamples).
 struct HeadSampleParameters {
-  // voxels; a point that is nearer to the tissue's surface counts as on the surface
+  // voxels; a point counts as on the tissue's surface if its distance from it is smaller than this
   static constexpr float on_surface = 0.25f;
-  // voxels; a sample of the head that is nearer to the tissue's surface is moved onto the surface
+  // voxels; a sample of the head is moved onto the tissue's surface if its distance from it is smaller than this
   static constexpr float examined = 1.5f;
   static constexpr double near_free_end = 0.5;  // fraction of the samples that lie near the head's free end
 };

@@ -343,8 +343,8 @@ bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affec
   return glm::dot(now, n) > -P::faces_head * length;
 }
 
-/// Prevents folds: a face that rotates far in one step folds over, so its vertices are moved back. Exception: a narrow
-/// face may become a part of a wall, so a face may rotate if it ends parallel to the head's surface.
+/// Prevents folds: a face that rotates far in one step folds over, so its vertices are moved back. Exception: any
+/// face may rotate far if it ends parallel to the head's surface, because a narrow face can become a part of a wall.
 bool MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept {
   for (;;) {
     if (!each(affected_.size(), Costs::kUnfold, [&](std::size_t i) {
