@@ -36,8 +36,8 @@ struct CompareOptions {
   bool constant_speed = false;
 };
 
-/// Averages the channels and includes silence. Sounds of different rates are compared up to the limit of the lower
-/// rate. Throws Error like read_recording(), and if a sample is not finite.
+/// Averages the channels and includes silence. Sounds of different sample rates are compared up to the highest
+/// frequency that both contain. Throws Error like read_recording(), and if a sample is not finite.
 Comparison compare_sounds(const std::filesystem::path& a, const std::filesystem::path& b,
                           const CompareOptions& options = {});
 

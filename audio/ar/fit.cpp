@@ -39,7 +39,7 @@ constexpr std::size_t kSamplesPerOrder = 10;
 constexpr double kConstantSpeed = 0.002;
 // largest value of FitOptions::hold_out, the fraction of the recording that is not used for the fit
 constexpr double kMostHeldOut = 0.9;
-// s, length of the Welch window; about the resolution of a model of order 300 at 48 kHz
+// s, length of the Welch window, whose frequency resolution is about that of a model of order 300 at 48 kHz
 constexpr double kWelchWindow = 1024.0 / 48000;
 
 double mean_power(std::span<const double> x) {

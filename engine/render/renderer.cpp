@@ -25,7 +25,7 @@ namespace {
 
 constexpr int kSlots = gpu::FrameRing::kSlots;
 constexpr double kFullRedrawFraction =
-    0.8;  // largest fraction of the picture that is redrawn in parts; if more must be redrawn, the whole picture is
+    0.8;  // if a larger fraction of the picture than this has changed, the whole picture is redrawn
 constexpr std::size_t kMostTracked = 20'000;  // largest number of particles whose pixels are tracked individually
 
 }  // namespace

@@ -210,7 +210,7 @@ struct FrameStats {
 
 class Renderer {
  public:
-  /// Creates the renderer. `size` is the size of one eye's picture. Set-up time; throws Error.
+  /// Creates the renderer. `size` is the size of one eye's picture. The constructor may throw Error.
   Renderer(gpu::Device& device, glm::ivec2 size, const Quality& quality, const MaterialTable& materials);
   ~Renderer();
   Renderer(Renderer&&) noexcept;

@@ -75,7 +75,7 @@ PerTissue in_mm3(const PerTissue& volumes) {
 
 struct SessionWriter::Impl {
   std::filesystem::path file, written_to;
-  std::optional<PartialFile> partial;  // exists only while the file has another name (`written_to`)
+  std::optional<PartialFile> partial;  // exists while the file has its temporary name `written_to`
   // exists only for live recordings; declared before h5, because it must exist longer than h5
   std::optional<Journal> journal;
   WriterOptions options;

@@ -22,9 +22,9 @@ constexpr int kStride[3] = {FieldBrick::kSamples * FieldBrick::kSamples, FieldBr
 constexpr std::uint16_t kNone = 0xffff;   // state of a block that contains no surface
 constexpr std::uint16_t kMixed = 0xfffe;  // state of a block whose surface a single vertex cannot represent
 constexpr int kLevels = 5;                // number of block sizes: 1³, 2³, 4³, 8³, 16³ cells
-// Test whether a cell contains a crease. A crossing is a point where the surface crosses an edge of the cell. If the
-// normal of a crossing differs by more than 14° from the mean normal, the cell has crossings on both sides of a crease
-// (of 28° or more). If the variance of the normals is below kSmoothSpread, the cell has no crease.
+// These limits decide whether a cell contains a crease. A crossing is a point where the surface crosses an edge of the
+// cell. If the normal of a crossing differs by more than 14° from the mean normal, there are crossings on both sides of
+// a crease (of 28° or more). If the variance of the normals is below kSmoothSpread, the cell has no crease.
 constexpr float kCreaseCosine = 0.97f;
 constexpr float kSmoothSpread = 0.008f;
 // cosine of 64°; if all normals of a cell differ by at most this angle, ContourVertex::gentle is true
@@ -376,8 +376,8 @@ void Contourer::Scratch::find_crossings(std::vector<BrickContour::Edge>& edges) 
   }
 }
 
-// Returns the number of a cell's shape. If the neighbour across a face would touch the cell along two arcs, the shape
-// is flipped across this face.
+// Returns the number of a cell's shape. If the surfaces of this cell and a neighbour would meet in two arcs of their
+// common face, the shape with the other connection on this face is used (CellShapes).
 int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   const int doubtful = shapes.flippable_faces(config);
   if (doubtful == 0) return config;
