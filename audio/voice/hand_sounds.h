@@ -21,7 +21,7 @@ class ModalBank {
   static constexpr int kModes = 3;
   struct Mode {
     float re = 0, im = 0;  // present complex amplitude of the mode (real part, imaginary part)
-    // complex factor by which the amplitude is multiplied per sample: it rotates and decays
+    // complex factor by which the amplitude is multiplied per sample: rotates its phase and reduces its magnitude
     float turn_re = 0, turn_im = 0;
     float weight = 0;
   };

@@ -28,8 +28,8 @@ constexpr double kAttack = 0.5e-3;   // s, time constant of all level changes
 constexpr double kRunUp = 0.4;
 // s, time constant of the run-down from free speed, measured in the same recording as kRunUp
 constexpr double kRunDown = 1.25;
-// ratio to the free speed; if the speed changes by more than this between two ticks, the drill was switched on or off,
-// not loaded
+// ratio to the free speed; if the speed changes by more than this between two ticks, the drill was switched on or off;
+// a smaller change comes from the load
 constexpr double kJump = 0.5;
 // ratio to the free speed; if the spindle is slower than this, the drill is silent
 constexpr double kAtRest = 0.03;
@@ -198,7 +198,7 @@ struct DrillSynth::Impl {
     const bool contact = area > 0 || removal > 0 || force > 0.02;
     const bool by_hand = !state.cutting_tool || ratio == 0;
     const bool named = state.tissue != Tissue::kAir && static_cast<std::size_t>(state.tissue) < kTissueCount;
-    const Tissue tissue = named ? state.tissue : Tissue::kDentin;  // an unnamed tissue has the sound of dentin
+    const Tissue tissue = named ? state.tissue : Tissue::kDentin;  // if the state names no tissue, dentin is used
     const auto touched = static_cast<std::size_t>(tissue);
 
     // Drill: fades from the idle sound to the tissue's working sound at equal power.

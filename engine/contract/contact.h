@@ -49,8 +49,8 @@ constexpr std::uint32_t bits(Fault fault) {
 /// mesh_lod may collapse a tiny edge next to a face of bad shape, so that fewer tiny faces collect at the rim of a
 /// hole. In the packing model, a head with a large contact area collects the energy for a cut of 1 µm, and a proxy that
 /// does not move is projected onto its contacts once per tick.
-/// - 10: In the packing model, a head with a large contact area saves the energy of up to 5 ms for one cut, because a
-/// cut computes thousands of spheres and a tick moves the head by only some ten nanometres.
+/// - 10: In the packing model, a head with a large contact area collects the energy of up to 5 ms for one cut, because
+/// a cut computes thousands of spheres, and the energy of a tick moves the head by only some ten nanometres.
 /// - 9: After a jump of the hand's pose, the proxy of the offset model follows the hand at once, also if it was still
 /// returning from the plane that replaced a missing patch. A long cut of the vertex model takes several ticks.
 /// - 8: If a drill hits tissue fast, the force has no steps except those of the hand's motion (docs/passivity.md).

@@ -370,7 +370,7 @@ struct Renderer::Impl {
       for (std::size_t e = 0; e < views; ++e) fraction += of[e].fraction() / static_cast<double>(views);
       return fraction;
     };
-    // A pass that draws both eyes averages the samples of the whole picture.
+    // A pass that draws both eyes averages the samples of the whole picture, so it must redraw the whole picture.
     if (context.view_mask && marked(tiles) > 0) return Changed::kAll;
     bricks.mark_changed(frame, data, last_data, drawn, eyes_version, tiles);
     const double fraction = marked(tiles);

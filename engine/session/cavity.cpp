@@ -28,7 +28,7 @@ const double kOneFace = std::cos(10 * kPi / 180);
 // (the samples from which it is computed) extends over an edge.
 constexpr double kLeastGradient = 0.98;
 constexpr double kRounding = 1e-9;     // tolerance for rounding errors, in voxels
-constexpr double kLeastArea = 0.1e-6;  // m²; a floor or walls with a smaller total area are ignored
+constexpr double kLeastArea = 0.1e-6;  // m²; if the total area of floor or walls is below this, they are ignored
 // Fraction of a wall's inclinations that is omitted at each end of their distribution, because these values come from
 // the wall's edges.
 constexpr double kTrimmed = 0.1;
@@ -306,7 +306,7 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
       const double a = after.sample(p), b = before.sample(p);
       if (!open && a >= 0 && b < 0) {
         open = true;
-        // the sample next to the interval is tissue before and after, so the interval ends at a wall
+        // the previous sample was tissue and still is, so the empty interval begins at a wall
         walled = last < 0 && before_last < 0;
         begin = walled ? t - 0.5 + 0.5 * last / (last - a) : t;
       } else if (open && a < 0) {

@@ -248,8 +248,8 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
 bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
   // A chunk should become full shortly before a flush is due, because the flush then writes it. So each chunk is
   // written only once, and the fixed cost of a flush occurs only twice per second. The constant is the size of a chunk
-  // as a fraction of the rows in a flush interval. With 0.9, this works if the servo runs at nine tenths of its rate or
-  // faster.
+  // as a fraction of the rows in a flush interval. With 0.9, the chunk is full in time if the servo runs at nine tenths
+  // of its nominal rate or faster.
   constexpr double kOfAFlush = 0.9;
   const double rows = std::clamp(header.servo_rate * to_seconds(options.flush_interval) * kOfAFlush, 256.0, 8192.0);
   const auto tick_chunk = static_cast<std::size_t>(rows);

@@ -139,8 +139,8 @@ struct Score {
 
   bool counts() const { return full > 0; }
   bool passed() const { return points >= pass.points; }
-  /// Returns true if the item is below the pass mark: its fraction of its full points is smaller than the fraction of
-  /// 100 points that is needed to pass.
+  /// Returns true if the item is below the pass mark: item.points / item.full is less than the pass mark divided by
+  /// 100.
   bool missed(const ScoreItem& item) const { return item.full > 0 && item.points < pass.points / 100 * item.full; }
 };
 
