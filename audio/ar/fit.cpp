@@ -305,8 +305,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   const double rate = recording.rate;
   report.duration = static_cast<double>(recording.length()) / rate;
 
-  // Selects the samples: the part that the user chose, without silence at its ends, and on request only the steady
-  // interval.
+  // Selects the samples: the part that the user chose, without silence at its ends. On request, only a steady interval.
   const double to = options.to > 0 ? options.to : report.duration;
   if (!(options.from >= 0 && options.from < to && to <= report.duration + 1e-6)) {
     throw Error(file.string(), "--from and --to", fmt::format("{} to {} s", options.from, to),
