@@ -1,4 +1,4 @@
-// Fits an autoregressive model to a recording: trims, checks, and estimates. Set-up time.
+// Fits an autoregressive model to a recording: trims, checks, and estimates. Not for real time.
 #pragma once
 
 #include <filesystem>
@@ -64,11 +64,11 @@ struct FitReport {
   double hum = 0;                         // Hz, mains frequency that was removed with its harmonics; 0: none
   // dB, log-spectral distance between the fitted part's Welch spectrum and its expected value for the model
   double distance_dB = 0;
-  // dB, log-spectral distance to the model's true spectrum. The true spectrum does not contain the broadening of peaks
-  // by the analysis window.
+  // dB, log-spectral distance between the fitted part's Welch spectrum and the model's own spectrum, in which the peaks
+  // are not broadened by the analysis window
   double unsmoothed_distance_dB = 0;
   double itakura_saito = 0;
-  double up_to = 0;  // Hz, highest frequency of the distances: 16 kHz or 0.45 of the rate
+  double up_to = 0;  // Hz, highest frequency that the distances include: 16 kHz or 0.45 of the rate
   double largest_reflection = 0;
   double condition = 0;  // condition number of the direct form, see ar/filter.h
   std::string form;      // filter form that the synthesizer will use: float, double, lattice

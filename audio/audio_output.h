@@ -47,7 +47,7 @@ class AudioOutput {
  public:
   virtual ~AudioOutput() = default;
 
-  /// Opens the output. Set-up time. Throws Error for an unknown address, RunFailure if the device refuses.
+  /// Opens the output. Not for real time. Throws Error for an unknown address, RunFailure if the device refuses.
   static std::unique_ptr<AudioOutput> open(const std::string& address, const AudioOptions& options = {});
 
   virtual double sample_rate() const = 0;

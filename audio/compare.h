@@ -10,7 +10,7 @@ struct SoundMeasure {
   double duration = 0, rate = 0;
   double level_dB = 0;  // dB re full scale, root-mean-square level
   double peak_dB = 0;
-  double centroid = 0;        // Hz, spectral centroid up to the common limit: a measure of brightness
+  double centroid = 0;        // Hz, spectral centroid up to Comparison::up_to: a measure of brightness
   double rotor = 0;           // Hz, estimated frequency of the rotor; 0: none found
   std::vector<double> tones;  // Hz, frequencies of the strongest lines, at most five
   // standard deviation of each tone's amplitude divided by the mean: 0 for a steady tone, 0.52 for noise in a narrow
@@ -27,17 +27,17 @@ struct Comparison {
   double level_difference_dB = 0;  // dB, level of b minus level of a
   /// frequency of b's strongest tone divided by the frequency of a's strongest tone; 0 if one sound has no tone
   double tone_ratio = 0;
-  double up_to = 0;  // Hz, highest frequency of the distances
+  double up_to = 0;  // Hz, highest frequency that the distances include
 };
 
 struct CompareOptions {
-  double up_to = 16000;  // Hz, highest frequency of the distances; 200 or more
+  double up_to = 16000;  // Hz, highest frequency that the distances include; 200 or more
   // true: changes of the spindle's speed, measured on a steady line of each sound, are removed
   bool constant_speed = false;
 };
 
-/// Averages the channels and includes silence. Sounds of different rates are compared up to the limit of the lower
-/// rate. Throws Error like read_recording(), and if a sample is not finite.
+/// Averages the channels and includes silence. Sounds of different sample rates are compared up to the highest
+/// frequency that both contain. Throws Error like read_recording(), and if a sample is not finite.
 Comparison compare_sounds(const std::filesystem::path& a, const std::filesystem::path& b,
                           const CompareOptions& options = {});
 

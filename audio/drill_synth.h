@@ -21,7 +21,7 @@ struct SoundState {
   double force = 0;         // N, force of the contact on the tool
   double removal_rate = 0;  // m³/s, volume of tissue that the bur removes per second
   Tissue tissue = Tissue::kAir;
-  bool cutting_tool = true;  // false for hand instruments, which scrape and tap
+  bool cutting_tool = true;  // false for hand instruments, which only knock and scrape
   double slip_speed = 0;     // m/s, speed along the surface; determines the scraping sound
   double suction = 0;        // strength of the suction's sound, 0..1
   double spray = 0;          // 0..1, flow of the handpiece's water as a fraction of its largest flow

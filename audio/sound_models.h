@@ -40,7 +40,7 @@ struct SoundModels {
   // rad/s, speed at which the idle model was recorded; 0: unknown, so the highest speed of the spindle so far is used
   double free_speed = 0;
   std::vector<RotorTone> tones;
-  // Number of teeth of the cutter; at low speed each tooth is heard separately; 0: teeth are never heard separately.
+  // Number of cutting edges (blades) of the bur. At low speed, each edge is heard separately. 0: never separately.
   double teeth = 0;
   double working_gain = 1;  // factor of the amplitude of all working models
   // gain of the additional high frequencies at high force and high removal rate; the value 1 doubles the amplitude of

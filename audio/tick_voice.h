@@ -16,7 +16,7 @@ namespace typodont::audio {
 /// fixed time at every servo rate, so the sound does not depend on the servo rate.
 class TickVoice {
  public:
-  /// `tools_cut`: for each tool of the session, true if the tool is a bur. Other tools only scrape and tap.
+  /// `tools_cut`: for each tool of the session, true if the tool is a bur. Other tools only knock and scrape.
   explicit TickVoice(std::vector<bool> tools_cut) : tools_cut_(std::move(tools_cut)) {}
 
   SoundState state_of(const ServoTick& tick) noexcept;

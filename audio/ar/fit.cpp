@@ -39,7 +39,7 @@ constexpr std::size_t kSamplesPerOrder = 10;
 constexpr double kConstantSpeed = 0.002;
 // largest value of FitOptions::hold_out, the fraction of the recording that is not used for the fit
 constexpr double kMostHeldOut = 0.9;
-// s, length of the Welch window; about the resolution of a model of order 300 at 48 kHz
+// s, length of the Welch window, whose frequency resolution is about that of a model of order 300 at 48 kHz
 constexpr double kWelchWindow = 1024.0 / 48000;
 
 double mean_power(std::span<const double> x) {
@@ -305,7 +305,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   const double rate = recording.rate;
   report.duration = static_cast<double>(recording.length()) / rate;
 
-  // Selects the part of the recording: the user's choice, without silence, and on request only the steady interval.
+  // Selects the samples: the part that the user chose, without silence at its ends. On request, only a steady interval.
   const double to = options.to > 0 ? options.to : report.duration;
   if (!(options.from >= 0 && options.from < to && to <= report.duration + 1e-6)) {
     throw Error(file.string(), "--from and --to", fmt::format("{} to {} s", options.from, to),

@@ -1,4 +1,4 @@
-// The phases of a drill in a recording: run-up, idling, work under load, run-down. Set-up time.
+// The phases of a drill in a recording: run-up, idling, work under load, run-down. Not for real time.
 #pragma once
 
 #include <optional>

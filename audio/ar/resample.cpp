@@ -51,7 +51,7 @@ TYPODONT_CLONES float dot_between(const float* row, const float* next_row, float
 std::vector<double> resampled(std::span<const double> x, double from_rate, double to_rate) {
   if (from_rate == to_rate) return {x.begin(), x.end()};
   constexpr double kCrossings = 64, kBeta = 12;
-  // The transition band of this window has a width of about 0.06 of the lower rate; it ends at half the lower rate.
+  // Let r be the lower one of both sample rates. The transition band has a width of about 0.06 r and ends at r/2.
   const double cutoff = std::min(1.0, to_rate / from_rate) * 0.97;
   const double half = kCrossings / cutoff;
   const double step = from_rate / to_rate;

@@ -1,5 +1,5 @@
-// Sample-rate conversion by windowed sinc (Smith 1984), for whole sounds at set-up time and for noise while it is
-// generated.
+// Sample-rate conversion by windowed sinc (Smith 1984), for whole sounds (not in real time) and for noise while it is
+// generated (in real time).
 #pragma once
 
 #include <span>
@@ -8,7 +8,7 @@
 namespace typodont::audio {
 
 /// Converts a whole sound to another rate. Kaiser window, 64 zero crossings on each side, stop band below -110 dB. The
-/// pass band ends at 0.47 of the lower rate. No delay. Set-up time.
+/// pass band ends at 0.47 of the lower one of both rates. No delay. Not for real time.
 std::vector<double> resampled(std::span<const double> x, double from_rate, double to_rate);
 
 /// Interpolation kernels that evaluate a sampled signal between its samples. There is one set per playback speed, with

@@ -1,4 +1,4 @@
-// Power spectra and distances between them, computed with FFTW. Set-up time.
+// Power spectra and distances between them, computed with FFTW. Not for real time.
 #pragma once
 
 #include <cstddef>

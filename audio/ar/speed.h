@@ -1,5 +1,5 @@
-// Measures the changes of the spindle's speed in a recording by following a spectral line, and removes them. Set-up
-// time.
+// Measures the changes of the spindle's speed in a recording by following a spectral line, and removes them. Not for
+// real time.
 #pragma once
 
 #include <span>

@@ -24,8 +24,8 @@ class DeviceOutput final : public AudioOutput {
   AudioStats stats() const override;
   std::string description() const override;
 
-  /// A tick at time t is heard in the sample that leaves the program later by one buffer and this margin (ns). The
-  /// margin allows for a late callback and for the time that a tick needs to pass through the ring.
+  /// ns; the sample of a tick leaves the program one buffer length plus this margin after the tick. The margin allows
+  /// for a late callback and for the time that a tick needs to pass through the ring.
   static constexpr Nanos kMargin = 1'000'000;
   /// ns, if no callback comes for this time, the device counts as lost
   static constexpr Nanos kSilentFor = 500'000'000;

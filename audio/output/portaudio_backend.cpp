@@ -101,7 +101,7 @@ class PortAudioBackend final : public StreamBackend {
     double rate = request.sample_rate > 0 ? request.sample_rate : info.defaultSampleRate;
     parameters.suggestedLatency = request.buffer / rate;
 
-    // Use the requested channels and rate if the device supports them, otherwise the device's own format.
+    // Uses the requested channels and rate if the device supports them, otherwise the device's own format.
     const QuietErrors quiet;
     PaError error = paInvalidSampleRate;
     for (const double tried : {rate, info.defaultSampleRate}) {

@@ -9,8 +9,8 @@
 
 namespace typodont::audio {
 
-/// Changes that a tissue makes to the drill's spectrum; see audio/README.md. Hard, brittle tissue chips in short
-/// bursts (higher level and slope). Bone and dentin resonate at lower frequencies. Soft tissue damps.
+/// Changes that a tissue makes to the drill's spectrum; see audio/README.md. Hard, brittle tissue breaks in short
+/// bursts (higher level and slope). Bone and dentin resonate at lower frequencies. Soft tissue damps high frequencies.
 struct TissueColour {
   double level_dB;       // dB, power of the working sound relative to the idle sound, at free speed
   double slope_dB;       // dB per octave, 0 at 3 kHz; constant below 200 Hz and above 16 kHz

@@ -38,7 +38,7 @@ constexpr std::array<Ring, kTissueCount> kRings = {{
     {4400, 0.0080, 1.0},  // amalgam
     {3600, 0.0030, 0.8},  // composite
 }};
-// highest frequency of scraping, as a ratio to the frequency of the first mode
+// cut-off frequency of the low-pass for the scraping sound, as a ratio to the frequency of the first mode
 constexpr double kScrapeDamping = 1;
 constexpr double kModeRatios[] = {1.0, 1.58, 2.24};
 
@@ -97,8 +97,8 @@ Scrape::Scrape(double sample_rate, std::uint64_t seed)
 }
 
 float Scrape::next(float slip, float level, Tissue tissue) noexcept {
-  // Two low-pass filters, one octave above (two poles) and one octave below the rate of asperities. Their difference is
-  // a band-pass.
+  // Two low-pass filters, one octave above (two poles) and one octave below the rate at which the tip meets asperities.
+  // Their difference is a band-pass.
   const float rate = slip / static_cast<float>(kAsperity);
   const float upper = std::min(2 * rate * per_radian_, 0.9f), lower = std::min(0.5f * rate * per_radian_, 0.5f);
   high_[0] += upper * (noise_.next() - high_[0]);

@@ -1,4 +1,4 @@
-// Sounds of taps, scraping, suction and water spray. Modelled, not recorded.
+// Sounds of knocks (a tool hits a tooth), scraping, suction and water spray. Modelled, not recorded.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace typodont::audio {
 
-/// Three decaying modes per tissue (van den Doel & Pai 1998), excited by taps and by scraping.
+/// Three decaying modes (resonances) per tissue (van den Doel & Pai 1998), excited by knocks and by scraping.
 class ModalBank {
  public:
   explicit ModalBank(double sample_rate);
@@ -21,7 +21,7 @@ class ModalBank {
   static constexpr int kModes = 3;
   struct Mode {
     float re = 0, im = 0;  // present complex amplitude of the mode (real part, imaginary part)
-    // complex factor by which the amplitude is multiplied per sample: it rotates and decays
+    // complex factor by which the amplitude is multiplied per sample: rotates its phase and reduces its magnitude
     float turn_re = 0, turn_im = 0;
     float weight = 0;
   };

@@ -6,12 +6,12 @@
 namespace typodont::audio {
 
 // Typical values of a contact: contact area (m²), force (N), and removal rate (m³/s). If one of these quantities has
-// its typical value, 63 % of the idle sound is replaced by the working sound.
+// its typical value and the others are zero, 63 % of the idle sound is replaced by the working sound.
 inline constexpr double kTypicalArea = 1e-6;     // m², contact area of a typical contact
 inline constexpr double kTypicalForce = 1;       // N, force of a typical contact
 inline constexpr double kTypicalRemoval = 1e-9;  // m³/s, removal rate of a typical cut
-inline constexpr double kBrightForce = 1.5;      // N, force at which high frequencies have 63 % of their gain
-// m³/s, removal rate at which high frequencies have 63 % of their gain
+inline constexpr double kBrightForce = 1.5;      // N, force at which high frequencies have 63 % of their largest gain
+// m³/s, removal rate at which high frequencies have 63 % of their largest gain
 inline constexpr double kBrightRemoval = 0.5e-9;
 inline constexpr double kBrightFrom = 4000;  // Hz, lower edge of the high frequencies
 

@@ -28,27 +28,27 @@ constexpr double kAttack = 0.5e-3;   // s, time constant of all level changes
 constexpr double kRunUp = 0.4;
 // s, time constant of the run-down from free speed, measured in the same recording as kRunUp
 constexpr double kRunDown = 1.25;
-// ratio to the free speed; if the speed changes by more than this between two ticks, the drill was switched on or off,
-// not loaded
+// ratio to the free speed; if the speed changes by more than this between two ticks, the drill was switched on or off;
+// a smaller change comes from the load
 constexpr double kJump = 0.5;
 // ratio to the free speed; if the spindle is slower than this, the drill is silent
 constexpr double kAtRest = 0.03;
-constexpr float kTouchStrength = 0.02f;  // amplitude of a tap's first contact; full scale is 1
+constexpr float kTouchStrength = 0.02f;  // amplitude of the knock when a tool meets the tissue; full scale is 1
 constexpr float kTapPerNewton = 0.25f;
-// N/s, a force that rises faster than this is a tap; a force that rises more slowly counts as a push
+// N/s; a force that rises faster than this sounds as a knock; a force that rises more slowly makes no knock
 constexpr double kSlowRise = 20;
 constexpr float kScrapeLevel = 0.12f;  // amplitude of the scraping sound at 1 N and 20 mm/s
 constexpr float kScrapeRings = 0.06f;  // strength with which scraping excites the modes of the tissue
 // Standard deviation of the suction's sound, 4 dB below the idling turbine. In a clinic, suction alone had 63 to 75
 // dB(A), and suction with a handpiece 67 to 80 dB(A) (Dutta et al., J Conserv Dent 16 (2013) 121-125).
 constexpr float kSuctionLevel = 0.031f;
-// the levels of water and suction change more slowly than all other levels, by this factor
+// rate at which the levels of water and suction change, as a ratio to the rate of all other levels
 constexpr float kWaterRate = 0.02f;
-// If the bur turns slowly, the working sound consists of bursts, one per tooth of the bur. Each burst decays until the
-// next one. The mean power of the bursts equals the power of the steady sound. Tooth frequencies in Hz: up to kApart,
-// all teeth are heard separately; from kFused on, the sound is steady.
+// If the bur turns slowly, the working sound consists of bursts, one per cutting edge of the bur. Each burst decays
+// until the next one. The mean power of the bursts equals the power of the steady sound. Up to kApart edges per second
+// (Hz), all edges are heard separately; from kFused on, the sound is steady.
 constexpr double kApart = 60, kFused = 200;
-constexpr double kDying = 6;  // time between two teeth, in time constants of a burst's decay
+constexpr double kDying = 6;  // time between two cutting edges, in time constants of a burst's decay
 constexpr int kChunk = 64;
 
 /// While an object of this type exists, denormal numbers are set to zero. So a decaying filter takes no more time than
@@ -198,7 +198,7 @@ struct DrillSynth::Impl {
     const bool contact = area > 0 || removal > 0 || force > 0.02;
     const bool by_hand = !state.cutting_tool || ratio == 0;
     const bool named = state.tissue != Tissue::kAir && static_cast<std::size_t>(state.tissue) < kTissueCount;
-    const Tissue tissue = named ? state.tissue : Tissue::kDentin;  // an unnamed tissue has the sound of dentin
+    const Tissue tissue = named ? state.tissue : Tissue::kDentin;  // if the state names no tissue, dentin is used
     const auto touched = static_cast<std::size_t>(tissue);
 
     // Drill: fades from the idle sound to the tissue's working sound at equal power.
@@ -210,7 +210,7 @@ struct DrillSynth::Impl {
     weights[0].target = state.cutting_tool ? static_cast<float>(std::cos(0.5 * kPi * load)) : 0.0f;
     bright.target = cutting ? brightness_gain * static_cast<float>(brightness_of(force, removal)) : 0.0f;
 
-    // Hand instrument: a tap when the force rises, scraping when the instrument slides.
+    // Hand instrument: a knock when the force rises fast, scraping when the instrument slides.
     if (by_hand && contact) {
       const double slow = kSlowRise * std::max(0.0, index_now - last_state) / rate;
       const double rise = std::max(0.0, force - (in_contact ? last_force + slow : 0.0));
@@ -296,7 +296,7 @@ struct DrillSynth::Impl {
         streams[t].add(speeds, gains[t], t == 0 ? out : working, count);
       }
       if (teeth > 0) strike(speeds, working, count);
-      // the lines come from the motor, so they continue between the bursts of the teeth
+      // the lines come from the motor, so they continue between the bursts of the cutting edges
       if (!lines.empty()) lines.add(speeds, gains, active, working, count);
       for (int i = 0; i < count; ++i) {
         low = speeds[i] == 0 ? 0.0f : low + bright_pole * (working[i] - low);
@@ -334,7 +334,7 @@ struct DrillSynth::Impl {
     for (int i = 0; i < count; ++i) out[i] = limited(level * out[i]);
   }
 
-  /// Changes the working sound to bursts, one per tooth, if the teeth are slow enough to be heard separately.
+  /// Changes the working sound to one burst per cutting edge, if the edges are slow enough to be heard separately.
   void strike(const double* speeds, float* working, int count) noexcept {
     for (int i = 0; i < count; ++i) {
       const double frequency = teeth * free_speed / (2 * kPi) * speeds[i];
@@ -385,7 +385,7 @@ struct DrillSynth::Impl {
   std::vector<RotorTone> tones;
   std::vector<double> phases;  // for each tone of the rotor: its phase in turns
   const double teeth, tooth_peak;
-  double tooth_phase = 0;  // 0..1, phase of the bursts: fraction of the interval between two teeth that has passed
+  double tooth_phase = 0;  // 0..1, phase of the bursts: elapsed fraction of the interval between two cutting edges
   InterpolationKernels kernels;
   // sounds that are mixed: first the idle sound, then the working sound of each tissue
   std::vector<ModelStream> streams;

@@ -1,4 +1,4 @@
-// Calibrates the working sound of a voice to levels measured on a real drill. Set-up time.
+// Calibrates the working sound of a voice to levels measured on a real drill. Not for real time.
 #pragma once
 
 #include "audio/sound_models.h"

@@ -6,7 +6,7 @@
 namespace typodont {
 
 using CheckHandler = void (*)() noexcept;
-/// Sets the function that is called before a failed check ends the process. Call at set-up time; not thread-safe.
+/// Sets the function that a failed check calls before the process ends. Not thread-safe; call before the servo starts.
 void set_check_handler(CheckHandler handler) noexcept;
 
 [[noreturn]] void check_failed(const char* condition, const char* file, int line) noexcept;

@@ -15,7 +15,7 @@ struct CsvTable {
   std::filesystem::path file;
   std::vector<std::string> columns;
   std::vector<std::vector<double>> rows;
-  std::vector<std::size_t> lines;  // number of the file's line of each row, for error messages
+  std::vector<std::size_t> lines;  // for each row: number of its line in the file, for error messages
 
   /// Returns the index of the column with this name, or -1 if there is none.
   int column(std::string_view name) const;
@@ -24,7 +24,7 @@ struct CsvTable {
                          std::string_view expected) const;
 };
 
-/// A function that reads the cells of a column that are not plain numbers. It returns NaN if a cell is invalid.
+/// A function for a column whose cells are not plain numbers. It reads a cell, and returns NaN if the cell is invalid.
 struct CellReader {
   std::function<double(std::string_view cell)> read;
   std::string expected;  // text for the message, e.g. "a tissue's name"

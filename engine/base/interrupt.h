@@ -26,7 +26,7 @@ class InterruptHandler {
   std::array<struct sigaction, 3> before_{};
 };
 
-/// Sets a function that end_now() calls first. Devices use this function to send zero force. Call at set-up time.
+/// Sets a function that end_now() calls first. Devices use this function to send zero force. Not for real-time loops.
 void set_end_hook(void (*act)() noexcept) noexcept;
 
 /// Removes the partially written files, prints a message about them, and ends the process with exit status 1. Signal

@@ -16,7 +16,7 @@
 namespace typodont {
 
 /// One value of a JSON file. The object also knows its file and its path in the file, for error messages. It is cheap
-/// to copy. Use at set-up time; the functions throw Error.
+/// to copy. Not for real-time loops. The functions throw Error.
 class Json {
  public:
   /// States whether error messages contain line numbers. Use kUnknown for text that the program built itself, because

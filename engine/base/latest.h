@@ -88,8 +88,8 @@ class Latest {
   const T& front() const noexcept { return slots_[front_]; }
 
  private:
-  // The value middle_ packs three items into one byte: the index of its slot (kIndex), whether the slot contains a new
-  // value (kFresh), and whether the reader has returned the slot (kReturned).
+  // The byte middle_ describes the slot that neither thread owns: its index (kIndex), whether it contains a new value
+  // (kFresh), and whether the reader has returned it (kReturned).
   static constexpr std::uint8_t kIndex = 3, kFresh = 4, kReturned = 8;
 
   std::array<T, 3> slots_{};

@@ -13,8 +13,8 @@ namespace typodont {
 using glm::dquat;
 using glm::dvec3;
 
-/// A rotation and a translation in m. A pose never mirrors (a mirror is a flag of the display). The type is trivially
-/// copyable, so that messages between threads can contain it.
+/// A rotation and a translation in m, never a reflection (display::EyeView has a flag for mirrors). The type is
+/// trivially copyable, so that messages between threads can contain it.
 struct Pose {
   dvec3 p{0, 0, 0};     // m, position of the origin of frame B in frame A
   dquat R{1, 0, 0, 0};  // unit quaternion that rotates vectors from B into A

@@ -32,7 +32,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  // The following functions are for the thread that does the work. Begins a stage of the work with the name `what` (a
+  // The thread that does the work calls stage() and at(). stage() begins a stage of the work with the name `what` (a
   // literal). While the stage progresses from 0 to 1, the progress of the whole work goes from `from` to `to`.
   void stage(const char* what, double from = 0, double to = 1);
   /// Sets the progress of the stage, from 0 to 1. Throws Cancelled if the work should stop.

@@ -12,7 +12,7 @@ struct BenchRow {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
   std::string name{};        // what was measured, for example "slide on a sphere, median" or "filter block float"
-  std::string knob{};        // the setting that trades error for time: "voxel 0.1 mm", "order 300"
+  std::string knob{};        // the setting that determines error and time: "voxel 0.1 mm", "order 300"
   double error = kNone;      // error in `error_unit`; kNone if no reference value exists
   std::string error_unit{};  // unit and kind of the error, for example "degree, greatest"
   double time_ns = kNone;    // thread CPU time in ns for one unit of `per`

@@ -43,29 +43,29 @@ constexpr std::uint32_t bits(Fault fault) {
 /// the same bits. The versions:
 /// - 11: The path of a turning head with a round end is bent, so that it has fewer straight parts. The depth of a
 /// sample that is nearest to a single line of the head's outline has a closed form. During a fast motion, the cut in
-/// the coarse patch may wait for some ticks. The vertex model divides every long cut over several ticks, at any face,
-/// and lists the points around the head after the cut in the same way. Most of its ticks between two cuts only compute
-/// the contact, from distances that are extrapolated while the head moves little. A cut of the models vertex and
+/// the coarse patch may wait for some ticks. In the vertex model, a long cut can stop after any face and continue in
+/// the next tick; so can the list of the points around the head. Between two cuts, most ticks of this model compute
+/// only the contact, from distances that are extrapolated while the head moves little. A cut of the models vertex and
 /// mesh_lod may collapse a tiny edge next to a face of bad shape, so that fewer tiny faces collect at the rim of a
-/// hole. In the packing model, a head with a large contact area saves its energy for a step of 1 µm, and a proxy that
+/// hole. In the packing model, a head with a large contact area collects the energy for a cut of 1 µm, and a proxy that
 /// does not move is projected onto its contacts once per tick.
-/// - 10: In the packing model, a head with a large contact area saves the energy of up to 5 ms for one cut, because a
-/// cut computes thousands of spheres and a tick moves the head by only some ten nanometres.
+/// - 10: In the packing model, a head with a large contact area collects the energy of up to 5 ms for one cut, because
+/// a cut computes thousands of spheres, and the energy of a tick moves the head by only some ten nanometres.
 /// - 9: After a jump of the hand's pose, the proxy of the offset model follows the hand at once, also if it was still
 /// returning from the plane that replaced a missing patch. A long cut of the vertex model takes several ticks.
-/// - 8: A drilling tool that lands hard feels no force steps beyond those of the hand's own motion (docs/passivity.md).
+/// - 8: If a drill hits tissue fast, the force has no steps except those of the hand's motion (docs/passivity.md).
 /// - 7: An implant drill that moves along its axis cuts only at its end. Where tool voxels are much finer than the
 /// tissue's voxels, the cutting law over the drill's end is evaluated at coarser points. In the packing model, heads
 /// are rings of overlapping spheres, and each overlap counts only once. In this model, the search for the tool's
-/// position starts from the pushes of the last tick. A tool that retreats is led back faster in scenes with large
+/// position starts from the contact forces of the last tick. A blocked tool is moved back faster in scenes with large
 /// forces. The hole that a detached sphere leaves is not larger than the rest of the sphere.
 /// - 6: The cutting law over an implant drill's end is computed in floats.
-/// - 5: A fast rotation of a long head is cut in fewer straight parts, without the blocks from which the head recedes.
-///   An instrument that fills keeps its speed limit during its search, too.
-/// - 4: The tangential force of the blades fades out when the head comes free; before, it ended in a step.
+/// - 5: A fast rotation of a long head is cut in fewer straight parts, without the samples from which the head recedes.
+///   An instrument that fills keeps its speed limit also while it searches for free space.
+/// - 4: When the head loses contact, the tangential force of the blades fades out. In versions 1 to 3 it ended at once.
 /// - 3: If contacts prevent the tool from following the hand, the tool returns along its own path (offset model).
-/// - 2: While a patch is late, the contact yields (docs/safety.md). A force that the energy ledger does not cover
-/// follows the ledger. A small debt of the ledger is cancelled.
+/// - 2: While a patch is late, the contact yields (docs/safety.md). A force for which the energy ledger contains too
+/// little energy is reduced. Small debts of the ledger (negative values) are cancelled, too.
 /// - 1: The laws before version 2, used for recordings without a version.
 inline constexpr std::uint32_t kServoLaws = 11;
 

@@ -32,7 +32,7 @@ std::optional<Tissue> tissue_named(std::string_view name) noexcept;
 
 /// Material properties in SI units. The values come from assets/materials/, which cites a source for each.
 struct Material {
-  // N/m, stiffness of the contact of a head that touches only this tissue, if the coupling's stiffness is 1 N/mm
+  // N/m, contact stiffness if the head touches only this tissue and the coupling has a stiffness of 1 N/mm
   double stiffness = 1e3;
   double specific_energy = 30e9;  // J/m³, energy needed to remove a volume
   double static_friction = 0.2;

@@ -25,7 +25,7 @@ constexpr std::uint32_t kRestSteps = 1024;
 constexpr std::uint32_t kMostSteps = 1024;  // largest number of steps between two full updates of a moving particle
 // number of particles in a group; for each group, the step of its earliest update is stored (`first_due`)
 constexpr std::size_t kGroup = 32;
-constexpr double kRestSpeed = 0.05;  // m/s; a slower particle comes to rest
+constexpr double kRestSpeed = 0.05;  // m/s; a particle that is slower than this after a bounce comes to rest
 // largest relative error of a particle's drag rate; beyond this error the rate is computed again
 constexpr double kDragError = 0.1;
 constexpr double kStokesReynolds = 0.02;  // below this Reynolds number, the error of Stokes drag is at most 1 %

@@ -148,9 +148,9 @@ std::optional<Film::State::Cell> Film::State::made_at(const glm::ivec3& s) const
 }
 
 /// Finds the neighbours of a cell and computes the widths of the links to them. Link k has the vector d_k in the
-/// tangent plane, and c_k is the ratio of its width to its length. If Σ c_k d_k d_kᵀ = 2 · area · 1, the flow on a
-/// plane does not depend on the plane's direction in the grid. The ratios are c (1 + d_kᵀ S d_k), where c is the mean
-/// ratio and S is the symmetric matrix that solves this equation.
+/// tangent plane, and c_k is the ratio of its width to its length. If Σ c_k d_k d_kᵀ = 2 · area · I (I: unit matrix),
+/// the flow on a plane does not depend on the plane's direction in the grid. The ratios are c_k = c (1 + d_kᵀ S d_k),
+/// where c is the mean ratio and S is the symmetric matrix that solves this equation.
 void Film::State::link(std::int32_t i) {
   Cell& cell = cells[static_cast<std::size_t>(i)];
   cell.count = 0;

@@ -16,8 +16,8 @@ namespace {
 // m, width of a margin around the box of the distance field. A droplet that is outside this margin has missed the
 // tissue.
 constexpr double kMargin = 4e-3;
-constexpr double kTouch = 0.1e-3;  // m; the bur throws off the film at a smaller distance from the head
-constexpr double kSlowRim = 0.05;  // m/s; a bur with a lower rim speed throws nothing off
+constexpr double kTouch = 0.1e-3;  // m; the bur throws off film that is nearer to the head than this
+constexpr double kSlowRim = 0.05;  // m/s; if the rim of the bur is slower than this, it throws nothing off
 
 struct Droplet {
   dvec3 p, v;  // position in m, velocity in m/s
@@ -38,7 +38,7 @@ struct Spray::State {
   Nozzles nozzles;
   SprayOptions options;
   std::vector<Droplet> droplets;
-  // Number of parcels (simulated droplets) that are due but not yet sprayed; its fraction is carried over to the next
+  // Number of parcels (simulated droplets) that are due but not yet sprayed. Its fractional part remains for the next
   // step.
   double owed = 0;
   double owed_water = 0;  // kg, mass of water that is due but not yet sprayed

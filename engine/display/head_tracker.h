@@ -47,7 +47,7 @@ class MotionFilter {
   /// time. Before the first sample it is zero.
   dvec3 at(Nanos t) const noexcept;
 
-  // ns, largest extrapolation; for a longer time, a constant value is better
+  // ns; a value is extrapolated at most this far beyond the newest sample, because later a constant value is better
   static constexpr Nanos kHorizon = 80'000'000;
   // ns, if no sample arrives for a longer time than this, the filter restarts
   static constexpr Nanos kLost = 500'000'000;

@@ -1,5 +1,5 @@
 // Plans a mirror bench before it is built: the positions of panel, mirror, eyes and arm, the size of the glass, and the
-// size of the workspace that both eyes see and that the arm reaches. Pure functions; any thread; set-up time. SI units.
+// size of the workspace that both eyes see and that the arm reaches. Pure functions for any thread. SI units.
 // Frame W: origin in the middle of the work, x to the user's right, y away from the user, z up. The user looks down at
 // the work through the half mirror, along the line of sight from the eyes to the origin. The picture appears at the
 // origin; the panel is its mirror image.
@@ -24,7 +24,7 @@ struct BenchSpec {
   double mirror_tilt = 0;
   double picture_tilt = 0;      // rad, angle between the picture and the horizontal; π/2 for an upright picture
   double glass_above_work = 0;  // m, distance of the glass from the origin, along its normal
-  dvec3 arm_box{0, 0, 0};       // m, width, depth and height of the arm's workspace around the middle of the workspace
+  dvec3 arm_box{0, 0, 0};       // m, width, depth and height of the region that the arm reaches, centred at the origin
   double hand_room = 0.04;      // m, clearance between workspace and glass for the hand above the tool
   double head_room = 0.1;       // m, clearance between the eyes and the panel
   // dioptres, largest difference in focus between the picture and objects that appear in front of it or behind it; it

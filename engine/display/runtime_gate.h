@@ -32,8 +32,8 @@ class RuntimeGate {
   /// Marks that the thread has ended or that its supervision is over.
   void done() noexcept { where_.store(kDone, std::memory_order_release); }
 
-  // The following functions are for the watching thread. Returns the duration in s of the present call into the
-  // runtime; 0 outside a call.
+  // The watching thread calls this function and the following ones. Returns the duration in s of the present call into
+  // the runtime; 0 outside a call.
   double silent() const noexcept { return where_.load(std::memory_order_acquire) == kInside ? age() : 0; }
   /// Returns the duration in s of the program's own code since the last call; 0 during a call, or after done().
   double busy() const noexcept { return where_.load(std::memory_order_acquire) == kOutside ? age() : 0; }

@@ -43,7 +43,7 @@ std::uint64_t hash_of(const std::string& text) {
   return hash.value;
 }
 
-/// Returns the hash of each file in the folder by its relative path; the list itself is left out.
+/// Returns the hash of each file in the folder by its relative path. The file with the list of hashes is not included.
 std::map<std::string, std::uint64_t> files_now() {
   std::map<std::string, std::uint64_t> files;
   std::error_code code;

@@ -85,8 +85,8 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
   const double knurls = std::max(std::round(2 * kPi * widest / kKnurlPitch), 1.0);
   const dquat R = glm::angleAxis(turn, dvec3(0, 0, 1));
   const auto n = rings.size();
-  // Returns the unit direction of the path at a ring. A part around the tool's axis may have its rings in any order of
-  // z.
+  // Returns the unit direction (x, z) of the path at a ring. For a part around the tool's axis, this is always +z,
+  // because the rings of such a part may have any order of z.
   const auto path = [&](std::size_t i) {
     if (off_axis == 0) return dvec2(0, 1);
     std::size_t lo = i, hi = i;
@@ -110,8 +110,8 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
                                     [&](const auto& b) { return ring.s > b[0] && ring.s < b[1]; });
     const bool knurled =
         part.knurl[1] > part.knurl[0] && ring.s >= part.knurl[0] - 1e-9 && ring.s <= part.knurl[1] + 1e-9;
-    // The first and the last corner of a ring have the same position in space, but different positions around the
-    // part.
+    // The first and the last corner of a ring are the same point in space, but have different coordinates around the
+    // part (member `grip`).
     for (int k = 0; k <= around; ++k) {
       const double angle = 2 * kPi * (k % around) / around, c = std::cos(angle), s = std::sin(angle);
       HandpieceVertex v;

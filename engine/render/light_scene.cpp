@@ -40,7 +40,7 @@ std::array<glm::vec3, kRays> sphere_directions() {
 
 constexpr std::array<glm::vec3, 6> kFaces{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
 
-/// A tree of boxes over triangles. It finds the triangle that a ray meets.
+/// A bounding volume hierarchy (tree of boxes) over the triangles. It finds the triangle that a ray meets.
 class RayTree {
  public:
   explicit RayTree(const std::vector<LitTriangle>& triangles) {
@@ -368,7 +368,7 @@ struct LightScene::Impl {
       }
       sample.valid = backs <= kInside * kRays;
     });
-    // The triangles that rays met are numbered in sequence.
+    // Numbers the triangles that rays met 0, 1, 2 … and stores these numbers in `met`.
     std::vector<std::int32_t> number(triangles.size(), kNothing);
     for (std::size_t i = 0; i < met.size(); ++i) {
       if (met[i] < 0 || !samples[i / kRays].valid) continue;

@@ -1,5 +1,5 @@
-// Particles that are stored on the GPU. Compute shaders move the particles in the frame that draws them, by the same
-// physics as in engine/debris. Without particles, the cloud uses no memory, no pipeline and no time. Render thread.
+// Particles that are stored on the GPU. Before each frame, compute shaders move the particles, by the same physics
+// as in engine/debris. Without particles, the cloud uses no memory, no pipeline and no time. Render thread.
 #pragma once
 
 #include <array>
@@ -65,7 +65,7 @@ class ParticleCloud {
 
   /// Records the compute commands for everything requested since the last record(). Call before the drawing pass.
   void record(VkCommandBuffer commands, int slot);
-  /// Returns the instances to draw after the last record(), in the layout of ParticlePass, in one or two ranges.
+  /// Returns the buffer with the particles to draw (instances for ParticlePass). runs() gives their one or two ranges.
   VkBuffer instances() const { return instances_.buffer; }
   struct Run {
     std::uint32_t first = 0, count = 0;

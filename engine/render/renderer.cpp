@@ -25,7 +25,7 @@ namespace {
 
 constexpr int kSlots = gpu::FrameRing::kSlots;
 constexpr double kFullRedrawFraction =
-    0.8;  // largest fraction of the picture that is redrawn in parts; if more must be redrawn, the whole picture is
+    0.8;  // if a larger fraction of the picture than this has changed, the whole picture is redrawn
 constexpr std::size_t kMostTracked = 20'000;  // largest number of particles whose pixels are tracked individually
 
 }  // namespace
@@ -370,7 +370,7 @@ struct Renderer::Impl {
       for (std::size_t e = 0; e < views; ++e) fraction += of[e].fraction() / static_cast<double>(views);
       return fraction;
     };
-    // A pass that draws both eyes averages the samples of the whole picture.
+    // A pass that draws both eyes averages the samples of the whole picture, so it must redraw the whole picture.
     if (context.view_mask && marked(tiles) > 0) return Changed::kAll;
     bricks.mark_changed(frame, data, last_data, drawn, eyes_version, tiles);
     const double fraction = marked(tiles);

@@ -36,7 +36,7 @@ struct Vertex {
   Tissue under = Tissue::kAir;  // the tissue below the surface tissue
   float shows = 0;              // 0..1, fraction of the lower tissue's colour that is visible through the surface
   float depth = 0;              // m, depth of the lower tissue below the surface
-  float cut = 0;                // 0..1, fraction of the surface that a cut laid open; 0: a natural surface
+  float cut = 0;                // 0..1, fraction of the surface that was made by cutting; 0: a natural surface
   float thin = 0;               // 0..1, thinness of the tissue below the surface; 0: thicker than kTranslucentThickness
   float difference = 0;         // m, tissue still to remove (> 0) or excess removal (< 0), for View::kDifference
 };
@@ -155,7 +155,7 @@ struct Lights {
   double spot_border = 0.025;   // m, width of the border in which the light falls from its full brightness to zero
   double lamp_width = 0.168;    // m, width of the lamp's luminous area, which determines the penumbra of shadows
   double lamp_distance = 0.7;   // m, distance of the lamp from the working tooth
-  double ambient = 1.0;         // factor of the room's light
+  double ambient = 1.0;         // factor by which the room's light is multiplied
 };
 
 /// Returns the unit vector towards the window.
@@ -210,7 +210,7 @@ struct FrameStats {
 
 class Renderer {
  public:
-  /// Creates the renderer. `size` is the size of one eye's picture. Set-up time; throws Error.
+  /// Creates the renderer. `size` is the size of one eye's picture. The constructor may throw Error.
   Renderer(gpu::Device& device, glm::ivec2 size, const Quality& quality, const MaterialTable& materials);
   ~Renderer();
   Renderer(Renderer&&) noexcept;
@@ -226,8 +226,8 @@ class Renderer {
   /// Sets the tool, and the handpiece in which it is clamped. A handpiece without parts is not drawn. Throws Error if
   /// the handpiece has too many triangles.
   void set_tool(const ToolMesh& tool, const Handpiece& handpiece = {});
-  /// Sets the grid of the film on the surfaces, and clears the film. If the size is 0, there is no film, and it takes
-  /// no time.
+  /// Sets the grid of the film on the surfaces, and clears the film. If the size is 0, there is no film, and drawing
+  /// takes no time for it.
   void set_film(const FilmGrid& grid);
   /// Copies these boxes of the film from `texels`, an array of the whole grid (index (x·size.y + y)·size.z + z).
   void update_film(std::span<const FilmTexel> texels, std::span<const FilmBox> changed);
@@ -252,7 +252,7 @@ class Renderer {
   const gpu::Image& pictures() const;
   /// Returns the parts of an eye's picture that the last record() redrew.
   std::span<const PixelBox> redrawn(int view) const;
-  /// Depth picture of an eye, in format D32. After record() it has the layout of a copy source. Only if depth is kept.
+  /// Depth picture of an eye, in format D32. After record() it has the layout of a copy source. Needs keep_depth(true).
   struct DepthPicture {
     const gpu::Image* image = nullptr;
     std::uint32_t layer = 0;

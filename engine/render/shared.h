@@ -26,7 +26,7 @@ struct FrameData {
   vec4 light_size;
   vec4 key;           // xyz: unit vector towards the lamp; w: strength of the lamp's light
   vec4 up;            // xyz: unit vector towards the ceiling; w: strength of the room's light
-  vec4 window;        // xyz: unit, towards the window that glossy surfaces reflect
+  vec4 window;        // xyz: unit vector towards the window that glossy surfaces reflect
   vec4 tool_head;     // xyz: centre of the tool's head, m, frame W; w: its radius, m; 0: no tool
   vec4 tool_end;      // xyz: far end of the shank, m; w: its radius, m
   vec4 tool_motion;   // x: angle of the spindle, rad; y: motion blur of the tool by the spindle, 0 .. 1

@@ -50,7 +50,7 @@ bool in_sight(const Frame& frame, const BoxInWorld& box) {
 }
 
 double pixel_nearest(const Frame& frame, const BoxInWorld& box, std::uint32_t pixels_across) {
-  // m, smallest distance from an eye that is used; needed if the eye is inside the box
+  // m; a smaller distance from the eye is replaced by this one, because an eye may be inside the box
   constexpr double kNearest = 1e-3;
   double least = 1e9;
   for (int e = 0; e < frame.views; ++e) {

@@ -24,7 +24,7 @@ constexpr int kRingsPerTurn = 10;      // number of rings of mesh vertices per t
 // number of corners around the axis; kHeadAround is divisible by 6, 8 and 12 flutes
 constexpr int kHeadAround = 72, kShaftAround = 36;
 
-/// Adds points of an arc (about a quarter circle) around (0, z0), from angle a to b measured from −z.
+/// Adds points of a circular arc about (0, z0), from angle a to angle b. Angles are measured from the direction −z.
 void add_arc(std::vector<dvec2>& profile, double radius, double z0, double a, double b, int steps) {
   for (int i = 0; i <= steps; ++i) {
     const double t = a + (b - a) * i / steps;

@@ -16,8 +16,8 @@ namespace {
 
 // Limit in voxels: a part of the surface counts as new if it lies deeper than this below the old surface.
 constexpr double kNewSurface = 0.75;
-const double kFloor = std::cos(30 * kPi / 180);  // the normal of a floor deviates from the axis by less than 30°
-constexpr double kWall = 0.5;                    // sine of 30°: a wall deviates from the axis by less than 30°
+const double kFloor = std::cos(30 * kPi / 180);  // a floor's normal is within 30° of the opening's axis
+constexpr double kWall = 0.5;                    // sine of 30°: a wall is within 30° of parallel to the axis
 // A facet counts as part of one flat face if the gradient of the distance field around it is at least this long and
 // within 10° of the facet's normal. At an edge between two faces the gradient is shorter. Ripples of a tenth of a
 // voxel, which a bur leaves, also shorten the gradient. With a larger limit, half of a rippled floor would be omitted,
@@ -28,7 +28,7 @@ const double kOneFace = std::cos(10 * kPi / 180);
 // (the samples from which it is computed) extends over an edge.
 constexpr double kLeastGradient = 0.98;
 constexpr double kRounding = 1e-9;     // tolerance for rounding errors, in voxels
-constexpr double kLeastArea = 0.1e-6;  // m²; a floor or walls with a smaller total area are ignored
+constexpr double kLeastArea = 0.1e-6;  // m²; if the total area of floor or walls is below this, they are ignored
 // Fraction of a wall's inclinations that is omitted at each end of their distribution, because these values come from
 // the wall's edges.
 constexpr double kTrimmed = 0.1;
@@ -44,7 +44,7 @@ struct Facet {
   dvec3 p{0};              // voxels, centre of the facet
   dvec3 n{0};              // unit normal of the facet, pointing out of the tissue
   double area = 0;         // voxels², area of the facet
-  std::size_t inside = 0;  // index of the sample next to the facet that lies inside the tissue
+  std::size_t inside = 0;  // index of a sample that is next to the facet and inside the tissue
 };
 
 double weighted_mean(const std::vector<std::pair<double, double>>& values) {
@@ -68,8 +68,8 @@ double trimmed_mean(std::vector<std::pair<double, double>> values, double trim) 
   return weight > 0 ? sum / weight : 0;
 }
 
-/// Weighted quantile: the smallest value v for which all values up to v have at least the total weight `weight`. Each
-/// pair is a value and its weight.
+/// Returns a weighted quantile. Each pair is a value and its weight. The result is the smallest value v with this
+/// property: the weights of all values ≤ v have at least the sum `weight`.
 double lowest(std::vector<std::pair<double, double>> values, double weight) {
   std::sort(values.begin(), values.end());
   for (const auto& [v, w] : values) {
@@ -263,7 +263,7 @@ std::pair<double, double> roughness(const std::vector<dvec3>& curve, double sigm
 /// Returns the smallest width of the cavity in voxels, measured across its longer axis at the height `w` along
 /// `axes.w`. The two ends of the cavity are excluded.
 std::optional<double> narrowest(const DenseField& before, const DenseField& after, const Axes& axes, double w) {
-  // Computes the outline of the removed tissue as seen along the opening's axis.
+  // Computes the middle and the longer axis of the removed tissue at this height, from its moments.
   double count = 0, mu = 0, mv = 0, uu = 0, uv = 0, vv = 0;
   const auto each_removed = [&](auto&& use) {
     for (int x = 0; x < before.size.x; ++x) {
@@ -306,7 +306,7 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
       const double a = after.sample(p), b = before.sample(p);
       if (!open && a >= 0 && b < 0) {
         open = true;
-        // the sample next to the interval is tissue before and after, so the interval ends at a wall
+        // the previous sample was tissue and still is, so the empty interval begins at a wall
         walled = last < 0 && before_last < 0;
         begin = walled ? t - 0.5 + 0.5 * last / (last - a) : t;
       } else if (open && a < 0) {
@@ -505,8 +505,8 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
         leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
       depths.emplace_back(-before.sample(f.p), f.area);
       if (last_inside(in.before, f.p, axes.w) * h < kRim) continue;
-      // Measures the thickness of hard tissue from the wall to the open air behind it. If there is pulp before the air,
-      // the wall is not an outer wall of the tooth.
+      // Measures the thickness of hard tissue from the wall to the open air behind it. If pulp lies between them, the
+      // wall is not an outer wall of the tooth, so it is not measured.
       double last = 0;
       for (double s = 1; s * h < kFarthestWall; s += 0.5) {
         const dvec3 q = f.p - s * f.n;

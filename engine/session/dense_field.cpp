@@ -9,10 +9,10 @@ namespace typodont::session {
 
 namespace {
 
-// Voxels. Beyond this distance from the surface, the closest point is not refined, because the spacing of the seeds
-// hardly affects the distance there.
+// Voxels. Beyond this distance from the surface, the closest surface points of the seeds (the voxels next to the
+// surface) are accurate enough, so they are not refined.
 constexpr float kRefineLimit = 20;
-// voxels; samples nearer to the surface than this keep their distances; the limit is longer than a voxel's diagonal
+// voxels; samples nearer to the surface than this keep their old distances; the value exceeds a voxel's diagonal (1.73)
 constexpr float kUnchangedBand = 1.8f;
 
 /// Gives every voxel its nearest seed, by passing seeds from neighbour to neighbour. A seed is a voxel whose value is

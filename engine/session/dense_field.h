@@ -1,5 +1,5 @@
-// A box of distance samples as plain arrays, for scores and pictures. The functions have no state; use them at set-up
-// time.
+// A box of distance samples as plain arrays, for scores and pictures. The functions have no state. Do not call them
+// on the servo thread.
 #pragma once
 
 #include <cstddef>

@@ -20,10 +20,10 @@ constexpr double kOverSpeed = 1.1;
 constexpr double kSkipPhaseTime = 1.5;
 // s; a phase of smoothing, marking or checking ends after its goal has been met for this time
 constexpr double kHeld = 0.3;
-// m, tolerance of the depth: a phase with a drill is complete from this far above its depth
+// m; a drilling phase is complete if the drill's tip is at most this far above the required depth
 constexpr double kDrilled = 0.05e-3;
 constexpr double kChecked = 0.25e-3;  // m, tolerance of the depth for a phase with a depth gauge
-constexpr double kThreaded = 0.3e-3;  // m, tolerance of the depth for a phase with a tap
+constexpr double kThreaded = 0.3e-3;  // m, tolerance of the depth for a phase that cuts a thread
 // Limit in N: if the force is smaller, the tool counts as having no contact. A tool without contact follows the hand,
 // so its force is nearly zero.
 constexpr double kLeastContactForce = 0.05;

@@ -67,8 +67,8 @@ struct ImplantBedMeasures {
   double depth = 0;                        // m, depth of the bed below the plan's entry
   double canal_distance = 1e9;             // m, distance from the bed's surface to the wall of the nerve canal
   double neighbour_distance = 1e9;         // m, distance from the bed's wall to the nearest neighbouring root
-  // The next measures are computed from the tissue (measure_bed()). They are negative if they are unknown.
-  // m, mean diameter of the bed, and ovality (difference of its largest and smallest diameter)
+  // The next three measures are computed from the tissue (measure_bed()); a negative value means: unknown.
+  // `diameter`: m, mean diameter of the bed; `ovality`: m, largest diameter minus smallest diameter
   double diameter = -1, ovality = -1;
   double perforated = -1;  // fraction of the upper nine tenths of the bed's wall that has no bone behind it
 };

@@ -35,7 +35,7 @@ struct PlaceName {
 /// or should have been changed.
 PlaceName place_name(const Preparation& preparation, const ToothSides& tooth, const dvec3& p_W);
 
-/// Returns the side of the tooth that a viewer sees who looks along `look_W`: occlusal, mesial, distal, buccal or
+/// Returns the side of the tooth that is seen in the viewing direction `look_W`: occlusal, mesial, distal, buccal or
 /// lingual. Empty for directions in between, and for a view from below.
 std::string_view side_seen(const ToothSides& tooth, const dvec3& axis_W, const dvec3& look_W);
 

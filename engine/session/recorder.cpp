@@ -75,7 +75,7 @@ PerTissue in_mm3(const PerTissue& volumes) {
 
 struct SessionWriter::Impl {
   std::filesystem::path file, written_to;
-  std::optional<PartialFile> partial;  // exists only while the file has another name (`written_to`)
+  std::optional<PartialFile> partial;  // exists while the file has its temporary name `written_to`
   // exists only for live recordings; declared before h5, because it must exist longer than h5
   std::optional<Journal> journal;
   WriterOptions options;
@@ -248,8 +248,8 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
 bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
   // A chunk should become full shortly before a flush is due, because the flush then writes it. So each chunk is
   // written only once, and the fixed cost of a flush occurs only twice per second. The constant is the size of a chunk
-  // as a fraction of the rows in a flush interval. With 0.9, this works if the servo runs at nine tenths of its rate or
-  // faster.
+  // as a fraction of the rows in a flush interval. With 0.9, the chunk is full in time if the servo runs at nine tenths
+  // of its nominal rate or faster.
   constexpr double kOfAFlush = 0.9;
   const double rows = std::clamp(header.servo_rate * to_seconds(options.flush_interval) * kOfAFlush, 256.0, 8192.0);
   const auto tick_chunk = static_cast<std::size_t>(rows);

@@ -43,7 +43,7 @@ void HandMeter::add(std::span<const ServoTick> ticks) {
     if (!is_finite(p) || !is_finite(tick.f_T_W)) continue;
     if (first_) {
       t_first_ = tick.t;
-      // here the tremor's filter starts as for a hand at rest, because a jump from the origin would look like tremor
+      // The tremor filter starts as if the hand had rested at p. A start at the origin would look like a large tremor.
       filter_ = {p, p, dvec3(0), dvec3(0)};
     }
     t_last_ = tick.t;
@@ -127,8 +127,8 @@ double healthy_removed(const ScoreInput& in) {
   return sum;
 }
 
-/// Returns the volume, in m³, of the difference from the ideal. It is computed from the voxels if these were measured,
-/// otherwise from the volumes per tissue.
+/// Returns the volume, in mm³, that was cut too much (`sign` = 1) or too little (`sign` = -1) compared with the ideal,
+/// from the measured voxels or, without them, from the volumes per tissue.
 std::optional<double> against_ideal(const ScoreInput& in, double sign) {
   if (in.cavity && in.cavity->has_ideal) return (sign > 0 ? in.cavity->over_volume : in.cavity->under_volume) * kMm3;
   if (!in.ideal) return std::nullopt;

@@ -23,7 +23,7 @@ struct HandMeasures {
   double contact_time = 0;   // s, time in which the head touched tissue
   double force_mean = 0;     // N, mean force over the ticks with contact
   double force_max = 0;      // N, largest force in the session
-  double path_length = 0;    // m, length of the path of the head's centre (at the hand's pose), without tremor
+  double path_length = 0;    // m, length of the path of the head's centre at the hand (not the proxy), without tremor
   int strokes = 0;           // number of strokes, which are contacts in which tissue was cut
   double tremor_rms = 0;     // m, root mean square of the hand's motion above 5 Hz while in contact
   std::uint64_t faults = 0;  // number of ticks with any fault bit
@@ -139,8 +139,8 @@ struct Score {
 
   bool counts() const { return full > 0; }
   bool passed() const { return points >= pass.points; }
-  /// Returns true if the item is below the pass mark: its fraction of its full points is smaller than the fraction of
-  /// 100 points that is needed to pass.
+  /// Returns true if the item is below the pass mark: item.points / item.full is less than the pass mark divided by
+  /// 100.
   bool missed(const ScoreItem& item) const { return item.full > 0 && item.points < pass.points / 100 * item.full; }
 };
 

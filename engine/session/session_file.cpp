@@ -390,14 +390,14 @@ void SessionReader::Impl::read_header() {
   header.servo_laws = static_cast<std::uint32_t>(servo_laws);
   if (servo_laws < 1 || servo_laws > kServoLaws)
     throw Error(name, "servo_laws", fmt::format("{}", servo_laws), fmt::format("1 to {}", kServoLaws));
-  // older files do not have this attribute, because there was only one model
+  // older files do not have this attribute, because there was only one contact model then
   get_attribute(root, "model", header.model);
-  // Older files do not have this attribute, because there was no vibration.
+  // Older files do not have this attribute, because the servo did not render vibration then.
   get_attribute(root, "vibration_band_Hz", header.vibration_band);
-  // Older files do not have this attribute, because speeds were computed from differences of positions.
+  // Older files do not have this attribute, because the servo did not use the encoder's step then.
   get_attribute(root, "position_step_m", header.position_step);
   if (!(header.position_step > 0 && header.position_step < 1)) header.position_step = 0;
-  // older files do not have this attribute, because the torque of every device was used
+  // older files do not have this attribute, because the servo then treated every device as one with torque
   std::uint64_t gives_torque = 1;
   get_attribute(root, "gives_torque", gives_torque);
   header.gives_torque = gives_torque != 0;

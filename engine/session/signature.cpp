@@ -137,11 +137,11 @@ std::filesystem::path signature_file(const std::filesystem::path& session) {
 
 namespace {
 
-/// Throws Error if `file` exists and is not a signature. For example, it could be a link, which could lead to any file.
+/// Throws Error if `file` exists and is not a signature. For example, `file` could be a link to any other file.
 void require_replaceable(const std::filesystem::path& file) {
   std::error_code code;
   if (!std::filesystem::exists(file, code) || std::filesystem::file_size(file, code) == 0) return;
-  // the beginning of the format's name without the version number, which every version of a signature file has
+  // the format's name without the version number; a signature file of any version begins with this text
   constexpr std::string_view kFamily = kFormat.substr(0, kFormat.find('1'));
   std::string head(kFamily.size(), '\0');
   std::ifstream(file, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));

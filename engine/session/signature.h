@@ -1,6 +1,6 @@
 // Signatures of session files. A signature is the code HMAC-SHA256 of the file's bytes, stored in SESSION.h5.sig beside
-// the file. Without the key, nobody can create a signed session, or change one unnoticed. Set-up time; any thread; the
-// functions throw Error.
+// the file. Without the key, nobody can create a signed session, or change one unnoticed. Any thread except the servo's
+// may call the functions. They throw Error.
 #pragma once
 
 #include <array>

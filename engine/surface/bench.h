@@ -14,12 +14,12 @@ struct BenchOptions {
   int repeats = 9;
   // voxels, tolerances of the measured meshes; negative: full resolution
   std::vector<double> tolerances = {-1, 0, 0.05, 0.1, 0.2};
-  // s, measured lower bound of the time for a changed block of 32³ samples (5–8 µs were measured)
+  // s, assumed lower bound of the time to mesh a changed block of 32³ samples (5–8 µs were measured)
   double floor_32 = 6.5e-6;
 };
 
-/// Meshes a sphere with a radius R of 50 voxels. `error` is N·ε/R for N triangles with the largest error ε. The time is
-/// the time per brick of 16³ cells. floor_32 is the time for 32³ samples, so the baseline is an eighth of it.
+/// Meshes a sphere with a radius R of 50 voxels. `error` is N·ε/R with the number N of triangles and the largest error
+/// ε. The time is that of a brick of 16³ cells, so its baseline is floor_32 / 8 (floor_32 is for 32³ samples).
 std::vector<BenchRow> bench_sphere(const BenchOptions& options);
 
 /// Returns the largest |distance| over a fine grid of points on every triangle.

@@ -1,4 +1,4 @@
-// Writes the drawn surface as one mesh file for other programs. Set-up time; throws Error.
+// Writes the drawn surface as one mesh file for other programs. The functions throw Error.
 #pragma once
 
 #include <array>

@@ -164,8 +164,8 @@ typodont_result edit(typodont_core* handle, bool redo, int32_t* done) noexcept {
       const SessionFiles files;
       core.recording->add(edit);
     }
-    // The new patch is offered to the servo before the servo can make a later cut. The reason is that a patch contains
-    // all cuts up to its copy, and the servo repeats only later cuts in it.
+    // Offers the changed tissue to the servo as a new patch at once, before the servo makes the next cut. The servo
+    // repeats in the new patch only the cuts that it made after the patch was copied.
     if (did && core.shared->channels && is_finite(core.tick.X_WG.p))
       core.shared->channels->patch.offer(carver, carver.snapshot_center(core.tick));
     if (done) *done = did;

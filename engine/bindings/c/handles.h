@@ -64,7 +64,7 @@ class HeldHandle {
   Found found_ = Found::kBadHandle;
 };
 
-/// Creates a handle for `object`. Any thread, set-up time. Returns null if 4096 handles exist.
+/// Creates a handle for `object`. Any thread, but not during a tick. Returns null if 4096 handles exist.
 void* new_handle(Kind kind, void* object);
 
 }  // namespace typodont::bindings

@@ -12,7 +12,7 @@ namespace {
 
 #define TYPODONT_VERSIONS TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 
-// Masks two of a pixel's four bytes, so that each has 16 bits for arithmetic.
+// Selects every second byte of a pixel, so that each of these two bytes has 16 bits for the result of a product.
 constexpr std::uint32_t kEven = 0x00ff00ff;
 
 /// Swaps red and blue, because the renderer draws RGBA, and desktops use BGRA.
@@ -69,8 +69,8 @@ void ProcessorComposer::SourcePixels::fit(int source_size, int target_size) {
   on.resize(static_cast<std::size_t>(target));
   for (int i = 0; i < target; ++i) {
     // Position of the target pixel's centre in the source, in source pixels; 0 is the centre of the first pixel.
-    // Positions beyond the outermost centres are clamped. The result is always less than the last index, so that `from`
-    // + 1 exists.
+    // Positions beyond the outermost centres are clamped. `from` is always less than the last index, so that the next
+    // source pixel exists.
     const double at = std::clamp((i + 0.5) * source / target - 0.5, 0.0, source - 1.0);
     const int lower = std::min(static_cast<int>(at), std::max(source - 2, 0));
     from[static_cast<std::size_t>(i)] = lower;

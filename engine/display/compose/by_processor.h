@@ -22,8 +22,8 @@ struct EyePixels {
 /// results differ by at most one or two steps of 255.
 class ProcessorComposer {
  public:
-  /// Composes a part of the target. `part`: pixels of the target, within `place`. `eye`: the eye to draw; if rows
-  /// alternate, the eye of the target's first row. `out`: the target's BGRA bytes, with rows `pitch` bytes apart.
+  /// Composes a part of the target. `part`: target pixels inside `place`, the eye's region. `eye`: the eye to draw; if
+  /// rows alternate, the eye of the target's first row. `out`: the target's BGRA bytes, with rows `pitch` bytes apart.
   void compose(const EyePixels& eyes, Mix mix, const Place& place, int eye, const Part& part, std::uint8_t* out,
                std::size_t pitch);
 

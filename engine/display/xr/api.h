@@ -52,7 +52,7 @@ namespace typodont::display::xr {
 
 std::string name_of(XrResult result);
 
-/// An OpenXR instance. Every call goes through the gate.
+/// An OpenXR instance. A RuntimeGate supervises every call.
 class Api {
  public:
   /// Opens the loader. Throws Error with a message of one line.
@@ -65,7 +65,7 @@ class Api {
   const std::string& runtime() const { return runtime_; }
   XrInstance instance() const { return instance_; }
 
-  /// Makes a call through the gate. Returns success codes. For error codes, throws RunFailure with the call's name.
+  /// Makes a supervised call. Returns success codes. For error codes, throws RunFailure with the call's name.
   template <class F, class... A>
   XrResult call(const char* name, F function, A... arguments) {
     const XrResult result = attempt(name, function, arguments...);

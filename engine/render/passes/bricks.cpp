@@ -312,7 +312,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
       if (!std::any_of(b.seen.begin(), b.seen.begin() + frame.views, [](const PixelBox& s) { return s.width > 0; }) ||
           !lit_otherwise(b.lo, b.hi))
         continue;
-      // The brick is divided into pieces, because a brick of the gum is large.
+      // Marks pieces of the brick separately, because the light may change on only a part of a large brick of the gum.
       const glm::vec3 extent = b.hi - b.lo;
       const glm::ivec3 pieces = glm::clamp(glm::ivec3(glm::ceil(extent / kPiece)), glm::ivec3(1), glm::ivec3(8));
       const glm::vec3 step = extent / glm::vec3(pieces);

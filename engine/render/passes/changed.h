@@ -51,8 +51,8 @@ bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float 
 /// shaders/lighting.glsl.
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius);
 
-/// A rectangle of the shadow map. If tissue changes in it, the shaders may compute another shadow or occlusion for the
-/// points that read it.
+/// A rectangle of the shadow map in which tissue changed. The shadow or occlusion may be different for all surface
+/// points whose shaders read this rectangle.
 struct ShadowMapBox {
   glm::vec2 lo{1e9f}, hi{-1e9f};  // corners in shadow-map coordinates, 0..1
   bool empty() const { return lo.x > hi.x; }

@@ -117,7 +117,7 @@ struct BackgroundPass {
 
 struct ParticlePass {
   VkPipeline pipeline = VK_NULL_HANDLE;
-  VkPipeline cloud_pipeline = VK_NULL_HANDLE;  // draws particles that live on the GPU
+  VkPipeline cloud_pipeline = VK_NULL_HANDLE;  // draws particles that are stored on the GPU
   VkPipeline streak_pipeline = VK_NULL_HANDLE;
   SlotBuffers corners, streak_corners;
   std::uint32_t count = 0, streaks = 0;  // numbers of particles without and with a streak

@@ -110,7 +110,7 @@ void Targets::begin(VkCommandBuffer commands, const gpu::Image& target, bool par
                              : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
   if (&target != &scene_) return;
   // A full redraw uses the depth image that is kept for later frames. A partial redraw uses another depth image,
-  // because it masks the parts that are not redrawn.
+  // because MaskPass writes the nearest depth into all parts that are not redrawn.
   gpu::transition(commands, partly ? depth_ : scene_depth_, VK_IMAGE_LAYOUT_UNDEFINED,
                   VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE,
                   kTests, kDepthUse);

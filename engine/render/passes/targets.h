@@ -53,8 +53,8 @@ class Targets {
   gpu::Image color_, depth_;
   gpu::Image scene_, scene_depth_;  // if layered(): the pictures and the depth of the scene without particles
 
-  /// Returns true if the samples are averaged at the end of the pass. They are if one pass draws both eyes. Otherwise a
-  /// separate command averages the samples of each eye. The reason is an error of lavapipe 22.3: at the end of a pass,
+  /// Returns true if the end of the pass averages the samples; this is so if one pass draws both eyes. If each eye has
+  /// its own pass, a separate command averages the samples, because of an error of lavapipe 22.3: at the end of a pass,
   /// it always averages into the first layer, even if the pass specifies another layer.
   bool resolves_in_pass() const { return context_.samples > 1 && context_.view_mask != 0; }
   bool resolves_by_command() const { return context_.samples > 1 && context_.view_mask == 0; }

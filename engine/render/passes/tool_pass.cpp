@@ -117,7 +117,7 @@ void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& shape) {
     const int last = std::clamp(static_cast<int>((most[axis] - lo[axis]) / step), 0, kSlices - 1);
     for (int s = first; s <= last; ++s) {
       BoxInWorld& box = slices[static_cast<std::size_t>(s)];
-      // A slice of the handpiece contains only its part of a long triangle.
+      // The triangle's bounds are clipped to the slice, so that a long triangle does not enlarge the slice's box.
       glm::dvec3 a(least), b(most);
       a[axis] = std::max(a[axis], static_cast<double>(lo[axis] + step * static_cast<float>(s)));
       b[axis] = std::min(b[axis], static_cast<double>(lo[axis] + step * static_cast<float>(s + 1)));

@@ -19,7 +19,7 @@ struct RecordingLimits {
   // m, largest distance of the hand from the workbench's origin; the servo refuses a hand farther away
   double farthest = 100;
   double farthest_cut = 10;      // m, largest distance of a cut from the origin; real cuts are near the tissue
-  double longest_cut = 0.05;     // m, largest length of one tick's cut; a surface patch is smaller than this
+  double longest_cut = 0.05;     // m, largest length of one tick's cut; larger than the patch of tissue around the tool
   double largest_fill = 6e-3;    // m, largest radius of a filled ball; real tools have at most 5 mm
   double greatest_force = 1e3;   // N, largest force that a recording may contain
   double fastest_spindle = 1e6;  // rad/s, largest rotation speed of the spindle

@@ -63,7 +63,7 @@ std::uint64_t checksum_of(const std::vector<std::byte>& bytes) {
 
 }  // namespace
 
-/// A file that HDF5 opened with this driver. HDF5 itself accesses only the first member.
+/// A file that HDF5 opened with this driver. HDF5 itself accesses only the first member, which every driver has.
 struct JournaledFile {
   H5FD_t hdf5{};
   int fd = -1;

@@ -16,7 +16,7 @@ namespace typodont::session {
 /// The journal of one file during its recording. It must exist longer than the HDF5 file is open. Recorder thread.
 class Journal {
  public:
-  /// Makes the journal of `file`. The file may have another name until start() is called.
+  /// Makes the journal of the session file whose final path is `file`. Until start(), it may have a temporary name.
   explicit Journal(const std::filesystem::path& file);
   ~Journal();
   Journal(const Journal&) = delete;

@@ -1,5 +1,5 @@
 // Access to a recorded stream that has one row per frame, for the report. The object refers to its session, so the
-// session must exist longer.
+// session must outlive it.
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // The report of one session as a page. The functions are declared in the order in which their parts appear on the page.
-// Three files define them: result_parts.cpp the functions about the result, course_parts.cpp those about the course of
-// the session, and page.cpp all others.
+// The functions about the result are defined in result_parts.cpp, the functions about the course of the session in
+// course_parts.cpp, and all other functions in page.cpp.
 #pragma once
 
 #include <fmt/format.h>

@@ -22,9 +22,9 @@ constexpr int kStride[3] = {FieldBrick::kSamples * FieldBrick::kSamples, FieldBr
 constexpr std::uint16_t kNone = 0xffff;   // state of a block that contains no surface
 constexpr std::uint16_t kMixed = 0xfffe;  // state of a block whose surface a single vertex cannot represent
 constexpr int kLevels = 5;                // number of block sizes: 1³, 2³, 4³, 8³, 16³ cells
-// Test whether a cell contains a crease. A crossing is a point where the surface crosses an edge of the cell. If the
-// normal of a crossing differs by more than 14° from the mean normal, the cell has crossings on both sides of a crease
-// (of 28° or more). If the variance of the normals is below kSmoothSpread, the cell has no crease.
+// These limits decide whether a cell contains a crease. A crossing is a point where the surface crosses an edge of the
+// cell. If the normal of a crossing differs by more than 14° from the mean normal, there are crossings on both sides of
+// a crease (of 28° or more). If the variance of the normals is below kSmoothSpread, the cell has no crease.
 constexpr float kCreaseCosine = 0.97f;
 constexpr float kSmoothSpread = 0.008f;
 // cosine of 64°; if all normals of a cell differ by at most this angle, ContourVertex::gentle is true
@@ -37,9 +37,9 @@ constexpr float kGentleCosine = 0.44f;
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
 constexpr float kSag = 0.18f;
-// smallest variance of the crossings' positions with which greatest_curvature() computes a curvature, divided by s²
+// if the variance of the crossings' positions, divided by s², is below this, greatest_curvature() uses their curvatures
 constexpr float kLeastSpread = 4e-3f;
-// a vertex is placed outside the surface by at most this distance, divided by s
+// largest distance by which a vertex is placed outside the surface, as a ratio to s
 constexpr float kMaxLift = 0.1f;
 constexpr double kFlatEigenvalue = 0.01;
 constexpr float kOutside = 0.7f;  // voxels, a crease vertex lies outside its cell by at most this distance
@@ -77,8 +77,8 @@ struct Node {
   std::uint16_t vertex = kNone;
 };
 
-// Returns the bit number of a point in a block of 2³ cells or children. The bits store the signs at the block's 3³
-// corners: (x·3 + y)·3 + z.
+// A block consists of 2³ cells or 2³ smaller blocks, so it has 3³ corner points. Returns the number of the bit that
+// stores the sign at the corner point (x, y, z).
 constexpr int mid_bit(int x, int y, int z) {
   return (x * 3 + y) * 3 + z;
 }
@@ -272,7 +272,7 @@ struct Contourer::Scratch {
   const FieldBrick* brick = nullptr;
   const CellShapes& shapes = CellShapes::get();
   std::uint32_t solid[kCorners * kCorners];                  // bit z of row (x, y) is set if corner (x,y,z) is solid
-  std::uint16_t edge_at[3][kCorners * kCorners * kCorners];  // index of the crossing on the edge based at each corner
+  std::uint16_t edge_at[3][kCorners * kCorners * kCorners];  // by axis and corner: index of the edge's crossing
   std::vector<Crossing> crossings;
   std::vector<Cell> cells;                     // cells that contain surface
   std::vector<Node> nodes[kLevels];            // index 0: one node per patch; other levels: one node per merged block
@@ -376,8 +376,8 @@ void Contourer::Scratch::find_crossings(std::vector<BrickContour::Edge>& edges) 
   }
 }
 
-// Returns the number of a cell's shape. If the neighbour across a face would touch the cell along two arcs, the shape
-// is flipped across this face.
+// Returns the number of a cell's shape. If the surfaces of this cell and a neighbour would meet in two arcs of their
+// common face, the shape with the other connection on this face is used (CellShapes).
 int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   const int doubtful = shapes.flippable_faces(config);
   if (doubtful == 0) return config;

@@ -13,7 +13,7 @@ constexpr float kSame = 3e-3f;
 // voxels, if the second difference is larger than this, a crease is near, or the radius of curvature is below four
 // voxels
 constexpr float kBent = 0.25f;
-// If the slope changes by more than this between the edge's ends, curvature cannot be the reason.
+// If the slope changes by more than this between the edge's ends, the reason is a crease and not curvature.
 constexpr float kSlopeJump = 0.6f;
 // If the squared gradient length |∇|², computed by central differences, deviates from 1 by more than this, the
 // differences are taken across a crease.

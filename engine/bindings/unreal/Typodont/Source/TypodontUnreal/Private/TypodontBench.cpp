@@ -76,7 +76,7 @@ void FTypodontBench::ServoStep() {
   ++Ticked;
   typodont_tick Tick{};
   Tick.struct_size = sizeof Tick;
-  // If the hand's pose is invalid, the tick has zero force and a fault. The next valid pose is used again.
+  // If the hand's pose is invalid, this tick has zero force and a fault, and Felt keeps the last valid pose.
   if (typodont_servo_tick(Servo, &Sample, &Tick, nullptr) == TYPODONT_OK) Felt = Sample.X_WT;
   Ticks.WriteAndSwap(Tick);
 }
