@@ -23,10 +23,10 @@ namespace typodont {
 
 class SoundLink {
  public:
-  /// Opens the sound output. `address`: see docs/interface.md. The synthesizer's model comes from the file in
-  /// assets/sounds/ with the name of the scene's motor; for an ideal motor, the speed selects the file. `live`: true
-  /// stops the sound if no ticks arrive. `binaural`: true makes two channels for the listener's ears, with the tool as
-  /// the source; listen() sets the pose of the listener's head. Throws Error or RunFailure.
+  /// Opens the sound output `address`, for example "portaudio:" or "wav:FILE". The synthesizer's model comes from the
+  /// file in assets/sounds/ with the name of the scene's motor; for an ideal motor, the speed selects the file. `live`:
+  /// true stops the sound if no ticks arrive. `binaural`: true makes two channels for the listener's ears, with the
+  /// tool as the source; listen() sets the pose of the listener's head. Throws Error or RunFailure.
   SoundLink(const std::string& address, const Scene& scene, bool live, bool binaural = false);
   ~SoundLink();
   SoundLink(const SoundLink&) = delete;

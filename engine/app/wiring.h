@@ -83,7 +83,7 @@ struct StrokeEdit {
   Nanos t = 0;
   bool redo = false;
   std::uint64_t cuts = 0;     // number of cuts that were applied to the tissue before the edit
-  std::uint32_t patches = 0;  // number of patches that were created before the edit
+  std::uint32_t patches = 0;  // number of patches (copies of the tissue) created before the edit
 };
 
 /// Positions of the eyes in front of a screen, and the selected view.

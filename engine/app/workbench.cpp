@@ -82,7 +82,7 @@ struct Workbench::Impl {
   std::optional<session::SessionWriter> writer;
   std::optional<StateStream> stream;
   std::optional<StreamTurns> streaming;
-  // the pictures; empty if the session is not operated and its pictures are not drawn here
+  // pictures in the session's own window or in the operator's window; empty if neither window shows the session
   std::optional<LivePicture> picture;
   std::optional<XrSession> headset;  // the headset; it draws on its own thread instead of the trainee's picture
   WorkCounts before;                 // counts of the process when the session started
@@ -107,7 +107,7 @@ struct Workbench::Impl {
   std::uint32_t recent_faults = 0;
   Nanos followed = 0;             // last time at which the tool was near the hand, on the session's clock
   std::vector<std::string> keys;  // help texts about keys, which the picture shows
-  std::string told;               // text of say(); a steered session shows it instead of `keys`
+  std::string told;               // text of say(); an experiment shows it instead of `keys`
   std::vector<int> pressed;       // keys that were pressed in the last step
   std::string failure;
   bool held = false, hand_gone = false;
@@ -309,7 +309,7 @@ void Workbench::Impl::start_headset(const std::string& hand_address) {
 }
 
 void Workbench::Impl::start() {
-  // The carver offers the first patch before the servo's first tick.
+  // The carver offers the first patch (copy of the tissue around the tool) before the servo's first tick.
   LiveSession& s = *session;
   tick.X_WT.p = tick.X_WG.p = above;
   s.wiring.patch.offer(s.carver, above);

@@ -14,7 +14,7 @@ namespace typodont {
 /// does not include their effect.
 enum class StallLaw {
   kServo,  // the force that the servo computes, unchanged
-  /// the force falls with a time constant of 0.1 s while Fault::kStalePatch is set, then returns within 0.25 s
+  /// the force falls (time constant 0.1 s) while Fault::kStalePatch is set, then rises to its full value within 0.25 s
   kFadeOnStale,
   kZeroAtEdge,   // the force is zero while Fault::kPatchEdge is set
   kFadeAndZero,  // the laws kFadeOnStale and kZeroAtEdge together

@@ -38,7 +38,7 @@ std::optional<double> number_in(const fs::path& file) {
 struct Used {
   double cpu = 0;     // s
   double wall = 0;    // s
-  double energy = 0;  // J, of the whole machine; NaN if the machine has no counters
+  double energy = 0;  // J, energy of the whole machine; NaN if the machine has no counters
 };
 
 template <class Work>

@@ -112,7 +112,7 @@ struct PoseCommand {
   const char* about;
   const char *X, *Z;  // names of the two poses that the command computes, for example "X_SM"
   const char *X_what, *Z_what;
-  const char* b_columns;  // description of the input's columns b for the help
+  const char* b_columns;  // help text: which pose the input's columns bx_mm … bqz contain
   const char* footer;
   bool camera_on_arm;
 };

@@ -152,7 +152,7 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   hand_over_pieces();
   pause();
   TissueCommand command;
-  bool edited = false;  // true: the tissue was edited, so the servo needs a new patch before it makes another cut
+  bool edited = false;  // true: the tissue was edited; before the next cut, the servo needs a new copy (patch) of it
   while (wiring.tissue_commands.pop(command)) {
     edited |= execute_command(s, command, wiring.tick_to_carver.front().t, saver);
     done.worked = true;

@@ -73,8 +73,8 @@ constexpr int kSearchDepth = 14;
 // near.
 constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
-    // number of bricks that one update meshes again; they take some milliseconds, so that new patches for the servo are
-    // not delayed
+    // number of bricks that one update meshes again; they take some milliseconds, so that the carver's next copy of the
+    // tissue for the servo is not delayed
     32;
 
 /// Returns the depth in m from which the colour of an inner tissue is visible through this tissue. The colours of
@@ -119,7 +119,7 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
     // the four test points around the path are also empty.
     const auto all_empty_at = [&](float way) {
       const glm::vec3 axis = std::abs(v.n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
-      // Four test points lie in a square around the place. Its sides are oblique to the voxel grid.
+      // The four test points are the corners of a square around `place`. Its sides are oblique to the voxel grid.
       const glm::vec3 level = glm::normalize(glm::cross(v.n, axis));
       const glm::vec3 along = kBeside * (level + 0.5f * glm::cross(v.n, level)), across = glm::cross(v.n, along);
       const glm::vec3 place = start - way * v.n;

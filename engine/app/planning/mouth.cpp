@@ -59,7 +59,7 @@ void register_bite(const std::filesystem::path& file, double unit, std::vector<J
     for (std::size_t k = 0; k < jaws.size(); ++k) {
       Jaw& jaw = jaws[k];
       const std::string place = fmt::format("{} on {}", file.filename().string(), jaw.name);
-      constexpr std::size_t kEnough = 500;  // smallest number of points
+      constexpr std::size_t kEnough = 500;  // with fewer points near a jaw, the registration is refused
       if (of_jaw[k].size() < kEnough) {
         throw Error(
             place, "",
@@ -100,7 +100,7 @@ ImportedMouth import_mouth(const MouthFiles& files, const haptics::ImportOptions
   ImportedMouth mouth;
   mouth.scans.resize(files.scans.size());
   if (arch) {
-    constexpr double kFieldVoxel = 0.25e-3, kFieldBand = 3e-3;  // m, for the registration of the bite scan
+    constexpr double kFieldVoxel = 0.25e-3, kFieldBand = 3e-3;  // m, voxel size and band of the jaws' distance fields
     std::vector<Jaw> jaws;
     for (const std::filesystem::path& file : files.scans) {
       haptics::IntraoralScan scan(file, options.mesh_unit);

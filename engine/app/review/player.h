@@ -63,7 +63,7 @@ class SessionPlayer {
   struct Done {
     enum class Kind { kStroke, kUndo, kRedo } kind;
     std::size_t first;    // index in deeds_ of the first change that this entry reverts
-    std::size_t strokes;  // number of strokes before the change
+    std::size_t strokes;  // number of strokes after the change; only for kStroke
     bool forgets;         // true: the change discarded undone strokes, so it cannot be reverted
   };
   void from_the_start();

@@ -293,7 +293,7 @@ std::optional<session::ExploreMeter> TaskEvaluator::explore_meter() const {
 
 namespace {
 
-/// Computes the mean hardness of the removed part of each tissue. Empty if all voxels have the hardness of their
+/// Computes the mean hardness of the removed part of each tissue. Empty if all voxels have the full hardness of their
 /// tissue.
 std::optional<PerTissue> removed_hardness(const haptics::TissueVolume& start, const haptics::TissueVolume& after) {
   if (!start.graded()) return std::nullopt;
