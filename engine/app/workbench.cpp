@@ -84,7 +84,7 @@ struct Workbench::Impl {
   std::optional<StreamTurns> streaming;
   // pictures in the session's own window or in the operator's window; empty if neither window shows the session
   std::optional<LivePicture> picture;
-  std::optional<XrSession> headset;  // the headset; it draws on its own thread instead of the trainee's picture
+  std::optional<XrSession> headset;  // the headset; replaces the trainee's picture and draws on its own thread
   WorkCounts before;                 // counts of the process when the session started
   dvec3 above{0, 0, 0};              // m, frame W, initial position of the tool
 
@@ -390,8 +390,8 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
     pressed = over.pressed;
     follow_keys(over);
-    // With a meter of the score (in the operator's window), score_ticks() passes every tick to `implant`. Without it,
-    // the newest tick is sufficient.
+    // If there is a `meter` for the score (in the operator's window), score_ticks() passes every tick to `implant`.
+    // Without a score, the newest tick is sufficient.
     if (implant && !meter) implant->add({&tick, 1});
     edit_tissue(over);
     picture->draw(tick, hint(), summary.work);

@@ -14,7 +14,7 @@ namespace typodont {
 
 /// s, time after the first contact during which the hand may still bounce
 inline constexpr double kPushLanding = 0.3;
-/// N; a hand does not feel a change of the force from one tick to the next as a step if the change is smaller than this
+/// N; a change of the force from one tick to the next counts as a step only if it is larger than this
 inline constexpr double kPushStep = 0.02;
 
 /// A simulated hand that pushes: a mass of 0.15 kg with a damper of 5 N·s/m, at a servo rate of 1 kHz.

@@ -106,7 +106,7 @@ void add_register(cli::Command& calibrate) {
   });
 }
 
-/// The texts in which the two commands differ that compare poses of an arm with poses of a tracker.
+/// The texts that differ between the commands `hand-eye` and `robot-world`.
 struct PoseCommand {
   const char* name;
   const char* about;

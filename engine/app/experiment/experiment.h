@@ -37,8 +37,8 @@ struct Stimulus {
 struct Trial {
   int number = 0;  // number of the trial; the first trial is 1
   std::array<Stimulus, 2> stimuli;
-  /// Value of each stimulus as the log states it: N/mm, % or ms. If models are compared, their indices in
-  /// ExperimentPlan::models.
+  /// Value of each stimulus as the log states it: N/mm, % or ms. If models are compared: index of the model of each
+  /// stimulus in ExperimentPlan::models.
   std::array<double, 2> values{};
   double level = 0;  // difference between the greater and the smaller stimulus, in the unit of the question
   /// true: the second stimulus is the greater one (for models: the second stimulus has the second model)

@@ -38,7 +38,7 @@ class Staircase {
 
   /// Returns the level (difference between the stimuli) of the next trial.
   double level() const { return level_; }
-  /// Changes the level after the answer to the trial with the difference level().
+  /// Changes the level after an answer to the present trial. `right`: true if the answer was right.
   void answer(bool right) {
     if (right && rule_.kind == StaircaseRule::Kind::kTransformed && ++in_a_row_ < rule_.down) return;
     in_a_row_ = 0;

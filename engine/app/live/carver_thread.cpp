@@ -35,8 +35,7 @@ class TissueSaver {
         ++wiring.not_saved;
       }
     };
-    // A thread writes the copy. This thread first waits until the previous file is written, so that the carver need not
-    // wait.
+    // A new thread writes the copy. The new thread, not the carver, first waits until the previous file is written.
     try_to([&] {
       thread_ = std::jthread(
           [&wiring = wiring_, try_to, tissue = copy_of(carver), file, earlier = std::move(thread_)]() mutable {

@@ -53,7 +53,7 @@ struct NewTooth {
 std::filesystem::path import_tooth(const NewTooth& tooth, Progress& progress);
 
 /// Does the same as import_tooth() for tissue that was read before. The tissue must not yet be turned upright.
-/// `top`: m, point of the tissue that is moved to this point; empty: the middle of the tissue's top.
+/// `top`: m, point of the tissue that is moved to the point that the rigs show; empty: the middle of the tissue's top.
 std::filesystem::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Progress& progress,
                                         const std::optional<dvec3>& top = {});
 

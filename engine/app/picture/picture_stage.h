@@ -101,7 +101,7 @@ class PictureStage {
   void show_cloud(render::ParticleCloud* cloud) { cloud_ = cloud; }
   /// Updates the picture of the film of water and debris on the surfaces. Null: there is no film.
   void show_film(const FilmPicture* film) { FilmPicture::show(film, *renderer_, film_shown_); }
-  /// Sets the view from the next frame on. `section`: plane of the section, as in render::Frame. Bodies that a view
+  /// Sets the view from the next frame on. `section`: tissue is drawn where section · (p_W, 1) > 0. Bodies that a view
   /// shows besides the surface are set by show_inside() (engine/app/picture/teaching_views.h).
   void show_as(render::View view, const glm::dvec4& section = {0, 0, 0, 1}) {
     view_ = view;

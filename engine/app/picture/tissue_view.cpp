@@ -77,7 +77,7 @@ constexpr int kRemeshedPerUpdate =
     // tissue for the servo is not delayed
     32;
 
-/// Returns the depth in m from which the colour of an inner tissue is visible through this tissue. The colours of
+/// Returns the largest depth (m) at which the colour of an inner tissue is visible through this tissue. The colours of
 /// dentin and caries are visible through enamel, and the colour of pulp through thin dentin.
 constexpr double translucency_depth(Tissue tissue) {
   switch (tissue) {

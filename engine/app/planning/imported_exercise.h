@@ -26,8 +26,8 @@ Crown crown_along(const dvec3& up);
 struct ImportedExercise {
   std::string name, description;
   Crown crown = Crown::kUp;
-  // m, point of the tissue, before it is turned upright, that is moved to kCrownTop; empty: the middle of the tissue's
-  // top
+  // m, the point of the tissue that is moved to kCrownTop, in the coordinates before the tissue is turned upright;
+  // empty: the middle of the tissue's top
   std::optional<dvec3> top;
 };
 

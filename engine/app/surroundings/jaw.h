@@ -11,7 +11,7 @@ class Jaw {
  public:
   /// A point in the coordinates of the arch, m.
   struct Place {
-    /// m, position along the curve of the teeth, and distance from the curve; see ArchCurve::Place
+    /// m, position along the curve of the teeth, and distance from the curve (positive on the buccal side)
     double along, beside;
     double depth;       // m, depth below the gum's edge as it would be without papillae
     double half_width;  // m, half the width of the row of teeth at the gum
