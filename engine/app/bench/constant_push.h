@@ -12,7 +12,7 @@
 
 namespace typodont {
 
-/// s, time after the first contact during which the hand may still bounce
+/// s, time after the start of a contact during which the hand may still bounce
 inline constexpr double kPushLanding = 0.3;
 /// N; a change of the force from one tick to the next counts as a step only if it is larger than this
 inline constexpr double kPushStep = 0.02;

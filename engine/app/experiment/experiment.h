@@ -1,6 +1,6 @@
 // Runs experiments with two-alternative trials. Each trial presents two stimuli one after the other in random order,
 // and the subject says which was greater. The plan defines the trials. The subject is a person in a live session
-// (live_subject.h) or a simulated observer (simulated_subject.h). One thread.
+// (live_subject.h) or a simulated observer (simulated_subject.h). For one thread only.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// The psychometric function of two-alternative trials, and its fit. Contains only computations; any thread.
+// The psychometric function of two-alternative trials, and its fit. Contains only computations; for any thread.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// Adaptive staircases: rules that choose the difference of the next trial from the earlier answers. Any thread.
+// Adaptive staircases: rules that choose the difference of the next trial from the earlier answers. For any thread.
 #pragma once
 
 #include <cmath>

@@ -66,8 +66,8 @@ struct Lead {
   // the bulk of the tissue if another tool cuts the final surface; bulk_force: for the bulk if the same tool cuts the
   // final surface; finishing_force: for the final surface.
   static constexpr double rough_force = 2.3, bulk_force = 1.65, finishing_force = 1.4;
-  // wanted force for the bulk with a coarse tool, as a fraction of the task's mean force; larger than rough_force,
-  // because a coarse tool needs less energy per volume
+  // wanted force for the bulk with a coarse tool, as a fraction of the task's mean force; a coarse tool needs less
+  // energy per volume than the tissue's specific energy
   static constexpr double coarse_force = 2.7;
   // 1/s, gain with which an error of the force changes the largest allowed lead
   static constexpr double lead_per_force = 15;

@@ -1,5 +1,5 @@
 // Fog on the mouth mirror. Breath condenses on the cold glass, the mist of the spray settles on it, air dries it, and a
-// jet of water rinses it. Plain data and one class; any thread.
+// jet of water rinses it. Plain data and one class; for any thread.
 #pragma once
 
 #include <optional>

@@ -38,8 +38,8 @@ class ScanFusion {
   enum Side : std::size_t { kScan, kCt };
   static constexpr std::size_t kLeastPairs = 3;
 
-  /// Reads the scan, closes its surface, and extracts the CT's surface. Any thread. `unit`: m, length of the unit in
-  /// which the file states coordinates. Throws Error.
+  /// Reads the scan, closes its surface, and extracts the CT's surface. For any thread. `unit`: m, length of the unit
+  /// in which the file states coordinates. Throws Error.
   ScanFusion(std::shared_ptr<const haptics::DenseTissue> ct, const std::filesystem::path& file, double unit);
 
   SurfacePicture& view(Side side) { return views_[side]; }

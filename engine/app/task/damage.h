@@ -17,7 +17,7 @@
 
 namespace typodont {
 
-/// Computes the damage from the ticks. It must receive every tick in order, in groups of any size. One thread.
+/// Computes the damage from the ticks. It must receive every tick in order, in groups of any size. For one thread only.
 class DamageMeter {
  public:
   /// `tools`: the tools of the session; ServoTick::tool is an index in this list.
