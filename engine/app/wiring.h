@@ -109,7 +109,7 @@ struct PictureTiming {
   // s, estimated latency: from the hand's sample that the frame shows, to the middle of the screen's next refresh
   double motion_to_photon = 0;
   double redrawn = 1;  // fraction of the picture that was drawn again
-  int step = 0;        // number of the quality level; 0 is the best
+  int step = 0;        // index of the quality level; 0 is the best
 };
 
 struct Wiring {

@@ -803,8 +803,8 @@ session::Score Workbench::score_so_far() {
   LiveViews* const views = m.picture ? m.picture->views() : nullptr;
   const bool judged = views && views->judged();
   if (judged) input = *views->judged();  // the result of the latest evaluation of the tissue
-  // In a resumed session, the volumes of the tissues come from this evaluation. Otherwise they are computed from the
-  // volumes at the start and the removed volume.
+  // In a resumed session, the volumes of the tissues come from the latest evaluation of the tissue. Otherwise they are
+  // computed from the volumes at the start and the removed volume.
   if (m.scene.resume.empty() || !judged) {
     input.before = input.after = m.volumes_before;
     const PerTissue removed = m.session->wiring.tissue_to_render.front().removed;

@@ -34,7 +34,7 @@ PushHand random_push(const std::vector<std::string>& tools, std::uint32_t seed);
 struct ForceStep {
   double size = 0;   // N, size of the force change
   double t = 0;      // s, time at which the force changed
-  double speed = 0;  // m/s, speed of the hand at this time
+  double speed = 0;  // m/s, speed of the hand when the force changed
 };
 
 /// The largest steps that a hand felt. The limit of a step is 1.1 times the change that the hand's own

@@ -92,7 +92,7 @@ struct Joining {
   // m/s, speeds at the transition between strokes: aside_pace for cosines between `turn` and `straight_on`, turn_pace
   // for sharper turns
   static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
-  static constexpr double coarse_haste = 2.5;  // with a coarse tool, these speeds are multiplied by this factor
+  static constexpr double coarse_haste = 2.5;  // with a coarse tool, aside_pace and turn_pace are multiplied by this
   // m; two strokes with a gap smaller than this count as one continuous stroke
   static constexpr double no_gap = 1e-6;
   // m, largest length of a run (consecutive strokes of a hand instrument)

@@ -18,13 +18,13 @@ namespace {
 // voxels, tolerance: the tool's head may enter the ideal (the tissue that must remain) to this depth; it equals the
 // error of the distance field
 constexpr double kClear = 0.05;
-// voxels, the same tolerance for a head that fits the ideal exactly, for example a
-// reamer
+// voxels, tolerance: if the head fits the ideal (the tissue that must remain) exactly, as a reamer does, it may enter
+// the ideal to this depth
 constexpr double kExact = 0.02;
 constexpr double kGrid = 0.1e-3;  // m, distance between the head positions that the planner evaluates
 constexpr double kLayer =
     0.5;  // ratio: distance between two layers of strokes in the bulk of the tissue to the head's diameter
-constexpr double kCoarseLayer = 0.8;  // the same ratio as kLayer, but for a coarse tool
+constexpr double kCoarseLayer = 0.8;  // for a coarse tool, ratio: distance between two layers to the head's diameter
 // Ratio of thickness to the head's diameter. For tissue that is thinner than this, a coarse tool makes no separate row
 // of strokes; its passes along the floor remove this tissue.
 constexpr double kAtOnce = 0.5;
@@ -33,7 +33,8 @@ constexpr double kRow = 0.6;  // ratio: distance between two rows of strokes in 
 constexpr double kSameLevel = 10e-6;
 // m²; if a flat part of the cavity's floor is smaller than this, the tool makes no pass along its walls
 constexpr double kLeastFlat = 0.1e-6;
-constexpr double kFlatShare = 0.15;  // the same limit as kLeastFlat, as a fraction of the head's cross-section
+// limit as kLeastFlat, as a fraction of the head's cross-section; the larger limit is used
+constexpr double kFlatShare = 0.15;
 // Ratio: distance between the end of a row and a wall to the head's diameter. Another pass cuts along the wall.
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.03e-3;  // m, smallest distance between the head and neighbouring teeth or gum

@@ -88,7 +88,7 @@ struct XrSession::Thread {
   Surroundings surroundings;
   MouthMirror mirror;  // the scene's mouth mirror, at its initial pose or at the second hand's pose
   MouthMirror scene_mirror;
-  std::optional<MirrorFog> fog;  // empty: the fog of the mouth mirror is constant
+  std::optional<MirrorFog> fog;  // fog of the mouth mirror; empty if it is constant
   SuctionTip suction_tip;        // the scene's suction tip at its initial pose
   int mirror_hand = -1;          // index of the controller that holds the mouth mirror; -1: none
 

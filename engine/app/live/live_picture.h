@@ -127,8 +127,8 @@ class LivePicture {
   const display::DisplayRig* rig_ = nullptr;
   haptics::ServoSettings shown_;             // the scene's settings, with the tissue colours that the pictures show
   Surroundings around_;                      // meshes of the tooth's surroundings
-  std::optional<MirrorFog> fog_;             // empty: the fog of the mouth mirror is constant
-  std::optional<SoftGumView> gum_;           // empty if the gum is rigid
+  std::optional<MirrorFog> fog_;             // fog of the mouth mirror; empty if it is constant
+  std::optional<SoftGumView> gum_;           // the soft gum; empty if the gum is rigid
   std::optional<render::BoxInWorld> reach_;  // m, frame W: box that contains the tissue
   QualityLadder ladder_;
   std::optional<Detail> detail_;  // level of detail of the tooth in the trainee's picture

@@ -42,7 +42,7 @@ WaterPlan water_of(const Scene& scene, const Surroundings& around);
 /// Mass balance (kg) of chips, droplets and film. Masses that only the GPU knows are NaN.
 struct DebrisBalance {
   debris::DebrisLedger chips;
-  std::optional<debris::SprayLedger> spray;  // empty if there are no nozzles
+  std::optional<debris::SprayLedger> spray;  // water balance; empty if there are no nozzles
   std::optional<debris::FilmLedger> film;
 };
 

@@ -17,7 +17,7 @@ constexpr int kSplits = 4;          // largest number of times that an edge of t
 constexpr double kGrowth = 30e-6;   // m, a patch of blood is drawn again after its radius has changed by this
 constexpr float kOpaque = 0.95f;    // opacity of the blood in the middle of a patch of blood, 0..1
 constexpr double kRimWidth = 0.22;  // ratio: width of the rim of a patch of blood to the radius of the patch
-// m, smallest width of the rim; in a narrower rim, the triangles would be visible
+// m, smallest width of the rim of a patch of blood; in a narrower rim, the triangles would be visible
 constexpr double kLeastRim = 0.35e-3;
 
 render::Vertex middle_of(const render::Vertex& a, const render::Vertex& b) {

@@ -12,7 +12,7 @@ namespace typodont {
 
 namespace {
 
-constexpr std::uint64_t kBlock = 4096;  // number of ticks that are read together
+constexpr std::uint64_t kBlock = 4096;  // number of ticks that are read from the file at a time
 constexpr double kSlowest = 0.125, kFastest = 16;
 
 }  // namespace

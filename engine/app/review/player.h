@@ -81,7 +81,7 @@ class SessionPlayer {
   std::size_t next_ = 0;  // index of the next change in deeds_
   std::vector<Done> done_;
   std::vector<Cut> fresh_;
-  std::vector<ServoTick> block_;  // the ticks that were read together
+  std::vector<ServoTick> block_;  // consecutive ticks that were last read from the file
   ServoTick tick_;
   float tolerance_ = 0.1f;
   std::optional<TissueView> view_;

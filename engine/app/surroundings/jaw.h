@@ -51,7 +51,7 @@ class Jaw {
 
  private:
   struct Knot {
-    double along, edge, half_width;  // m; edge: height of the gum's edge at this tooth
+    double along, edge, half_width;  // m; along: position along the arch; edge: height of the gum's edge
   };
   const SurroundingsPlan& plan_;
   dvec3 across_;
