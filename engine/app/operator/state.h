@@ -157,10 +157,9 @@ struct ScanForm {
   int kind = 0;  // kind of label that the tool makes, a haptics::LabelKind as a number
   float radius_mm = 1;
   bool only_tissue = true;
-  float reach_mm = 5,
-        tolerance = 0.3f;  // for a seed: largest distance from the click; largest relative grey difference
-  glm::ivec3 walls{0};     // dragged face of the region's box per axis: −1 lower, +1 upper, 0 none
-  dvec3 mouse_F{0};        // m, frame of the scan, position of the brush in the last frame
+  float reach_mm = 5, tolerance = 0.3f;  // for a seed: distance limit from the click; limit of the grey difference
+  glm::ivec3 walls{0};                   // dragged face of the region's box per axis: −1 lower, +1 upper, 0 none
+  dvec3 mouse_F{0};                      // m, frame of the scan, position of the brush in the last frame
   ScanPlanes planes;
   std::array<const gpu::Image*, kScanSections> pictures{};  // pictures of the sections; null until they are drawn
   std::uint64_t drawn = 0;                                  // number of times that the sections were drawn
