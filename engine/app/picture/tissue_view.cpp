@@ -104,7 +104,7 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   const double voxel = volume.frame().voxel;
   // voxels, distance between two test points on a line into the tissue; it is smaller than a usual gap in the tissue
   constexpr float kProbe = 3.5f;
-  constexpr float kBeside = 2;  // voxels, distance from this line to four additional test points beside it
+  constexpr float kBeside = 2;  // voxels, distance of four more test points from the line through the test points
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
   for (render::Vertex& v : update.vertices) {
     if (!translucent(v.tissue[0]) && !translucent(v.tissue[1])) continue;
