@@ -11,10 +11,10 @@
 namespace typodont {
 
 /// Returns the name of the file in assets/handpieces/ for the handpiece that holds the tool; empty if there is none.
-/// The rules are tried in this order, and the first that applies decides: - the tool's own key "handpiece"; - no
-/// handpiece for a head wider than 8 mm; - "gauge" for an implant tool of the kind gauge, and "ratchet" for an implant
-/// tool that is turned by hand; - a handle for a tool that does not turn; - the shank in the ISO 6360 code (1xx:
-/// straight handpiece, 2xx: contra-angle); - the motor's key "handpiece"; - "turbine".
+/// The first rule that applies decides: (1) the tool's own key "handpiece"; (2) no handpiece for a head wider than 8
+/// mm; (3) "gauge" for an implant tool of the kind gauge; (4) "ratchet" for an implant tool that is turned by hand; (5)
+/// a handle for a tool that does not turn; (6) for a shank 1xx in the ISO 6360 code, a straight handpiece; (7) the
+/// motor's key "handpiece"; (8) for a shank 2xx, a contra-angle; (9) "turbine".
 std::string handpiece_name(const haptics::Tool& tool, const haptics::Spindle& spindle);
 
 /// Reads a handpiece from JSON (docs/interface.md describes the keys). Throws Error.

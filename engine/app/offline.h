@@ -30,7 +30,7 @@ class OfflineRecording {
   OfflineRecording(const OfflineRecording&) = delete;
   OfflineRecording& operator=(const OfflineRecording&) = delete;
 
-  /// Adds a tick, its cut, and the patch that the servo began to use before the tick. `cut` and `patch` may be null.
+  /// Adds a tick. `cut`: its cut, or null. `patch`: the new copy of the tissue that the tick uses, or null.
   void add(const ServoTick& tick, const Cut* cut, const PatchUse* patch);
   void add(const LoosePiece& piece);
   void add(const StrokeEdit& edit);

@@ -23,10 +23,10 @@ namespace typodont {
 
 class SoundLink {
  public:
-  /// Opens the sound output. `address`: see docs/interface.md. The synthesizer's model comes from the file in
-  /// assets/sounds/ with the name of the scene's motor; for an ideal motor, the speed selects the file. `live`: true
-  /// stops the sound if no ticks arrive. `binaural`: true makes two channels for the listener's ears, with the tool as
-  /// the source; listen() sets the pose of the listener's head. Throws Error or RunFailure.
+  /// Opens the sound output `address`, for example "portaudio:" or "wav:FILE". The synthesizer's model comes from the
+  /// file in assets/sounds/ with the name of the scene's motor; for an ideal motor, the speed selects the file. `live`:
+  /// true stops the sound if no ticks arrive. `binaural`: true makes two channels for the listener's ears, with the
+  /// tool as the source; listen() sets the pose of the listener's head. Throws Error or RunFailure.
   SoundLink(const std::string& address, const Scene& scene, bool live, bool binaural = false);
   ~SoundLink();
   SoundLink(const SoundLink&) = delete;
@@ -40,7 +40,7 @@ class SoundLink {
   void listen(const dvec3& eyes_W, const dvec3& right_W) noexcept;
   bool binaural() const { return ears_.has_value(); }
   /// Sets the state of the water and of the suction. `spray`: true if the handpiece's water is switched on; it flows
-  /// only while the pedal is pressed. `suction_flow`: m³/s; 0: off. Both are heard from the next block on. Any thread.
+  /// only while the pedal is pressed. `suction_flow`: m³/s; 0: off. Takes effect in the next block. For any thread.
   void water(bool spray, double suction_flow) noexcept;
   /// Computes the sound up to the time t. Application thread; call it at least ten times per second after the session's
   /// clock has started. `t`: present time on this clock; for a sound file, the time of the latest tick. The sound
@@ -51,10 +51,10 @@ class SoundLink {
   void stop(Nanos t);
   bool live() const { return live_; }
   /// Returns the last measured latency from a tick to its sound, s. It includes the latency that the sound device
-  /// states. NaN before the first sound, and for files. Any thread.
+  /// states. NaN before the first sound, and for files. For any thread.
   double latency() const noexcept { return latency_.load(std::memory_order_relaxed); }
   audio::AudioStats stats() const { return output_->stats(); }
-  /// Returns the number of ticks that were lost because the sound device did not play for a long time. Any thread.
+  /// Returns the number of ticks that were lost because the sound device did not play for a long time. For any thread.
   std::uint64_t unheard() const noexcept { return ticks_.dropped(); }
   /// Returns the text for the recording: file name and hash of the synthesizer's model, and sample rate.
   std::string about() const;

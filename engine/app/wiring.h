@@ -83,7 +83,7 @@ struct StrokeEdit {
   Nanos t = 0;
   bool redo = false;
   std::uint64_t cuts = 0;     // number of cuts that were applied to the tissue before the edit
-  std::uint32_t patches = 0;  // number of patches that were created before the edit
+  std::uint32_t patches = 0;  // number of patches (copies of the tissue) created before the edit
 };
 
 /// Positions of the eyes in front of a screen, and the selected view.
@@ -109,7 +109,7 @@ struct PictureTiming {
   // s, estimated latency: from the hand's sample that the frame shows, to the middle of the screen's next refresh
   double motion_to_photon = 0;
   double redrawn = 1;  // fraction of the picture that was drawn again
-  int step = 0;        // number of the quality level; 0 is the best
+  int step = 0;        // index of the quality level; 0 is the best
 };
 
 struct Wiring {

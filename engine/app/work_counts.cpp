@@ -82,7 +82,7 @@ double seconds_since_command() {
   const std::string line((std::istreambuf_iterator<char>(in)), {});
   // Skips the name of the process, because it may contain any character.
   std::istringstream fields(line.substr(std::min(line.rfind(')') + 1, line.size())));
-  constexpr int kStartTime = 20;  // number of the field "starttime", counted from 0 after the process's name
+  constexpr int kStartTime = 20;  // index of the field "starttime"; the field after the process's name is 0
   std::string field;
   for (int i = 0; i < kStartTime; ++i) fields >> field;
   timespec t{};

@@ -82,9 +82,9 @@ struct Workbench::Impl {
   std::optional<session::SessionWriter> writer;
   std::optional<StateStream> stream;
   std::optional<StreamTurns> streaming;
-  // the pictures; empty if the session is not operated and its pictures are not drawn here
+  // pictures in the session's own window or in the operator's window; empty if neither window shows the session
   std::optional<LivePicture> picture;
-  std::optional<XrSession> headset;  // the headset; it draws on its own thread instead of the trainee's picture
+  std::optional<XrSession> headset;  // the headset; replaces the trainee's picture and draws on its own thread
   WorkCounts before;                 // counts of the process when the session started
   dvec3 above{0, 0, 0};              // m, frame W, initial position of the tool
 
@@ -107,7 +107,7 @@ struct Workbench::Impl {
   std::uint32_t recent_faults = 0;
   Nanos followed = 0;             // last time at which the tool was near the hand, on the session's clock
   std::vector<std::string> keys;  // help texts about keys, which the picture shows
-  std::string told;               // text of say(); a steered session shows it instead of `keys`
+  std::string told;               // text of say(); an experiment shows it instead of `keys`
   std::vector<int> pressed;       // keys that were pressed in the last step
   std::string failure;
   bool held = false, hand_gone = false;
@@ -309,7 +309,7 @@ void Workbench::Impl::start_headset(const std::string& hand_address) {
 }
 
 void Workbench::Impl::start() {
-  // The carver offers the first patch before the servo's first tick.
+  // The carver offers the first patch (copy of the tissue around the tool) before the servo's first tick.
   LiveSession& s = *session;
   tick.X_WT.p = tick.X_WG.p = above;
   s.wiring.patch.offer(s.carver, above);
@@ -390,8 +390,8 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
     pressed = over.pressed;
     follow_keys(over);
-    // With a meter of the score (in the operator's window), score_ticks() passes every tick to `implant`. Without it,
-    // the newest tick is sufficient.
+    // If there is a `meter` for the score (in the operator's window), score_ticks() passes every tick to `implant`.
+    // Without a score, the newest tick is sufficient.
     if (implant && !meter) implant->add({&tick, 1});
     edit_tissue(over);
     picture->draw(tick, hint(), summary.work);
@@ -803,8 +803,8 @@ session::Score Workbench::score_so_far() {
   LiveViews* const views = m.picture ? m.picture->views() : nullptr;
   const bool judged = views && views->judged();
   if (judged) input = *views->judged();  // the result of the latest evaluation of the tissue
-  // In a resumed session, the volumes of the tissues come from this evaluation. Otherwise they are computed from the
-  // volumes at the start and the removed volume.
+  // In a resumed session, the volumes of the tissues come from the latest evaluation of the tissue. Otherwise they are
+  // computed from the volumes at the start and the removed volume.
   if (m.scene.resume.empty() || !judged) {
     input.before = input.after = m.volumes_before;
     const PerTissue removed = m.session->wiring.tissue_to_render.front().removed;

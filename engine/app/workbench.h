@@ -40,7 +40,7 @@ struct WorkbenchOptions {
   double stream_rate = 100;  // Hz, number of published states per second
   // File for point pairs, measured with a controller and an arm, for `calibrate register`.
   std::filesystem::path touches;
-  std::string quality;         // name of the quality level of the picture; empty: the level follows the time of a frame
+  std::string quality;         // name of the picture's quality level; empty: chosen from the drawing times of frames
   double magnify = 0;          // ratio of magnification of the picture; 0: the rig's value
   double seconds = 1e18;       // s, time after which the session ends
   bool no_real_time = false;   // true: allows a device with motors without real-time scheduling
@@ -118,7 +118,7 @@ struct WorkbenchSummary {
   std::optional<display::HeadTracker::Stats> tracker;  // statistics of the head tracker; empty if there is none
   /// mass balance of chips and water; empty without debris or picture
   std::optional<DebrisBalance> debris;
-  /// number of cuts whose chips are missing, because the ring was full
+  /// number of cuts whose chips are missing, because the queue of cuts to the drawing thread was full
   std::uint64_t debris_cuts_lost = 0;
   std::vector<std::string> explanations;
   WorkCounts work;
@@ -142,8 +142,8 @@ class Workbench {
   /// session: the user closed the window, the hand's script has ended, the time is over, or the process was asked to
   /// stop.
   bool step();
-  /// Does the same as step() above for an embedded picture. The caller passes the input over the picture and its size
-  /// in pixels.
+  /// Does the same as step() above for a picture in the operator's window. The caller passes the input over the picture
+  /// and the picture's size in pixels.
   bool step(const display::UserInput& input, glm::ivec2 picture_size);
   /// Sets new settings, which apply from the next tick on.
   void set(const SessionSettings& settings);
@@ -169,14 +169,14 @@ class Workbench {
   const gpu::Image* own_picture() const;
   /// Returns the final tissue. Call it once, after stop().
   haptics::TissueVolume take_tissue();
-  /// Frees an embedded picture. Call it before its GPU device is destroyed, or when the device is lost. The session
-  /// continues without a picture.
+  /// Frees the picture in the operator's window. Call it before its GPU device is destroyed, or when the device is
+  /// lost. The session continues without a picture.
   void drop_picture();
   /// Creates the pictures again on a new GPU device.
   void make_picture(gpu::Device& device);
   /// Returns the keys that were pressed in the last step(), with the codes of display::UserInput.
   const std::vector<int>& pressed() const;
-  /// Sets the line of text below the picture in a steered session. It replaces the help about the keys.
+  /// Sets the line of text below the picture during an experiment. It replaces the help about the keys.
   void say(const std::string& line);
   /// Sets the force to zero from the next tick on and ends the session, regardless of contact. If the servo does not
   /// answer within 50 ms, this function releases all devices. stop() must still be called; it completes the recording.

@@ -10,11 +10,11 @@
 namespace typodont {
 
 /// Laws for the force while the carver is late. kServo is the program's own law; the other laws exist for comparison.
-/// They change the computed force depending on the tick's fault bits, after the servo, so the servo's energy ledger
-/// does not include their effect.
+/// The other laws change the force after the servo has computed it, depending on the tick's fault bits. So the servo's
+/// energy ledger does not include their effect.
 enum class StallLaw {
   kServo,  // the force that the servo computes, unchanged
-  /// the force falls with a time constant of 0.1 s while Fault::kStalePatch is set, then returns within 0.25 s
+  /// the force falls (time constant 0.1 s) while Fault::kStalePatch is set, then rises to its full value within 0.25 s
   kFadeOnStale,
   kZeroAtEdge,   // the force is zero while Fault::kPatchEdge is set
   kFadeAndZero,  // the laws kFadeOnStale and kZeroAtEdge together

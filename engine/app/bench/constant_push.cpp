@@ -27,11 +27,11 @@ constexpr const char* kTissue = R"("tissue": {"volume": "teeth/molar.vdb"}, "pai
   {"tissue": "caries", "solid": {"capsule": {"a_mm": [6.7, 5.8, 19.0], "b_mm": [6.8, 5.8, 16.4], "radius_mm": 0.75}}},
   {"tissue": "caries", "solid": {"sphere": {"center_mm": [6.8, 5.8, 16.5], "radius_mm": 1.15}}},
   {"tissue": "caries", "solid": {"capsule": {"a_mm": [6.6, 5.1, 18.8], "b_mm": [6.75, 6.5, 18.9], "radius_mm": 0.6}}}])";
-constexpr std::uint32_t kLawsBeforeLanding = 7;  // last version of the force laws in which drills land with steps
+constexpr std::uint32_t kLawsBeforeLanding = 7;  // last version of the force laws with force steps when a drill lands
 constexpr double kRate = 1000;                   // Hz, rate of the servo
-// N/m, stiffness of the spring that defines a step: 1 N/mm, with a tolerance for the damper
+// N/m, 1 N/mm plus 10 % for the damper; a force change that is larger than in a spring of this stiffness is a step
 constexpr double kSpring = 1.1 * 1000;
-constexpr double kSeconds = 2.5;  // s, duration of a random hand
+constexpr double kSeconds = 2.5;  // s, duration of the motion of a random hand
 // number of ticks without contact; a contact after at least this many such ticks counts as a new touch
 constexpr std::size_t kFreeTicks = 30;
 
@@ -123,7 +123,7 @@ PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tiss
 
 namespace {
 
-/// Returns the results of the hands with these laws, by seed.
+/// Simulates the hands with the seeds 0 to hands - 1, with these force laws. The index of a result is the hand's seed.
 std::vector<PushResult> simulate_all(std::uint32_t hands, std::uint32_t laws, const std::vector<std::string>& tools,
                                      const haptics::TissueVolume& tissue) {
   std::vector<PushResult> results(hands);

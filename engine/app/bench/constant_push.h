@@ -12,9 +12,9 @@
 
 namespace typodont {
 
-/// s, time after a touch in which the hand still lands and bounces
+/// s, time after the start of a contact during which the hand may still bounce
 inline constexpr double kPushLanding = 0.3;
-/// N; a hand does not feel a change of the force from one tick to the next as a step if the change is smaller than this
+/// N; a change of the force from one tick to the next counts as a step only if it is larger than this
 inline constexpr double kPushStep = 0.02;
 
 /// A simulated hand that pushes: a mass of 0.15 kg with a damper of 5 N·s/m, at a servo rate of 1 kHz.
@@ -26,19 +26,19 @@ struct PushHand {
 /// Returns the names of all tools in the assets that rotate, sorted.
 std::vector<std::string> turning_tools();
 /// Returns the hand that belongs to a seed. It pushes with 0.2 to 0.8 N, is tilted by up to 0.5 rad, moves at up to 8
-/// mm/s sideways, and falls from a height of 0.2 to 4 mm onto the occlusal face. `tools` are used in turn. Throws
-/// Error.
+/// mm/s sideways, and falls from a height of 0.2 to 4 mm onto the occlusal face. The seed also selects one of
+/// `tools`. Throws Error.
 PushHand random_push(const std::vector<std::string>& tools, std::uint32_t seed);
 
 /// A change of the force from one tick to the next.
 struct ForceStep {
   double size = 0;   // N, size of the force change
   double t = 0;      // s, time at which the force changed
-  double speed = 0;  // m/s, speed of the hand at this time
+  double speed = 0;  // m/s, speed of the hand when the force changed
 };
 
 /// The largest steps that a hand felt. The limit of a step is 1.1 times the change that the hand's own
-/// displacement in this tick causes in a spring of 1 N/mm, but at least kPushStep. `over` is the largest excess
+/// displacement in the same tick causes in a spring of 1 N/mm, but at least kPushStep. `over` is the largest excess
 /// over this limit.
 struct PushSteps {
   ForceStep largest, beyond_spring;

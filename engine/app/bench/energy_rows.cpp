@@ -34,11 +34,11 @@ std::optional<double> number_in(const fs::path& file) {
   return number;
 }
 
-/// CPU time and energy of something that ran for a while.
+/// CPU time and energy that a piece of work used.
 struct Used {
   double cpu = 0;     // s
   double wall = 0;    // s
-  double energy = 0;  // J, of the whole machine; NaN if the machine has no counters
+  double energy = 0;  // J, energy of the whole machine; NaN if the machine has no counters
 };
 
 template <class Work>
@@ -60,7 +60,7 @@ void write_hands(const fs::path& rest, const fs::path& drill, double seconds) {
                                      seconds);
   std::ofstream out(drill);
   out << "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
-  constexpr double kStep = 0.02, kSink = 0.05;  // s between two lines; mm/s by which the hand sinks
+  constexpr double kStep = 0.02, kSink = 0.05;  // kStep: s, time between two lines; kSink: mm/s, sink speed of the hand
   for (double t = 0; t <= seconds; t += kStep) {
     out << fmt::format("{:.3f},{:.4f},0,{:.4f},1,0,0,0,1\n", t, 1.5 * std::sin(t), 2.55 - kSink * t);
   }

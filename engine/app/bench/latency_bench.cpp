@@ -46,7 +46,7 @@ BenchRow row(std::string name, std::string knob, double seconds, const char* per
 }
 
 /// Measures the time from a step of the hand to its force and sound. The hand's explorer rests above a block, steps
-/// onto the block at kTouchTime and stays there. So the sound begins with silence, followed by a tap.
+/// onto the block at kTouchTime and stays there. So the sound begins with silence; the first sound is the contact.
 void step_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
   const fs::path hand = folder.path() / "hand.csv", wav = folder.path() / "s.wav", session = folder.path() / "s.h5";
   std::ofstream(hand) << fmt::format(
@@ -54,7 +54,7 @@ void step_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
       "0,2.0,1,0,0,0,0\n",
       kTouchTime - 0.002, kTouchTime + 0.002);
   const fs::path file = folder.path() / "scene.json";
-  // The scene has no picture, because picture_rows() measures the picture without a desktop.
+  // The scene has no picture, because picture_rows() measures the picture, offscreen.
   std::ofstream(file)
       << R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [8, 8, 4]}}}]},
     "tool": "explorer", "parts": ["haptics", "sound", "record"]})";

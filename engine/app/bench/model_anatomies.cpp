@@ -44,7 +44,7 @@ ModelAnatomy of_mesh(const char* file, std::vector<double> voxels_mm) {
 }
 
 ModelAnatomy molar() {
-  // The file of the molar contains voxels. So the triangles of its surface serve as the reference mesh.
+  // The file of the molar contains voxels and no mesh. So a mesh of its surface serves as the reference.
   ModelAnatomy molar;
   molar.make = [](double) { return TissueVolume::load(assets_folder() / "teeth/molar.vdb"); };
   const TissueVolume volume = molar.make(0);

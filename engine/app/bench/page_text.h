@@ -16,8 +16,8 @@ std::string wrapped(std::string_view page);
 void write_page(const std::filesystem::path& file, std::string_view page);
 
 /// Throws Error if `file` may not be written as a Markdown page: the name must end with .md, and an existing file must
-/// be empty or begin with a heading, as the pages of the benchmark do. Otherwise the file counts as an input that the
-/// program may overwrite.
+/// be empty or begin with a heading, as the pages of the benchmark do. Any other file could be an input of the user
+/// that the page would destroy.
 void require_page(const std::filesystem::path& file);
 
 }  // namespace typodont

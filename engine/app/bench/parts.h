@@ -37,7 +37,7 @@ struct BenchPart {
 
 std::span<const BenchPart> bench_parts();
 
-// Functions of the parts that this folder implements.
+// Functions that measure the rows of one part each. They are implemented in this folder.
 std::vector<BenchRow> bench_mesh_picture(const BenchRun& run);
 std::vector<BenchRow> bench_looks(const BenchRun& run);
 std::vector<BenchRow> bench_render(const BenchRun& run);

@@ -66,7 +66,7 @@ render::Picture averaged(const render::Picture& fine, int side) {
 }
 
 /// Shimmer of the picture: the mean second difference of three frames, while the view moves by a quarter of a pixel per
-/// frame (`view`), or only the tool does (`tool`).
+/// frame (`view`), or while only the tool moves (`tool`).
 struct Shimmer {
   double view = 0, tool = 0;
 };

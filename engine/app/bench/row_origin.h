@@ -10,7 +10,7 @@ namespace typodont {
 /// One measurement that gave rows of a table.
 struct RowOrigin {
   std::string made;                // program, processor, date, compiler and flags
-  std::vector<std::string> names;  // parts or tissues that were measured; empty: all that no other origin names
+  std::vector<std::string> names;  // parts or tissues that were measured; empty: all that are in no other RowOrigin
 };
 
 /// Reads the text of a table's first line: "MADE (NAME, NAME); MADE (NAME); all other parts: MADE".

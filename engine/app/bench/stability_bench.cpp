@@ -21,8 +21,8 @@ namespace {
 
 using namespace literals;
 
-// The simulated hand is a mass with a damper (Colgate & Brown 1994). A force pushes it against the wall; it is so large
-// that the hand never leaves the wall.
+// The simulated hand is a mass with a damper (Colgate & Brown 1994). A constant force pushes the hand against the wall.
+// This force is so large that the hand never leaves the wall.
 // kMass: kg, mass of the hand; kDamping: N·s/m, damper; kPush: N, force
 constexpr double kMass = 0.15, kDamping = 5, kPush = 4;
 constexpr int kMostDelay = 2;

@@ -28,7 +28,7 @@ Name name_of(const BenchRow& row) {
 }
 
 /// Measures of a stress test that count as failures of a contact model. If the value of one of these measures exceeds
-/// its limit, the model has failed (Survival::kFell). If any other measure exceeds its limit, it is only kFlawed.
+/// its limit, the model has failed (Survival::kFell). If any other measure does, the model is only flawed (kFlawed).
 constexpr std::array<std::string_view, 5> kFalls{"not finite", "beyond the limit", "came through", "holes", "escaped"};
 
 struct Campaign {

@@ -30,8 +30,8 @@ struct Cutter {
   dvec3 low, high;  // m, frame W: least and greatest coordinates of the tissue
   Nanos t = 0;
 
-  /// Makes one stroke with the tool number `tool`: `passes` parallel passes, each `apart` from the next, with the
-  /// head's centre at height `z`.
+  /// Makes one stroke with the tool of index `tool`: `passes` parallel passes at a distance of `apart` (m), with the
+  /// centre of the tool's head at the height `z` (m).
   void stroke(std::uint32_t tool, int passes, double apart, double z) {
     t += kNanosPerSecond;
     const double middle = 0.5 * (low.y + high.y);

@@ -238,8 +238,8 @@ KeptRows kept_rows(const Options& options) {
   return kept;
 }
 
-/// Returns the rows of a part that was measured only on `tissues`, together with the kept rows of the other tissues, in
-/// the order of all tissues.
+/// Returns the rows of a part that was measured only on `tissues`, together with the rows of the other tissues from the
+/// files of the option --keep, in the order of all tissues.
 std::vector<BenchRow> with_kept(std::string_view part, std::vector<BenchRow> rows, const std::vector<BenchRow>& kept,
                                 const std::vector<std::string>& tissues) {
   for (const BenchRow& row : kept) {
@@ -270,7 +270,7 @@ void run(const Options& options) {
     if (!asked.tissues.empty()) rows = with_kept(part.name, std::move(rows), stored, asked.tissues);
     measured.push_back({&part, std::move(rows)});
   }
-  // The kept rows were measured earlier, perhaps on another machine.
+  // The rows from the files of --keep were measured earlier, perhaps on another machine.
   std::vector<RowOrigin> origins = std::move(kept.origins);
   if (!options.merge) {
     const bool all = options.keep.empty() && asked.tissues.empty();

@@ -106,13 +106,13 @@ void add_register(cli::Command& calibrate) {
   });
 }
 
-/// The texts in which the two commands differ that compare poses of an arm with poses of a tracker.
+/// The texts that differ between the commands `hand-eye` and `robot-world`.
 struct PoseCommand {
   const char* name;
   const char* about;
   const char *X, *Z;  // names of the two poses that the command computes, for example "X_SM"
   const char *X_what, *Z_what;
-  const char* b_columns;  // description of the input's columns b for the help
+  const char* b_columns;  // help text: which pose the input's columns bx_mm … bqz contain
   const char* footer;
   bool camera_on_arm;
 };

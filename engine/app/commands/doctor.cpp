@@ -92,8 +92,8 @@ Check vulkan() {
   c.without = "no picture, neither on a display nor in a file";
   c.mend = "sudo apt install libvulkan1 mesa-vulkan-drivers";
   const QuietStandardError quiet;
-  // The Vulkan library is loaded at run time, not linked. So if it is missing, this program prints its own message, and
-  // not the dynamic linker an error.
+  // The Vulkan library is loaded at run time, not linked. So this program also starts without the library, and reports
+  // that it is missing.
   void* library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
   if (!library) {
     c.state = State::kMissing;

@@ -90,7 +90,7 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
   }
   if (!options.models.empty()) throw Error("--models", "", "it beside another question", "--question model");
   plan.rule = rule_of(options.staircase);
-  double most = 0;  // limit of a stimulus (reference plus difference)
+  double most = 0;  // largest allowed value of a stimulus (the reference plus the difference)
   switch (plan.question) {
     case Question::kStiffness:
       plan.reference = options.reference.value_or(plan.scene_stiffness / kNewtonPerMillimetre);

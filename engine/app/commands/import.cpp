@@ -289,7 +289,7 @@ void run(const Arguments& a) {
   haptics::Imported& imported = mouth.imported;
   if (!a.labels.empty()) haptics::write_labels(imported, a.labels);
   if (exercise) {
-    // The user's own turn has priority. Without it, the first of several scans is turned upright.
+    // If the user has not requested a rotation, the tissue is rotated so that the first of several scans is upright.
     ImportedExercise written{.name = std::filesystem::path(a.out).stem().string(),
                              .description = imported.report.format == "DICOM" ? "DICOM" : ""};
     for (const std::string& input : imported.report.format == "DICOM" ? std::vector<std::string>{} : a.inputs)

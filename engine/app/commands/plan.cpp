@@ -48,8 +48,8 @@ ImplantProcedure procedure_for(const Options& options, const Scene& scene) {
 nlohmann::ordered_json vec(const dvec3& v, double unit) {
   return {v.x / unit, v.y / unit, v.z / unit};
 }
-/// Converts a distance from m to mm. Returns JSON null if the distance is not finite, because the other object does not
-/// exist.
+/// Converts the distance to a canal or tooth from m to mm. If there is no canal or tooth, the distance is infinite, and
+/// the result is JSON null.
 nlohmann::ordered_json millimetres(double distance) {
   if (!std::isfinite(distance)) return nullptr;
   return distance / kMillimetre;

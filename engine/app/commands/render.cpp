@@ -90,8 +90,8 @@ void add_view(PictureStage& stage, const Options& options, const Scene& scene, c
   }
 }
 
-/// Returns the colour for a density: green for no resistance, white for the density of dentin, red for 1.5 times this
-/// density (paper S2, Fig. 9).
+/// Returns the colour for a density: green for 0 (no resistance), white for 1 (dentin), red from 1.5 on (paper S2,
+/// Fig. 9).
 glm::vec3 density_color(double density) {
   const glm::vec3 soft(0.25f, 0.65f, 0.3f), middle(0.93f, 0.92f, 0.88f), hard(0.85f, 0.25f, 0.2f);
   const auto below = static_cast<float>(std::clamp(density, 0.0, 1.0));
@@ -333,7 +333,7 @@ void run(const Options& options) {
     written.push_back((out / "geometry.ply").string());
   }
   // Measures the time of a frame as in a running sequence. The first frame includes the set-up, so a second frame is
-  // measured. A small motion of the head has the effect that all of this frame is drawn.
+  // measured. The user's head is moved by 1 µm, because only a new viewpoint makes the renderer draw the whole frame.
   rig.head.eye_center += 1e-6 * rig.head.right;
   stage.look_from(rig);
   const Nanos began = now();

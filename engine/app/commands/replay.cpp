@@ -122,8 +122,8 @@ void run(Options options) {
     if (session::repair_session(options.session))
       log::warn("{}: was cut off; repaired as far as it goes", options.session);
   } catch (const Error&) {
-    // The repair failed: the file is not a session, which is reported below, or its folder is not writable. The file is
-    // read without repair.
+    // The repair failed. If the folder is not writable, the file is read without repair. If the file is not a session,
+    // the code below reports this.
   }
   PlaybackOptions& playback = options.playback;
   playback.session = options.session;

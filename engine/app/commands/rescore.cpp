@@ -174,7 +174,7 @@ std::string table_of(const std::vector<Row>& rows) {
   for (const std::string& name : items) cell(name);
   text += '\n';
   for (const Row& row : rows) {
-    // In this table, an empty first line cannot occur: a session's name is never empty, so no line begins with a comma.
+    // The first cell is written without a comma before it. All further cells begin with a comma.
     text += cell_of(row["session"]);
     for (std::size_t i = 1; i < first.size(); ++i) text += ',' + (row.contains(first[i]) ? cell_of(row[first[i]]) : "");
     for (const std::string& name : items)

@@ -30,8 +30,8 @@ std::vector<bool> load_abx_answers(const std::filesystem::path& file, std::size_
 struct AbxResult {
   int trials = 0, right = 0;
   Estimate fraction;  // fraction of right answers, with its 95 % confidence interval
-  /// probability with which a listener who hears no difference would get a fraction of right answers at least as far
-  /// from one half as this one
+  /// p-value: probability that the fraction of right answers of a listener who hears no difference is at least as far
+  /// from one half as `fraction` is
   double chance = 1;
 };
 AbxResult judge(const AbxKey& key, const std::vector<bool>& said_b);

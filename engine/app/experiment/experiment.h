@@ -1,6 +1,6 @@
 // Runs experiments with two-alternative trials. Each trial presents two stimuli one after the other in random order,
 // and the subject says which was greater. The plan defines the trials. The subject is a person in a live session
-// (live_subject.h) or a simulated observer (simulated_subject.h). One thread.
+// (live_subject.h) or a simulated observer (simulated_subject.h). For one thread only.
 #pragma once
 
 #include <array>
@@ -37,8 +37,8 @@ struct Stimulus {
 struct Trial {
   int number = 0;  // number of the trial; the first trial is 1
   std::array<Stimulus, 2> stimuli;
-  /// Value of each stimulus as the log states it: N/mm, % or ms. If models are compared, their indices in
-  /// ExperimentPlan::models.
+  /// Value of each stimulus as the log states it: N/mm, % or ms. If models are compared: index of the model of each
+  /// stimulus in ExperimentPlan::models.
   std::array<double, 2> values{};
   double level = 0;  // difference between the greater and the smaller stimulus, in the unit of the question
   /// true: the second stimulus is the greater one (for models: the second stimulus has the second model)
@@ -72,8 +72,8 @@ class Experiment {
   explicit Experiment(const ExperimentPlan& plan);
 
   bool over() const;
-  /// Returns the completed fraction of the experiment, 0..1. It is the larger of two fractions: completed trials of all
-  /// trials, and completed turns (reversals of the staircase) of all turns.
+  /// Returns the completed fraction of the experiment, 0..1. It is the larger of two ratios: completed trials divided
+  /// by all trials, and completed turns (reversals of the staircase) divided by all turns.
   double fraction() const;
   /// Returns the present trial. It stays the same until answer() is called.
   const Trial& trial() const { return next_; }

@@ -1,4 +1,4 @@
-// The psychometric function of two-alternative trials, and its fit. Contains only computations; any thread.
+// The psychometric function of two-alternative trials, and its fit. Contains only computations; for any thread.
 #pragma once
 
 #include <span>
@@ -50,8 +50,8 @@ PsychometricFit fit_psychometric(std::span<const Judgement> judgements);
 
 /// Returns the fraction chosen / count with its exact 95 % confidence interval (Clopper & Pearson 1934).
 Estimate fraction_of(int chosen, int count);
-/// Makes a two-sided binomial test. If both answers are equally likely, the result is the probability of a number of
-/// answers that differs from half of `count` at least as much as `chosen`.
+/// Returns the p-value of a two-sided binomial test: how probable it is, if both answers are equally likely, that the
+/// number of answers differs from half of `count` at least as much as `chosen` does.
 double chance_of(int chosen, int count);
 
 }  // namespace typodont

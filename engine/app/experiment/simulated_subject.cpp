@@ -13,7 +13,7 @@ namespace typodont {
 
 namespace {
 
-// fraction of the largest force in a stimulus; above it, the hand counts as in contact
+// the hand counts as in contact while the force exceeds this fraction of the largest force in the stimulus
 constexpr double kTouched = 0.1;
 constexpr double kDelayRange = 1;          // s, largest delay of the force in a stimulus
 constexpr Nanos kPause = kNanosPerSecond;  // ns, pause in the air between two stimuli

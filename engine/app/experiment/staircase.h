@@ -1,4 +1,4 @@
-// Adaptive staircases: rules that choose the difference of the next trial from the earlier answers. Any thread.
+// Adaptive staircases: rules that choose the difference of the next trial from the earlier answers. For any thread.
 #pragma once
 
 #include <cmath>
@@ -38,7 +38,7 @@ class Staircase {
 
   /// Returns the level (difference between the stimuli) of the next trial.
   double level() const { return level_; }
-  /// Changes the level after the answer to the trial with the difference level().
+  /// Changes the level after an answer to the present trial. `right`: true if the answer was right.
   void answer(bool right) {
     if (right && rule_.kind == StaircaseRule::Kind::kTransformed && ++in_a_row_ < rule_.down) return;
     in_a_row_ = 0;

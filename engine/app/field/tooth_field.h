@@ -1,5 +1,5 @@
-// A copy of a whole volume as plain arrays. It can be sampled at any point. Used for pictures; built at set-up or when
-// a view is requested.
+// A copy of a whole volume as plain arrays. It can be sampled at any point. Used for pictures; built before a session,
+// or when a view is requested.
 #pragma once
 
 #include <array>

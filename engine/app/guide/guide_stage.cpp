@@ -43,7 +43,7 @@ class GuideHand {
     StillTouch::Verdict verdict = StillTouch::Verdict::kNone;
     dvec3 p_H{0};
     std::optional<ArmReading> reading;  // joint angles of the arm; empty if the hand does not report them
-    double moved = 0;                   // m, distance that the tip moved during the press
+    double moved = 0;                   // m, distance that the tip moved while the touch was captured
   };
 
   explicit GuideHand(const GuideOptions& options) : still_(options.still), wait_for_prompt_(options.fast) {
@@ -288,7 +288,8 @@ class GuideScreen {
   }
 
   void destroy() {
-    // Waits here until the GPU has finished, because the wait of the frame ring throws if the GPU is lost.
+    // Waits here until the GPU has finished. The wait function of `ring_` is not used, because it throws if the GPU is
+    // lost.
     vkDeviceWaitIdle(device_.device);
     output_.reset();
     compositor_.reset();

@@ -15,7 +15,7 @@ struct GuideOptions {
   std::filesystem::path rig;  // rig file; its screen and mirror determine how the prompts are drawn
   // address of the haptic device that the user holds (the hand); empty: touches are read from standard input only
   std::string hand;
-  std::string pedal = "auto";  // address of the pedal, as in haptics::HandOptions, or "none"
+  std::string pedal = "auto";  // pedal: "auto", a path, a serial number, or "none"
   bool fast = false;           // true: scripted hands run as fast as possible, and wait for each prompt
   calibration::StillTouch::Limits still;
   /// true: opens a window, provided that there is a hand, a desktop and a build with windows

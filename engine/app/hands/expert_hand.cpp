@@ -53,7 +53,7 @@ struct Lead {
   static constexpr double reaction_time = 0.05;  // s, time constant of the hand's reaction
   // while cutting: distance of the hand from the target point, divided by the distance of the tool from it
   static constexpr double gain = 50;
-  // Limit of the gain: gain · tick duration / reaction_time must not exceed this value, because the hand would
+  // Limit of the gain: if gain · tick duration / reaction_time exceeded this value, the hand would
   // oscillate.
   static constexpr double steady_gain = 1.5;
   // while scraping soft filling: distance of the hand from the target point, divided by the distance of the tool from
@@ -62,16 +62,18 @@ struct Lead {
   // m, largest lead of the hand (distance ahead of the target point) while scraping
   static constexpr double most_scrape_lead = 1.2e-3;
   // The lead of a cut is limited. The force that a lead causes depends on the tissue, so the limit is adjusted until
-  // the force equals the wanted force. The wanted forces here are fractions of the task's mean force. rough_force: bulk
-  // of the tissue, if another tool makes the finish; bulk_force: bulk, otherwise; finishing_force: final surface.
+  // the force equals the wanted force. The wanted forces here are fractions of the task's mean force. rough_force: for
+  // the bulk of the tissue if another tool cuts the final surface; bulk_force: for the bulk if the same tool cuts the
+  // final surface; finishing_force: for the final surface.
   static constexpr double rough_force = 2.3, bulk_force = 1.65, finishing_force = 1.4;
-  // the same for the bulk with a coarse tool, which needs less energy per volume than the tissue's specific energy
+  // wanted force for the bulk with a coarse tool, as a fraction of the task's mean force; a coarse tool needs less
+  // energy per volume than the tissue's specific energy
   static constexpr double coarse_force = 2.7;
   // 1/s, gain with which an error of the force changes the largest allowed lead
   static constexpr double lead_per_force = 15;
   // smallest and largest value of the limit of the lead, as ratios to the lead that gives the task's mean force
   static constexpr double least_most_lead = 0.6, most_lead = 3;
-  // m, the largest value of the limit is at least this; soft bone needs a longer lead than a tooth
+  // m; the limit of the lead may always grow to this value, because soft bone needs a longer lead than a tooth
   static constexpr double always_allowed_lead = 2e-3;
   // largest force of a cut, as a fraction of the largest force that the task accepts
   static constexpr double below_most_force = 0.9;
@@ -90,7 +92,7 @@ struct Joining {
   // m/s, speeds at the transition between strokes: aside_pace for cosines between `turn` and `straight_on`, turn_pace
   // for sharper turns
   static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
-  static constexpr double coarse_haste = 2.5;  // factor on these speeds for a coarse tool
+  static constexpr double coarse_haste = 2.5;  // with a coarse tool, aside_pace and turn_pace are multiplied by this
   // m; two strokes with a gap smaller than this count as one continuous stroke
   static constexpr double no_gap = 1e-6;
   // m, largest length of a run (consecutive strokes of a hand instrument)
@@ -283,8 +285,8 @@ class Terrain {
       }
     }
   }
-  /// Returns the greatest height (m, along the preparation's axis) of tissue near the line from a to b. Near is all
-  /// tissue that, seen along the axis, lies within `beside` (m) of this line.
+  /// Returns the greatest height (m, along the preparation's axis) of the tissue near the line from a to b: of all
+  /// tissue whose distance from the line, perpendicular to the axis, is at most `beside` (m).
   double highest(const dvec3& a, const dvec3& b, double beside) const {
     const glm::ivec2 ca = cell_of(a), cb = cell_of(b), around(static_cast<int>(beside / kCell) + 1);
     const glm::ivec2 lo = glm::max(glm::min(ca, cb) - around, glm::ivec2(0)),
@@ -840,7 +842,7 @@ class Plan {
     }
   }
 
-  /// Returns the cost of unwanted filling in the voxel at p (voxels); see Filling.
+  /// Returns the cost of unwanted filling in the voxel at p (voxels): low over the cavity, high beside it.
   double excess_cost(const session::Preparation& in, const dvec3& p) const {
     const dvec3 g = in.ideal.gradient(p);
     const double slope = glm::length(g);

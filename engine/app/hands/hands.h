@@ -42,9 +42,9 @@ std::string hand_address(const HandChoice& choice, const display::DisplayRig* ri
 /// Opens the hands of `choice`. `window`: function that creates the hands of a window or headset; it may throw. Throws
 /// Error.
 Hands open_hands(const HandChoice& choice, const display::DisplayRig* rig, const WindowHands& window);
-/// Throws Error if a device with motors is used and the system refuses real-time scheduling (SCHED_FIFO). Without it,
-/// other programs could delay the servo, and the motors would continue with old forces. Set-up time, before the first
-/// force.
+/// Throws Error if a device with motors is used and the system refuses real-time scheduling (SCHED_FIFO). Without
+/// this scheduling, other programs could delay the servo, and the motors would continue with old forces. Call this
+/// function before the first force is sent.
 void require_real_time(const Hands& hands);
 /// Describes a device for the option --explain, for example "Woody (1000 Hz, vibration up to 150 Hz)".
 std::string in_words(const haptics::DeviceInfo& info);

@@ -36,7 +36,7 @@ constexpr double kPeck = 3e-3;            // m, drilled depth after which the dr
 constexpr double kPull = 2e-3;            // m, distance by which the drill is pulled back, so that the bone cools
 // °C, temperatures of the bone: the hand lifts the tool at kHot and continues at kCool
 constexpr double kHot = 42, kCool = 41;
-// m, height above the planned entry point from which on a bur no longer touches the pit that it drilled
+// m; a bur that is higher than this above the planned entry point no longer touches the pit that it drilled
 constexpr double kClear = 0.5e-3;
 // m; if the distance to the planned depth is smaller than this, the hand moves slowly
 constexpr double kSlowFrom = 0.3e-3;

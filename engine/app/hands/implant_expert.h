@@ -53,7 +53,7 @@ class ImplantExpert final : public haptics::HapticDevice {
   double depth_ = 0;      // m, depth of the tip below the planned entry point, at the hand's own pose
   double lead_ = 0;       // m, lead: distance of the hand ahead of its tool
   double waited_ = 0;     // s, time since the present stage (Stage) of the phase began
-  double along_ = 0;      // m, length of the smoothing path that is completed
+  double along_ = 0;      // m, completed length of the smoothing path
   double pecked_ = 0;     // m, depth at which the drill was last pulled back
   bool pulling_ = false;  // true while the drill is pulled back to let the bone cool
   bool cooling_ = false;  // true while the hand waits for the bone to cool, after it became too hot

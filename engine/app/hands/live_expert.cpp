@@ -24,7 +24,7 @@ namespace {
 using namespace std::chrono_literals;
 using Legs = std::vector<ExpertLeg>;
 
-// interval at which the planner thread checks for a request and for its copy of the tissue
+// time between two checks of the planner thread: has a request or a copy of the tissue arrived?
 constexpr auto kPollInterval = 2ms;
 
 class LiveExpert final : public haptics::HapticDevice {

@@ -18,23 +18,24 @@ namespace {
 // voxels, tolerance: the tool's head may enter the ideal (the tissue that must remain) to this depth; it equals the
 // error of the distance field
 constexpr double kClear = 0.05;
-// voxels, the same tolerance for a head that fits the ideal exactly, for example a
-// reamer
+// voxels, tolerance: if the head fits the ideal (the tissue that must remain) exactly, as a reamer does, it may enter
+// the ideal to this depth
 constexpr double kExact = 0.02;
 constexpr double kGrid = 0.1e-3;  // m, distance between the head positions that the planner evaluates
 constexpr double kLayer =
-    0.5;  // ratio to the head's diameter: distance between two layers of strokes while most of the tissue is removed
-constexpr double kCoarseLayer = 0.8;  // as kLayer, for a coarse tool
-// Ratio to the head's diameter. Tissue that is thinner than this gets no row of its own from a coarse tool; the passes
-// along the floor remove it.
+    0.5;  // ratio: distance between two layers of strokes in the bulk of the tissue to the head's diameter
+constexpr double kCoarseLayer = 0.8;  // for a coarse tool, ratio: distance between two layers to the head's diameter
+// Ratio of thickness to the head's diameter. For tissue that is thinner than this, a coarse tool makes no separate row
+// of strokes; its passes along the floor remove this tissue.
 constexpr double kAtOnce = 0.5;
-constexpr double kRow = 0.6;  // ratio to the head's diameter: distance between two rows of strokes in a layer
+constexpr double kRow = 0.6;  // ratio: distance between two rows of strokes in a layer to the head's diameter
 // m, tolerance: floor points whose heights differ by less than this belong to the same flat part of the floor
 constexpr double kSameLevel = 10e-6;
-// m², area of the cavity's floor; if the floor is smaller than this, the tool makes no pass along its walls
+// m²; if a flat part of the cavity's floor is smaller than this, the tool makes no pass along its walls
 constexpr double kLeastFlat = 0.1e-6;
-constexpr double kFlatShare = 0.15;  // the smallest area of a flat floor, as a fraction of the head's cross-section
-// Ratio to the head's diameter: distance between the end of a row and a wall. Another pass cuts along the wall.
+// limit as kLeastFlat, as a fraction of the head's cross-section; the larger limit is used
+constexpr double kFlatShare = 0.15;
+// Ratio: distance between the end of a row and a wall to the head's diameter. Another pass cuts along the wall.
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.03e-3;  // m, smallest distance between the head and neighbouring teeth or gum
 constexpr double kLeastTaken = 0.05;     // voxels; no stroke is planned for tissue that is thinner than this
@@ -506,9 +507,9 @@ class StrokePlanner {
     const Layer& above = layer_above(height);
     const Layer layer = above.height - height < 1e-9 ? above : layer_at(height, &above);
     std::vector<dvec3> points;
-    // number of the point that lies on each grid edge; the key is the number of the edge
+    // for each grid edge that an outline crosses: index of the edge, and index of the point at which it is crossed
     std::unordered_map<std::size_t, std::size_t> index;
-    std::vector<std::array<std::size_t, 2>> next;  // numbers of the two neighbours of each point on its line
+    std::vector<std::array<std::size_t, 2>> next;  // for each point: indices of its two neighbours on the line
     constexpr std::size_t kNone = SIZE_MAX;
     const auto point_on = [&](glm::ivec2 p, glm::ivec2 q) {
       if (cell(q.x, q.y) < cell(p.x, p.y)) std::swap(p, q);
@@ -537,8 +538,8 @@ class StrokePlanner {
           if (layer.in[cell(p.x, p.y)] != layer.in[cell(q.x, q.y)]) crossed.push_back(point_on(p, q));
         }
         if (crossed.size() == 2) join(crossed[0], crossed[1]);
-        // the outline of the reachable region crosses this cell twice, and each line cuts off one corner that lies
-        // outside the ideal
+        // the outline of the reachable region crosses this cell twice, and each line cuts off one corner that the head
+        // cannot reach
         if (crossed.size() == 4) {
           const bool first = layer.in[cell(i, j)];
           join(crossed[first ? 0 : 3], crossed[first ? 1 : 0]);
@@ -643,7 +644,7 @@ class StrokePlanner {
   const double floor_of_column_ = size_ * kFloorOfColumn;
   const session::Preparation& in_;
   const haptics::Tool& tool_;
-  // m, distance between two layers of strokes while most of the tissue is removed
+  // m, distance between two layers of strokes in the bulk of the tissue
   const double layer_ = (tool_.energy_ratio < 1 ? kCoarseLayer : kLayer) * tool_.diameter;
   const SurroundingsShape* around_;
   const session::DenseField ideal_;

@@ -1,7 +1,7 @@
 // Uses a headset's controller as the hand. The controller gives no force. If tracking is lost, the tool stops and then
 // yields to the force, so that the force fades. When tracking returns, the tool moves to the hand. It drills again only
-// after the trigger was released once. The same happens if a frame takes longer than 150 ms, because the user would
-// drill without seeing; a change of the quality level can take that long while the driver compiles shaders.
+// after the trigger was released once. A frame that takes longer than 150 ms counts as a loss of tracking, because the
+// user would drill without seeing. For example, a new quality level takes this time while the driver compiles shaders.
 #pragma once
 
 #include <memory>

@@ -45,7 +45,7 @@ constexpr double kFastSpindle = 400 * kKrpm;
 // Limits for a controller and for an arm. The tip counts as still if it moves less than this distance (m) for this time
 // (s).
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
-// s, largest duration of a frame; even software rendering on a slow CPU takes less
+// s; if a frame takes longer than this, the GPU is assumed to hang; software rendering on a slow CPU takes less
 constexpr double kLongestFrame = 20;
 constexpr double kLeaveTime = 2;  // s, the runtime must end the session within this time
 
@@ -88,7 +88,7 @@ struct XrSession::Thread {
   Surroundings surroundings;
   MouthMirror mirror;  // the scene's mouth mirror, at its initial pose or at the second hand's pose
   MouthMirror scene_mirror;
-  std::optional<MirrorFog> fog;  // empty: the fog of the mouth mirror is constant
+  std::optional<MirrorFog> fog;  // fog of the mouth mirror; empty if it is constant
   SuctionTip suction_tip;        // the scene's suction tip at its initial pose
   int mirror_hand = -1;          // index of the controller that holds the mouth mirror; -1: none
 

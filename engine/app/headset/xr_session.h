@@ -22,7 +22,7 @@ class XrSession {
   struct Options {
     int tool_hand = -1;  // controller that holds the tool: 0 left, 1 right; −1: another device holds the tool
     bool debris = false, record = false;
-    std::string quality;    // name of the quality level; empty: the level follows the time of a frame
+    std::string quality;    // name of the quality level; empty: chosen from the drawing times of the frames
     bool touches = false;   // true: the user's trigger captures a pair of points for `calibrate register`
     dvec3 work_W{0, 0, 0};  // m, frame W: the point that is in front of the user after recentring
     ServoTick start;        // state of the tool before the first tick

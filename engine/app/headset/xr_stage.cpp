@@ -40,7 +40,8 @@ XrStage::XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& s
 }
 
 XrStage::~XrStage() {
-  // Waits here until the GPU has finished, because the wait of the frame ring throws if the GPU is lost.
+  // Waits here until the GPU has finished. The wait function of `ring_` is not used, because it throws if the GPU is
+  // lost.
   vkDeviceWaitIdle(device_.device);
   hmd_->end();
   renderer_.reset();

@@ -35,8 +35,7 @@ class TissueSaver {
         ++wiring.not_saved;
       }
     };
-    // A thread writes the copy. This thread first waits until the previous file is written, so that the carver need not
-    // wait.
+    // A new thread writes the copy. The new thread, not the carver, first waits until the previous file is written.
     try_to([&] {
       thread_ = std::jthread(
           [&wiring = wiring_, try_to, tissue = copy_of(carver), file, earlier = std::move(thread_)]() mutable {
@@ -152,7 +151,7 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   hand_over_pieces();
   pause();
   TissueCommand command;
-  bool edited = false;  // true: the tissue was edited, so the servo needs a new patch before it makes another cut
+  bool edited = false;  // true: the tissue was edited; before the next cut, the servo needs a new copy (patch) of it
   while (wiring.tissue_commands.pop(command)) {
     edited |= execute_command(s, command, wiring.tick_to_carver.front().t, saver);
     done.worked = true;

@@ -394,7 +394,7 @@ void LivePicture::frame_shown() {
   last_drawn_ = t;
 }
 
-/// Passes the position of the user's head to the sound. Records viewpoint and view whenever they change.
+/// Passes the pose of the user's head to the sound output. Records the viewpoint and the view whenever they change.
 void LivePicture::record_view() {
   if (session_.sound && session_.sound->binaural())
     session_.sound->listen(stage_->rig().head.eye_center, stage_->rig().head.right);

@@ -33,7 +33,7 @@ class LivePicture {
     bool cursor = false;
     int monitor = -1;  // number of the monitor for full screen; -1: no full screen
     session::Language language = session::Language::kEnglish;  // language of the text over the picture
-    std::string quality;  // name of the quality level (render/quality.h); empty: the level follows the time of a frame
+    std::string quality;  // name of the quality level; empty: the level is chosen from the drawing times of the frames
     /// the operator's GPU device; null: the picture creates its own device
     gpu::Device* device = nullptr;
   };
@@ -48,7 +48,7 @@ class LivePicture {
   void open(const display::DisplayRig& rig, std::vector<std::string>& explanations);
   /// Stores the time at which the drawing loop starts. The duration of its first pass is measured from this time.
   void begin() { last_turn_ = now(); }
-  /// Returns the stage of the trainee's picture; null if this computer does not draw it.
+  /// Returns the object that draws the trainee's picture; null if this computer does not draw it.
   PictureStage* stage() { return stage_ ? &*stage_ : nullptr; }
   /// Returns the views for teaching; null after close() was called.
   LiveViews* views() { return views_.get(); }
@@ -127,8 +127,8 @@ class LivePicture {
   const display::DisplayRig* rig_ = nullptr;
   haptics::ServoSettings shown_;             // the scene's settings, with the tissue colours that the pictures show
   Surroundings around_;                      // meshes of the tooth's surroundings
-  std::optional<MirrorFog> fog_;             // empty: the fog of the mouth mirror is constant
-  std::optional<SoftGumView> gum_;           // empty if the gum is rigid
+  std::optional<MirrorFog> fog_;             // fog of the mouth mirror; empty if it is constant
+  std::optional<SoftGumView> gum_;           // the soft gum; empty if the gum is rigid
   std::optional<render::BoxInWorld> reach_;  // m, frame W: box that contains the tissue
   QualityLadder ladder_;
   std::optional<Detail> detail_;  // level of detail of the tooth in the trainee's picture

@@ -28,12 +28,12 @@ void RecorderTurns::turn() {
   Cut cut;
   PatchUse use;
   StrokeEdit edit;
-  // Counts the waiting ticks first, and stores only these ticks in this call of turn(). Their patches and cuts were put
-  // into the other ring buffers before them. So no tick is ever stored without its patches and cuts.
+  // Counts the waiting ticks first, and stores only these ticks in this call of turn(). The servo puts the patches
+  // (copies of the tissue) and cuts of a tick into their rings before the tick. So a tick is never stored without them.
   const std::size_t ticks = wiring.ticks_to_recorder.ready();
   while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
-  // Patches are read first, then edits. If an edit caused one of these patches, the edit was sent before it, so it is
-  // stored in the same call of turn().
+  // Patches (copies of the tissue) are read first, then edits (undo and redo). An edit is sent before the patch that it
+  // causes. So both are stored in the same call of turn().
   while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
   LoosePiece piece;
   while (wiring.pieces_to_recorder.pop(piece)) writer.append(event_of(piece));

@@ -17,7 +17,7 @@ constexpr double kRampOut = 0.02;           // s, duration of the force ramp at 
 // The faults that are not only results of the servo, but also an input of Servo::tick.
 constexpr std::uint32_t kServoInputFaults = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);
 
-/// Returns true if the tool touches something, as HapticDevice::contact defines it.
+/// Returns true if the tool touches tissue or is inside it, or if the contact is unknown.
 bool in_contact(const ServoTick& tick) {
   constexpr std::uint32_t kUnknown = haptics::kNoPose | bits(Fault::kPatchEdge) | bits(Fault::kDeepPenetration);
   return tick.depth > 0 || (tick.faults & kUnknown) != 0;

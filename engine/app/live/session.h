@@ -48,15 +48,15 @@ struct LiveSession {
   std::string carver_failure;  // carver thread only: reason why the carver failed; empty if it did not fail
   /// ns, time between two searches for changed bricks (blocks of the tissue's mesh); at least the duration of a frame
   Nanos mesh_interval = 16'000'000;
-  std::size_t xr_stream = 0;       // number of the recorded stream that contains a headset's frames
-  std::size_t picture_stream = 0;  // number of the recorded stream that contains a screen's frames
+  std::size_t xr_stream = 0;       // index of the recorded stream that contains a headset's frames
+  std::size_t picture_stream = 0;  // index of the recorded stream that contains a screen's frames
   SoundLink* sound = nullptr;
-  std::size_t left_stream = 0;  // number of the recorded stream that contains a second hand's samples
-  /// number of the recorded stream that contains the head's position; empty without a screen
+  std::size_t left_stream = 0;  // index of the recorded stream that contains a second hand's samples
+  /// index of the recorded stream with the position of the user's head; empty without a screen
   std::optional<std::size_t> head_stream;
-  /// number of the recorded stream that contains the state of water and suction; empty without debris
+  /// index of the recorded stream that contains the state of water and suction; empty without debris
   std::optional<std::size_t> water_stream;
-  /// recorder thread only: notes that are computed from the ticks; empty without a recording
+  /// recorder thread only: finds events (change of tool, fault) in the ticks; empty without a recording
   std::optional<TickNotes> notes;
   std::filesystem::path save;  // file to which the tissue is saved; empty: it is not saved
   // carver thread only: counters of the carver's work
@@ -121,10 +121,10 @@ class CarverTurns {
   ~CarverTurns();
   struct Done {
     bool worked = false;   // true: this call of turn() had work to do
-    bool awaited = false;  // true: the servo has not yet begun to use the patch that the carver offers
+    bool awaited = false;  // true: the servo has not yet begun to use the offered patch (copy of tissue)
   };
-  /// Repeats the servo's cuts, executes the user's commands, offers a new patch if one is due, and meshes the changed
-  /// bricks. Throws OpenVDB's exceptions.
+  /// Repeats the servo's cuts, executes the user's commands, offers a new patch (copy of the tissue) if one is due,
+  /// and meshes the changed bricks. Throws OpenVDB's exceptions.
   Done turn();
   /// Repeats the cuts that are still waiting at the end of the session.
   void finish();

@@ -37,10 +37,10 @@ void make_expert(const std::filesystem::path& session);
 
 struct NewTooth {
   std::filesystem::path input;  // a scan or a closed mesh; if as_scanned is true, any mesh
-  /// other meshes of the same mouth (mouth_files() finds the bite scan); the direction of the crown is then computed
-  /// from the first mesh
+  /// other meshes of the same mouth, one of which may be a bite scan. If there are any, the direction of the crown is
+  /// computed from the first mesh.
   std::vector<std::filesystem::path> more;
-  double open = 0;  // m, see MouthFiles::open
+  double open = 0;  // m, distance by which the opposing jaw is moved away, so that an instrument has room
   std::string name;
   /// true: the mesh itself is carved, with the contact model vertex; open meshes are also allowed
   bool as_scanned = false;
@@ -53,7 +53,7 @@ struct NewTooth {
 std::filesystem::path import_tooth(const NewTooth& tooth, Progress& progress);
 
 /// Does the same as import_tooth() for tissue that was read before. The tissue must not yet be turned upright.
-/// `top`: see ImportedExercise::top.
+/// `top`: m, point of the tissue that is moved to the point that the rigs show; empty: the middle of the tissue's top.
 std::filesystem::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Progress& progress,
                                         const std::optional<dvec3>& top = {});
 

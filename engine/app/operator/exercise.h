@@ -28,7 +28,7 @@ struct NewExercise {
   std::vector<std::string> steps;
   const Scene* base = nullptr;                   // base scene from which the exercise is made
   std::span<const PaintStroke> strokes;          // brush strokes that are added to those of the base scene
-  const haptics::TissueVolume* ideal = nullptr;  // the ideal as a volume; null: see ideal_mesh
+  const haptics::TissueVolume* ideal = nullptr;  // the ideal as a volume; null: ideal_mesh is used
   // File with the ideal as a closed mesh. If both `ideal` and this name are empty, the base scene's ideal is used.
   std::filesystem::path ideal_mesh;
   double mesh_unit_mm = 1;  // mm, length of the unit in which the mesh file states coordinates

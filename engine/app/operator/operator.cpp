@@ -460,7 +460,7 @@ class Operator {
     make_experiment(s_, work_);
   }
 
-  /// Loads the scene of a recording. For a saved preparation, it is the scene that the file name contains.
+  /// Loads the scene of a recording. For a saved preparation, it is the scene whose name the file name contains.
   Scene scene_left_at(const fs::path& from) const {
     if (from.extension() != ".vdb") return scene_of(session::SessionReader(from));
     for (const SceneChoice& choice : s_.scenes)

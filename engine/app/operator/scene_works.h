@@ -16,8 +16,8 @@ namespace typodont {
 
 /// Joins the names of dropped files to one text, with semicolons between them.
 std::string joined_files(const std::vector<std::string>& files);
-/// Enters a file, a folder or several meshes of one mouth that the user dropped on the window into the import form, and
-/// proposes a name. Returns true if it is a scan, which can be shown before its import.
+/// If the user dropped a file, a folder or several meshes of one mouth on the window, enters their paths into the
+/// import form and proposes a name. Returns true if the user dropped a scan, which can be shown before its import.
 bool take_dropped(OperatorState& s);
 /// If the user dropped a mesh on the scan page, enters it into the form of the fusion page and returns true.
 bool take_dropped_mesh(OperatorState& s);

@@ -16,7 +16,7 @@ namespace typodont {
 
 /// Returns the cached score of a session; empty if it must be computed because the file or the program has changed.
 std::optional<CachedScore> cached_score(const std::filesystem::path& session);
-/// Stores a score in the cache. Any thread.
+/// Stores a score in the cache. For any thread.
 void cache_score(const std::filesystem::path& session, const CachedScore& score);
 CachedScore known(const session::Score& score);
 

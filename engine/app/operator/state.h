@@ -157,8 +157,8 @@ struct ScanForm {
   int kind = 0;  // kind of label that the tool makes, a haptics::LabelKind as a number
   float radius_mm = 1;
   bool only_tissue = true;
-  float reach_mm = 5, tolerance = 0.3f;  // parameters of a seed; see haptics::LabelSeed
-  glm::ivec3 walls{0};                   // faces of the region's box that the mouse drags; see ScanReview::walls_at()
+  float reach_mm = 5, tolerance = 0.3f;  // for a seed: distance limit from the click; limit of the grey difference
+  glm::ivec3 walls{0};                   // dragged face of the region's box per axis: −1 lower, +1 upper, 0 none
   dvec3 mouse_F{0};                      // m, frame of the scan, position of the brush in the last frame
   ScanPlanes planes;
   std::array<const gpu::Image*, kScanSections> pictures{};  // pictures of the sections; null until they are drawn
@@ -222,7 +222,7 @@ struct ExperimentFinding {
   /// chosen (%)
   FoundValue found;
   std::array<std::string, 2> models;  // names of the compared models; empty for other questions
-  /// only for a comparison of models: probability that a subject who feels no difference answers at least as unevenly
+  /// only for a comparison of models: p-value, the probability of answers at least as uneven if no difference is felt
   double chance = 1;
 };
 struct DoctorFinding {

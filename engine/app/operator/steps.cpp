@@ -14,7 +14,7 @@ constexpr Nanos kTouch = 500'000'000;
 constexpr double kDrilled = 0.05 * kCubicMillimetre;
 // m, a step with the action "move" is done when the tool has moved along a path of this length
 constexpr double kMoved = 10 * kMillimetre;
-// m, a larger motion between two ticks is an error of the input, and is ignored
+// m; if the tool moves farther than this between two ticks, the motion is an error of the input and is ignored
 constexpr double kMost = 20 * kMillimetre;
 
 }  // namespace

@@ -21,7 +21,7 @@ inline const ImVec4 kDim{0.60f, 0.62f, 0.64f, 1};
 void begin_page(InterfaceWindow& w);
 void end_page();
 
-/// Begins a page with a heading. Returns the size of the page's body, which lies above the message line and the foot.
+/// Begins a page with a heading. Returns the size of its body, which lies above the message line and the buttons.
 ImVec2 begin_titled_page(const char* title, InterfaceWindow& w);
 /// Ends a page. Draws the message line (or the progress of a long task, which Esc cancels), and the button that leads
 /// back to the start page. `can_leave`: true if this button is enabled. `more`: draws further buttons of the given size

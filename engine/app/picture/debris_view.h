@@ -42,7 +42,7 @@ WaterPlan water_of(const Scene& scene, const Surroundings& around);
 /// Mass balance (kg) of chips, droplets and film. Masses that only the GPU knows are NaN.
 struct DebrisBalance {
   debris::DebrisLedger chips;
-  std::optional<debris::SprayLedger> spray;  // empty if there are no nozzles
+  std::optional<debris::SprayLedger> spray;  // water balance; empty if there are no nozzles
   std::optional<debris::FilmLedger> film;
 };
 
@@ -100,7 +100,7 @@ class DebrisView {
     // uncut: pose of the head at the latest cut, if this cut has not yet been applied to the water's distance field;
     // cut_at: pose of the head at the latest cut that has been applied to it
     std::optional<Pose> uncut, cut_at;
-    std::optional<std::uint32_t> tool;  // number of the tool for which `head` and `reach` were computed
+    std::optional<std::uint32_t> tool;  // index of the tool for which `head` and `reach` were computed
     haptics::HeadField head;
     double reach = 0;                                   // m, distance from the head's centre to its farthest point
     std::uint64_t droplets = 0, cells = 0, texels = 0;  // values of the three counters at the last call of count()

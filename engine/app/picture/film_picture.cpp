@@ -13,7 +13,7 @@ namespace {
 constexpr double kWaterDepth = 80e-6;
 // m, height of solids that hides 63 % of the surface: grains of 5 to 10 µm hide an area equal to their cross-section
 constexpr double kSolidsDepth = 4e-6;
-// of 255, a texel that changes by less than this is not drawn again, because the change is not visible
+// if the values (0 to 255) of a texel change by less than this, it is not drawn again: the change is not visible
 constexpr int kVisible = 10;
 
 std::uint8_t byte(double fraction) {

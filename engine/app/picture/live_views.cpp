@@ -27,7 +27,7 @@ constexpr Nanos kBodiesInterval = 120'000'000;
 constexpr int kNice = 5;
 // m, differences from the ideal are computed only up to this distance
 constexpr double kDifferenceReach = 3e-3;
-// largest number of ticks that wait to be evaluated: the ticks of ten minutes
+// largest number of ticks that wait to be evaluated (those of ten minutes); further ticks are not evaluated
 constexpr std::size_t kMostUnexplored = 600'000;
 
 constexpr std::array kInside = {render::kSectionFace, render::kSectionFaceAround, render::kInsidePulp,

@@ -37,8 +37,8 @@ class LiveViews {
   LiveViews(const LiveViews&) = delete;
   LiveViews& operator=(const LiveViews&) = delete;
 
-  // The next functions are called by the drawing thread. attach() sets the stage (PictureStage) that draws a picture;
-  // null removes the picture.
+  // The next functions are called by the drawing thread. attach() sets the object that draws a picture; null removes
+  // the picture.
   void attach(Eyes eyes, PictureStage* stage);
   /// Receives the bricks that the carver has changed.
   void take(MeshBatch bricks);
@@ -74,7 +74,7 @@ class LiveViews {
   struct Wish {
     Look look;
     glm::dvec4 plane{0};
-    /// number of the stage (PictureStage) that draws this picture; when another stage draws it, the number increases
+    /// counter that increases whenever another PictureStage begins to draw this picture
     int stage = 0;
     bool operator==(const Wish&) const = default;
     /// Returns true if the settings of the picture (its Look) request other bodies than the tooth's surface, for
@@ -96,7 +96,7 @@ class LiveViews {
     /// the Look (settings of the picture) that was requested from the computing thread
     Wish wish;
     bool made = true;                    // true: the computing thread has answered the request for this Look
-    int stages = 0;                      // number of stages (PictureStage) that have drawn the picture so far
+    int stages = 0;                      // number of PictureStage objects that have drawn the picture so far
     bool replaced = false;               // true: another body replaces the tooth's own bricks, so these are hidden
     std::vector<std::uint64_t> pending;  // bricks that were not yet passed to the picture
   };

@@ -15,7 +15,7 @@ struct Look {
   /// axis of frame W that is perpendicular to the section plane in View::kSection: 0 x, 1 y, 2 z
   int section_axis = 1;
   double section = 0;  // m, position of the section plane along the axis section_axis, measured from the tooth's middle
-  /// section plane in the form of render::Frame; if it is zero, section_axis and section are used
+  /// section plane (xyz: unit normal, w: offset in m); if it is zero, section_axis and section are used
   glm::dvec4 plane{0};
   std::uint32_t hidden = 0;  // hidden tissues, one bit for each; used only in View::kLook
   bool tool = true, debris = true, mirror = true, surroundings = true;

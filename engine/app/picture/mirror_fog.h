@@ -1,5 +1,5 @@
 // Fog on the mouth mirror. Breath condenses on the cold glass, the mist of the spray settles on it, air dries it, and a
-// jet of water rinses it. Plain data and one class; any thread.
+// jet of water rinses it. Plain data and one class; for any thread.
 #pragma once
 
 #include <optional>
@@ -21,7 +21,7 @@ struct MirrorFogLaw {
   double breath_time = 5;    // s, time constant with which breath fogs a cold glass
   double warm_time = 25;     // s, time constant with which the glass takes the temperature of the mouth or of the room
   double mist_time = 1;      // s, time constant with which the spray fogs a glass beside the bur
-  double mist_reach = 8e-3;  // m, distance from the bur at which the mist is four times thinner
+  double mist_reach = 8e-3;  // m, distance from the bur at which the mist has a quarter of its density at the bur
   double dry_time = 20;      // s, time constant with which air dries the glass
   double rinse_time = 0.15;  // s, time constant with which a jet of water rinses the glass
   /// m, a jet rinses the glass if the bur's head is in front of the glass and nearer than this

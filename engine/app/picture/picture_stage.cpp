@@ -283,7 +283,7 @@ void PictureStage::show_gum(const SoftGumView& gum) {
 void PictureStage::follow_pixels(double pixel) {
   if (pixel <= 0 || around_.meshes.empty()) return;
   const double error = pixel * options_.quality.surface_error;
-  // hysteresis, so that small head motions do not change the mesh again and again
+  // hysteresis, so that small motions of the user's head do not change the mesh again and again
   const bool coarse = error > around_.coarse_from * (coarse_around_ ? 0.85 : 1.0);
   if (coarse == coarse_around_) return;
   coarse_around_ = coarse;
@@ -338,7 +338,7 @@ void PictureStage::follow_head() {
   if (!tracker_) return;
   tracker_->poll();
   const display::Head head = tracker_->at(now() + from_seconds(latency_));
-  // The head's pose is used only if the eyes can see the picture from there. Otherwise the last pose is kept.
+  // The pose of the user's head is used only if the eyes see the picture from there. Otherwise the last pose is kept.
   if (display::sees(rig_, head)) rig_.head = head;
 }
 

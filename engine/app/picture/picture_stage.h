@@ -101,7 +101,7 @@ class PictureStage {
   void show_cloud(render::ParticleCloud* cloud) { cloud_ = cloud; }
   /// Updates the picture of the film of water and debris on the surfaces. Null: there is no film.
   void show_film(const FilmPicture* film) { FilmPicture::show(film, *renderer_, film_shown_); }
-  /// Sets the view from the next frame on. `section`: plane of the section, as in render::Frame. Bodies that a view
+  /// Sets the view from the next frame on. `section`: tissue is drawn where section · (p_W, 1) > 0. Bodies that a view
   /// shows besides the surface are set by show_inside() (engine/app/picture/teaching_views.h).
   void show_as(render::View view, const glm::dvec4& section = {0, 0, 0, 1}) {
     view_ = view;
@@ -110,14 +110,14 @@ class PictureStage {
   render::View view() const { return view_; }
   /// Shows or hides the tool in the picture.
   void show_tool(bool shown) { options_.tool = shown; }
-  /// Uses the screen and the head of this rig from the next frame on.
+  /// Uses the screen and the user's head position of this rig from the next frame on.
   void look_from(const display::DisplayRig& rig);
   /// Replaces a body that only one view shows, for example render::kSectionFace. Positions are relative to `origin` (m,
   /// frame W).
   void show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin);
 
-  /// Draws and shows one frame. An offscreen stage waits until the frame is finished. `dt`: s since the last frame; the
-  /// bur rotates by the corresponding angle.
+  /// Draws and shows one frame. If drawn offscreen, waits until the frame is finished. `dt`: s since the last frame;
+  /// the bur rotates by the corresponding angle.
   render::FrameStats draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
                           const std::string& hint = "");
 
@@ -126,8 +126,8 @@ class PictureStage {
 
   /// Returns the pictures of both eyes, in the image layout for shaders.
   const gpu::Image& pictures() const { return renderer_->pictures(); }
-  /// Sets the size of the pictures in pixels. The rig's panel gets the same aspect ratio. Call it only on an embedded
-  /// stage. Returns true if the size changed.
+  /// Sets the size of the pictures in pixels. The rig's panel gets the same aspect ratio. Call it only if
+  /// Options::embedded is true. Returns true if the size changed.
   bool resize(glm::ivec2 eye_size);
 
   /// Sets the quality from the next frame on.
@@ -163,7 +163,7 @@ class PictureStage {
   /// tracker.
   std::optional<display::HeadTracker::Stats> tracker_stats() const;
 
-  /// Returns the window or memory in which the screen is composed. An embedded stage has none.
+  /// Returns the window or memory in which the screen is composed. Call it only if Options::embedded is false.
   display::Output& output() { return *output_; }
   const display::DisplayRig& rig() const { return rig_; }
   gpu::Device& device() { return device_; }
@@ -182,7 +182,7 @@ class PictureStage {
   void add_cursor(const Pose& X_WG, render::Frame& frame);
 
   display::DisplayRig rig_;
-  display::Head rest_;  // the head's pose that the rig file states
+  display::Head rest_;  // pose of the user's head that the rig file states
   std::optional<display::HeadTracker> tracker_;
   /// s, running mean of the latency from the reading of the head tracker to the picture on the screen
   double latency_ = 1.0 / 30;

@@ -28,7 +28,7 @@ class QualityLadder {
     return ladder;
   }
   const render::Quality& step() const { return render::kQualityLadder[step_]; }
-  // returns the number of the present quality level; 0 is the best
+  // returns the index of the present quality level; 0 is the best
   int place() const { return static_cast<int>(step_); }
   int changes() const { return changes_; }
   bool fixed() const { return fixed_; }

@@ -1,5 +1,5 @@
 // Writes all triangles of a picture to one file, so that another renderer can draw the same scene (tests/reference).
-// Set-up time; throws Error.
+// Not for the servo thread. Throws Error.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@
 
 namespace typodont {
 
-/// Number of the tool in the file. The number of any other body is the number of its drawn mesh (render::MeshId).
+/// Number that identifies the tool's triangles in the file. Other bodies are identified by their render::MeshId.
 inline constexpr std::uint8_t kToolBody = 255;
 
 class ShownGeometry {

@@ -14,10 +14,10 @@ namespace {
 constexpr double kReach = 1.7;
 constexpr float kEdge = 0.3e-3f;    // m, triangles with longer edges are divided where the gum can move
 constexpr int kSplits = 4;          // largest number of times that an edge of the gum's triangles is halved
-constexpr double kGrowth = 30e-6;   // m, a wet patch is drawn again after its radius has grown by this length
+constexpr double kGrowth = 30e-6;   // m, a patch of blood is drawn again after its radius has changed by this
 constexpr float kOpaque = 0.95f;    // opacity of the blood in the middle of a patch of blood, 0..1
 constexpr double kRimWidth = 0.22;  // ratio: width of the rim of a patch of blood to the radius of the patch
-// m, smallest width of the rim; in a narrower rim, the triangles would be visible
+// m, smallest width of the rim of a patch of blood; in a narrower rim, the triangles would be visible
 constexpr double kLeastRim = 0.35e-3;
 
 render::Vertex middle_of(const render::Vertex& a, const render::Vertex& b) {
@@ -47,7 +47,7 @@ bool refine(render::MeshUpdate& mesh, Splits&& splits) {
   std::vector<std::uint32_t> indices;
   for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
     std::array<std::uint32_t, 3> c{mesh.indices[t], mesh.indices[t + 1], mesh.indices[t + 2]};
-    // m[i]: number of the vertex in the middle of the edge after corner i; negative if this edge is not split
+    // m[i]: index of the vertex in the middle of the edge after corner i; negative if this edge is not split
     std::array<std::int64_t, 3> m{middle(c[0], c[1]), middle(c[1], c[2]), middle(c[2], c[0])};
     const auto add = [&](std::int64_t a, std::int64_t b, std::int64_t d) {
       for (const std::int64_t i : {a, b, d}) indices.push_back(static_cast<std::uint32_t>(i));

@@ -73,9 +73,9 @@ class SoftGumView {
   std::shared_ptr<const haptics::SoftSurface> surface_;
   std::vector<Brick> bricks_;
   std::vector<Rest> rest_;                             // undeformed form of each brick, in the order of bricks_
-  std::vector<std::vector<std::uint32_t>> bricks_of_;  // numbers of the bricks that each point influences
+  std::vector<std::vector<std::uint32_t>> bricks_of_;  // indices of the bricks that each point influences
   std::vector<float> inward_;                          // m, depth to which each point is pressed inward
-  std::vector<std::uint32_t> changed_;                 // numbers of the bricks that must be computed again
+  std::vector<std::uint32_t> changed_;                 // indices of the bricks that must be computed again
   std::vector<Wound> wounds_;
   std::uint64_t version_ = 0;
 };

@@ -73,11 +73,11 @@ constexpr int kSearchDepth = 14;
 // near.
 constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
-    // number of bricks that one update meshes again; they take some milliseconds, so that new patches for the servo are
-    // not delayed
+    // number of bricks that one update meshes again; they take some milliseconds, so that the carver's next copy of the
+    // tissue for the servo is not delayed
     32;
 
-/// Returns the depth in m from which the colour of an inner tissue is visible through this tissue. The colours of
+/// Returns the largest depth (m) at which the colour of an inner tissue is visible through this tissue. The colours of
 /// dentin and caries are visible through enamel, and the colour of pulp through thin dentin.
 constexpr double translucency_depth(Tissue tissue) {
   switch (tissue) {
@@ -104,7 +104,7 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   const double voxel = volume.frame().voxel;
   // voxels, distance between two test points on a line into the tissue; it is smaller than a usual gap in the tissue
   constexpr float kProbe = 3.5f;
-  constexpr float kBeside = 2;  // voxels, distance from this line to four additional test points beside it
+  constexpr float kBeside = 2;  // voxels, distance of four more test points from the line through the test points
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
   for (render::Vertex& v : update.vertices) {
     if (!translucent(v.tissue[0]) && !translucent(v.tissue[1])) continue;
@@ -119,7 +119,7 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
     // the four test points around the path are also empty.
     const auto all_empty_at = [&](float way) {
       const glm::vec3 axis = std::abs(v.n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
-      // Four test points lie in a square around the place. Its sides are oblique to the voxel grid.
+      // The four test points are the corners of a square around `place`. Its sides are oblique to the voxel grid.
       const glm::vec3 level = glm::normalize(glm::cross(v.n, axis));
       const glm::vec3 along = kBeside * (level + 0.5f * glm::cross(v.n, level)), across = glm::cross(v.n, along);
       const glm::vec3 place = start - way * v.n;

@@ -39,8 +39,8 @@ void save_tissue(const TissueCopy& tissue, const std::filesystem::path& file);
 
 class TissueView {
  public:
-  /// `tolerance`: voxels, largest distance of the triangles from the surface. `drawn_as`: tissues that are drawn like
-  /// others.
+  /// `tolerance`: voxels, largest distance of the triangles from the surface. `drawn_as`: states which
+  /// tissues are drawn as another tissue.
   explicit TissueView(float tolerance = 0.1f, const DrawnAs& drawn_as = {});
 
   /// Returns all bricks in the first call, and later the bricks that have changed since the last call. Positions are in

@@ -1,5 +1,5 @@
 // Planning of an implant: a proposal, the findings at a planned position, and sections through it as pictures. SI
-// units, frame W. One thread.
+// units, frame W. For one thread only.
 #pragma once
 
 #include <array>

@@ -20,14 +20,14 @@ inline constexpr dvec3 kCrownTop{6.8e-3, 6.0e-3, 20.2e-3};
 
 /// Returns the quarter turns (haptics::quarter_turns) that turn the crown to the direction +z; empty for no turn.
 const char* upright_rotation(Crown crown);
-/// Returns the direction of a crown that is nearest to a vector.
+/// Returns the one of the six directions that has the smallest angle to `up`.
 Crown crown_along(const dvec3& up);
 
 struct ImportedExercise {
   std::string name, description;
   Crown crown = Crown::kUp;
-  // m, point of the tissue, before it is turned upright, that is moved to kCrownTop; empty: the middle of the tissue's
-  // top
+  // m, the point of the tissue that is moved to kCrownTop, in the coordinates before the tissue is turned upright;
+  // empty: the middle of the tissue's top
   std::optional<dvec3> top;
 };
 

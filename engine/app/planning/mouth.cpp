@@ -37,9 +37,10 @@ dvec3 middle_of(const haptics::TissueMesh& mesh) {
 void register_bite(const std::filesystem::path& file, double unit, std::vector<Jaw>& jaws) {
   constexpr double kPointSpacing = 0.25e-3;                    // m, distance between the points of the bite scan
   constexpr double kLeastPoints = 2000, kMostPoints = 40'000;  // numbers of points
-  constexpr double kReach[] = {2.5e-3, 1e-3};  // m, largest residuals in the first and in the second round
-  // Smallest fraction of the points near a jaw that agree with it. It is lower than for a scan of one jaw, because
-  // teeth of one jaw that lie over those of the other jaw are near both.
+  // m, for the first and the second round: points farther than this from every jaw are not used
+  constexpr double kReach[] = {2.5e-3, 1e-3};
+  // If a smaller fraction of the points near a jaw agrees with it, the registration is refused. The limit is lower than
+  // for a scan of one jaw, because some points near a jaw belong to the teeth of the other jaw.
   constexpr double kLeastAgreement = 0.6;
   const haptics::TissueMesh bite = haptics::read_tissue_mesh(file, unit, Tissue::kEnamel).mesh;
   const double area = haptics::area_of(bite);
@@ -59,7 +60,7 @@ void register_bite(const std::filesystem::path& file, double unit, std::vector<J
     for (std::size_t k = 0; k < jaws.size(); ++k) {
       Jaw& jaw = jaws[k];
       const std::string place = fmt::format("{} on {}", file.filename().string(), jaw.name);
-      constexpr std::size_t kEnough = 500;  // smallest number of points
+      constexpr std::size_t kEnough = 500;  // with fewer points near a jaw, the registration is refused
       if (of_jaw[k].size() < kEnough) {
         throw Error(
             place, "",
@@ -100,7 +101,7 @@ ImportedMouth import_mouth(const MouthFiles& files, const haptics::ImportOptions
   ImportedMouth mouth;
   mouth.scans.resize(files.scans.size());
   if (arch) {
-    constexpr double kFieldVoxel = 0.25e-3, kFieldBand = 3e-3;  // m, for the registration of the bite scan
+    constexpr double kFieldVoxel = 0.25e-3, kFieldBand = 3e-3;  // m, voxel size and band of the jaws' distance fields
     std::vector<Jaw> jaws;
     for (const std::filesystem::path& file : files.scans) {
       haptics::IntraoralScan scan(file, options.mesh_unit);

@@ -1,5 +1,5 @@
 // Several intraoral scans of one mouth (upper jaw, lower jaw, bite) as one tissue. Frame W is the frame of the first
-// scan, frame K that of another scan, and frame B that of the bite scan. Set-up time; throws Error.
+// scan, frame K that of another scan, and frame B that of the bite scan. Not for the servo thread. Throws Error.
 #pragma once
 
 #include <filesystem>

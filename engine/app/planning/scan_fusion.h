@@ -25,8 +25,8 @@ struct ScanRegistration {
 };
 
 /// Registers a scan. A first pose comes from pairs of equal points (m), the final pose from the surfaces of the teeth.
-/// For messages: `place` is the origin of the pairs, and `file` the name of the scan. Throws Error if the pairs do not
-/// give a pose, or if the result cannot be trusted.
+/// For messages: `place` states where the pairs come from, and `file` is the name of the scan. Throws Error if the
+/// pairs do not give a pose, or if the result cannot be trusted.
 ScanRegistration register_scan(const haptics::IntraoralScan& scan, const haptics::DenseTissue& ct,
                                const std::vector<dvec3>& points_S, const std::vector<dvec3>& points_C,
                                const std::string& place, const std::string& file);
@@ -38,8 +38,8 @@ class ScanFusion {
   enum Side : std::size_t { kScan, kCt };
   static constexpr std::size_t kLeastPairs = 3;
 
-  /// Reads the scan, closes its surface, and extracts the CT's surface. Any thread. `unit`: m, length of the unit in
-  /// which the file states coordinates. Throws Error.
+  /// Reads the scan, closes its surface, and extracts the CT's surface. For any thread. `unit`: m, length of the unit
+  /// in which the file states coordinates. Throws Error.
   ScanFusion(std::shared_ptr<const haptics::DenseTissue> ct, const std::filesystem::path& file, double unit);
 
   SurfacePicture& view(Side side) { return views_[side]; }

@@ -14,7 +14,7 @@ constexpr double kSmallestRegion = 3e-3;  // m, smallest width of the imported r
 // ratio: largest width of a section to the size of the scan
 constexpr double kMargin = 1.06;
 constexpr double kSmallestWidth = 10e-3;  // m, smallest width of the part that a section shows
-// Number of samples of a coarse preview. So many labels can be computed in about a second.
+// Number of samples of a coarse preview. The labels of these samples can be computed in about a second.
 constexpr double kCoarseSamples = 4e5;
 // voxels, a preview of the labels needs distances only up to this distance from the surface
 constexpr double kCoarseBand = 2;

@@ -28,7 +28,7 @@ enum class LabelDetail { kNone, kCoarse, kFull };
 /// A request for labels. The caller computes them with ScanVolume::import(options).
 struct LabelRequest {
   LabelDetail detail = LabelDetail::kNone;
-  std::uint64_t revision = 0;  // state of region and preset to which the labels belong; see revision_
+  std::uint64_t revision = 0;  // revision number of the region and preset to which the labels belong
   haptics::ImportOptions options;
 };
 

@@ -57,9 +57,9 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
                           const std::function<void(double)>& progress = {});
 
 /// Loads the scene of a session. The session file may be untrusted. So the files to which it refers must be in its own
-/// folder, in the assets, or in a folder of $TYPODONT_FILES. If the session is in the user's folder, they may also be
-/// there. `recordings`: number of recordings that were resumed one after another to reach this session. Throws Error if
-/// the tissue is missing or has changed, or if this number is too large.
+/// folder, in the assets, or in a folder of $TYPODONT_FILES. If the session is in the user's folder, these files
+/// may be anywhere in the user's folder. `recordings`: number of recordings that were resumed one after another to
+/// reach this session. Throws Error if the tissue is missing or has changed, or if this number is too large.
 Scene scene_of(const session::SessionReader& session, int recordings = 0);
 
 /// Makes the carver that a recorded session had at time t: the tissue `start` after all cuts and edits up to t.

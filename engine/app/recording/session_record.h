@@ -47,7 +47,7 @@ session::StreamSpec sound_stream();
 /// It must receive every tick, in order. Recorder's thread.
 class TickNotes {
  public:
-  /// `sound`: number of the stream for the sound; empty if there is no sound.
+  /// `sound`: index of the recorded stream for the sound; empty if there is no sound.
   TickNotes(const Scene& scene, std::optional<std::size_t> sound);
   /// Adds a tick. `sound_latency`: s, time from a tick to its sound; NaN if it is unknown.
   void add(const ServoTick& tick, session::SessionWriter& writer,

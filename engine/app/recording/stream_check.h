@@ -14,7 +14,7 @@
 namespace typodont {
 
 /// Compares ticks and cuts, which must be passed in order. Data after the first gap of the recording is not compared.
-/// One thread.
+/// For one thread only.
 class StreamCheck {
  public:
   explicit StreamCheck(const session::SessionReader& session);

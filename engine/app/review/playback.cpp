@@ -204,11 +204,11 @@ class Side {
   session::Language language_;
   PictureStage* stage_ = nullptr;
   Surroundings around_;
-  std::optional<SoftGumPlayer> gum_;  // empty if the gum is rigid
+  std::optional<SoftGumPlayer> gum_;  // the soft gum; empty if the gum is rigid
   std::optional<Detail> detail_;
   std::optional<DebrisView> debris_;
   MouthMirror mirror_;
-  std::optional<MirrorFog> fog_;  // empty: the fog of the mouth mirror is constant
+  std::optional<MirrorFog> fog_;  // fog of the mouth mirror; empty if it is constant
   std::optional<haptics::TissueVolume> ideal_;
   std::optional<debris::Suction> nozzle_;
   std::string view_ = "look";

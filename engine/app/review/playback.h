@@ -16,8 +16,7 @@ class Progress;
 struct PlaybackOptions {
   std::filesystem::path session;
   std::filesystem::path beside;  // a second session that is shown at the right; empty if there is none
-  std::string
-      rig;  // rig file, or the name of a rig in assets/rigs; empty: "window", or "closeup" for a film (or the scene's)
+  std::string rig;  // file or name of a rig; empty: the scene's rig, otherwise "window" or, for a film, "closeup"
   std::optional<dvec3> eye_W;   // m, frame W, midpoint between the viewer's eyes; empty: the rig's value
   std::optional<double> ipd;    // m, interpupillary distance; empty: the rig's value
   double magnify = 0;           // magnification of the picture; 0: the rig's value

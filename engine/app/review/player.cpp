@@ -12,7 +12,7 @@ namespace typodont {
 
 namespace {
 
-constexpr std::uint64_t kBlock = 4096;  // number of ticks that are read together
+constexpr std::uint64_t kBlock = 4096;  // number of ticks that are read from the file at a time
 constexpr double kSlowest = 0.125, kFastest = 16;
 
 }  // namespace
@@ -135,8 +135,8 @@ void SessionPlayer::go_back(Nanos t) {
     next_ = last.first;
     if (last.kind == Done::Kind::kStroke) {
       carver.end_stroke();
-      // If the numbers of strokes are not equal, the carver has dropped the last stroke, because it changed nothing.
-      // Then there is nothing to undo.
+      // If the carver has fewer strokes than `last.strokes`, it has dropped the last stroke, because this stroke
+      // changed nothing. Then there is nothing to undo.
       if (carver.strokes().done == last.strokes) carver.undo();
     } else if (last.kind == Done::Kind::kUndo) {
       carver.redo();

@@ -63,7 +63,7 @@ class SessionPlayer {
   struct Done {
     enum class Kind { kStroke, kUndo, kRedo } kind;
     std::size_t first;    // index in deeds_ of the first change that this entry reverts
-    std::size_t strokes;  // number of strokes before the change
+    std::size_t strokes;  // number of strokes after the change; only for kStroke
     bool forgets;         // true: the change discarded undone strokes, so it cannot be reverted
   };
   void from_the_start();
@@ -81,7 +81,7 @@ class SessionPlayer {
   std::size_t next_ = 0;  // index of the next change in deeds_
   std::vector<Done> done_;
   std::vector<Cut> fresh_;
-  std::vector<ServoTick> block_;  // the ticks that were read together
+  std::vector<ServoTick> block_;  // consecutive ticks that were last read from the file
   ServoTick tick_;
   float tolerance_ = 0.1f;
   std::optional<TissueView> view_;

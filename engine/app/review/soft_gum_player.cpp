@@ -11,7 +11,7 @@ namespace {
 // N/m, stiffness of the tool. In the recording, the gum has already displaced the tool. With this large stiffness, the
 // gum does not displace it again.
 constexpr double kRigid = 1e6;
-constexpr std::uint64_t kBlock = 4096;  // number of ticks that are read together
+constexpr std::uint64_t kBlock = 4096;  // number of ticks that are read from the file at a time
 
 }  // namespace
 

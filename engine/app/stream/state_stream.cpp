@@ -32,9 +32,9 @@ namespace {
 using Text = nlohmann::ordered_json;
 
 constexpr const char* kSchema = "typodont-state-1";
-// bytes, largest amount of unsent data for a reader; about 100 messages
+// bytes, about 100 messages; if more data than this would wait for a reader, new messages to it are skipped
 constexpr std::size_t kMostWaiting = 1 << 16;
-constexpr std::size_t kMostAsked = 1 << 13;  // bytes, largest size of a reader's request
+constexpr std::size_t kMostAsked = 1 << 13;  // bytes; a reader whose request is longer is disconnected
 constexpr std::size_t kMostReaders = 32;
 
 /// A network socket whose calls never block.
@@ -196,7 +196,7 @@ struct StateStream::Impl {
 
 void StateStream::Impl::tell(Reader& reader, const std::string& text, bool may_skip) {
   const std::string frame = websocket_text_frame(text);
-  // An event may use twice as much memory as a state. Events are rare, and none may be skipped.
+  // Twice as much data may wait for the reader before an event is skipped, because events are rare and important.
   if (reader.waiting.size() + frame.size() > (may_skip ? kMostWaiting : 2 * kMostWaiting)) {
     ++counts.skipped;
     return;

@@ -19,7 +19,7 @@ constexpr double kLift = 3.2e-3;
 constexpr dvec3 kPlate{2.2e-3, 0.75e-3, 0.15e-3};  // m, half the lengths of a jaw of the clamp
 constexpr double kPlateHeight = 0.75e-3;           // m, height of the clamp's jaws above the edge of the gum
 constexpr double kBow = 0.75e-3;                   // m, radius of the wire of the clamp's bow
-constexpr double kPlateRound = 0.35e-3;            // m, radius of the edges of a jaw
+constexpr double kPlateRound = 0.35e-3;            // m, radius of the edges of the clamp's jaws
 // number of steps in which the corners of the bow are rounded (corner cutting, Chaikin 1974)
 constexpr int kSmooth = 3;
 

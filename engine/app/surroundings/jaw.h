@@ -11,7 +11,7 @@ class Jaw {
  public:
   /// A point in the coordinates of the arch, m.
   struct Place {
-    /// m, position along the curve of the teeth, and distance from the curve; see ArchCurve::Place
+    /// m, position along the curve of the teeth, and distance from the curve (positive on the buccal side)
     double along, beside;
     double depth;       // m, depth below the gum's edge as it would be without papillae
     double half_width;  // m, half the width of the row of teeth at the gum
@@ -51,7 +51,7 @@ class Jaw {
 
  private:
   struct Knot {
-    double along, edge, half_width;  // m; edge: height of the gum's edge at this tooth
+    double along, edge, half_width;  // m; along: position along the arch; edge: height of the gum's edge
   };
   const SurroundingsPlan& plan_;
   dvec3 across_;

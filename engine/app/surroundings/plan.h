@@ -36,7 +36,7 @@ struct SurroundingsPlan {
   dvec3 crown{0, 0, 1};          // unit vector along the crown's axis, towards the occlusal side
   dvec3 arch{1, 0, 0};           // unit vector along the row of teeth, perpendicular to the crown's axis
   std::vector<NeighbourTooth> neighbours;
-  std::optional<ToothRow> row;  // the other teeth of the jaw
+  std::optional<ToothRow> row;  // the other teeth of the jaw; empty if there are none
   Mouth mouth = Mouth::kNone;
   std::optional<RubberDam> dam;
   bool monitored = true;  // true: damage to the surroundings counts in the score; false: they are only drawn

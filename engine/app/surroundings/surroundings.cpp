@@ -28,7 +28,7 @@ constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12
 constexpr std::array<float, 2> kCheekTolerance{0.12f, 0.12f};
 // m, where the coarse and the fine mesh of gum or dam overlap, the coarse mesh is lower by this length
 constexpr double kCoarseBelow = 0.5e-3;
-// m, if surface errors of this size are allowed, the coarse mesh is used
+// m, the coarse mesh is used if the picture allows a surface error larger than this
 constexpr double kCoarseFrom = 45e-6;
 // m, a neighbouring tooth is drawn only down to this depth below the gum's edge
 constexpr double kRootShown = 2.5e-3;
@@ -299,7 +299,7 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
   std::uint64_t body = 0;
   const auto add = [&](std::vector<render::MeshUpdate> of_body) {
     for (render::MeshUpdate& update : of_body) {
-      // The number of the body is added, so that bricks of different bodies have different numbers.
+      // The index of the body is written into the brick's number, so that bricks of two bodies have different numbers.
       update.brick |= body << 60;
       face.push_back(std::move(update));
     }

@@ -41,7 +41,7 @@ struct ToothForm {
   double distance(const dvec3& p) const;
   /// Returns the tissue at a point inside or at the surface.
   Tissue tissue(const dvec3& p) const;
-  /// Both functions return a corner (m) of a box that contains the tooth; the corners are opposite.
+  /// low() and high() return two opposite corners (m) of a box that contains the tooth.
   dvec3 low() const;
   dvec3 high() const;
 };

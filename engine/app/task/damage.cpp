@@ -10,8 +10,8 @@ namespace typodont {
 namespace {
 
 constexpr double kCell = 0.1e-3;    // m, side of the cubic cells with which the damaged volume is measured
-constexpr double kMoved = 0.01e-3;  // m, the head is evaluated again after a part of it has moved by this distance
-// m, tolerance: a head that only touches a tooth or the gum does no damage
+constexpr double kMoved = 0.01e-3;  // m, the damage is evaluated again when a part of the tool's head has moved by this
+// m, tolerance: a tool's head that enters a tooth or the gum by less than this does no damage
 constexpr double kSlack = 0.01e-3;
 
 std::uint64_t cell_of(const dvec3& p_W) {

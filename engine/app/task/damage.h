@@ -17,7 +17,7 @@
 
 namespace typodont {
 
-/// Computes the damage from the ticks. It must receive every tick in order, in groups of any size. One thread.
+/// Computes the damage from the ticks. It must receive every tick in order, in groups of any size. For one thread only.
 class DamageMeter {
  public:
   /// `tools`: the tools of the session; ServoTick::tool is an index in this list.
@@ -35,8 +35,8 @@ class DamageMeter {
 
   SurroundingsShape shape_;
   std::vector<Head> heads_;
-  std::unordered_set<std::uint64_t> neighbour_, gum_;  // numbers of the cells that the bur has entered
-  std::optional<Pose> last_;                           // pose of the head at the last evaluation
+  std::unordered_set<std::uint64_t> neighbour_, gum_;  // keys of the cells that the bur has entered
+  std::optional<Pose> last_;                           // pose of the tool's head at the last evaluation
   std::uint32_t last_tool_ = 0;
   double first_ = -1;
 };

@@ -241,7 +241,7 @@ TaskEvaluator::TaskEvaluator(const Scene& scene, const haptics::TissueVolume& st
 }
 
 session::Preparation TaskEvaluator::preparation(const haptics::TissueVolume& after) const {
-  // Finds a box that contains all three volumes.
+  // Finds a box that contains the initial, the final and the ideal tissue.
   glm::ivec3 lo, hi;
   start_.bounds(lo, hi);
   const auto include = [&](const haptics::TissueVolume& other) {
@@ -293,7 +293,7 @@ std::optional<session::ExploreMeter> TaskEvaluator::explore_meter() const {
 
 namespace {
 
-/// Computes the mean hardness of the removed part of each tissue. Empty if all voxels have the hardness of their
+/// Computes the mean hardness of the removed part of each tissue. Empty if all voxels have the full hardness of their
 /// tissue.
 std::optional<PerTissue> removed_hardness(const haptics::TissueVolume& start, const haptics::TissueVolume& after) {
   if (!start.graded()) return std::nullopt;
@@ -343,21 +343,21 @@ EvaluatedSession evaluate_session(const session::SessionReader& session, Scene s
   input.removed_hardness = removed_hardness(start, after);
   std::optional<session::Preparation> preparation = judge.judge(after, input);
   if (auto meter = judge.explore_meter()) {
-    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks that are read together
+    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks that are read from the file at a time
     for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
       meter->add(session.ticks(first, kPieceTicks));
     input.explore = meter->result();
   }
   if (scene.implant) {
     session::ImplantMeter meter(*scene.implant);
-    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks that are read together
+    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks that are read from the file at a time
     for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
       meter.add(session.ticks(first, kPieceTicks));
     input.implant = meter.result();
     measure_bed(*scene.implant, after, *input.implant);
   }
   if (auto meter = damage_meter(scene)) {
-    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks that are read together
+    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks that are read from the file at a time
     for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
       meter->add(session.ticks(first, kPieceTicks));
     input.damage = meter->result();

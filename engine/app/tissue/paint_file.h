@@ -23,7 +23,7 @@ struct PaintStroke {
   dvec3 a_W{0}, b_W{0};
   double radius = 0.5e-3;
   double stiffness_factor = 1;  // factor by which the tissue's own stiffness is multiplied; below 1: softer
-  double hardness = 1;          // 0..1, hardness of the painted tissue (see haptics/hardness.h)
+  double hardness = 1;          // 0..1, hardness of the painted tissue; 1: its full hardness
 };
 
 /// Reads the strokes from a file. Throws Error.

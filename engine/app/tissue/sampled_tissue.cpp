@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 // ns, the result for solids without a mesh is cached only if sampling takes longer than this
 constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
-constexpr std::uintmax_t kMostKept = 1u << 30;  // bytes, largest total size of all cached files
+constexpr std::uintmax_t kMostKept = 1u << 30;  // bytes, limit of the total size of the cached files
 constexpr const char* kSuffix = ".tissue.gz";
 
 struct Close {

@@ -1,4 +1,4 @@
-// Converts a volume to plain arrays and back. Used at set-up time to change a whole volume.
+// Converts a volume to plain arrays and back. Used to change or compare whole volumes. Not for the servo thread.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@ struct DenseCopy {
   VoxelFrame frame;
   session::DenseField field;
   std::vector<Tissue> tissue;
-  /// hardness of each sample (see haptics/hardness.h); empty if all tissue has its own hardness
+  /// hardness of each sample, 255: the tissue's full hardness; empty if all samples have the full hardness
   std::vector<std::uint8_t> hardness;
 };
 
@@ -21,8 +21,8 @@ struct DenseCopy {
 DenseCopy dense_copy(const haptics::TissueVolume& volume);
 DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& size);
 
-/// Makes a volume from the copy. `band`: m, see TissueVolume::band(). Distances outside the tissue are treated as
-/// inexact.
+/// Makes a volume from the copy. `band`: m, the largest distance that the volume stores. Distances outside the tissue
+/// are treated as inexact.
 haptics::TissueVolume from_dense(const DenseCopy& copy, double band);
 
 /// Removes the tissue inside the solid. The labels do not change.
