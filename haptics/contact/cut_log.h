@@ -1,5 +1,5 @@
-// A log of the servo's last cuts. If a new snapshot lacks some of these cuts, the servo finds them here and repeats
-// them in the snapshot.
+// A log of the servo's last cuts. If a new snapshot of the tissue lacks some of these cuts, the servo reads them from
+// the log and repeats them in the snapshot.
 #pragma once
 
 #include <algorithm>
@@ -57,7 +57,8 @@ class CutLog {
     Pose X_WA, X_WB;
     std::uint32_t tool = 0;
     bool continues = false;
-    // m, radius of the ball of filling at X_WA, which the head at X_WB limits; 0: the entry is a cut
+    // m, radius of the added ball of filling with the centre X_WA.p, which ends at the head at X_WB; 0: the entry is a
+    // cut
     double fill_radius = 0;
     PerTissue removed{};  // voxels³, removed volume of each tissue; negative for a filling
   };

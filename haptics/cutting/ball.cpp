@@ -267,9 +267,9 @@ struct BallBlocks {
   float ahead;  // path length, after this sweep, for which the listed groups stay valid; 0: no groups are listed
   float slip;   // voxels, upper bound of the rounding error of a depth
   int lanes;    // number of samples in a group
-  // The lists of the active front consist of parts. Layer after layer of blocks along x belongs to the next part,
-  // cyclically. `parts`: number of parts; `part`: index of this part; `first_layer`: index of the part that contains
-  // the first layer.
+  // The lists of the active front consist of parts. The layers of blocks along x are assigned to the parts in turn.
+  // `parts`: number of parts; `part`: index of this part; `first_layer`: index of the part that contains the first
+  // layer.
   int parts, part, first_layer;
   CutFront::Found* found;  // the list to which the groups of samples are added
   // number of groups of samples found, which may exceed the capacity `room` of the list
@@ -535,9 +535,9 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                .room = front.parts_[0].room()};
   const bool capsule = !is_ball();
   fill_heights(&b.f, capsule, heights_from, heights_to);
-  // A list of groups of samples is valid until the head has moved by a fixed path length. A fast head would reach it at
-  // once, so no list is made. If several parts are listed at once, their lists get different lifetimes, so that they
-  // expire at different times.
+  // A list of groups of samples is valid until the head has moved by a fixed path length. A fast head moves so far in
+  // one tick, so no list is made for it. If several parts are listed at once, their lists get different lifetimes, so
+  // that they expire at different times.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfBall / std::max(front.outdated(), 1);
   const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
   int anew = 0;

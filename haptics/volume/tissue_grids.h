@@ -113,8 +113,8 @@ struct TissueVolume::Impl {
   glm::ivec3 marked_lo{0}, marked_hi{-1};
   LeafFront front;  // active leaves of the head that cuts
   KeySet filled;    // keys of leaves that may contain labels of a filling, see label.h
-  // Writes since each of the last marks, oldest mark first; the last mark is `marked`. Empty: the writes before
-  // `marked` are unknown.
+  // Writes after each of the last marks (numbers of states, TissueVolume::mark), oldest first; the last mark is
+  // `marked`. Empty: the writes before `marked` are unknown.
   std::deque<TissueVolume::Written> writes;
   std::uint64_t marked = first_mark();
   std::vector<StrokeKept> strokes;
@@ -128,7 +128,7 @@ struct TissueVolume::Impl {
     tissue = openvdb::Int32Grid::create(0);
   }
 
-  /// Returns the mark (number) with which the log of a new volume begins. Marks of different volumes differ.
+  /// Returns the mark (number of a state) with which the log of a new volume begins. Marks of different volumes differ.
   static std::uint64_t first_mark();
   /// Discards the log of writes. Must be called after a change that was not logged, because the log is then
   /// incomplete.

@@ -382,8 +382,8 @@ void TissueVolume::copy_part_of_every(int n, const Copied& box, const VoxelBox& 
 }
 
 VoxelBox TissueVolume::every_around(int n, const VoxelBox& written) {
-  // Extends the box to whole bricks, because copy_every() returns other deep samples in the whole brick after its first
-  // cut.
+  // Extends the box to whole bricks: after the first cut in a brick, copy_every() returns other values for all of the
+  // brick's samples that lie deep in the tissue.
   constexpr int cells = FieldBrick::kCells;
   const BrickBox bricks = bricks_around(written.lo, written.hi);
   const auto down = [n](const glm::ivec3& p) {

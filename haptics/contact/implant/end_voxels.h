@@ -1,4 +1,4 @@
-// The voxels in front of a tool's end, and the sums of the cutting law over these voxels for one pose of the tool.
+// The tool voxels at the front of a tool's end, and the sums of the cutting law over them for one pose of the tool.
 #pragma once
 
 #include <cstddef>

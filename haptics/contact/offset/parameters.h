@@ -76,9 +76,9 @@ struct PaceParameters {
   static constexpr double cut_slew = 6;  // N/s, largest rate of change of the force while a cutting tool is in contact
   // N/s, largest rate of change of the force when the bur breaks through and loses contact
   static constexpr double free_slew = 14;
-  // N/s, largest rate at which the force rises when the bur's teeth catch in the tissue
+  // N/s, largest rate at which the force rises when the bur's cutting edges catch in the tissue
   static constexpr double grip_slew = 9;
-  // friction coefficient of the bur's teeth: lateral force divided by the push
+  // friction coefficient of the bur's cutting edges: lateral force divided by the force that presses the bur
   static constexpr double tooth_grip = 0.15;
   static constexpr double tolerance = 1.02;  // tolerance: the proxy's speed may exceed the speed limit by this factor
   static constexpr int rounds = 4;           // largest number of iterations that enforce the speed limit
@@ -187,12 +187,12 @@ struct FillingParameters {
   static constexpr double one_surface = 0.5;
   // voxels, distance between two samples when the instrument searches for tissue in front of it
   static constexpr double look_step = 0.25;
-  static constexpr double step = 0.25;    // voxels; the radius of a dome may always grow by this much in one tick
-  static constexpr double most_step = 1;  // voxels, largest growth of a dome's radius in one tick
-  // s; in one tick, a dome may grow by the volume that waits, plus the volume that the instrument delivers in this time
+  static constexpr double step = 0.25;    // voxels; a dome of filling may always grow by this much (radius) in one tick
+  static constexpr double most_step = 1;  // voxels, largest growth of the radius of a dome of filling in one tick
+  // s; a dome may grow per tick by the delivered filling not placed yet, plus the amount that is delivered in this time
   static constexpr double ahead = 0.01;
   static constexpr double least_step = 1e-3;
-  // if the free fraction of a dome's surface is at most this, the dome stops growing
+  // if the free fraction of the surface of a dome of filling is at most this, the dome stops growing
   static constexpr double buried = 0.01;
   // Voxels, smallest distance from tissue, from the head and from the limit of the search at which a place is open for
   // filling.

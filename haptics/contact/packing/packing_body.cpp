@@ -22,8 +22,8 @@ constexpr double kNoteEvery = 0.03;
 // voxels, width of the region around a sphere and its gaps in which the field is updated, because interpolation also
 // reads neighbouring voxels
 constexpr double kAround = 1.8;
-// gaps up to this distance from a sphere belong to it, as a multiple of the radius of the largest hole in the
-// packing
+// a gap between spheres belongs to a sphere up to this distance from it, as a multiple of the radius of the largest
+// hole in the packing
 constexpr double kGapsAround = 2;
 // first version of the force laws in which a cut also reduces the gaps that belong to the cut sphere
 constexpr std::uint32_t kLawsOfReducedGaps = 7;
