@@ -84,8 +84,8 @@ struct PathMaxima {
   std::uint8_t label[kRoom];
 
   PathMaxima(const Straight& way_back, RemovedVolume* taken) : back(way_back), removed(taken) {}
-  /// Call this function before `samples` samples are read. If the list has too little space for all of them, it is
-  /// carved and emptied.
+  /// Call this function before `samples` samples are read. If the list has too little space for all of them, the listed
+  /// samples are cut now and the list is emptied.
   void make_room(int samples) noexcept {
     if (count > kRoom - samples) carve();
   }

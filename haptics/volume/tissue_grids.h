@@ -151,8 +151,8 @@ struct TissueVolume::Impl {
   /// Copies every n-th sample as TissueVolume::copy_every() does, but only the samples from..to, inclusive.
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
-  // A file stores the parts of a value of the label grid separately, see StoredVolume. Saving extracts the hardness
-  // first; loading inserts it last.
+  // A file stores label, hardness and the label before a filling in separate grids (StoredVolume). Saving extracts the
+  // hardness first; loading inserts it last.
   openvdb::Int32Grid::Ptr take_before(openvdb::Int32Grid& labels) const;
   void put_before(const openvdb::Int32Grid& before);
   openvdb::Int32Grid::Ptr take_hardness(openvdb::Int32Grid& labels) const;

@@ -142,7 +142,7 @@ openvdb::Int32Grid::Ptr TissueVolume::Impl::take_hardness(openvdb::Int32Grid& la
 }
 
 /// Inserts the hardness, which the file stores in a separate grid, into the label grid. The file's grid may contain
-/// tiles of any size, so this iterates over the voxels and tiles of the labels.
+/// tiles of any size, so the function iterates over the voxels and tiles of the labels.
 void TissueVolume::Impl::put_hardness(const openvdb::Int32Grid& hardness) {
   constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
   auto of = hardness.getConstAccessor();

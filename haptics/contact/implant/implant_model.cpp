@@ -354,7 +354,7 @@ double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted
   return slow;
 }
 
-/// Returns the displacement in m of a tap, an implant or a screw, which follows the rotation of its thread.
+/// Returns the displacement in m of a thread cutter, an implant or a screw, which follows the rotation of its thread.
 double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted, Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
   const double torque = thread_torque(bed, tip_);

@@ -35,7 +35,7 @@ bool OffsetModel::fill(const ContactInput& in, Contact& contact, Cut& cut) noexc
   return changed;
 }
 
-/// Adds filling material to the tissue that the instrument has delivered but that is not in the tissue yet. Returns
+/// Adds to the tissue the filling material that the instrument has delivered but that is not in the tissue yet. Returns
 /// true and sets `cut` if some of it was added.
 bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, Cut& cut) noexcept {
   const Tool& instrument = tool();

@@ -177,8 +177,8 @@ void PackingBody::take_out_pieces(const Cut& cut) {
       spheres_.set(i, taken_by_ball(before.back(), r));
     }
     // When a detached sphere is removed from the field, the gaps around it are removed too, up to the spheres that
-    // stay. If the sphere was cut before, tissue that stays may lie closer to it. In this case, a smaller gap is
-    // removed.
+    // stay. If the sphere was cut before, tissue that stays may lie closer to it than the gaps reach, so a smaller part
+    // of the gaps is removed.
     for (std::size_t k = 0; k < piece.size(); ++k) {
       const dvec3 c = before[k].center();
       const double r = before[k].radius(), whole = packing_.radius[static_cast<std::size_t>(piece[k])];
@@ -232,7 +232,7 @@ void PackingBody::exchange(Stroke& stroke) {
   }
 }
 
-/// Must be called after undo or redo of a stroke in the volume, because it may be a brush stroke.
+/// Must be called after undo or redo of a stroke in the volume, because that stroke may be a brush stroke.
 void PackingBody::take_back_paint() {
   if (paints_ == 0) return;
   read_materials();

@@ -14,7 +14,7 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr double kLook = 10e-3;  // m, largest distance that clearance() can return
-// m, search distance: a point has the tissue of the nearest sphere if this sphere is not farther away
+// m, search distance: a point has the tissue of the nearest sphere if this sphere is not farther away than this
 constexpr double kNearby = 0.2e-3;
 // largest number of cost computations by which the length of one step of a cut is determined
 constexpr int kTrials = 8;
@@ -38,8 +38,8 @@ constexpr std::uint32_t kLawsOfWarmStarts = 7;
 constexpr std::uint32_t kLawsOfLimitedSpeed = 8;
 // first version of the force laws in which a proxy that does not move is projected onto its contacts only once
 constexpr std::uint32_t kLawsOfOneProjection = 11;
-// m/s, largest speed of the tool's farthest point. Hands are slower. If the measured pose jumps, this limit keeps the
-// tick short.
+// m/s, largest speed of the tool's farthest point. Hands are slower than this. If the measured pose jumps, this limit
+// keeps the tick short.
 constexpr double kFastest = 5;
 
 // First version of the force laws in which a head with a large contact area postpones its cuts. Such a head advances by
@@ -47,7 +47,7 @@ constexpr double kFastest = 5;
 // much time.
 constexpr std::uint32_t kLawsOfPostponedCuts = 10;
 constexpr double kLargeArea = 10e-6;   // m², contact area above which cuts are postponed
-constexpr double kLeastStep = 0.1e-6;  // m; a postponed cut waits until the saved energy suffices for this step
+constexpr double kLeastStep = 0.1e-6;  // m; a postponed cut waits until the saved energy suffices for a step this long
 // First version of the force laws in which a postponed cut waits until the saved energy suffices for a longer step. In
 // soft bone, a head advances by more than kLeastStep in a tick.
 constexpr std::uint32_t kLawsOfLongSteps = 11;
@@ -210,8 +210,8 @@ void PackingModel::watch_retreat(const ContactInput& in) noexcept {
 }
 
 /// Leads the tool back along its path, at a limited speed and without cutting, to the path point nearest to the hand.
-/// The path is free of tissue, because the tool has moved along it and no tissue has been added since. Returns true
-/// while the tool is led back.
+/// The path is free of tissue, because the tool has moved along it and no tissue has been added since then. Returns
+/// true while the tool is led back.
 bool PackingModel::lead_back(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   if (!retreat_.leading) return false;

@@ -253,7 +253,8 @@ void SphereProxy::each_listed(std::size_t i, Limit&& limit, Visit&& visit) const
 }
 
 /// Returns the first sphere of the near list (nearby tissue spheres) of tool sphere `i` that this tool sphere touches
-/// before time `until`. `certain`: true if the tool sphere cannot touch a sphere outside the list earlier.
+/// before time `until`. `certain`: true if the tool sphere cannot touch a sphere outside the list before the returned
+/// one.
 SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i, const Motion& motion, double until,
                                           bool& certain) noexcept {
   NearList& list = lists_[i];

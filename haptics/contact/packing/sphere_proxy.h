@@ -72,8 +72,8 @@ class SphereProxy {
       note_large(tree, place, protrudes);
     }
   }
-  /// Must be called when note_cut() was called for all spheres that one of the tool's spheres changed, before the next
-  /// search.
+  /// Must be called once for each of the tool's spheres: after note_cut() for all tissue spheres that it changed, and
+  /// before the next search.
   void end_notes() noexcept;
 
   /// Computes which motion the non-cutting parts of the tool allow during a cut. Changes `move` (m) and `turn` (rad) to

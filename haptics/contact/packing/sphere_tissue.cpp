@@ -286,7 +286,7 @@ std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree&
       }
     }
   }
-  // Each voxel was assigned to its nearest sphere, so a sphere smaller than a voxel may have got none. Such a sphere
+  // Each voxel was assigned to its nearest sphere, so a sphere smaller than a voxel may have no voxel. Such a sphere
   // represents its own volume. Then the volumes are scaled, so that for each tissue their sum is the volume of the
   // tissue.
   PerTissue sum{};

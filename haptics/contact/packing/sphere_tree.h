@@ -1,4 +1,4 @@
-// A bounding volume hierarchy of spheres. Spheres may shrink, move and disappear after it was built.
+// A bounding volume hierarchy of spheres. Spheres may shrink, move and disappear after the hierarchy was built.
 #pragma once
 
 #include <array>

@@ -47,7 +47,8 @@ struct RefineParameters {
   // next step would reduce the gap only by about the square of this.
   static constexpr double gained = 1e-4;
   // Voxels, convergence tolerance of the gap for a head that does not cut. The force direction depends on the lateral
-  // error of the contact, which is the square root of the gap's error. So this tolerance is much smaller.
+  // error of the contact, which is the square root of the gap's error. So this tolerance is much smaller than that of a
+  // cutting head.
   static constexpr double gained_fine = 3e-8;
   // The secant method is used only if the ratio of two successive steps is at most this.
   static constexpr double still_converges = 0.95;
@@ -71,9 +72,9 @@ struct RimParameters {
 
 /// Parameters of the samples on the head's surface (HeadSamples).
 struct HeadSampleParameters {
-  // voxels; a point counts as on the tissue's surface if its distance from it is smaller than this
+  // voxels; a point nearer than this to the tissue's surface counts as on the surface
   static constexpr float on_surface = 0.25f;
-  // voxels; a sample of the head is moved onto the tissue's surface if its distance from it is smaller than this
+  // voxels; a sample of the head nearer than this to the tissue's surface is moved onto the surface
   static constexpr float examined = 1.5f;
   static constexpr double near_free_end = 0.5;  // fraction of the samples that lie near the head's free end
 };
