@@ -128,8 +128,7 @@ class ContactModel {
   virtual double clearance(const Pose& X_WG) noexcept = 0;
   virtual bool turns_matter() const noexcept { return false; }
 
-  /// Discards the state of the previous motion. Called for the hand's first pose and for a valid pose after invalid
-  /// input.
+  /// Discards the state of the last motion. Called for the hand's first pose, and for a valid pose after invalid input.
   virtual void begin_anew() noexcept = 0;
   /// Called once when the tool is far from all tissue. The model then discards the state of the last contact.
   virtual void release() noexcept = 0;
