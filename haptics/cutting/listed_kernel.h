@@ -12,8 +12,8 @@ TYPODONT_KERNEL void fetch(const float* group) {
   if constexpr (kLanes * sizeof(float) >= 64) __builtin_prefetch(group + kLanes - 1);
 }
 
-/// Reads the lengths of several groups, one group per lane. Returns true if all samples of these groups may
-/// change.
+/// Reads for several groups (one per lane) the number of samples that may change. Returns true if all samples of these
+/// groups may change.
 TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
   constexpr std::uint64_t kWhole = kLanes * 0x0101010101010101u;
   std::uint64_t parts[kLanes / 8], differ = 0;

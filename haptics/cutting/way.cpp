@@ -32,7 +32,7 @@ namespace {
 
 // first version of the force laws in which the depth below a single line is computed in closed form
 constexpr std::uint32_t kLawsOfLines = 11;
-// if the tangent of half the angle between the normals at a meridian corner exceeds this, the line is not used alone
+// if tan(half the angle between the normals at a corner) exceeds this, the depth is not computed from one line alone
 constexpr float kRightAngle = 1.001f;
 constexpr int kSteps = 24;  // largest number of steps of one search; almost every search needs fewer than ten
 // voxels, upper bound of the error if the path of a block is evaluated only at the block's centre
@@ -174,7 +174,7 @@ struct Search {
 struct Deepest {
   F8 share;
   Points at;
-  F8 rho, below, depth;  // voxels; below: distance (at most 0) of the position from the end of the flank
+  F8 rho, below, depth;  // voxels; below: z relative to the end of the flank if z is lower, otherwise 0
 };
 
 /// Returns where eight samples are deepest below one line of the meridian. If the line is the flank of a cylinder with
@@ -261,8 +261,8 @@ void look_at(const Straight* way_at, Centres* centres) {
   centres->share = at_a ? search.a : at_b ? search.b : search.s;
 }
 
-/// Computes the same results as look_at(), for centres of blocks in which line `line` of the meridian alone determines
-/// the depth.
+/// Computes the same bounds as look_at(), but in closed form: for centres of blocks in which line `line` of the
+/// meridian alone determines the depth.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at_line(const Straight* way_at, Centres* centres, int line) {
   const Straight& way = *way_at;
@@ -440,12 +440,13 @@ struct WayBlock {
   float off(int ix, int iy) const {
     return n[0] * (static_cast<float>(ix) - kMiddle.x) + n[1] * (static_cast<float>(iy) - kMiddle.y);
   }
-  /// Returns the plane's upper bound of all depths in the row through the block's centre.
+  /// Returns the upper bound that the linear function (plane) gives for all depths in the row through the block's
+  /// centre.
   float most() const { return top + bent + std::abs(n[2]) * kMiddle.z; }
   /// Returns how far the upper bound of the depths in a row lies below -kMargin, the smallest value that a cut writes
   /// (voxels). If the result is not negative, the row cannot change.
   float unread(int ix, int iy) const { return emptied ? -1.0f : -Sweep::kMargin - (most() - off(ix, iy)); }
-  /// Returns the plane's upper bound of all depths in the block.
+  /// Returns the upper bound that the linear function (plane) gives for all depths in the block.
   float most_of_all() const { return most() + std::abs(n[0]) * kMiddle.x + std::abs(n[1]) * kMiddle.y; }
   bool may_change() const { return emptied || most_of_all() > -Sweep::kMargin; }
 };

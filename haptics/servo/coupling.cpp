@@ -230,7 +230,7 @@ void Servo::State::fade_teeth(ContactTick& now) noexcept {
 }
 
 /// Limits the force of the bur's cutting edges, so that they never give the hand more energy than the spindle's work.
-/// For this limit, the hand is expected to yield as abruptly as it did recently.
+/// For this limit, the hand's velocity is expected to change as abruptly as it did recently.
 void Servo::State::limit_teeth_energy(ContactTick& now) noexcept {
   const double abruptly = limits.passivity.change.most * now.dt;
   if (const double needed = glm::dot(now.spindle_force, now.moved) + abruptly * glm::length(now.spindle_force);

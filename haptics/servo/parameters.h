@@ -41,9 +41,9 @@ struct CuttingParameters {
 
 /// Parameters of the contact's force and torque (coupling.cpp).
 struct CouplingParameters {
-  // s, time constant of changes of the stiffness and the torque that the hand feels
+  // s, time constant with which the stiffness and the torque that the hand feels are smoothed
   static constexpr double stiffness_time = 4e-3;
-  // s, time constant of the damper's velocity when a tool cuts or fills
+  // s, time constant of the low-pass filter for the damper's velocity, used when a tool cuts or fills
   static constexpr double cut_damping_time = 4e-3;
   static constexpr double tissue_slew = 4;  // N/s, largest force change caused by another tissue under the head
   static constexpr double damper_slew = 4;  // N/s, largest change of the damper's force when a tool cuts or fills

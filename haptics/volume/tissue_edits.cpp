@@ -110,8 +110,8 @@ void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi
 }
 
 std::uint64_t TissueVolume::Impl::first_mark() {
-  // number of marks (numbers of states, see TissueVolume::mark) that each volume may use; at one mark per microsecond
-  // they last twelve days
+  // number of marks (numbered states, TissueVolume::mark) that each volume may use; at one mark per microsecond they
+  // last twelve days
   constexpr std::uint64_t kMarks = std::uint64_t{1} << 40;
   static std::atomic<std::uint64_t> volumes{0};
   return ++volumes * kMarks;
@@ -134,7 +134,7 @@ void TissueVolume::Impl::log_write(const glm::ivec3& key) {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  // largest number of marks (states of the tissue) since which the writes are stored; a session has fewer patches
+  // the writes since at most this many marks (numbered states of the tissue) are stored; a session has fewer patches
   constexpr std::size_t kMost = 32;
   const bool unwritten = !v.writes.empty() && v.writes.back().box.empty() && v.writes.back().blocks.empty();
   if (unwritten) return v.marked;
@@ -147,7 +147,7 @@ bool TissueVolume::written_since(std::uint64_t mark, Written& written) const {
   const Impl& v = *impl_;
   written.blocks.clear();
   written.box = {};
-  // number of marks (states of the tissue) since which the writes are logged; the newest of these marks is v.marked
+  // the log has the writes since this many marks (numbered states of the tissue); the newest of them is v.marked
   const std::uint64_t known = v.writes.size();
   if (mark > v.marked || mark + known <= v.marked) return false;
   for (std::uint64_t i = known - 1 - (v.marked - mark); i < known; ++i) {

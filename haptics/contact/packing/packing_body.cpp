@@ -19,8 +19,8 @@ constexpr int kBlock = 8;  // voxels, edge length of the blocks in which the fie
 // voxels; when the ball of the tool that cuts a sphere has moved this far, PackingBody::changed() stores a note: the
 // index of the sphere, and the position and radius of the ball; rasterize() updates the field from the notes
 constexpr double kNoteEvery = 0.03;
-// voxels, width of the region around a sphere and its gaps in which the field is updated, because interpolation also
-// reads neighbouring voxels
+// voxels; when a sphere is cut, the field is updated up to this distance beyond the sphere and its gaps, because
+// interpolation also reads neighbouring voxels
 constexpr double kAround = 1.8;
 // a gap between spheres belongs to a sphere up to this distance from it, as a multiple of the radius of the largest
 // hole in the packing

@@ -27,8 +27,8 @@ constexpr double kArrived = 1e-10;
 // rad, largest rotation in one step; the chord of the step then deviates from the arc by less than 5e-5 of the reach
 constexpr double kLargestTurn = 0.02;
 constexpr double kMargin = 60e-6;          // m, smallest mean margin of the lists of spheres near a tool sphere
-constexpr double kLargestMargin = 300e-6;  // m, largest mean margin of these lists, for a fast tool
-constexpr double kAhead = 3;               // mean list margin for a fast tool, as a multiple of its motion per tick
+constexpr double kLargestMargin = 300e-6;  // m, largest mean margin of the lists of spheres near a fast tool sphere
+constexpr double kAhead = 3;               // mean near-list margin of a fast tool, as a multiple of its motion per tick
 // m, search distance for the nearest sphere if no sphere lies within the margin
 constexpr double kLook = 2e-3;
 constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of a distance; it is added to all bounds

@@ -139,7 +139,7 @@ class TriedCut {
   }
   /// Returns true if SphereTissue::make() can apply the cut, because all its changes could be stored.
   bool complete() const noexcept { return count_ <= kMostSteps; }
-  /// Returns the cost of the next ball, as defined in SphereTissue::cost().
+  /// Returns the cost of the cut by the next ball, as defined in SphereTissue::cost().
   double add(const SphereTissue& tissue, std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
              const PerTissue& weight) noexcept;
 

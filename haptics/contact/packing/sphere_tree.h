@@ -165,7 +165,7 @@ class SphereTree {
 
   dvec3 origin_{0};
   double slack_ = 0;             // m, margin of the boxes; larger than all rounding errors of single precision
-  std::vector<int> sphere_in_;   // for each place: index of its sphere, or -1
+  std::vector<int> sphere_in_;   // for each place in the tree: index of its sphere, or -1
   std::vector<Place> place_of_;  // for each sphere: its place
   std::vector<Leaf> leaves_;
   std::vector<Node> nodes_;         // all nodes, level by level: the level above the leaves first, the root last

@@ -20,8 +20,8 @@ struct OffsetQueryParameters {
 struct WallSeatParameters {
   // Voxels, largest depth of the hand below the surface that stops the ball.
   static constexpr double hand_depth = 4;
-  static constexpr double aligned = 1e-8;  // voxels², tolerance of the squared lateral error of the foot point
-  static constexpr int iterations = 6;     // largest number of steps along the wall to the foot point
+  static constexpr double aligned = 1e-8;  // voxels², tolerance of the squared lateral error of the ball's position
+  static constexpr int iterations = 6;     // largest number of steps along the wall to the ball's position
   // Tolerance of the gradient's length, which is 1 near a single smooth wall.
   static constexpr double gradient_tolerance = 1e-3;
   // Stricter tolerance of the gradient's length; if the length is within it, no other wall is near the ball.
@@ -87,10 +87,11 @@ struct SharpEdgeParameters {
   // Voxels. The search for a face starts at this lateral distance from the foot point (the surface point nearest to the
   // head's centre).
   static constexpr double aside = 8;
-  // Voxels; the search for a face beyond an edge starts this far beside the foot point and this far below it.
+  // Voxels; the search for a face beyond an edge starts this far beside the foot point (see `aside`) and this far below
+  // it.
   static constexpr double down = 6.8;
-  // Voxels, smallest distance from the foot point to a face. At a smaller distance, the interpolation stencil would
-  // include samples of the other face of the edge.
+  // Voxels, smallest distance from the foot point (see `aside`) to the point that is used on a face. At a smaller
+  // distance, the interpolation stencil would include samples of the other face of the edge.
   static constexpr double least_aside = 5.2;
   static constexpr int steps = 3;  // largest number of steps that move a point onto a face
   // voxels, tolerance: a point that is nearer than this to the face counts as on the face
