@@ -38,7 +38,7 @@ struct ContactInput {
   double specific_energy = 0;  // J/m³, specific cutting energy of the tissue under the head
   double budget = 0;           // J, energy that may be spent on removing tissue in this tick
   double wall_budget = 0;      // J, the part of `budget` that may be spent at a wall of harder tissue
-  double power = 0;            // W, power that the motor delivers at the teeth
+  double power = 0;            // W, power that the motor delivers at the cutting edges
   double spindle = 0;          // rad/s, speed of the spindle under load
 };
 
@@ -50,7 +50,7 @@ struct Contact {
   dvec3 p_WG{0};                  // m, position of the head's centre at the proxy; for a penalty method, at the hand
   bool touching = false;          // the head touches tissue
   bool breaking_through = false;  // the head has broken through the tissue, and the proxy still moves towards the hand
-  bool lost = false;              // the tool is outside the snapshot
+  bool lost = false;              // the tool is outside the region that the snapshot contains
   bool deep = false;              // the head is so deep inside the tissue that no surface is found
   // there is no snapshot of the tissue at the tool; the plane of the last contact replaces the tissue
   bool bridging = false;
@@ -128,7 +128,7 @@ class ContactModel {
   virtual double clearance(const Pose& X_WG) noexcept = 0;
   virtual bool turns_matter() const noexcept { return false; }
 
-  /// Called when the hand sends its first pose, or a valid pose after invalid input. The tool is then at the proxy.
+  /// Discards the state of the last motion. Called for the hand's first pose, and for a valid pose after invalid input.
   virtual void begin_anew() noexcept = 0;
   /// Called once when the tool is far from all tissue. The model then discards the state of the last contact.
   virtual void release() noexcept = 0;

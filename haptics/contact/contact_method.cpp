@@ -25,7 +25,7 @@ namespace {
 struct Entry {
   std::string name;
   ContactMethodReader read;
-  std::uint64_t models = 0, bodies = 0;  // number of models and of bodies created so far
+  std::uint64_t models = 0, bodies = 0;  // number of contact models and of tissue bodies created so far
 };
 std::mutex g_counts;  // protects the two counters
 

@@ -1,5 +1,5 @@
-// Counts the models and bodies that the process has created, for method_counts(). Set-up code calls count_method() when
-// it creates a model or a body.
+// Counts the contact models (servo thread) and tissue bodies (carver thread) that the process creates, for
+// method_counts(). Set-up code calls count_method().
 #pragma once
 
 #include <cstdint>

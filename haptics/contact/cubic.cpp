@@ -17,7 +17,7 @@ namespace {
 
 typedef double D2 __attribute__((vector_size(16), aligned(8), may_alias));
 
-constexpr int kLead = 2;  // number of samples at the start of a row that have weight zero
+constexpr int kLead = 2;  // number of samples at the start of each row of the stencil; their weight is zero
 
 /// For each of the eight samples in a row of the interpolation stencil: its interpolation weight and the weight's
 /// derivative. Both are polynomials in the fractional position of the point.
@@ -100,7 +100,7 @@ void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, doub
 }  // namespace by_two
 
 #ifdef TYPODONT_WIDE_CUBIC
-/// Each of four rows has four partial sums. This adds the partial sums of each row, for all four rows at once.
+/// Each of four rows has four partial sums. This macro adds the partial sums of each row, for all four rows at once.
 #define TYPODONT_ADD_ACROSS                                                                                         \
   TYPODONT_KERNEL void add_across(const double(&sums)[4][4], double* out) {                                         \
     const D4* const s = reinterpret_cast<const D4*>(sums);                                                          \

@@ -24,8 +24,7 @@ TYPODONT_KERNEL void weigh(const double (&c)[powers][8], double t, double* weigh
 template <std::size_t powers>
 TYPODONT_KERNEL void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;
-  // sum of the weights after the last sample, which is 0; adding kGrid here has the effect that all other sums are
-  // rounded
+  // sum of the weights after the last sample: 0. kGrid is added as in all other sums, and cancels in their differences
   Lanes after = Lanes{} + kGrid;
   for (int at = 8 - kLanes; at >= 0; at -= kLanes) {
     const Lanes from = at_fraction(sums, at, t, t2);

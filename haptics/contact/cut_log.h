@@ -1,5 +1,5 @@
-// A log of the servo's last cuts. If a new snapshot lacks some of these cuts, the servo finds them here and repeats
-// them in the snapshot.
+// A log of the servo's last cuts. If a new snapshot of the tissue lacks some of these cuts, the servo reads them from
+// the log and repeats them in the snapshot.
 #pragma once
 
 #include <algorithm>
@@ -57,7 +57,8 @@ class CutLog {
     Pose X_WA, X_WB;
     std::uint32_t tool = 0;
     bool continues = false;
-    // m, radius of the ball of filling at X_WA, which the head at X_WB limits; 0: the entry is a cut
+    // m, radius of the added ball of filling with the centre X_WA.p, which ends at the head at X_WB; 0: the entry is a
+    // cut
     double fill_radius = 0;
     PerTissue removed{};  // voxels³, removed volume of each tissue; negative for a filling
   };
@@ -71,7 +72,7 @@ class CutLog {
   std::uint64_t last() const noexcept { return made_.last(); }
   std::uint64_t first_after(std::uint64_t index) const noexcept { return made_.first_after(index); }
   /// Sets `lo` and `hi` to the union of the boxes of all cuts after `index`, or the whole patch if some of these cuts
-  /// are no longer stored. Returns false if there is no such cut. `filled`: true if one of these cuts may be a
+  /// are no longer stored. Returns false if there is no cut after `index`. `filled`: true if one of these cuts may be a
   /// filling.
   bool since(std::uint64_t index, glm::ivec3& lo, glm::ivec3& hi, bool& filled) const noexcept {
     if (index >= last()) return false;

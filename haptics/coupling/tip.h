@@ -1,4 +1,4 @@
-// A sharp tip that sinks into soft tissue and sticks there. With this effect, an explorer finds caries.
+// A sharp tip that sinks into soft tissue and sticks there. With this effect, a dental probe finds caries.
 #pragma once
 
 #include <algorithm>

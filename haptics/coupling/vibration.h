@@ -1,5 +1,6 @@
 // Vibration of a turning spindle, which the arm transmits to the hand: once per revolution from imbalance and run-out
-// of the teeth, and once per tooth from the cut, as far as the device can render these frequencies. Pure functions.
+// of the bur, and once per cutting edge from the cut, as far as the device can render these frequencies. Pure
+// functions.
 #pragma once
 
 #include <algorithm>
@@ -20,10 +21,10 @@ struct VibrationLaw {
   double rotor_mass = 5e-3;  // kg, mass of bur, chuck and rotor
   double balance = 6.3e-3;   // m/s, eccentricity × speed: balance quality grade G 6.3 of ISO 21940-11
   double run_out = 0.25;     // fraction of the tangential cutting force that oscillates once per revolution
-  // Fraction of the tangential cutting force that oscillates once per tooth; our choice, by analogy with milling forces
-  // when few teeth are engaged
+  // Fraction of the tangential cutting force that oscillates once per cutting edge (tooth of the bur); our choice, by
+  // analogy with milling forces when few edges are engaged
   double teeth = 0.12;
-  int tooth_count = 6;  // number of teeth; burs of ISO 6360 have 6 to 8 blades
+  int tooth_count = 6;  // number of cutting edges; burs of ISO 6360 have 6 to 8 blades
 };
 
 /// Returns the weight of a component: 1 well inside the band, falling to 0 at the band's limit. So no component starts
@@ -34,15 +35,15 @@ inline double band_weight(double frequency, double band) noexcept {
   return x * x * (3 - 2 * x);
 }
 
-/// Returns the spindle's angle (rad, modulo 2π) after a rotation at `speed` (rad/s) for `dt` (s). The number of teeth
-/// is an integer, so the phase of the teeth has no jump.
+/// Returns the spindle's angle (rad, modulo 2π) after a rotation at `speed` (rad/s) for `dt` (s). The number of cutting
+/// edges is an integer, so their phase has no jump.
 inline double advance_phase(double phase, double speed, double dt) noexcept {
   return std::fmod(phase + speed * dt, 2 * kPi);
 }
 
 /// Returns the vibration force on the tool (N, frame W). `axis`: direction of the shank; `normal`: direction out of the
-/// tissue, zero without contact; `cutting`: N, tangential force of the teeth, the same as for the sound; `band`: Hz,
-/// law.band, but limited according to the servo's rate.
+/// tissue, zero without contact; `cutting`: N, tangential force of the cutting edges, the same as for the sound;
+/// `band`: Hz, law.band, but limited according to the servo's rate.
 inline dvec3 vibration_force(const VibrationLaw& law, double band, double phase, double speed, const dvec3& axis,
                              const dvec3& normal, double cutting) noexcept {
   const double once = band_weight(speed / (2 * kPi), band);
@@ -53,7 +54,7 @@ inline dvec3 vibration_force(const VibrationLaw& law, double band, double phase,
   const dvec3 u = glm::normalize(glm::cross(axis, aside)), v = glm::cross(axis, u);
   const double unbalance = law.rotor_mass * law.balance * std::abs(speed) * once;
   dvec3 f = unbalance * (std::cos(phase) * u + std::sin(phase) * v);
-  // The cutting force of the teeth oscillates. This oscillation pushes the head away from the tissue and lets it
+  // The force of the cutting edges oscillates. This oscillation pushes the head away from the tissue and lets it
   // return.
   if (cutting > 0) {
     f += cutting * (law.run_out * once * std::sin(phase) + law.teeth * tooth * std::sin(law.tooth_count * phase)) *

@@ -135,8 +135,8 @@ template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
-  // This ball contains all samples that can change. Its centre is B if the ball at B (the end of the sweep) covers
-  // everything, otherwise the middle between A and B.
+  // Radius and centre of a ball that contains all samples that can change. Its centre is B if the ball at B (the end of
+  // the sweep) covers everything, otherwise the middle between A and B.
   const float share = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
   const float mx = share * c.abx, my = share * c.aby, mz = share * c.abz, reach2 = reach * reach;
   // If this sweep continues another sweep, the tissue in a ball around A with the radius `inner` is already
@@ -267,9 +267,9 @@ struct BallBlocks {
   float ahead;  // path length, after this sweep, for which the listed groups stay valid; 0: no groups are listed
   float slip;   // voxels, upper bound of the rounding error of a depth
   int lanes;    // number of samples in a group
-  // The lists of the active front consist of parts. Layer after layer of blocks along x belongs to the next part,
-  // cyclically. `parts`: number of parts; `part`: index of this part; `first_layer`: index of the part that contains
-  // the first layer.
+  // The lists of the active front consist of parts. The layers of blocks along x are assigned to the parts in turn.
+  // `parts`: number of parts; `part`: index of this part; `first_layer`: index of the part that contains the first
+  // layer.
   int parts, part, first_layer;
   CutFront::Found* found;  // the list to which the groups of samples are added
   // number of groups of samples found, which may exceed the capacity `room` of the list
@@ -535,9 +535,9 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                .room = front.parts_[0].room()};
   const bool capsule = !is_ball();
   fill_heights(&b.f, capsule, heights_from, heights_to);
-  // A list of groups of samples is valid until the head has moved by a fixed path length. A fast head would reach it at
-  // once, so no list is made. If several parts are listed at once, their lists get different lifetimes, so that they
-  // expire at different times.
+  // A list of groups of samples is valid until the head has moved by a fixed path length. A fast head moves so far in
+  // one tick, so no list is made for it. If the lists of several parts of the front are made in one tick, they get
+  // different lifetimes, so that they expire at different times.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfBall / std::max(front.outdated(), 1);
   const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
   int anew = 0;

@@ -111,7 +111,8 @@ PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept
   patch.exact_outside = false;
   mark_written(patch, a + patch.lo - kRelabelled, b + patch.lo + kRelabelled);
   patch.filled_lo = glm::min(patch.filled_lo, a + patch.lo), patch.filled_hi = glm::max(patch.filled_hi, b + patch.lo);
-  // A voxel that was labelled before this filling still has a solid neighbour, because filling only lowers distances.
+  // Filling only lowers distances, so it leaves all labels valid that existed before. Only its own new labels are
+  // checked.
   const bool inside = std::min({a.x, a.y, a.z}) > 0 && std::max({b.x, b.y, b.z}) < patch.n - 1;
   if (!inside || !fresh.all()) {
     relabel(patch, a + patch.lo, b + patch.lo);

@@ -78,7 +78,7 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
   const float reach = ball.radius + Sweep::kMargin + kSlip;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, inner = F8{} - Sweep::kInner;
   I8 any_lowered = {};
-  // the volume that the reverse change, from the new to the old distances, would remove; this is the added volume
+  // the added volume: the volume that the reverse change, from the new to the old distances, would remove
   RemovedVolume reverse;
   eight::Taken taken_in{&reverse};
   for (int x = 0; x < block.size.x; ++x) {
@@ -115,7 +115,7 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
         const F8 now = lowered ? d : old;
         lanes.store(now);
         any_lowered |= lowered;
-        // volume that the reverse change (from the new to the old distances) would remove
+        // the added volume: the volume that the reverse change (from the new to the old distances) would remove
         const I8 filled = eight::share_taken(now, old);
         if (added && any_of(filled > 0)) taken_in.add(filled, static_cast<std::uint8_t>(ball.label), lanes.at);
         for (unsigned labelled = bits_of(lowered & (old > 0.0f) & (now < kLabelled)); labelled != 0;

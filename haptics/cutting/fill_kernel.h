@@ -33,8 +33,8 @@ struct FillBlock {
   std::ptrdiff_t stride_x, stride_y;
 };
 
-/// Adds the filling to a block of samples: reduces each distance to the distance from the filling, if this is smaller.
-/// Fill::lower() explains the arguments.
+/// Adds the filling to a block of samples: reduces each distance to the distance from the filling, if this is smaller
+/// than the old one. Fill::lower() explains the arguments.
 bool lower_block(const FillBall& ball, const FillBlock& block, PerTissue* added, FreshLabels* fresh) noexcept;
 
 }  // namespace typodont::haptics

@@ -451,7 +451,8 @@ class HeadBatch {
         BlockSlack found{.ahead = slip};
         changed |= carve_head_block(pass_.pose(), block_[lane], work_[lane] == HeadPass::Work::kRaise, tops,
                                     tops.removed, found);
-        // The slack of a block that lies only partly in the patch is 0, because nothing is known about its other part.
+        // The slack (motion until a sample can change) of a block that lies only partly in the patch is 0, because
+        // nothing is known about its other part.
         slack_[lane] = clipped_[lane] ? 0 : found.slack;
       }
       *due_[lane] = again ? way : way + (slack_[lane] - slip);
@@ -509,7 +510,8 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
         if (raise || (leaf && work == HeadPass::Work::kLook)) {
           changed |= carve_head_block(pass.pose(), block, raise, tops, removed, found);
           emptied |= found.emptied;
-          // The slack of a clipped block is 0, because nothing is known about its samples outside `from` .. `to`.
+          // The slack (motion until a sample can change) of a clipped block is 0, because nothing is known about its
+          // samples outside `from` .. `to`.
           block_slack = clipped ? 0 : found.slack;
         }
         if (k > 0) least_slack = std::min(least_slack, block_slack);
@@ -576,7 +578,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
               changed |=
                   carve_head_block(pass.pose(), block, work == HeadPass::Work::kRaise, tops, tops.removed, found);
-              // The slack of a clipped block is 0, because nothing is known about its other samples.
+              // The slack (motion until a sample can change) of a block that lies partly outside the target is 0.
               slack = clipped ? 0 : found.slack;
               kinds[z - z0] = block.kind;
             }
@@ -689,7 +691,8 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               hi = std::min(((hi_.z - from.z) | 7) + beyond, front.size_.z * kDeep - 1);
     fill_heights(&f, lo, hi + 16);
   }
-  // If several parts are listed at once, their lists get different lifetimes, so that they expire at different times.
+  // If the lists of several parts of the front are made in one tick, they get different lifetimes, so that they expire
+  // at different times.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfHead / std::max(outdated, 1);
   const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
   int anew = 0;

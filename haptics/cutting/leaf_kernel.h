@@ -57,7 +57,8 @@ TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
     raised |= rises;
     emptied |= more(zero, old) & no_less(now, zero);
   });
-  // A raised sample lies at the head's surface, so any motion may raise it again. So its slack is 0.
+  // A raised sample lies at the head's surface, so any motion may raise it again. So its slack (the motion until it can
+  // change) is 0.
   if (any(raised)) return {true, any(emptied), 0};
   Floats least_slack = never;
   for_each([&](const float* at, const Floats& depth, const Mask&) __attribute__((always_inline)) {

@@ -39,7 +39,7 @@ struct BallFront {
     float* ahead;
   } heights;
   CutFront::Listed groups;
-  // ranges of groups that may have changed by now: groups ahead of the ball, beside it, and behind it
+  // ranges of the groups that may change in this cut: groups ahead of the ball, beside it, and behind it
   struct Ranges {
     int count;
     struct {

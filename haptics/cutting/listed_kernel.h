@@ -12,8 +12,8 @@ TYPODONT_KERNEL void fetch(const float* group) {
   if constexpr (kLanes * sizeof(float) >= 64) __builtin_prefetch(group + kLanes - 1);
 }
 
-/// Reads the lengths of several groups, one group per lane. Returns true if all samples of these groups may
-/// change.
+/// Reads for several groups (one per lane) the number of samples that may change. Returns true if all samples of these
+/// groups may change.
 TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
   constexpr std::uint64_t kWhole = kLanes * 0x0101010101010101u;
   std::uint64_t parts[kLanes / 8], differ = 0;
@@ -87,7 +87,7 @@ TYPODONT_KERNEL void carve_range(const BallFront& f, const Capsule& c, int from,
       where[g / kLanes] = ahead ? kAllAhead : every(more(all(-high), first)) ? kAllBehind : kBeside;
     }
     for (int g = 0; g < end; g += kLanes) {
-      // the values of these samples cannot increase, because they lie behind A
+      // the values of these samples cannot increase, because they lie behind A (the start of the sweep)
       if (where[g / kLanes] == kAllBehind) continue;
       const int until = std::min(g + kLanes, end);
       if (!all_whole(f.groups.length + g0 + g)) {
@@ -227,7 +227,7 @@ struct HeadSides {
     across = turns ? back.longest : std::sqrt(back.shift[0] * back.shift[0] + back.shift[1] * back.shift[1]);
   }
   /// Returns one bit per lane, for one group per lane. The bit is 1 if some samples of the group may have been deeper
-  /// during the motion.
+  /// in the head during the motion than at its end.
   TYPODONT_KERNEL unsigned beside(const Straight& back, const MeridianPiece& first, const MeridianPiece& last,
                                   float smooth, Floats x, Floats y, Floats z, HeadRows& rows, int g) const {
     const Floats rho = root(x * x + y * y);

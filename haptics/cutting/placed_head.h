@@ -21,8 +21,8 @@ class PlacedHead {
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// Adds the body to a block of samples: reduces each distance to the distance from the body, if this is smaller.
-  /// Fill::lower() explains the arguments.
+  /// Adds the body to a block of samples: reduces each distance to the distance from the body, if this is smaller than
+  /// the old one. Fill::lower() explains the arguments.
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added) const noexcept;
 

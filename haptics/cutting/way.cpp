@@ -32,7 +32,7 @@ namespace {
 
 // first version of the force laws in which the depth below a single line is computed in closed form
 constexpr std::uint32_t kLawsOfLines = 11;
-// tan(φ/2) at a corner of the meridian must be below this limit (MeridianPiece::corner_a)
+// if tan(half the angle between the normals at a corner) exceeds this, the depth is not computed from one line alone
 constexpr float kRightAngle = 1.001f;
 constexpr int kSteps = 24;  // largest number of steps of one search; almost every search needs fewer than ten
 // voxels, upper bound of the error if the path of a block is evaluated only at the block's centre
@@ -174,7 +174,7 @@ struct Search {
 struct Deepest {
   F8 share;
   Points at;
-  F8 rho, below, depth;  // voxels; below: distance (at most 0) of the position from the end of the flank
+  F8 rho, below, depth;  // voxels; below: z relative to the end of the flank if z is lower, otherwise 0
 };
 
 /// Returns where eight samples are deepest below one line of the meridian. If the line is the flank of a cylinder with
@@ -261,7 +261,8 @@ void look_at(const Straight* way_at, Centres* centres) {
   centres->share = at_a ? search.a : at_b ? search.b : search.s;
 }
 
-/// Does the same as look_at() for centres of blocks in which line `line` of the meridian alone determines the depth.
+/// Computes the same bounds as look_at(), but in closed form: for centres of blocks in which line `line` of the
+/// meridian alone determines the depth.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at_line(const Straight* way_at, Centres* centres, int line) {
   const Straight& way = *way_at;
@@ -284,8 +285,8 @@ void look_at_line(const Straight* way_at, Centres* centres, int line) {
   centres->share = found.share;
 }
 
-/// Data of the centres at the beginning of the path: their depths in the head, and their distances from each of its
-/// pieces of the head's meridian.
+/// Data of the centres at the beginning of the path: their depths in the head, and their distances from each piece of
+/// the head's meridian.
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
   Points at;  // positions of the centres in the head's frame
@@ -293,7 +294,7 @@ struct AtStart {
   // the depth is limited to Sweep::kInner; -1: no such line.
   int line[8];
   F8 rho;  // voxels, distances of the centres from the head's axis
-  // Mask of the blocks of which the head moves away from all samples. The depth is concave along the path, so each
+  // Mask of the blocks for which the head moves away from every sample. The depth is concave along the path, so each
   // sample of such a block is deepest at the start of the path.
   I8 recedes;
 
@@ -384,8 +385,8 @@ TYPODONT_KERNEL void find_lines(const Straight& way, AtStart& at) {
   for (int lane = 0; lane < 8; ++lane) at.line[lane] = found[lane];
 }
 
-/// Computes the distance of each centre from each piece of the meridian. Most centres are outside the head, so it is
-/// called only if one of them is not.
+/// Computes the distance of each centre from each piece of the meridian. Most centres are outside the head. The
+/// function is called only if at least one of them is inside.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at_pieces(const Straight* way_at, AtStart* found, float rounding) {
   const Straight& way = *way_at;
@@ -400,9 +401,9 @@ void look_at_pieces(const Straight* way_at, AtStart* found, float rounding) {
   find_lines(way, *found);
 }
 
-/// Returns the smallest depth of the samples of a block of samples in the head at the beginning of the path. `first`:
-/// first sample of the block, relative to the base voxel of the first pose. Depth is concave, so it is smallest at a
-/// corner of the block.
+/// Returns the smallest depth in the head that a sample of the block has at the beginning of the path. `first`: first
+/// sample of the block, relative to the base voxel of the first pose. Depth is concave, so it is smallest at a corner
+/// of the block.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float least_depth_at_start(const Straight* way_at, const glm::ivec3* first) {
   const Straight& way = *way_at;
@@ -439,12 +440,13 @@ struct WayBlock {
   float off(int ix, int iy) const {
     return n[0] * (static_cast<float>(ix) - kMiddle.x) + n[1] * (static_cast<float>(iy) - kMiddle.y);
   }
-  /// Returns the plane's upper bound of all depths in the row through the block's centre.
+  /// Returns the upper bound that the linear function (plane) gives for all depths in the row through the block's
+  /// centre.
   float most() const { return top + bent + std::abs(n[2]) * kMiddle.z; }
   /// Returns how far the upper bound of the depths in a row lies below -kMargin, the smallest value that a cut writes
   /// (voxels). If the result is not negative, the row cannot change.
   float unread(int ix, int iy) const { return emptied ? -1.0f : -Sweep::kMargin - (most() - off(ix, iy)); }
-  /// Returns the plane's upper bound of all depths in the block.
+  /// Returns the upper bound that the linear function (plane) gives for all depths in the block.
   float most_of_all() const { return most() + std::abs(n[0]) * kMiddle.x + std::abs(n[1]) * kMiddle.y; }
   bool may_change() const { return emptied || most_of_all() > -Sweep::kMargin; }
 };
@@ -654,8 +656,8 @@ class PathPass {
         outside_(-(Sweep::kMargin + kHalf + kTop + part.slip + part.bent)),
         emptied_(Sweep::kInner + kHalf + part.slip + part.bent) {}
 
-  /// Adds the block that begins at the voxel `first`. `due` (may be null): where the path length is stored at which the
-  /// block must be examined again.
+  /// Adds the block that begins at the voxel `first`. `due` (may be null) receives the path length at which the block
+  /// must be examined again.
   void add(const glm::ivec3& first, float* due) {
     begun_[started_] = first;
     due_[started_] = due;

@@ -60,9 +60,9 @@ inline constexpr float kSlow = 0.05f;
 // corner
 inline constexpr float kNear = 0.01f;
 
-/// Returns a distance r from the axis. Along its path, a sample can be deeper in the head than at both ends of the
-/// path, by about way² / (4 r) if one piece of the meridian is nearest on the whole path. For a sample that is farther
-/// than r from the axis, this difference is so small that the maximum need not be searched.
+/// Returns a distance r from the axis. For a sample that is farther than r from the axis, the maximum of the depth
+/// along the path need not be searched. Reason: if one piece of the meridian is nearest on the whole path, the sample
+/// is deeper on the path than at both ends of it by at most about way² / (4 r).
 inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   const float least = way.longest * way.longest / (3.6f * kTop);
   // The margin of 4 voxels includes the depth of a cut, which is at most 3 voxels.
@@ -84,8 +84,8 @@ struct PathMaxima {
   std::uint8_t label[kRoom];
 
   PathMaxima(const Straight& way_back, RemovedVolume* taken) : back(way_back), removed(taken) {}
-  /// Call this function before `samples` samples are read. If the list has too little space for all of them, it is
-  /// carved and emptied.
+  /// Call this function before `samples` samples are read. If the list has too little space for all of them, the listed
+  /// samples are cut now and the list is emptied.
   void make_room(int samples) noexcept {
     if (count > kRoom - samples) carve();
   }

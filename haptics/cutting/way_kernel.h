@@ -1,8 +1,8 @@
 // This file is included in namespaces of lane_ops.h, after depth_kernel.h. It computes how the depth of samples changes
 // along their path.
 
-/// Returns the given depths, but a depth far outside the head for samples that a motion along the axis does not change
-/// (see Straight::still_above).
+/// Returns the given depths. Exception: if a motion along the axis does not change a sample (see
+/// Straight::still_above), its depth becomes that of a point far outside the head.
 TYPODONT_KERNEL Floats unless_still(Floats depth, Floats rho, Floats z, float above, float beyond) {
   return pick(more_where(more(z, all(above)), rho + z, all(beyond)), all(-kNoEnd), depth);
 }

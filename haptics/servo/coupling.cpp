@@ -1,5 +1,5 @@
-// Computes the force of the contact in each tick: coupling, damper, friction, teeth of the bur, sinking tip, vibration
-// of the spindle. Servo thread.
+// Computes the force of the contact in each tick: coupling, damper, friction, cutting edges of the bur, sinking tip,
+// vibration of the spindle. Servo thread.
 #include <algorithm>
 #include <cmath>
 
@@ -100,12 +100,12 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   if (contact.contact_direction != dvec3(0)) {
     c.pressed = glm::normalize(contact.contact_direction);
   } else if (!contact.bridging) {
-    c.pressed = dvec3(0);  // nothing presses the head against tissue, so the teeth have no load
+    c.pressed = dvec3(0);  // nothing presses the head against tissue, so its edges have no load
   }
   c.pressing = c.teeth_fraction * c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal));
   dvec3 sideways(0);
   // Friction is added only for tools other than a rotating bur. A rotating bur always slips on the tissue, and the
-  // force of its teeth is its tangential force.
+  // force on its cutting edges is its tangential force.
   if (settings.friction && !contact.own_friction && (!now.in.cuts || now.in.scrapes)) {
     const FrictionLaw law{mean.static_friction, mean.dynamic_friction, settings.stiffness};
     sideways = friction_force(law, contact.p_WG, motion.X_WG.p, now.normal, c.normal_force, c.friction);
@@ -199,8 +199,8 @@ double Servo::State::damped(const ContactTick& now, double push, double depth) n
   return std::max(0.0, push + settings.damping * c.rate);
 }
 
-/// Adds the force with which the tissue pushes the teeth against their motion. The force is zero at the pole of the
-/// head (on the axis), where the teeth do not move.
+/// Adds the force with which the tissue pushes the bur's cutting edges against their motion. The force is zero at the
+/// pole of the head (on the axis), where the edges do not move.
 void Servo::State::feel_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   now.spindle_force = now.tangential * c.pressing * glm::cross(now.X_WT.R * dvec3(0, 0, 1), c.pressed);
@@ -213,13 +213,13 @@ void Servo::State::feel_teeth(ContactTick& now) noexcept {
   limit_teeth_energy(now);
 }
 
-/// Reduces the force of the bur's teeth gradually after the head has lost contact. The slew limit may have left a part
-/// of this force, which must not end in one step. If there is no snapshot, the tissue is unknown, and the force ends at
-/// once.
+/// Reduces the force of the bur's cutting edges gradually after the head has lost contact. Because of the slew limit, a
+/// part of this force may remain, and it must not end in one step. If there is no snapshot, the tissue is unknown, and
+/// the force ends at once.
 void Servo::State::fade_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   if (c.teeth_force == dvec3(0)) return;
-  // N, the part of the teeth's force that remains after this tick
+  // N, the part of the cutting edges' force that remains after this tick
   const double left = glm::length(c.teeth_force) - P::total_slew * now.dt;
   if (left > 0 && settings.laws >= 4 && !now.contact.lost) {
     now.spindle_force = left * glm::normalize(c.teeth_force);
@@ -229,8 +229,8 @@ void Servo::State::fade_teeth(ContactTick& now) noexcept {
   }
 }
 
-/// Limits the teeth's force, so that the teeth never give the hand more energy than the spindle's work. For this limit,
-/// the hand is expected to yield as abruptly as it did recently.
+/// Limits the force of the bur's cutting edges, so that they never give the hand more energy than the spindle's work.
+/// For this limit, the hand's velocity is expected to change as abruptly as it did recently.
 void Servo::State::limit_teeth_energy(ContactTick& now) noexcept {
   const double abruptly = limits.passivity.change.most * now.dt;
   if (const double needed = glm::dot(now.spindle_force, now.moved) + abruptly * glm::length(now.spindle_force);

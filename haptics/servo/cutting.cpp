@@ -1,5 +1,5 @@
-// Energy of cutting. Force and spindle speed give the power at the teeth, and its energy removes a volume according to
-// the tissue's specific energy.
+// Energy of cutting. Force and spindle speed give the power at the cutting edges, and its energy removes a volume
+// according to the tissue's specific energy.
 #include <algorithm>
 #include <cmath>
 
@@ -26,7 +26,8 @@ void Servo::State::earn(ContactTick& now) noexcept {
     const double way = glm::length(now.moved - glm::dot(now.moved, coupling.normal) * coupling.normal);
     power = bur.scrapes * coupling.head_force * way / now.dt / bur.energy_ratio;
   } else if (in.cuts && coupling.pressing > 0) {
-    // The teeth's tangential force at the rim is μ_c F_n, limited by the motor (laws of Preston and Archard).
+    // The tangential force of the cutting edges at the rim is μ_c F_n, limited by the motor (laws of Preston and
+    // Archard).
     const double along = glm::dot(coupling.pressed, now.X_WT.R * dvec3(0, 0, 1));
     const double efficiency = bur.side_efficiency + (bur.end_efficiency - bur.side_efficiency) * along * along;
     const double load = bur.cutting_coefficient * efficiency * coupling.pressing * bur.radius();

@@ -17,18 +17,18 @@ dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
   return now.force + now.teeth_force - limits.last_force - limits.last_teeth_force;
 }
 
-/// Returns the part of a force change that is held back, N. `change`: N, size of the change, above the limit
-/// drilling_slew. From version 8 of the force laws on, the limit is at least the change that the hand's own
-/// displacement causes in the coupling's spring, even if this displacement changes only the direction of the force. A
-/// force that lags behind the hand is too small on the way in and too large on the way back, and both reduce the
-/// ledger's energy.
+/// Returns the part (N) of a force change that must wait for later ticks. `change`: N, size of the change, which
+/// exceeds the limit drilling_slew. From version 8 of the force laws on, the limit is at least the change that the
+/// hand's own displacement causes in the coupling's spring, even if this displacement changes only the direction of the
+/// force. A force that lags behind the hand is too small on the way in and too large on the way back, and both reduce
+/// the ledger's energy.
 double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
   const double over = change - P::drilling_slew * now.dt;
   if (!lands(now)) return std::min(over, P::lag_limit);
   const double k = settings.stiffness * coupling.relative_stiffness;
   const double beyond = std::max(0.0, change - P::spring_tolerance * k * glm::length(now.moved));
   if (glm::dot(now.moved, limits.last_force != dvec3(0) ? limits.last_force : now.force) > 0) {
-    // the hand retreats, so only the part of the change above both limits is held back
+    // the hand retreats, so only the part of the change above both limits must wait for later ticks
     return std::min(over, beyond);
   }
   // The contact model "implant" limits the changes of its force itself, so they are not limited here. The exception is
@@ -135,9 +135,10 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
   return 1 - excess * largest_fraction(-excess * now.force, force_change(now), allowed);
 }
 
-/// Updates Coupling::teeth_fraction. The force that the hand feels presses the teeth. If the hand has felt little of
-/// the coupling's force for rest_time, for example after a jump into the tissue, the fraction rises to 1. Otherwise a
-/// hand at rest would not cut and would give the ledger no energy, and the force would stay small.
+/// Updates Coupling::teeth_fraction. The force that the hand feels presses the cutting edges against the tissue. If the
+/// hand has felt little of the coupling's force for rest_time, for example after a jump into the tissue, the fraction
+/// rises to 1. Otherwise a hand at rest would not cut and would give the ledger no energy, and the force would stay
+/// small.
 void Servo::State::press_teeth(const ContactTick& now) noexcept {
   double& rest = coupling.unfelt_for;
   coupling.teeth_fraction = 1;

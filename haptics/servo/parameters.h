@@ -41,24 +41,26 @@ struct CuttingParameters {
 
 /// Parameters of the contact's force and torque (coupling.cpp).
 struct CouplingParameters {
-  // s, time constant of changes of the stiffness and the torque that the hand feels
+  // s, time constant with which the stiffness and the torque that the hand feels are smoothed
   static constexpr double stiffness_time = 4e-3;
-  // s, time constant of the damper's velocity when a tool cuts or fills
+  // s, time constant of the low-pass filter for the damper's velocity, used when a tool cuts or fills
   static constexpr double cut_damping_time = 4e-3;
   static constexpr double tissue_slew = 4;  // N/s, largest force change caused by another tissue under the head
   static constexpr double damper_slew = 4;  // N/s, largest change of the damper's force when a tool cuts or fills
-  static constexpr double teeth_slew = 4;   // N/s, largest change of the teeth's tangential force
+  static constexpr double teeth_slew = 4;   // N/s, largest change of the cutting edges' tangential force
   // N/s, largest change of the normal force by all causes together; changes of the tissue and of the damper may use the
   // part that the change of the depth does not use
   static constexpr double waiting_slew = 16;
-  // N/s, largest sum of all force changes; the teeth's force may use the part that the other changes do not use
+  // N/s, largest sum of all force changes; the force of the cutting edges may use the part that the other changes do
+  // not use
   static constexpr double total_slew = 18;
   // J, if the tissue under the head becomes stiffer, the coupling may store this energy, even if the energy ledger
   // holds less
   static constexpr double unpaid = 0.15e-3;
   // s, time constant with which the force fades without a snapshot, in version 1 of the force laws
   static constexpr double fade_time_of_laws_1 = 0.1;
-  // number of ticks for which the spindle's remaining work must be sufficient; otherwise the teeth's force is reduced
+  // number of ticks for which the spindle's remaining work must be sufficient; otherwise the force of the cutting edges
+  // is reduced
   static constexpr double teeth_ahead = 50;
 };
 
@@ -74,13 +76,14 @@ struct LimitParameters {
   static constexpr double unpaid_force = 0.1;
   // Largest ratio of the coupling's force to the force that the energy in the energy ledger can pay for
   static constexpr double unpaid_ratio = 2;
-  // First version of the force laws in which a drilling tool lands without steps (landing_fraction in limits.cpp)
+  // First version of the force laws in which a drilling tool meets tissue without force steps (landing_fraction in
+  // limits.cpp)
   static constexpr std::uint32_t laws_of_landing = 8;
-  // Ratio of the force that the hand feels to the coupling's force. If this ratio stays smaller for rest_time, the
-  // hand's felt force no longer presses the teeth.
+  // Ratio of the force that the hand feels to the coupling's force. If the ratio stays below this limit for rest_time,
+  // the felt force no longer presses the cutting edges.
   static constexpr double little_felt = 0.5;
-  // s; if a hand has felt little of the coupling's force for this time, the coupling's force presses the teeth instead
-  // of the felt force; the pressing force also rises within this time
+  // s; if a hand has felt little of the coupling's force for this time, the coupling's force presses the cutting edges
+  // instead of the felt force; the pressing force also rises within this time
   static constexpr double rest_time = 0.1;
   // A retreat along the recorded path moves the proxy and so changes the force of the spring. This change, multiplied
   // by this factor, is subtracted from the rise that the slew limit allows.

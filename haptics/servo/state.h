@@ -39,10 +39,10 @@ struct ContactTick : TickData {
   Contact contact;
   std::uint32_t faults = 0;
   SpindleLoad spindle{};
-  double tangential = 0;  // ratio of the teeth's tangential force to the normal force
+  double tangential = 0;  // ratio of the cutting edges' tangential force to the normal force
   dvec3 force{0}, torque{0}, normal{0};
-  dvec3 spindle_force{0};   // N, force of the spindle on the hand: teeth and vibration
-  dvec3 teeth_force{0};     // N, part of spindle_force that comes from the teeth
+  dvec3 spindle_force{0};   // N, force of the spindle on the hand: cutting edges and vibration
+  dvec3 teeth_force{0};     // N, part of spindle_force that comes from the cutting edges
   dvec3 spindle_torque{0};  // N·m, torque of the spindle on the hand
   dvec3 p_held{0};          // m, position at which the contact holds the tool
   double stored = 0;        // J, energy stored in the coupling
@@ -104,12 +104,13 @@ struct Servo::State {
     // as a contact, too.
     dvec3 pressed{0};
     double pressing = 0;  // N, component of head_force along `pressed`, times `teeth_fraction`
-    // 0..1, fraction of the coupling's force that presses the teeth. It is the fraction of the last tick's force that
-    // remained after the limits of a landing drill, or more if the hand has felt little for long (press_teeth). It is 1
-    // if these limits do not apply.
+    // 0..1, fraction of the coupling's force that presses the cutting edges. It is the fraction of the last tick's
+    // force that remained after the limits for drills that meet tissue (see lands()), or more if the hand has felt
+    // little for long (press_teeth). Without these limits it is 1.
     double teeth_fraction = 1;
-    // s, time for which the limits of a landing drill have left the hand less than LimitParameters::little_felt of the
-    // coupling's force. It decreases again when the hand feels more, and is at most twice LimitParameters::rest_time.
+    // s, time for which the hand has felt less than LimitParameters::little_felt of the coupling's force, because of
+    // the limits for drills that meet tissue (see lands()). It decreases again when the hand feels more, and is at most
+    // twice LimitParameters::rest_time.
     double unfelt_for = 0;
     FrictionState friction;
     TipState tip;
@@ -118,7 +119,7 @@ struct Servo::State {
         depth_speed;        // estimates the rate of the depth for a quantised position, whose differences are noisy
     double last_depth = 0;  // m, depth in the last tick
     dvec3 torque{0};        // N·m, torque before the limits
-    dvec3 teeth_force{0};   // N, force of the teeth before the limits
+    dvec3 teeth_force{0};   // N, force of the cutting edges before the limits
     explicit Coupling(double position_step) : depth_speed(position_step, 1) {}
   };
   /// State of the limits: the last force, and the energy that the energy ledger allows.
@@ -135,10 +136,10 @@ struct Servo::State {
     dvec3 last_force{0};           // N, tissue's force in the last tick
     dvec3 last_torque{0};          // N·m, torque that the hand felt in the last tick
     dvec3 last_spindle_force{0};   // N, force of the spindle in the last tick
-    dvec3 last_teeth_force{0};     // N, the part of last_spindle_force that the bur's teeth caused
+    dvec3 last_teeth_force{0};     // N, the part of last_spindle_force that the bur's cutting edges caused
     dvec3 last_sent{0};            // N, total force in the last tick
     dvec3 last_spindle_torque{0};  // N·m, torque of the spindle in the last tick
-    double teeth_energy = 0;       // J, energy that the teeth have given to the hand so far
+    double teeth_energy = 0;       // J, energy that the cutting edges have given to the hand so far
   };
 
   /// State of the friction on soft tissue.
@@ -212,7 +213,7 @@ struct Servo::State {
   /// Removes the volume that this tick's energy pays for. Returns true and fills the Cut if the tissue changed.
   bool remove(ContactTick& now) noexcept;
   void remember(ContactTick& now, const dvec3& felt_torque) noexcept;
-  /// Adds the contact with soft tissue to the published tick. Only if `soft` is set.
+  /// Adds the contact with soft tissue to the published tick. Called only if `soft` is set.
   void report_soft(ContactTick& now) noexcept;
 
   // The next functions are defined in servo/cutting.cpp:
@@ -221,12 +222,13 @@ struct Servo::State {
   void spend(ContactTick& now, double energy) noexcept;
 
   // The next functions are defined in servo/coupling.cpp:
-  /// Computes coupling, damper, friction and teeth. For a penalty method, takes its own force and adds friction and
-  /// teeth.
+  // Computes the forces of coupling, damper, friction and cutting edges. For a penalty method, takes its own force and
+  // adds friction and cutting edges.
   void feel(ContactTick& now) noexcept;
   /// Lets a sharp tip sink into softened tissue under a push, and stick there on withdrawal.
   void sink_tip(ContactTick& now) noexcept;
-  /// Computes the contact with soft tissue, which yields under the tool and pushes it away. Only if `soft` is set.
+  /// Computes the contact with soft tissue, which yields under the tool and pushes it away. Called only if `soft` is
+  /// set.
   void press_soft(ContactTick& now) noexcept;
   /// Adds the vibration of the spindle.
   void vibrate(ContactTick& now) noexcept;
@@ -234,15 +236,15 @@ struct Servo::State {
   // The next functions are defined in servo/limits.cpp:
   /// Applies the limits of force, torque and slew, and the ramps at start and end.
   void limit(ContactTick& now) noexcept;
-  /// Applies the passivity controller, with the ledger's allowances: the hand never gets energy that it did not put in.
-  /// Returns the torque that the device can render.
+  /// Applies the passivity controller: the hand gets only energy that it put in or that the energy ledger allows as
+  /// debt. Returns the torque that the device can render.
   dvec3 keep_passive(ContactTick& now) noexcept;
 
  private:
   double paid_fraction(const ContactTick& now) noexcept;
-  /// Returns the change (N) of the force of tissue and teeth since the last tick.
+  /// Returns the change (N) of the force of tissue and cutting edges since the last tick.
   dvec3 force_change(const ContactTick& now) const noexcept;
-  /// Returns true if the limits for a landing drill apply (force laws from version 8 on).
+  /// Returns true if the limits apply that soften a drill's contact with tissue (force laws from version 8 on).
   bool lands(const ContactTick& now) const noexcept;
   double held_back(const ContactTick& now, double change) const noexcept;
   double landing_fraction(const ContactTick& now, double at_stake) const noexcept;

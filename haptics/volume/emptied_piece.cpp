@@ -12,7 +12,7 @@ namespace {
 /// surface, with their depths. It passes the vector to the start sample from neighbour to neighbour (Danielsson 1980),
 /// as long as this reduces a distance.
 std::vector<float> distances_to(bool piece, const PieceBox& box) {
-  constexpr float kShell = 2;  // voxels, depth below the surface from which the distances begin
+  constexpr float kShell = 2;  // voxels; the start samples lie less than this below the surface
   const auto place = [&](std::int32_t i) {
     const int xy = i / box.size.z;
     return glm::ivec3(xy / box.size.y, xy % box.size.y, i % box.size.z);

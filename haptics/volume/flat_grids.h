@@ -1,7 +1,7 @@
 // The grids of a volume file as a plain list. A grid consists of blocks of voxels, and of tiles (larger cubes with one
 // value). The guarded process, which has limited rights, opens the file and writes this list; the program reads the
-// list. Every count is checked, so that no content of a file can do harm. Both come from the same build and run on the
-// same machine, so the format needs no byte order and no version.
+// list. Every count is checked, so that no content of a file can do harm. Process and program come from the same build
+// and run on the same machine, so the format needs no byte order and no version.
 #pragma once
 
 #include <openvdb/openvdb.h>

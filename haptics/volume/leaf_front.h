@@ -24,7 +24,7 @@ class LeafFront {
     Leaf* leaf = nullptr;  // the leaf; null: the leaf was not examined yet
     Kept* kept = nullptr;  // the copy of the leaf with which the present stroke can be undone; null: no stroke
     bool cut = false;      // true if the leaf (8³ samples) was cut since it was first examined
-    // the last mark (a number that TissueVolume::mark returns) whose log of writes contains the leaf (8³ samples)
+    // the last mark (numbered state of the tissue, TissueVolume::mark) after which a write to the leaf was logged
     std::uint64_t logged = 0;
   };
   static constexpr float kNow = -1e9f, kNever = 1e9f;

@@ -176,8 +176,8 @@ class LoosePieces::KnownBlocks {
                [&](const Part& part) { return (part.shape.faces[face ^ 1] & faces[face]) != 0; });
     }
   }
-  /// Lets the flood fills spread, which started at the places that the cut emptied. Ends when at most one of them can
-  /// still spread, and this one is larger than all that have ended.
+  /// Lets the flood fills spread; they started around the samples that the cut emptied. The search ends when at most
+  /// one of them can still spread, and this one is larger than each flood fill that has ended.
   void run(const TissueVolume& volume) {
     roots_.resize(static_cast<std::size_t>(flood_count_));
     std::iota(roots_.begin(), roots_.end(), 0);

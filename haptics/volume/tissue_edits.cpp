@@ -110,7 +110,8 @@ void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi
 }
 
 std::uint64_t TissueVolume::Impl::first_mark() {
-  // number of marks (TissueVolume::mark) that each volume may use; at one mark per microsecond they last twelve days
+  // number of marks (numbered states, TissueVolume::mark) that each volume may use; at one mark per microsecond they
+  // last twelve days
   constexpr std::uint64_t kMarks = std::uint64_t{1} << 40;
   static std::atomic<std::uint64_t> volumes{0};
   return ++volumes * kMarks;
@@ -122,8 +123,8 @@ void TissueVolume::Impl::forget_writes() {
 }
 
 void TissueVolume::Impl::log_write(const glm::ivec3& key) {
-  // largest number of blocks in the log of writes since a mark; copying more blocks would take as long as copying a
-  // whole patch
+  // largest number of blocks in the log of writes between two marks (TissueVolume::mark); copying more blocks would
+  // take as long as copying a whole patch
   constexpr std::size_t kMost = 4096;
   if (writes.empty()) return;
   std::vector<glm::ivec3>& blocks = writes.back().blocks;
@@ -133,7 +134,7 @@ void TissueVolume::Impl::log_write(const glm::ivec3& key) {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  // largest number of marks (TissueVolume::mark) whose writes are stored; a session has fewer patches
+  // the writes since at most this many marks (numbered states of the tissue) are stored; a session has fewer patches
   constexpr std::size_t kMost = 32;
   const bool unwritten = !v.writes.empty() && v.writes.back().box.empty() && v.writes.back().blocks.empty();
   if (unwritten) return v.marked;
@@ -146,7 +147,7 @@ bool TissueVolume::written_since(std::uint64_t mark, Written& written) const {
   const Impl& v = *impl_;
   written.blocks.clear();
   written.box = {};
-  // number of marks whose writes are in the log; the newest of these marks is v.marked
+  // the log has the writes since this many marks (numbered states of the tissue); the newest of them is v.marked
   const std::uint64_t known = v.writes.size();
   if (mark > v.marked || mark + known <= v.marked) return false;
   for (std::uint64_t i = known - 1 - (v.marked - mark); i < known; ++i) {

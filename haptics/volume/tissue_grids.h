@@ -113,8 +113,8 @@ struct TissueVolume::Impl {
   glm::ivec3 marked_lo{0}, marked_hi{-1};
   LeafFront front;  // active leaves of the head that cuts
   KeySet filled;    // keys of leaves that may contain labels of a filling, see label.h
-  // Writes since each of the last marks, oldest mark first; the last mark is `marked`. Empty: the writes before
-  // `marked` are unknown.
+  // Writes after each of the last marks (numbers of states, TissueVolume::mark), oldest first; the last mark is
+  // `marked`. Empty: the writes before `marked` are unknown.
   std::deque<TissueVolume::Written> writes;
   std::uint64_t marked = first_mark();
   std::vector<StrokeKept> strokes;
@@ -128,7 +128,7 @@ struct TissueVolume::Impl {
     tissue = openvdb::Int32Grid::create(0);
   }
 
-  /// Returns the mark (number) with which the log of a new volume begins. Marks of different volumes differ.
+  /// Returns the mark (number of a state) with which the log of a new volume begins. Marks of different volumes differ.
   static std::uint64_t first_mark();
   /// Discards the log of writes. Must be called after a change that was not logged, because the log is then
   /// incomplete.
@@ -145,14 +145,14 @@ struct TissueVolume::Impl {
   /// Drops copies of leaves that were not written to, and a stroke that changed nothing.
   void complete_stroke();
 
-  /// Marks the bricks of a box that a cut or a filling has written to; lo > hi: nothing was written.
+  /// Adds the bricks of a box that a cut or a filling has written to `changed` and `carved`; lo > hi: an empty box.
   void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi);
 
   /// Copies every n-th sample as TissueVolume::copy_every() does, but only the samples from..to, inclusive.
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
-  // A file stores the parts of a value of the label grid separately, see StoredVolume. Saving extracts the hardness
-  // first; loading inserts it last.
+  // A file stores label, hardness and the label before a filling in separate grids (StoredVolume). Saving extracts the
+  // hardness first; loading inserts it last.
   openvdb::Int32Grid::Ptr take_before(openvdb::Int32Grid& labels) const;
   void put_before(const openvdb::Int32Grid& before);
   openvdb::Int32Grid::Ptr take_hardness(openvdb::Int32Grid& labels) const;

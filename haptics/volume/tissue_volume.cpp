@@ -142,7 +142,7 @@ openvdb::Int32Grid::Ptr TissueVolume::Impl::take_hardness(openvdb::Int32Grid& la
 }
 
 /// Inserts the hardness, which the file stores in a separate grid, into the label grid. The file's grid may contain
-/// tiles of any size, so this iterates over the voxels and tiles of the labels.
+/// tiles of any size, so the function iterates over the voxels and tiles of the labels.
 void TissueVolume::Impl::put_hardness(const openvdb::Int32Grid& hardness) {
   constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
   auto of = hardness.getConstAccessor();
@@ -382,8 +382,8 @@ void TissueVolume::copy_part_of_every(int n, const Copied& box, const VoxelBox& 
 }
 
 VoxelBox TissueVolume::every_around(int n, const VoxelBox& written) {
-  // Extends the box to whole bricks, because copy_every() returns other deep samples in the whole brick after its first
-  // cut.
+  // Extends the box to whole bricks: after the first cut in a brick, copy_every() returns other values for all of the
+  // brick's samples that lie deep in the tissue.
   constexpr int cells = FieldBrick::kCells;
   const BrickBox bricks = bricks_around(written.lo, written.hi);
   const auto down = [n](const glm::ivec3& p) {

@@ -205,8 +205,8 @@ TYPODONT_KERNEL std::int32_t rounded(Real v) {
 }
 
 /// Examines the bone ahead of the tool voxels in contact. Only an obstacle that continues ahead of the tool counts;
-/// bone beside the tool is not an obstacle. Returns the tissue labels at the voxels that remain in contact: one bit per
-/// tissue.
+/// bone beside the tool is not an obstacle. A voxel that only touches bone beside the tool no longer counts as in
+/// contact. Returns the tissue labels at the other voxels in contact: one bit per tissue.
 template <class Real>
 TYPODONT_KERNEL std::uint64_t look_beyond(const Task<Real>& task, Block<Real>& b) {
   using Flag = typename Block<Real>::Flag;

@@ -1,4 +1,4 @@
-// The voxels in front of a tool's end, and the sums of the cutting law over these voxels for one pose of the tool.
+// The tool voxels at the front of a tool's end, and the sums of the cutting law over them for one pose of the tool.
 #pragma once
 
 #include <cstddef>
@@ -12,12 +12,12 @@
 
 namespace typodont::haptics::implant {
 
-/// The voxels in front of the tool's end (the first ToolVoxels::ahead elements of ToolVoxels::outer), stored as one
-/// array per property. Padding voxels, which never touch bone, fill the last block.
+/// The tool voxels at the front of the tool's end (the first ToolVoxels::ahead elements of ToolVoxels::outer), stored
+/// as one array per property. Padding voxels, which never touch bone, fill the last block.
 struct EndVoxels {
   static constexpr std::size_t kBlock = 32;  // number of voxels that are evaluated together
 
-  /// Copies all voxels in front of the end in their original order.
+  /// Copies all tool voxels at the front of the end, in their original order.
   explicit EndVoxels(const ToolVoxels& voxels) : EndVoxels(voxels, 0) {}
   /// On flat parts of the end, merges each square of four voxels into one voxel if the edge of the merged voxel is at
   /// most `coarsest` (m). The field is linear within a voxel of the tissue, so a finer sampling would not improve the
@@ -33,7 +33,7 @@ struct EndVoxels {
   std::vector<float> ability, inverse_ability;  // ability to drill, 0..1, and its reciprocal (0 for ability 0)
   std::vector<float> r;                         // m, distance from the axis
   std::size_t count = 0;                        // number of voxels without the padding
-  // the area of the whole end divided by the area of these voxels: 1 / ToolVoxels::ahead_share
+  // the area of the whole end divided by the area of the stored voxels: 1 / ToolVoxels::ahead_share
   double share = 1;
 };
 

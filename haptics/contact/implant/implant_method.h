@@ -17,8 +17,8 @@ struct Bed {
   dvec3 axis_W{0, 0, -1};  // unit vector along the axis, from the surface to the bottom of the bed
   double depth = 0;        // m, distance from the entry to the bottom
   double radius = 0;       // m, radius of the widest tool that has widened the bed
-  double tapped = 0;  // m, length of the thread that a tap has cut into the wall, measured from the entry; 0: no thread
-  bool bore = false;  // true: the bed is the bore of a placed implant
+  double tapped = 0;       // m, length of the thread that was cut into the wall, measured from the entry; 0: no thread
+  bool bore = false;       // true: the bed is the bore of a placed implant
 };
 
 /// Parameters of the contact model "implant" in a scene file. SI units. Values without a cited source are our own
@@ -60,13 +60,14 @@ struct Parameters {
   double cortical_grey = 1650, cancellous_grey = 1250, tooth_grey = 3000, metal_grey = 10000,
          soft_grey = 50;  // Hounsfield units, grey value of nerve and gum
   // The insertion torque of an implant whose surface is torque_surface is torque · (grey value of the bone /
-  // torque_grey)^torque_exponent. In a bed with a tapped thread, this torque is multiplied by tapped_share.
+  // torque_grey)^torque_exponent. In a bed with a thread, which a tool has cut before, this torque is multiplied by
+  // tapped_share.
   double torque = 0.489;      // N·m, reference torque
   double torque_grey = 1050;  // Hounsfield units, grey value that corresponds to bone of 0.64 g/cm³
   // exponent of the grey value in the insertion torque; fitted to 48.9 N·cm at 0.64 g/cm³ and 11.7 N·cm at 0.32 g/cm³
   double torque_exponent = 2.06;
   double torque_surface = 163e-6;  // m², surface area of the reference implant of 4 × 13 mm
-  double tapped_share = 0.6;       // ratio of the torque in a tapped bed to the torque in an untapped bed
+  double tapped_share = 0.6;       // ratio of the torque in a bed with a cut thread to that in a bed without one
   std::vector<Bed> beds;           // beds that exist at the start of the session
 };
 

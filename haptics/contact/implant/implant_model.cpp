@@ -18,8 +18,8 @@ constexpr double kTipContactCosine = 0.5;
 constexpr double kThreadGrips = 0.2e-3;  // m, depth in the bed at which a thread starts to engage
 // m, tolerance: an implant this close to its final depth, or to the bottom of the bed, is seated
 constexpr double kSeated = 0.05e-3;
-// ratio to the motor's largest torque; when the torque comes this near to the largest torque, the motor slows down, and
-// at the largest torque it stops
+// fraction of the motor's largest torque; if the torque comes nearer than this to the largest torque, the motor slows
+// down, and at the largest torque it stops
 constexpr double kSpeedHeldUpTo = 0.1;
 constexpr double kTorqueTime = 4e-3;  // s, time constant of the low-pass filter for the torque about the axis
 // m, distance between the samples along a bed's axis by which the depth of the bed is measured
@@ -242,8 +242,8 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
     const double depth = bed_depth(bed);
     if (depth < parameters_.least_depth) continue;
     if (!bed.bore) beds_[i].depth = depth;
-    // The motion in the bed starts at the pose of the previous tick. The pose of this tick may jump at the rim of the
-    // bed.
+    // The motion in the bed starts at the pose of the previous tick, because the pose of this tick may jump at the rim
+    // of the bed.
     begin_bed_motion(i, along, {in.X_WG.p, in.X_WT.R}, in.X_WT.R);
     return true;
   }
@@ -354,7 +354,7 @@ double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted
   return slow;
 }
 
-/// Returns the displacement in m of a tap, an implant or a screw, which follows the rotation of its thread.
+/// Returns the displacement in m of a thread cutter, an implant or a screw, which follows the rotation of its thread.
 double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted, Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
   const double torque = thread_torque(bed, tip_);
@@ -454,7 +454,7 @@ PerTissue ImplantModel::repeat(const CutLog::Made& made, std::uint64_t index, Su
   return made.fill_radius > 0 ? PerTissue{} : OffsetModel::repeat(made, index, fresh);
 }
 
-/// Computes the torque on the teeth of a round bur: sums the cutting law over all voxels of its outer layer.
+/// Computes the torque on the cutting edges of a round bur: sums the cutting law over all voxels of its outer layer.
 void ImplantModel::feel_teeth_turn(const ContactInput& in, Contact& out) noexcept {
   const dvec3 way = out.p_WG - in.X_WG.p;
   const double speed = glm::length(way) / in.dt;

@@ -56,7 +56,7 @@ inline void add_cutting(const ToolVoxel& voxel, double u, const dvec3& along, do
   // 1/speed.
   const double size =
       u * facing * static_cast<double>(voxel.area) * static_cast<double>(voxel.inverse_r) / std::abs(speed);
-  // The tissue's force opposes the motion of the teeth.
+  // The tissue's force opposes the motion of the tool's cutting edges.
   const double r = std::hypot(p.x, p.y), turn = speed < 0 ? 1 : -1;
   const dvec3 tangent = r > 0 ? turn * dvec3(-p.y / r, p.x / r, 0) : dvec3(0);
   const dvec3 force = size * (tangent - n / alpha);

@@ -79,8 +79,8 @@ void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, Cop
   if (!known || stays.empty()) {
     copy_part(left);
   } else {
-    // Copies the slab of new samples on each side of the patch along this axis. `left` is the box that still remains;
-    // each slab reduces it.
+    // Copies the slab of new samples on each side of the patch along this axis. `left`: the box of the samples that are
+    // not copied yet; each copied slab makes it smaller.
     for (int axis = 0; axis < 3; ++axis) {
       VoxelBox slab = left;
       slab.hi[axis] = stays.lo[axis] - 1;

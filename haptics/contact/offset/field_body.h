@@ -54,7 +54,7 @@ class FieldBody : public TissueBody {
   TissueVolume::Written written_;    // changes of the volume since the last copy of the patch that is being updated
   double travel_ = 0;                // m, distance that a head may move inside one patch
   std::uint32_t laws_ = kServoLaws;  // version of the force laws of the servo whose cuts are repeated
-  // spacing and edge length of the coarse patch inside a patch; edge 0: there is none, because no tool has a shank
+  // spacing and edge length of the coarse patch for the shank in each patch; edge 0: none, because no tool has a shank
   CoarseGrid coarse_;
 };
 

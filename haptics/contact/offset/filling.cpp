@@ -35,7 +35,7 @@ bool OffsetModel::fill(const ContactInput& in, Contact& contact, Cut& cut) noexc
   return changed;
 }
 
-/// Adds filling material to the tissue that the instrument has delivered but that is not in the tissue yet. Returns
+/// Adds to the tissue the filling material that the instrument has delivered but that is not in the tissue yet. Returns
 /// true and sets `cut` if some of it was added.
 bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, Cut& cut) noexcept {
   const Tool& instrument = tool();
@@ -50,8 +50,9 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
       patch_.holds(filling_.center, filling_.radius + P::most_step + static_cast<double>(Sweep::kMargin));
   if ((filling_.idle || !has_room) && !search_open_place(ball(), reach)) return false;
 
-  // Computes how much the dome's radius must grow so that the free part of its surface adds the waiting volume. The
-  // size of the free part is known only from the last tick, so the volume that is really added may be smaller.
+  // Computes how much the radius of the dome of filling must grow so that the free part of its surface adds the
+  // delivered volume that is not in the tissue yet. The size of the free part is known only from the last tick, so the
+  // volume that is really added may be smaller.
   const double before = filling_.radius, owed = filling_.owed / voxel;
   const double most =
       std::clamp(grown(before, owed + instrument.fill_rate * P::ahead / voxel) - before, P::step, P::most_step);
@@ -120,8 +121,8 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
   return false;
 }
 
-/// Begins a new dome if there is none, or if the instrument has moved away from it. Returns false if there is no tissue
-/// within the instrument's reach.
+/// Begins a new dome of filling if there is none, or if the instrument has moved away from the last one. Returns false
+/// if there is no tissue within the instrument's reach.
 bool OffsetModel::begin_dome(const Pose& X_WH, double reach) noexcept {
   const Tool& instrument = tool();
   const double half = instrument.shape == HeadShape::kSphere ? instrument.radius() : instrument.length / 2;
@@ -136,8 +137,8 @@ bool OffsetModel::begin_dome(const Pose& X_WH, double reach) noexcept {
   dvec3 center = end;
   if (at.value > 0 && slope >= P::one_surface) {
     center -= at.value / slope * at.gradient / slope;
-    // The end of the instrument is midway between walls, so the nearest wall is not well defined. So the dome begins on
-    // the tissue in front of the instrument.
+    // The end of the instrument is midway between walls, so the nearest wall is not well defined. So the dome of
+    // filling begins on the tissue in front of the instrument.
   } else if (at.value > 0) {
     const dvec3 ahead = X_WH.R * dvec3(0, 0, -1);
     double way = 0;

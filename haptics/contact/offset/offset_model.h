@@ -49,7 +49,7 @@ class OffsetModel : public PatchModel {
     // voxels, depth by which a cutting head may sink into the tissue in this tick; the energy budget pays for the
     // removal of the tissue down to this depth
     double slack = 0;
-    double slack_at_walls = 0;  // fraction of `slack` by which the head may sink at a wall between tissues
+    double slack_at_walls = 0;  // fraction of the depth `slack` that the head may sink at a wall of harder tissue
     double overlap_before = 0;
     // voxels; if the proxy moves by this in one tick, the force changes at a rate of 1 N/s
     double pace_per_slew = 0;
@@ -58,8 +58,8 @@ class OffsetModel : public PatchModel {
     dvec3 fall_normal{0};
     // voxels, largest distance that the head may move in the direction of the fall in this tick
     double fall_limit = 0;
-    // Voxels, vector from the hand to the position that the contacts and the energy debt allow, without the speed
-    // limit; zero without contact.
+    // Voxels, vector from the hand to the position that the contacts and the energy debt (of cuts that the motor has
+    // not paid for) allow, without the speed limit; zero without contact.
     dvec3 held_off{0};
     ActivePlanes active{};  // indices of the contacts that hold the head (the active set)
     // These members have the same meaning as the members of Contact with the same names.
@@ -77,7 +77,7 @@ class OffsetModel : public PatchModel {
     // true if the last step ended because of the limit of the proxy's speed, and not because of a contact
     bool at_pace = false;
     dvec3 held_at{0};  // voxels, position of the head's centre that the contacts alone determine
-    // voxels, position to which the head is pulled: the hand's target, corrected for the grip of the teeth
+    // voxels, position to which the head is pulled: the hand's target, corrected for the grip of the cutting edges
     dvec3 led_to{0};
   };
   enum class Advance { kOn, kArrived, kNear };
@@ -151,7 +151,7 @@ class OffsetModel : public PatchModel {
   double wall_ = 0;
   bool breaking_through_ = false;
   double lost_for_ = 0;  // s, time since the tool was last inside the patch
-  // N, force of the last contact, whose plane replaces the tissue while a patch is late; 0: no such plane
+  // N, force of the last contact; its plane replaces the tissue while a patch is late; 0: there is no such plane
   double bridge_push_ = 0;
   dvec3 bridge_from_{0};  // voxels, the head's centre when it left the patch
   // s, remaining time in which the proxy returns smoothly to the surface, after a plane had replaced a missing patch
@@ -185,7 +185,7 @@ class OffsetModel : public PatchModel {
 
   struct Filling {
     double owed = 0;     // m³, filling material that was delivered but is not placed yet
-    double radius = -1;  // voxels, radius of the growing dome; negative: no dome exists
+    double radius = -1;  // voxels, radius of the growing dome of filling; negative: no dome exists
     // fraction of the surface of the dome (the growing deposit of filling) that can still grow, as estimated in the
     // last tick
     double free_fraction = 1;
@@ -194,7 +194,7 @@ class OffsetModel : public PatchModel {
     dvec3 center{0}, end{0};
     // voxels, place where the first dome of filling began; the search for open places starts here
     dvec3 root{0};
-    bool idle = false;  // true if the dome could hardly grow in the last tick
+    bool idle = false;  // true if the dome of filling could hardly grow in the last tick
   } filling_;
   // Search for open places along straight rays that start where the first dome began. All rays advance together, so the
   // nearest open place is found first.

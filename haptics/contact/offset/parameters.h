@@ -19,12 +19,12 @@ struct SearchParameters {
   static constexpr double free_step = 1.5;
   // voxels; the found contacts are reused until the head has moved this far; then contacts are searched again
   static constexpr double reuse_distance = 0.3;
-  // voxels, convergence tolerance with one contact: a shorter step ends the search
+  // voxels, convergence tolerance with one contact: a step shorter than this ends the search
   static constexpr double converged = 1e-6;
   // Voxels, second convergence tolerance with one contact: it limits the sum of all remaining steps, which is
   // extrapolated as a geometric series.
   static constexpr double foreseen = 1e-7;
-  // voxels, convergence tolerance with several contacts: a shorter step ends the search
+  // voxels, convergence tolerance with several contacts: a step shorter than this ends the search
   static constexpr double settled = 2e-5;
   // Voxels, convergence tolerance with several contacts for a cutting tool. The position error is about the square of
   // this step, because the steps converge quadratically.
@@ -76,9 +76,9 @@ struct PaceParameters {
   static constexpr double cut_slew = 6;  // N/s, largest rate of change of the force while a cutting tool is in contact
   // N/s, largest rate of change of the force when the bur breaks through and loses contact
   static constexpr double free_slew = 14;
-  // N/s, largest rate at which the force rises when the bur's teeth catch in the tissue
+  // N/s, largest rate at which the force rises when the bur's cutting edges catch in the tissue
   static constexpr double grip_slew = 9;
-  // friction coefficient of the bur's teeth: lateral force divided by the push
+  // friction coefficient of the bur's cutting edges: lateral force divided by the force that presses the bur
   static constexpr double tooth_grip = 0.15;
   static constexpr double tolerance = 1.02;  // tolerance: the proxy's speed may exceed the speed limit by this factor
   static constexpr int rounds = 4;           // largest number of iterations that enforce the speed limit
@@ -101,11 +101,11 @@ struct FallParameters {
   // smallest cosine of the angle between the tissue's mean push and the direction opposite to the fall for which a fall
   // is detected
   static constexpr double along = 0.3;
-  // N/s; a landing speed is always allowed if (landing speed × stiffness) is below this limit
+  // N/s; the bur may always meet tissue at a speed for which (speed × stiffness) is below this limit
   static constexpr double landing_slew = 12;
-  // A landing speed is also allowed up to this factor times the hand's mean speed.
+  // The bur may also meet tissue at a speed of up to this factor times the hand's mean speed.
   static constexpr double growth = 1.2;
-  // N/s, largest braking: (speed of the hand - landing speed) × stiffness is at most this.
+  // N/s, largest braking: (speed of the hand - speed allowed for meeting tissue) × stiffness is at most this.
   static constexpr double brake = 12;
 };
 
@@ -116,7 +116,7 @@ struct WallParameters {
   static constexpr double felt_depth = 0.1e-3;
   // voxels; within this distance of a border between tissues, a sample may show either of the two tissues
   static constexpr double border = 0.5;
-  // smallest fraction of its power with which a bur cuts at a wall
+  // smallest fraction of a bur's power with which it cuts at a wall of harder tissue
   static constexpr double least_power = 0.1;
   // A border is a wall if the ratio of the softer to the harder tissue's specific energy is below this limit.
   static constexpr double from_ratio = 0.2;
@@ -182,17 +182,17 @@ struct FillingParameters {
   // s. Filling that cannot be added to the tissue at once is kept for later ticks: at most the volume that the
   // instrument delivers in this time. The remaining volume is lost.
   static constexpr double waits = 0.05;
-  // smallest slope of the field near a single surface; a smaller slope means that the point is midway between two
-  // surfaces
+  // smallest slope of the field near a single surface; a slope smaller than this means that the point is midway between
+  // two surfaces
   static constexpr double one_surface = 0.5;
   // voxels, distance between two samples when the instrument searches for tissue in front of it
   static constexpr double look_step = 0.25;
-  static constexpr double step = 0.25;    // voxels; the radius of a dome may always grow by this much in one tick
-  static constexpr double most_step = 1;  // voxels, largest growth of a dome's radius in one tick
-  // s; in one tick, a dome may grow by the volume that waits, plus the volume that the instrument delivers in this time
+  static constexpr double step = 0.25;    // voxels; a dome of filling may always grow by this much (radius) in one tick
+  static constexpr double most_step = 1;  // voxels, largest growth of the radius of a dome of filling in one tick
+  // s; a dome may grow per tick by the delivered filling not placed yet, plus the amount that is delivered in this time
   static constexpr double ahead = 0.01;
   static constexpr double least_step = 1e-3;
-  // if the free fraction of a dome's surface is at most this, the dome stops growing
+  // if the free fraction of the surface of a dome of filling is at most this, the dome stops growing
   static constexpr double buried = 0.01;
   // Voxels, smallest distance from tissue, from the head and from the limit of the search at which a place is open for
   // filling.

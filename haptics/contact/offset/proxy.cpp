@@ -11,11 +11,11 @@ namespace {
 using P = PaceParameters;
 using Q = SearchParameters;
 
-/// Models the grip of the bur's teeth as a friction cone on the god-object. While a rotating head is pressed into
-/// tissue, it does not move sideways until its tangential lag (the distance along the surface by which the head lags
-/// behind `target`) exceeds the friction limit. This grip keeps the roughness of the cut surface from shaking the hand.
-/// Returns the target with a limited tangential lag. `moved`: motion of the hand since the last tick. The tangential
-/// lag grows by at most `most` per tick, so that teeth that catch do not stop the head abruptly. Voxels.
+/// Models the grip of the bur's cutting edges as a friction cone on the god-object. While a rotating head is pressed
+/// into tissue, it does not move sideways until its tangential lag (the distance along the surface by which the head
+/// lags behind `target`) exceeds the friction limit. This grip keeps the roughness of the cut surface from shaking the
+/// hand. Returns the target with a limited tangential lag. `moved`: motion of the hand since the last tick. The
+/// tangential lag grows by at most `most` per tick, so that edges that catch do not stop the head abruptly. Voxels.
 dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
   const dvec3 pull = from - target;
   const double pushed = glm::dot(pull, n);
@@ -195,7 +195,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     const double longest = contacts_.count() > 1 ? Q::contact_step : Q::free_step;
     if (length > longest) {
       // In a narrow cavity, no single position may have contact with all walls. The search could then alternate between
-      // two positions for ever. So it counts long steps whose direction is reversed.
+      // two positions for ever. So the search counts the long steps that are opposite to the previous long step.
       s.reversals += glm::dot(step, s.long_step) < 0;
       s.long_step = step;
       if (settings_.laws >= 5 && s.reversals > Q::reversals) break;
@@ -423,8 +423,9 @@ double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   return softer > 0 && softer < W::from_ratio * harder ? std::max(softer / harder, W::least_power) : 1;
 }
 
-/// Returns the smallest value of wall_at() of all planes that hold the head. wall_at() is the fraction 0..1 of its power
-/// that the head keeps at a wall of harder tissue, so the smallest value belongs to the strongest wall. 0: no wall.
+/// Returns the smallest value of wall_at() of all planes that hold the head. wall_at() is the fraction 0..1 of its
+/// power that the head keeps at a wall of harder tissue, so the smallest value belongs to the strongest wall. Returns 0
+/// without a wall.
 double OffsetModel::strongest_wall(const ActivePlanes& active) const noexcept {
   double least = 1;
   for (int i = 0; i < active.count; ++i) {
@@ -461,10 +462,10 @@ void OffsetModel::follow_hand() noexcept {
   p.lost = p.lost && !patch_.holds(p.c, reach() + 1);
 }
 
-/// Leads the proxy back if it is trapped, for example under an overhang or behind a ledge that its own cut left. A
-/// trapped proxy does not move, however far the hand moves away. The head is led along its own recorded path, which is
-/// free of tissue, to the path point nearest to the hand. The force changes at a limited rate, and nothing is cut.
-/// Returns true if the head is led in this tick.
+/// Leads the proxy back if it is trapped, for example under an overhang or behind a ledge that remained after its own
+/// cut. A trapped proxy does not move, however far the hand moves away. The head is led along its own recorded path,
+/// which is free of tissue, to the path point nearest to the hand. The force changes at a limited rate, and nothing is
+/// cut. Returns true if the head is led in this tick.
 bool OffsetModel::lead_back() noexcept {
   using R = RetreatParameters;
   if (!retreat_.leading) return false;
@@ -537,8 +538,9 @@ bool OffsetModel::hand_has_left() const noexcept {
 
 /// Handles a tool outside its patch. Until a new patch arrives, the plane of the last contact replaces the tissue
 /// (intermediate surface: Adachi 1995, Mark 1996), and nothing is cut. If the patch is late, the plane yields to a
-/// force larger than that of the last contact, so that the plane never traps the hand. Its force falls to zero between
-/// one and two times bridge_reach. A tool that had no contact follows the hand. docs/safety.md has the measurements.
+/// force larger than that of the last contact, so that the plane never traps the hand. Its force falls to zero while
+/// the tool's distance from where it left the patch grows from one to two times bridge_reach. A tool that had no
+/// contact follows the hand. docs/safety.md has the measurements.
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;
@@ -586,8 +588,8 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
   out.settled = overlap_ == 0 && rejoining_ == 0 && !retreat_.leading;
   out.contact_direction = p.held_off;
   out.wall = wall_;
-  // The contact area is measured on the samples. If only one exact contact was computed, it is the area of the cap
-  // below the tangent plane.
+  // The contact area is measured on the samples. If only one exact contact was computed, there are no samples, and the
+  // area of the cap below the tangent plane is used.
   if (p.touching && contacts_.own() > 0) {
     const double h = voxel();
     out.area = contacts_.engaged_area() > 0 ? contacts_.engaged_area() * h * h : kPi * tool().radius() * h;

@@ -83,7 +83,7 @@ void OffsetModel::finish_coarse() noexcept {
 }
 
 void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
-  // After an undo or redo, the new snapshot contains every cut that is still valid.
+  // After an undo or redo, the new snapshot contains every cut that is still valid, so a waiting cut is discarded.
   if (strokes_edited) emptied_ = false, coarse_.waits = 0;
   if (!known) front_.forget();
   // The new coarse patch was copied from the carver's volume, which was cut in shorter steps than the old coarse patch.

@@ -1,5 +1,5 @@
 // Stores sphere packings on disk and reuses them in later runs, because the computation of a packing takes seconds.
-// Set-up time.
+// Called only during set-up, not by the servo thread.
 #pragma once
 
 #include "haptics/sphere_packer.h"

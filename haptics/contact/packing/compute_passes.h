@@ -63,8 +63,8 @@ struct PassTimes {
   /// Returns true if the GPU is faster and gives the same bits.
   bool gpu_is_better() const { return same && gpu < processor; }
 };
-/// Measures the three passes on the CPU and on the GPU. `tissue` must already be loaded on the GPU. Set-up time,
-/// because the measurement takes several ticks.
+/// Measures the three passes on the CPU and on the GPU. `tissue` must already be loaded on the GPU. Called only during
+/// set-up, because the measurement takes several ticks.
 PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, ComputePasses& passes,
                          CutBuffers& buffers, int looks);
 

@@ -1,4 +1,4 @@
-// Computes the depth of a point inside its tissue, from a field of distances and labels. Set-up time.
+// Computes the depth of a point inside its tissue, from a field of distances and labels. Called only during set-up.
 #pragma once
 
 #include <cstddef>

@@ -19,11 +19,11 @@ constexpr int kBlock = 8;  // voxels, edge length of the blocks in which the fie
 // voxels; when the ball of the tool that cuts a sphere has moved this far, PackingBody::changed() stores a note: the
 // index of the sphere, and the position and radius of the ball; rasterize() updates the field from the notes
 constexpr double kNoteEvery = 0.03;
-// voxels, width of the region around a sphere and its gaps in which the field is updated, because interpolation also
-// reads neighbouring voxels
+// voxels; when a sphere is cut, the field is updated up to this distance beyond the sphere and its gaps, because
+// interpolation also reads neighbouring voxels
 constexpr double kAround = 1.8;
-// gaps up to this distance from a sphere belong to it, as a multiple of the radius of the largest hole in the
-// packing
+// a gap between spheres belongs to a sphere up to this distance from it, as a multiple of the radius of the largest
+// hole in the packing
 constexpr double kGapsAround = 2;
 // first version of the force laws in which a cut also reduces the gaps that belong to the cut sphere
 constexpr std::uint32_t kLawsOfReducedGaps = 7;
@@ -177,8 +177,8 @@ void PackingBody::take_out_pieces(const Cut& cut) {
       spheres_.set(i, taken_by_ball(before.back(), r));
     }
     // When a detached sphere is removed from the field, the gaps around it are removed too, up to the spheres that
-    // stay. If the sphere was cut before, tissue that stays may lie closer to it. In this case, a smaller gap is
-    // removed.
+    // stay. If the sphere was cut before, tissue that stays may lie closer to it than the gaps reach, so a smaller part
+    // of the gaps is removed.
     for (std::size_t k = 0; k < piece.size(); ++k) {
       const dvec3 c = before[k].center();
       const double r = before[k].radius(), whole = packing_.radius[static_cast<std::size_t>(piece[k])];
@@ -232,7 +232,7 @@ void PackingBody::exchange(Stroke& stroke) {
   }
 }
 
-/// Must be called after undo or redo of a stroke in the volume, because it may be a brush stroke.
+/// Must be called after undo or redo of a stroke in the volume, because that stroke may be a brush stroke.
 void PackingBody::take_back_paint() {
   if (paints_ == 0) return;
   read_materials();

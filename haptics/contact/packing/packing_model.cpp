@@ -14,7 +14,7 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr double kLook = 10e-3;  // m, largest distance that clearance() can return
-// m, search distance: a point has the tissue of the nearest sphere if this sphere is not farther away
+// m, search distance: a point has the tissue of the nearest sphere if this sphere is not farther away than this
 constexpr double kNearby = 0.2e-3;
 // largest number of cost computations by which the length of one step of a cut is determined
 constexpr int kTrials = 8;
@@ -38,8 +38,8 @@ constexpr std::uint32_t kLawsOfWarmStarts = 7;
 constexpr std::uint32_t kLawsOfLimitedSpeed = 8;
 // first version of the force laws in which a proxy that does not move is projected onto its contacts only once
 constexpr std::uint32_t kLawsOfOneProjection = 11;
-// m/s, largest speed of the tool's farthest point. Hands are slower. If the measured pose jumps, this limit keeps the
-// tick short.
+// m/s, largest speed of the tool's farthest point. Hands are slower than this. If the measured pose jumps, this limit
+// keeps the tick short.
 constexpr double kFastest = 5;
 
 // First version of the force laws in which a head with a large contact area postpones its cuts. Such a head advances by
@@ -47,11 +47,11 @@ constexpr double kFastest = 5;
 // much time.
 constexpr std::uint32_t kLawsOfPostponedCuts = 10;
 constexpr double kLargeArea = 10e-6;   // m², contact area above which cuts are postponed
-constexpr double kLeastStep = 0.1e-6;  // m, length of the step for which the saved energy must be sufficient
-// First version of the force laws in which the saved energy must be sufficient for a longer step (kLongStep). In soft
-// bone, a head advances by more than kLeastStep in a tick.
+constexpr double kLeastStep = 0.1e-6;  // m; a postponed cut waits until the saved energy suffices for a step this long
+// First version of the force laws in which a postponed cut waits until the saved energy suffices for a longer step. In
+// soft bone, a head advances by more than kLeastStep in a tick.
 constexpr std::uint32_t kLawsOfLongSteps = 11;
-constexpr double kLongStep = 1e-6;        // m, length of this longer step
+constexpr double kLongStep = 1e-6;        // m, longer step that replaces kLeastStep from kLawsOfLongSteps on
 constexpr double kLongestDelay = 4.5e-3;  // s, longest time for which a cut is postponed
 
 /// Returns options without spring, damper and friction. The servo computes spring and damper; set_friction() sets the
@@ -144,8 +144,8 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   postponed_for_ = 0;
   const bool came_back = first || fresh.edits != snapshot_.edits;
   std::swap(fresh, snapshot_);
-  // Without undo or redo, the new snapshot contains the same spheres that the servo has, except for removed loose
-  // pieces. In this case, the near lists stay valid.
+  // The near lists (tissue spheres near each tool sphere) stay valid without undo or redo, because the new snapshot
+  // then contains the servo's spheres, except for removed loose pieces. After undo or redo, they are discarded.
   if (came_back) {
     for (SphereProxy& proxy : proxies_) proxy.forget_near();
   }
@@ -210,8 +210,8 @@ void PackingModel::watch_retreat(const ContactInput& in) noexcept {
 }
 
 /// Leads the tool back along its path, at a limited speed and without cutting, to the path point nearest to the hand.
-/// The path is free of tissue, because the tool has moved along it and no tissue has been added since. Returns true
-/// while the tool is led back.
+/// The path is free of tissue, because the tool has moved along it and no tissue has been added since then. Returns
+/// true while the tool is led back.
 bool PackingModel::lead_back(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   if (!retreat_.leading) return false;
@@ -314,7 +314,7 @@ void PackingModel::take_tissue_from_contacts() noexcept {
 }
 
 /// Sets μ_s and μ_d of eq. 13 according to the tissue in contact in the last tick. A rotating bur has no friction here,
-/// because the servo computes the tangential force of its teeth.
+/// because the servo computes the tangential force of its cutting edges.
 void PackingModel::set_friction(const ContactInput& in) noexcept {
   double fixed = 0, sliding = 0;
   if (settings_.friction && (!in.cuts || in.scrapes)) {
@@ -394,8 +394,8 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
   return safe;
 }
 
-/// Returns true if the cut must wait until the energy is sufficient for a longer step. The energy is saved, so the
-/// motor's work removes the same volume, only later. `step`: m, step for which the present energy suffices.
+/// Returns true if the cut must wait until the energy suffices for a step of at least kLeastStep or kLongStep. The
+/// energy is saved, so the same volume is removed later. `step`: m, step for which the present energy suffices.
 bool PackingModel::postpones(double dt, double step) noexcept {
   const double least = settings_.laws >= kLawsOfLongSteps ? kLongStep : kLeastStep;
   const bool waits = settings_.laws >= kLawsOfPostponedCuts && step < least &&
@@ -439,7 +439,8 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       changed = true;
       proxy().note_cut(tree, place, protrudes);
     };
-    // On a straight path, the near lists of the tried cut (TriedCut) contain all spheres that the cut reaches.
+    // On a straight path, the tissue spheres listed for the tried cut (TriedCut) include all spheres that the cut
+    // reaches.
     const bool straight = turn == dvec3(0) || (tool.head == 1 && tool.center_T[0] == dvec3(0));
     if (tried_share_ == most && straight && settings_.laws >= kLawsOfRings && tried_.complete() &&
         near_end_[tool.head - 1] < near_.size()) {

@@ -24,7 +24,7 @@ namespace typodont::haptics::packing {
 /// of eq. 4 is v_d = v_b / ρ, with the base speed v_b and the density ρ relative to dentin. In this model, v_b is
 /// computed from the energy that the motor has delivered (the servo's energy budget). To remove the volume dV of tissue
 /// with the specific energy u costs the energy u dV. So a head with the contact area A that moves at v_d needs the
-/// power A u v_d. The motor delivers the power P at the teeth (specific cutting energy: Shaw, "Metal Cutting
+/// power A u v_d. The motor delivers the power P at the cutting edges (specific cutting energy: Shaw, "Metal Cutting
 /// Principles"; the servo's `earn` computes P by Preston's law). So v_b = P / (A u_dentin). The area A is not
 /// estimated: cut() finds the step that costs exactly the energy in the budget.
 class PackingModel final : public ContactModel {

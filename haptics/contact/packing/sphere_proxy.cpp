@@ -26,9 +26,9 @@ constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projectio
 constexpr double kArrived = 1e-10;
 // rad, largest rotation in one step; the chord of the step then deviates from the arc by less than 5e-5 of the reach
 constexpr double kLargestTurn = 0.02;
-constexpr double kMargin = 60e-6;          // m, smallest mean margin of the near lists (see SphereProxy::NearList)
-constexpr double kLargestMargin = 300e-6;  // m, largest mean margin of the near lists, for a fast tool
-constexpr double kAhead = 3;               // mean margin for a fast tool, as a multiple of its motion per tick
+constexpr double kMargin = 60e-6;          // m, smallest mean margin of the lists of spheres near a tool sphere
+constexpr double kLargestMargin = 300e-6;  // m, largest mean margin of the lists of spheres near a fast tool sphere
+constexpr double kAhead = 3;               // mean near-list margin of a fast tool, as a multiple of its motion per tick
 // m, search distance for the nearest sphere if no sphere lies within the margin
 constexpr double kLook = 2e-3;
 constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of a distance; it is added to all bounds
@@ -43,16 +43,16 @@ constexpr std::size_t kLanes = 8;        // number of spheres in a near list tha
 // m, upper bound of the rounding error of a gap in single precision. It does not cover gaps below -10 mm, but such
 // spheres overlap so deeply that every comparison finds them.
 constexpr float kFloatRounding = 1e-9f;
-constexpr double kLeastMargin = 1e-6;  // m, a near list with a smaller margin is not made
+constexpr double kLeastMargin = 1e-6;  // m; a near list (spheres near a tool sphere) with a smaller margin is not made
 constexpr double kReduced = 0.8;       // if a near list would be too long, its margin is multiplied by this factor
-// parameters of lists that are made before they are needed (prepare_lists)
-constexpr double kLargestPrepared = 0.5e-3;  // m, largest mean margin
-constexpr double kTicksAhead = 10;           // mean margin for a fast tool, as a multiple of its motion per tick
-constexpr std::size_t kLeavesATick = 320;    // smallest number of leaves of the tree that one tick searches
-// if a near list is too long for its memory, this number of searches passes before it is made again
+// parameters of near lists (tissue spheres near a tool sphere) that are made before they are needed (prepare_lists)
+constexpr double kLargestPrepared = 0.5e-3;  // m, largest mean margin of a near list that is made in advance
+constexpr double kTicksAhead = 10;           // mean list margin for a fast tool, as a multiple of its motion per tick
+constexpr std::size_t kLeavesATick = 320;    // smallest number of leaves of the sphere tree that one tick searches
+// if a near list (tissue spheres near a tool sphere) is too long for its memory, the next try is after so many searches
 constexpr int kNotAgain = 64;
 
-/// Returns the mean margin of a long near list. `way`: motion of the tool sphere per tick, m.
+/// Returns the mean margin of a long list of spheres near a tool sphere. `way`: motion of the tool sphere per tick, m.
 double prepared_margin(double way) {
   return std::clamp(kTicksAhead * way, kMargin, kLargestPrepared);
 }
@@ -133,14 +133,14 @@ void SphereProxy::end_notes() noexcept {
   protrudes_ = 0;
 }
 
-/// Returns a slightly different margin for each near list. With equal margins, all lists of a tool that moves steadily
-/// would become invalid in the same tick.
+/// Returns a slightly different margin for each near list (the tissue spheres near one tool sphere). With equal
+/// margins, all lists of a tool that moves steadily would become invalid in the same tick.
 double SphereProxy::spread_margin(std::size_t i, double margin) const noexcept {
   const double spread = 0.61803398875 * static_cast<double>(i);
   return margin * (0.75 + 0.5 * (spread - std::floor(spread))) + std::max(0.0, lists_[i].wider);
 }
 
-/// Starts a near list of a tool sphere at `center`.
+/// Starts the search for a near list: the tissue spheres near the tool sphere `i`, whose centre is `center`.
 void SphereProxy::start_list(const SphereTree& tree, std::size_t i, const dvec3& center, double margin) noexcept {
   next_.tool_sphere = i, next_.active = true;
   next_.center = center, next_.margin = margin;
@@ -148,8 +148,8 @@ void SphereProxy::start_list(const SphereTree& tree, std::size_t i, const dvec3&
   next_.search = tree.start_search();
 }
 
-/// Continues the search for the spheres of the next near list. Returns true when the list is complete. If the spheres
-/// do not fit into the memory of the list, its margin is reduced.
+/// Continues the search for the next near list (the tissue spheres near a tool sphere). Returns true when the list is
+/// complete. If the spheres do not fit into the memory of the list, its margin is reduced.
 bool SphereProxy::continue_list(const SphereTree& tree, std::size_t leaves) noexcept {
   const double r = tool_.radius[next_.tool_sphere];
   for (std::size_t left = leaves; !next_.search.done() && left > 0;) {
@@ -174,7 +174,7 @@ bool SphereProxy::continue_list(const SphereTree& tree, std::size_t leaves) noex
   return next_.search.done();
 }
 
-/// Replaces the near list of a tool sphere by the new list, which is complete.
+/// Replaces the near list (tissue spheres near a tool sphere) by the new list, which is complete.
 void SphereProxy::use_list() noexcept {
   const std::size_t i = next_.tool_sphere;
   NearList& list = lists_[i];
@@ -216,8 +216,9 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
   }
 }
 
-/// Makes long near lists before they are needed, a part in each tick. A list is replaced when the tool has moved by
-/// half of the list's margin. A faster tool gets lists with a wider margin, and larger parts in each tick.
+/// Makes long near lists (tissue spheres near a tool sphere) before they are needed, a part in each tick. A list is
+/// replaced when the tool has moved by half of the list's margin. A faster tool gets lists with a wider margin, and
+/// larger parts in each tick.
 void SphereProxy::prepare_lists(const SphereTree& tree) noexcept {
   if (room_ < kLongList) return;
   if (!next_.active || !(next_.moved < next_.margin)) {
@@ -251,8 +252,9 @@ void SphereProxy::each_listed(std::size_t i, Limit&& limit, Visit&& visit) const
   }
 }
 
-/// Returns the first sphere of the near list of tool sphere `i` that this tool sphere touches before time `until`.
-/// `certain`: true if the tool sphere cannot touch a sphere outside the list earlier.
+/// Returns the first sphere of the near list (nearby tissue spheres) of tool sphere `i` that this tool sphere touches
+/// before time `until`. `certain`: true if the tool sphere cannot touch a sphere outside the list before the returned
+/// one.
 SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i, const Motion& motion, double until,
                                           bool& certain) noexcept {
   NearList& list = lists_[i];
@@ -282,8 +284,9 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
 }
 
 /// Returns the first contact of the tool's spheres `begin` to `end` - 1 before time `until`. Among simultaneous
-/// contacts, returns the one with the lowest index. The near lists are searched first. Usually they contain a contact,
-/// and the motion before this contact is so short that the tree need not be searched.
+/// contacts, returns the one with the lowest index. The near lists (tissue spheres near each tool sphere) are searched
+/// first. Usually they contain a contact, and the motion before this contact is so short that the tree need not be
+/// searched.
 FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end,
                                         const Motion& motion, double until) noexcept {
   FirstContact first;
@@ -334,10 +337,10 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
   return listed_near(tree, i, list.moved + bound, a, b, r, found);
 }
 
-/// Writes the spheres of near list `i` that are nearer than `reach` to the segment from a to b, in the tree's order.
-/// Spheres whose listed gap exceeds `gap` are skipped, because they are too far away. Returns their number. The spheres
-/// of a long list are not tested one by one: such a list belongs to a large head, and nearly all spheres with a gap
-/// below `gap` are near the segment.
+/// Writes those tissue spheres of near list `i` that are nearer than `reach` to the segment from a to b, in the tree's
+/// order. Spheres whose listed gap exceeds `gap` are skipped, because they are too far away. Returns their number. The
+/// spheres of a long list are not tested one by one: such a list belongs to a large head, and nearly all spheres with a
+/// gap below `gap` are near the segment.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<Place> found) const noexcept {
   std::size_t count = 0, waiting = 0;

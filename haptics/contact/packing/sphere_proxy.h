@@ -58,11 +58,11 @@ class SphereProxy {
   void set_friction(double static_friction, double dynamic_friction) noexcept {
     options_.static_friction = static_friction, options_.dynamic_friction = dynamic_friction;
   }
-  /// Invalidates all near lists. Needed when spheres may have become larger or may exist again.
+  /// Discards the near lists of all tool spheres. Needed when tissue spheres may have become larger or may exist again.
   void forget_near() noexcept;
-  /// Must be called for each sphere that a cut changed. The near lists remain valid if the sphere only shrank. But a
-  /// cut that takes several ticks also moves the sphere, so its new surface may lie up to `protrudes` metres outside
-  /// its previous surface.
+  /// Must be called for each tissue sphere that a cut changed. The near lists (tissue spheres near each tool sphere)
+  /// remain valid if the sphere only shrank. But a cut that takes several ticks also moves the sphere, so its new
+  /// surface may lie up to `protrudes` metres outside its previous surface.
   void note_cut(const SphereTree& tree, Place place, double protrudes) noexcept {
     if (!(protrudes > 0)) return;
     noted_ = true;
@@ -72,8 +72,8 @@ class SphereProxy {
       note_large(tree, place, protrudes);
     }
   }
-  /// Must be called when note_cut() was called for all spheres that one of the tool's spheres changed, before the next
-  /// search.
+  /// Must be called once for each of the tool's spheres: after note_cut() for all tissue spheres that it changed, and
+  /// before the next search.
   void end_notes() noexcept;
 
   /// Computes which motion the non-cutting parts of the tool allow during a cut. Changes `move` (m) and `turn` (rad) to
@@ -120,8 +120,9 @@ class SphereProxy {
   static constexpr double kGap = 1e-7;  // m, distance that the proxy keeps from a sphere
 
  private:
-  // m. After a cut, a sphere may protrude from its earlier state. If it protrudes by up to this length, all near lists
-  // lose that much of their margin. If it protrudes farther, only the lists near this sphere lose margin.
+  // m. After a cut, a sphere may protrude from its earlier state. If it protrudes by at most this length, the margin of
+  // all near lists is reduced by the protruding length. If it protrudes farther, only the margins of the near lists
+  // around this sphere are reduced.
   static constexpr double kStickOut = 1e-6;
 
   /// A motion of the tool from the proxy's pose to another pose.
@@ -160,7 +161,7 @@ class SphereProxy {
     bool active = false;
     dvec3 center{0};                // m, position of the tool sphere for which the list is made
     double margin = 0;              // m
-    double moved = 0;               // m, as NearList::moved, counted since the start of the search
+    double moved = 0;               // m, bound of the tool sphere's motion since the search began (NearList::moved)
     SphereTree::PartSearch search;  // search for the spheres of the list
     std::size_t leaves = 0;         // number of the tree's leaves that the search has examined
     std::size_t expected = 0;       // number of leaves that the last complete search examined; 0: none was complete
@@ -182,15 +183,15 @@ class SphereProxy {
   FirstContact first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end, const Motion& motion,
                              double until) noexcept;
   double reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept;
-  /// Makes the near list. `way`: upper bound of the motion for which it must be valid, m.
+  /// Makes the list of tissue spheres near a tool sphere. `way`: m, bound of the motion for which it must be valid.
   void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double way) noexcept;
   void start_list(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double margin) noexcept;
   bool continue_list(const SphereTree& tree, std::size_t leaves) noexcept;
   void use_list() noexcept;
   void prepare_lists(const SphereTree& tree) noexcept;
   double spread_margin(std::size_t tool_sphere, double margin) const noexcept;
-  /// Calls visit(place) for all listed spheres whose gap was at most limit(), and for a few others. The calls may
-  /// reduce limit().
+  /// Calls visit(place) for the listed tissue spheres whose gap to the tool sphere was at most limit() when the list
+  /// was made, and for a few others. The calls may reduce limit().
   template <class Limit, class Visit>
   void each_listed(std::size_t tool_sphere, Limit&& limit, Visit&& visit) const noexcept;
   std::size_t listed_near(const SphereTree& tree, std::size_t tool_sphere, double gap, const dvec3& a, const dvec3& b,
@@ -211,7 +212,7 @@ class SphereProxy {
   std::vector<NearList> lists_;  // near lists, one for each tool sphere
   std::size_t room_;             // number of entries for which each list has memory; a multiple of 8
   std::vector<Place> listed_;    // entries of all near lists, one list after the other
-  std::vector<float> gap_;       // m, for each entry: its gap when the list was made; infinite for unused entries
+  std::vector<float> gap_;       // m, for each entry: its gap to the tool sphere when listed; infinite: unused entry
   NextList next_;
   std::vector<double> moved_before_;         // m, for each near list: value of `moved` at the end of the last tick
   std::vector<SweptBall> swept_;             // balls of one search on the GPU, with their motions

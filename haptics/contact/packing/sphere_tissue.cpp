@@ -96,7 +96,7 @@ std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::spa
 std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r,
                                    std::span<Place> changed, std::span<CutSphere> before, Removed& removed) noexcept {
   std::size_t kept = 0;
-  std::optional<Place> unmended;  // one sphere of the leaf whose boxes must still be updated
+  std::optional<Place> unmended;  // one sphere of the tree's leaf whose bounding boxes must still be updated
   for (std::size_t k = 0; k < found; ++k) {
     const Place place = changed[k];
     CutSphere s = sphere(place);
@@ -144,7 +144,7 @@ struct SphereTissue::Lanes {
     away[0][k] = s.away.x, away[1][k] = s.away.y, away[2][k] = s.away.z;
     overlap[k] = s.overlap, tool[k] = s.tool;
   }
-  /// Returns a sphere after its cut by a ball of radius `r`.
+  /// Writes to `s` the state of sphere `k` after its cut by a ball of radius `r`.
   void take(std::size_t k, double r, CutSphere& s) const {
     s.base.x = base[0][k], s.base.y = base[1][k], s.base.z = base[2][k];
     s.base_radius = base_radius[k], s.base_volume = base_volume[k];
@@ -155,7 +155,8 @@ struct SphereTissue::Lanes {
 
 namespace {
 
-/// Computes SphereTissue::counted() for eight spheres with the corrected rule, with the same bits.
+/// Computes SphereTissue::counted() (a sphere's part of the tissue's volume) for eight spheres, with the same bits. Not
+/// for Removal::kAsPrinted.
 TYPODONT_KERNEL void counted_lanes(const D8& base_radius, const D8& base_volume, const D8& overlap, const D8& tool,
                                    D8& volume) {
   const D8 rest = base_radius - 0.5 * overlap, radius = rest > D8{} ? rest : D8{};
@@ -167,7 +168,7 @@ TYPODONT_KERNEL void counted_lanes(const D8& base_radius, const D8& base_volume,
 }
 
 /// Computes the cut of eight spheres by a ball of radius `r` that moves from a to b, with the same bits as
-/// SphereTissue::after_cut(). Spheres for which the cut starts anew are only marked in `others`.
+/// SphereTissue::after_cut(). Spheres that are now cut from another side are only marked in `others`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r) {
   D8 x, y, z, base_radius, base_volume, away_x, away_y, away_z, overlap, tool;
@@ -285,7 +286,7 @@ std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree&
       }
     }
   }
-  // Each voxel was assigned to its nearest sphere, so a sphere smaller than a voxel may have got none. Such a sphere
+  // Each voxel was assigned to its nearest sphere, so a sphere smaller than a voxel may have no voxel. Such a sphere
   // represents its own volume. Then the volumes are scaled, so that for each tissue their sum is the volume of the
   // tissue.
   PerTissue sum{};

@@ -40,7 +40,7 @@ class SphereTissue {
   std::size_t size() const { return tree_.size(); }
   const SphereTree& tree() const { return tree_; }
   // Functions with an int identify a sphere by its index in the packing. Functions with a Place identify it by its
-  // place in the tree.
+  // place (index) in the tree.
   Tissue tissue(Place place) const noexcept { return tissue_[static_cast<std::size_t>(place)]; }
   Tissue tissue(int i) const noexcept { return tissue(tree_.place_of(i)); }
   const CutSphere& sphere(Place place) const noexcept { return spheres_[static_cast<std::size_t>(place)]; }
@@ -61,9 +61,9 @@ class SphereTissue {
   PerTissue volumes() const noexcept;
 
   /// Removes the tissue that a ball of radius `r` covers on its path from a to b (paper S2, eq. 6). Writes the places
-  /// of the changed spheres to `changed` and their previous states to `before` (which may be empty). Adds the removed
-  /// volume to `removed`. Returns the number of changed spheres. `changed` must have space for all spheres that the
-  /// ball can touch; spheres without space are not cut.
+  /// (indices in the tree) of the changed spheres to `changed` and their previous states to `before` (which may be
+  /// empty). Adds the removed volume to `removed`. Returns the number of changed spheres. `changed` must have space for
+  /// all spheres that the ball can touch; spheres without space are not cut.
   std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<Place> changed, std::span<CutSphere> before,
                   Removed& removed) noexcept;
   /// Same as cut(), but without a search: the first `found` entries of `changed` already contain the spheres that the
@@ -115,7 +115,7 @@ class SphereTissue {
   Removal removal_;
   std::size_t made_ = 0;  // number of cuts that make() has applied
   SphereTree tree_;
-  // for each place of the tree
+  // the arrays have one element for each place (index of a sphere) in the tree
   std::vector<CutSphere> spheres_;
   std::vector<Tissue> tissue_;
   std::vector<float> hardness_;
@@ -139,7 +139,7 @@ class TriedCut {
   }
   /// Returns true if SphereTissue::make() can apply the cut, because all its changes could be stored.
   bool complete() const noexcept { return count_ <= kMostSteps; }
-  /// Returns the cost of the next ball, as defined in SphereTissue::cost().
+  /// Returns the cost of the cut by the next ball, as defined in SphereTissue::cost().
   double add(const SphereTissue& tissue, std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
              const PerTissue& weight) noexcept;
 
@@ -165,7 +165,7 @@ class TriedCut {
 
 template <class Changes, class EndsBall>
 void SphereTissue::make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept {
-  std::optional<Place> unmended;  // one sphere of the leaf whose boxes must still be updated
+  std::optional<Place> unmended;  // one sphere of the tree's leaf whose bounding boxes must still be updated
   ++made_;
   for (std::size_t k = 0; k < tried.count_; ++k) {
     const TriedCut::Step& step = tried.steps_[k];

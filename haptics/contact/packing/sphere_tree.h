@@ -1,4 +1,4 @@
-// A bounding volume hierarchy of spheres. Spheres may shrink, move and disappear after it was built.
+// A bounding volume hierarchy of spheres. Spheres may shrink, move and disappear after the hierarchy was built.
 #pragma once
 
 #include <array>
@@ -34,7 +34,7 @@ class SphereTree {
   SphereTree(std::span<const dvec3> center, std::span<const double> radius);
 
   std::size_t size() const { return place_of_.size(); }
-  /// Returns the number of places, a multiple of eight. The last places may be empty.
+  /// Returns the number of places (leaves × 8). The last places may have no sphere.
   std::size_t places() const { return sphere_in_.size(); }
   Place place_of(int i) const noexcept { return place_of_[static_cast<std::size_t>(i)]; }
   /// Returns the index of the sphere at a place.
@@ -83,9 +83,9 @@ class SphereTree {
   /// most kWide). The result has the same bits.
   Hit first_of(std::span<const Place> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
-  /// Writes to `found` the places of the spheres that are nearer than `reach` to the segment from a to b. Their
-  /// order depends only on the tree. Returns the number of these spheres, including those for which `found` has no
-  /// space.
+  /// Writes to `found` the places (indices in the tree) of the spheres that are nearer than `reach` to the segment from
+  /// a to b. Their order depends only on the tree. Returns the number of these spheres, including those for which
+  /// `found` has no space.
   std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<Place> found) const noexcept;
 
   /// State of a search around a point that is computed in parts. Between the parts, spheres may change.
@@ -104,10 +104,10 @@ class SphereTree {
     search.stack_[search.depth_++] = {static_cast<std::uint32_t>(level_.size()), 0};
     return search;
   }
-  /// Continues a search for the spheres whose surface is nearer than `reach` to p. Appends their places to `found` and
-  /// the distances from p to their surfaces, minus `offset` (m), to `gap`, in the order of near_segment(). Ends after
-  /// `leaves` leaves of the tree, or when the space in `found` might be too small for the next leaf. Reduces `leaves`
-  /// by the number of leaves that it examined. Returns the number of spheres.
+  /// Continues a search for the spheres whose surface is nearer than `reach` to p. Appends their places (indices in the
+  /// tree) to `found` and the distances from p to their surfaces, minus `offset` (m), to `gap`, in the order of
+  /// near_segment(). Ends after `leaves` leaves of the tree, or when the space in `found` might be too small for the
+  /// next leaf. Reduces `leaves` by the number of leaves that it examined. Returns the number of spheres.
   std::size_t search_on(PartSearch& search, const dvec3& p, double reach, double offset, std::size_t& leaves,
                         std::span<Place> found, float* gap) const noexcept;
 
@@ -165,7 +165,7 @@ class SphereTree {
 
   dvec3 origin_{0};
   double slack_ = 0;             // m, margin of the boxes; larger than all rounding errors of single precision
-  std::vector<int> sphere_in_;   // for each place: index of its sphere, or -1
+  std::vector<int> sphere_in_;   // for each place in the tree: index of its sphere, or -1
   std::vector<Place> place_of_;  // for each sphere: its place
   std::vector<Leaf> leaves_;
   std::vector<Node> nodes_;         // all nodes, level by level: the level above the leaves first, the root last

@@ -63,7 +63,7 @@ void overlaps_of(const SphereTree::Leaf& spheres, const dvec3& c, double r, Over
 }
 
 /// near(t, c, r) must find the tissue's spheres within the distance r of c, the centre of tool sphere t. It must write
-/// their places to `scratch`, in the tree's order, and return their number.
+/// their places (indices) to `scratch`, in the tree's order, and return their number.
 template <class Near>
 SurfaceEstimate estimated(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
                           double epsilon, const PerTissue& density, std::span<Place> scratch, Near&& near) noexcept {

@@ -42,13 +42,13 @@ class OverlapSum {
 
 /// Sums the overlaps (eq. 2, 3) between the tissue and the head's spheres near the contact, which are enlarged by
 /// `epsilon` (m). `density`: density of each tissue; it is multiplied by the hardness of each sphere, and 0 means no
-/// resistance. `scratch`: buffer for the places of the spheres near one tool sphere.
+/// resistance. `scratch`: buffer for the places (indices in the tree) of the spheres near one tool sphere.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP,
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
                                  std::span<Place> scratch) noexcept;
 
-/// Computes the same estimate as the other estimate_surface(), with the same bits, but finds the spheres in the near
-/// lists of `proxy`.
+/// Computes the same estimate as the other estimate_surface(), with the same bits, but finds the tissue spheres in the
+/// lists that `proxy` keeps for each tool sphere.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC, double epsilon,
                                  const PerTissue& density, std::span<Place> scratch) noexcept;
 

@@ -115,8 +115,8 @@ class Rings {
   std::size_t sum(int i, int j) const { return static_cast<std::size_t>(j * (kCells + 1) + i); }
   double rho(int i) const { return i * side_; }
   double z(int j) const { return bottom_ + j * side_; }
-  /// Returns the volume that belongs to a node of ring i, in units of 2π side³. i: the node's distance from the axis,
-  /// in distances between two nodes.
+  /// Returns the volume that a node at the distance i · side_ from the axis represents as a ring, in units of 2π
+  /// side_³.
   static double weight(int i) { return i > 0 ? i : 0.125; }
   void add_up(int level) {
     for (int i = 0; i < kCells; ++i) {
@@ -130,8 +130,8 @@ class Rings {
     return i > 0 ? std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(2 * kPi * rho(i) / (kRingStep * r))))
                  : 1;
   }
-  /// Calls f(level, first node, end node) for each level of nodes that the ring through the node (i, j) covers. The
-  /// cross-section is taken midway between two spheres of the ring, where the ring is thinnest.
+  /// Calls f(level, first node, end node) for each level (nodes at one height) that the ring through the node (i, j)
+  /// covers. The cross-section is taken midway between two spheres of the ring, where the ring is thinnest.
   template <class F>
   void each_level(int i, int j, F&& f) const {
     const double half = kPi * rho(i) / static_cast<double>(in_ring(i, j)), r = room_[node(i, j)];

@@ -1,4 +1,4 @@
-// Models a tool by spheres, for the contact model "packing". Set-up time.
+// Models a tool by spheres, for the contact model "packing". Called only during set-up.
 #pragma once
 
 #include <cstdint>

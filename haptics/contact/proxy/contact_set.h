@@ -42,9 +42,9 @@ class ContactSet {
   /// plane. Returns false if the set is full.
   bool add(const ContactPlane& plane) noexcept;
   void drop_added() noexcept { count_ -= std::exchange(added_, 0); }
-  /// engaged_area(): voxels², area of the head's surface within one voxel of tissue, where nearer parts have a larger
-  /// weight. engaged_normal(): voxels², sum of area × outward normal of the tissue, over the part of the head that
-  /// touches the tissue now.
+  /// engaged_area(): voxels², area of the head's surface within one voxel of tissue, where the parts nearest to the
+  /// tissue have the largest weight. engaged_normal(): voxels², sum of area × outward normal of the tissue, over the
+  /// part of the head that touches the tissue now.
   double engaged_area() const { return engaged_area_; }
   const dvec3& engaged_normal() const { return engaged_normal_; }
   /// Returns the largest overlap of a contact in voxels; 0 if nothing overlaps.

@@ -213,8 +213,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     std::memcpy(&nz, samples->nz + k, sizeof nz);
     // Each sample represents an area. Its weight decreases linearly from one to zero over a distance of one voxel from
     // the tissue. So the sum of the areas changes smoothly when the head moves. The sum of the normals uses another
-    // weight, 2 a − b. Here a decreases from one to zero over half a voxel, and b over one voxel. With it, areas that
-    // would touch only if the head sank deeper do not contribute.
+    // weight, 2 a − b. Here a decreases from one to zero over half a voxel, and b over one voxel. With this weight,
+    // areas that would touch only if the head sank deeper do not contribute.
     F8 share = 1.0f - value, half = share - value;
     share = share < 0.0f ? F8{} : share;
     share = share > 1.0f ? F8{} + 1.0f : share;

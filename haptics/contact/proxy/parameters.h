@@ -6,12 +6,12 @@ namespace typodont::haptics {
 
 /// Conditions under which one cubic query at a ball's centre gives the only contact (ContactFinder::find_by_offset).
 struct OffsetQueryParameters {
-  // Voxels, tolerance of the field's value at the foot point. It equals the error of linear interpolation for a ball
-  // with a radius of four voxels.
+  // Voxels, tolerance of the field's value at the foot point (nearest point of the surface). It equals the error of
+  // linear interpolation for a ball with a radius of four voxels.
   static constexpr double foot_tolerance = 0.05;
   // Tolerance of the gradient's length, which is 1 near a single smooth wall.
   static constexpr double gradient_tolerance = 2e-4;
-  static constexpr double depth_below = 3;  // voxels, the tissue below the foot point must be at least so thick
+  static constexpr double depth_below = 3;  // voxels, smallest thickness of the tissue below the contact point
   // Voxels; up to this height above the ball's centre, no other wall may be nearer than the wall of the contact.
   static constexpr double height_above = 3.5;
 };
@@ -20,11 +20,11 @@ struct OffsetQueryParameters {
 struct WallSeatParameters {
   // Voxels, largest depth of the hand below the surface that stops the ball.
   static constexpr double hand_depth = 4;
-  static constexpr double aligned = 1e-8;  // voxels², tolerance of the squared lateral error of the foot point
-  static constexpr int iterations = 6;     // largest number of steps along the wall to the foot point
+  static constexpr double aligned = 1e-8;  // voxels², tolerance of the squared lateral error of the ball's position
+  static constexpr int iterations = 6;     // largest number of steps along the wall to the ball's position
   // Tolerance of the gradient's length, which is 1 near a single smooth wall.
   static constexpr double gradient_tolerance = 1e-3;
-  // Stricter tolerance of the gradient's length; within it, no other wall is near.
+  // Stricter tolerance of the gradient's length; if the length is within it, no other wall is near the ball.
   static constexpr double gradient_tolerance_alone = 5e-5;
 };
 
@@ -37,17 +37,18 @@ struct RefineParameters {
   // Voxels. A contact counts as exact until the ball has moved this far after its query. The error of its gap is then
   // 2e-5 voxel.
   static constexpr double stays_exact = 0.02;
-  // Voxels, the same limit for a head with edges. It is smaller, because the error of the gap is then as large as the
-  // distance moved.
+  // Voxels. A contact of a head with edges counts as exact until the head has moved this far. The limit is smaller than
+  // for a ball, because the error of the gap is as large as the distance moved.
   static constexpr double stays_exact_edged = 2e-3;
-  // Voxels, the same limit for a head that does not cut. It is smaller, because without cutting the hand feels errors
-  // of the force's direction.
+  // Voxels. A contact of a head that does not cut counts as exact until the head has moved this far. The limit is
+  // smaller than for a cutting head, because the hand then feels errors of the force's direction.
   static constexpr double stays_exact_fine = 1e-3;
   // Voxels, convergence tolerance of the gap: the refinement ends when a step reduces the gap by less than this. The
   // next step would reduce the gap only by about the square of this.
   static constexpr double gained = 1e-4;
   // Voxels, convergence tolerance of the gap for a head that does not cut. The force direction depends on the lateral
-  // error of the contact, which is the square root of the gap's error. So this tolerance is much smaller.
+  // error of the contact, which is the square root of the gap's error. So this tolerance is much smaller than that of a
+  // cutting head.
   static constexpr double gained_fine = 3e-8;
   // The secant method is used only if the ratio of two successive steps is at most this.
   static constexpr double still_converges = 0.95;
@@ -71,9 +72,9 @@ struct RimParameters {
 
 /// Parameters of the samples on the head's surface (HeadSamples).
 struct HeadSampleParameters {
-  // voxels; a point counts as on the tissue's surface if its distance from it is smaller than this
+  // voxels; a point nearer than this to the tissue's surface counts as on the surface
   static constexpr float on_surface = 0.25f;
-  // voxels; a sample of the head is moved onto the tissue's surface if its distance from it is smaller than this
+  // voxels; a sample of the head nearer than this to the tissue's surface is moved onto the surface
   static constexpr float examined = 1.5f;
   static constexpr double near_free_end = 0.5;  // fraction of the samples that lie near the head's free end
 };
@@ -86,13 +87,14 @@ struct SharpEdgeParameters {
   // Voxels. The search for a face starts at this lateral distance from the foot point (the surface point nearest to the
   // head's centre).
   static constexpr double aside = 8;
-  // Voxels; the search for a face beyond an edge starts this far beside the foot point and this far below it.
+  // Voxels; the search for a face beyond an edge starts this far beside the foot point (see `aside`) and this far below
+  // it.
   static constexpr double down = 6.8;
-  // Voxels, smallest distance from the foot point to a face. Nearer to the edge, the interpolation stencil would
-  // include samples of the other face.
+  // Voxels, smallest distance from the foot point (see `aside`) to the point that is used on a face. At a smaller
+  // distance, the interpolation stencil would include samples of the other face of the edge.
   static constexpr double least_aside = 5.2;
   static constexpr int steps = 3;  // largest number of steps that move a point onto a face
-  // voxels, tolerance: a point that is nearer to the face counts as on the face
+  // voxels, tolerance: a point that is nearer than this to the face counts as on the face
   static constexpr double on_face = 1e-3;
   // Tolerance of the gradient's length, which is 1 near a single face.
   static constexpr double gradient_tolerance = 1e-3;
@@ -133,10 +135,10 @@ struct NonCuttingPartParameters {
   // Coarse voxels, tolerance: if the computed nearest point is farther than this from the surface, the field there is
   // not a true distance (as for an intersection of solids).
   static constexpr double edge_distance = 0.4;
-  // voxels of the head's patch; while the shank's free distance is larger than this, its contacts are not searched
-  // again
+  // voxels of the head's patch; while the shank can move farther than this without contact, its contacts are not
+  // searched again
   static constexpr double enough_room = 3;
-  // voxels of the head's patch; if the shank's free distance is smaller than this, its contacts are searched
+  // voxels of the head's patch; if the shank cannot move this far without contact, its contacts are searched
   static constexpr double close_room = 0.8;
   // If the cosine between two contact normals at the same place is larger than this, the contacts are merged.
   static constexpr double same_direction = 0.985;

@@ -18,7 +18,7 @@ struct FollowParameters {
   // contact point limits the displacement only by a linear approximation.
   static constexpr double step = 0.15;
   static constexpr int looks = 2;  // number of iterations after which the near points are listed again
-  // Largest number of lists per tick; the head can then move by at most 4.8 radii per tick.
+  // Largest number of times that points are listed in one tick; the head can then move by at most 4.8 radii per tick.
   static constexpr int rounds = 16;
   // Convergence tolerance: the iterations end when a displacement is shorter than this fraction of
   // `step`.
@@ -73,7 +73,8 @@ class HeadFollower {
   /// already inside the head only prevents a deeper overlap. `list(p)` must list the points around p, unless the
   /// present list is still valid. A fast head needs several lists in one tick; otherwise it would lag behind the hand.
   /// `complete(p, far)` must add the points within the distance `far` (m) of the head at p that the list lacks. If
-  /// `may_go_on()` returns false, no further list is made in this tick, and the head stops where its last list ends.
+  /// `may_go_on()` returns false, no further list is made in this tick, and the head stops where its last list is no
+  /// longer valid.
   template <class List, class Complete, class MayGoOn>
   dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double slack, bool give,
                List&& list, Complete&& complete, MayGoOn&& may_go_on) noexcept {
