@@ -127,8 +127,9 @@ int main() {
       const haptics::TissueVolume volume = tissue.make(voxel_mm);
       const haptics::TissueMesh surface = haptics::surface_mesh(volume);
       const std::string knob = fmt::format("voxel {:g} mm", voxel_mm);
-      const peers::PeerModel triangles{
-          "CHAI3D finger proxy", knob, [&](const dvec3& hand, bool) { return std::make_unique<Triangles>(surface, hand); }};
+      const peers::PeerModel triangles{"CHAI3D finger proxy", knob, [&](const dvec3& hand, bool) {
+                                         return std::make_unique<Triangles>(surface, hand);
+                                       }};
       const peers::PeerModel voxels{"CHAI3D voxels", knob,
                                     [&](const dvec3& hand, bool) { return std::make_unique<Voxels>(volume, hand); }};
       const peers::PeerModel ours = peers::default_model(tissue, voxel_mm);

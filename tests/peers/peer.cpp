@@ -18,14 +18,14 @@ using haptics::bench::ModelTissue;
 
 namespace {
 
-constexpr double kTick = 1e-3;           // s
-constexpr std::size_t kSettled = 100;    // ticks until the hand is on the surface; earlier ticks are not timed
-constexpr std::size_t kPressed = 300;    // ticks until the pressing hand no longer swings
-constexpr int kPasses = 3;               // the shortest time of each tick counts
-constexpr double kLeast = 0.02;          // N, a smaller force has no reliable direction
+constexpr double kTick = 1e-3;         // s
+constexpr std::size_t kSettled = 100;  // ticks until the hand is on the surface; earlier ticks are not timed
+constexpr std::size_t kPressed = 300;  // ticks until the pressing hand no longer swings
+constexpr int kPasses = 3;             // the shortest time of each tick counts
+constexpr double kLeast = 0.02;        // N, a smaller force has no reliable direction
 constexpr std::size_t kDrillTicks = 600;
-constexpr double kPress = 1;             // N, force with which the drilling hand presses
-constexpr double kGrid = 0.02e-3;        // m, spacing of the grid with which a swept volume is measured
+constexpr double kPress = 1;       // N, force with which the drilling hand presses
+constexpr double kGrid = 0.02e-3;  // m, spacing of the grid with which a swept volume is measured
 
 /// Prints the rows of one test of one model.
 class Rows {
@@ -54,7 +54,8 @@ class DefaultPeer : public Peer {
   PeerTick tick(const dvec3& hand, bool drills) override {
     const std::uint64_t cuts = scene_.last.cuts;
     const double ns = scene_.tick({hand}, drills ? 1 : 0);
-    PeerTick tick{.force = drills ? scene_.last.f_T_W : scene_.last.f_model_W, .ball = scene_.last.X_WG.p, .cpu_ns = ns};
+    PeerTick tick{
+        .force = drills ? scene_.last.f_T_W : scene_.last.f_model_W, .ball = scene_.last.X_WG.p, .cpu_ns = ns};
     if (scene_.last.cuts > cuts) tick.cut = std::pair(scene_.cut.X_WA.p, scene_.cut.X_WB.p);
     return tick;
   }
@@ -138,8 +139,9 @@ void print_drill(const ModelTissue& tissue, const PeerModel& model) {
 }
 
 PeerModel default_model(const ModelTissue& tissue, double voxel_mm) {
-  return {"offset", fmt::format("voxel {:g} mm", voxel_mm),
-          [&tissue, voxel_mm](const dvec3&, bool drills) { return std::make_unique<DefaultPeer>(tissue, voxel_mm, drills); }};
+  return {"offset", fmt::format("voxel {:g} mm", voxel_mm), [&tissue, voxel_mm](const dvec3&, bool drills) {
+            return std::make_unique<DefaultPeer>(tissue, voxel_mm, drills);
+          }};
 }
 
 Course slide_course(const ModelTissue& tissue) {
