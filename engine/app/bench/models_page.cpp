@@ -375,6 +375,7 @@ std::string peers_section(const std::filesystem::path& file) {
       {{"Error of the magnitude of the force while sliding, % (root mean square):", "", "", "slide", "magnitude", "rms",
         ""},
        error_of},
+      {{"Depth that the ball has drilled after 0.6 s, mm:", "", "", "drill", "depth", "drilled", ""}, error_of},
       {{"Removed volume that exceeds the swept volume, % of the swept volume:", "", "", "drill", "removal",
         "swept volume", ""},
        error_of},
