@@ -429,8 +429,9 @@ void write_models_page(const std::filesystem::path& file, const std::vector<Benc
 This page compares all contact models with the exact solution. The tissue, the hand and the clock are the same for all
 models. The command `./run bench models` (`typodont bench models --out docs/models/rows.csv --page docs/models.md`)
 creates this page. With `--tissues ball,torus`, a run measures only these tissues, so several runs can share the work;
-`typodont bench models --merge --keep FILE,FILE --page docs/models.md` joins their tables. All numbers on this page come
-from [rows.csv]({0}/rows.csv), which also contains numbers that this page does not show.
+`typodont bench models --merge --keep FILE,FILE --page docs/models.md` joins their tables. All numbers on this page,
+except those of other libraries, come from [rows.csv]({0}/rows.csv), which also contains numbers that this page does not
+show.
 
 {1}- **Tissue**. The tissues are a ball of 8 mm, a torus of 8 and 3 mm, a box of 6 × 6 × 4 mm across whose edges the hand
   slides, a sheet of 0.3 mm, a groove of 60° that is 2 mm deep, and the shipped molar (CT), lower arch (an open mesh)
