@@ -3,15 +3,19 @@
 
   vertex_filter.svg   S4, Fig. 7: force of vertex deformation on a hand that slides over the arch, filter off and on
   packing_rate.svg    S2: ticks a second by the number of spheres
+  reaming_map         S2, Fig. 6 and 7, reaming_before.png and reaming_after.png: what should be removed from a hip
+                      socket, and the difference from the ideal after the reaming (takes some minutes)
   drilling_sound.svg  S5: force, contact area and level of the AR(300) sound while a bur drills the molar
 
     python3 docs/papers/figures.py build/release/typodont [NAME …]
 """
 import array
+import base64
 import csv
 import json
 import math
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -112,19 +116,40 @@ def vertex_filter(program):
     drawing.write(HERE / "vertex_filter.svg")
 
 
-def packing_rate(program):
-    with tempfile.TemporaryDirectory() as name:
-        table = pathlib.Path(name) / "rows.csv"
-        run(program, "bench", "packing", "--out", table)
-        rows = list(csv.DictReader(line for line in open(table) if not line.startswith("#")))
-    curves = []
-    for case in ("cutting tick, median", "cutting tick, 99.9 %"):
-        curves.append((case, [(float(r["size"]) / 1e3, 1e9 / float(r["time_ns"]) / 1e3) for r in rows if r["case"] == case]))
-        print("packing_rate:", case, ", ".join("%.0fk spheres %.1f kHz" % p for p in curves[-1][1]))
+def packing_rate(_):
+    """The rows of `typodont bench packing` on the page docs/performance.md."""
+    with open(HERE.parent / "performance/rows.csv") as table:
+        rows = [r for r in csv.DictReader(line for line in table if not line.startswith("#")) if r["part"] == "packing"]
     drawing = Drawing("thousand spheres")
-    drawing.panel("ticks a second on one core; the paper: 1 kHz on average below 300,000 spheres, on two GPUs", "kHz",
-                  curves, points=True)
+    for title, cases in (("a round bur of 1.2 mm cuts", ("cutting tick, median", "cutting tick, 99.9 %")),
+                         ("a reamer of 44 mm cuts", ("reaming tick, mean", "reaming tick, 99.9 %"))):
+        curves = []
+        for case in cases:
+            ticks = [r for r in rows if r["case"] == case]
+            curves.append((case.split(", ")[1], [(float(r["size"]) / 1e3, 1e6 / float(r["time_ns"])) for r in ticks]))
+            print("packing_rate:", case, ", ".join("%.0fk spheres %.1f kHz" % p for p in curves[-1][1]))
+        drawing.panel(title + ": ticks a second on one core (the paper: 1 kHz on average below 300,000 spheres, on two GPUs)",
+                      "kHz", curves, points=True)
     drawing.write(HERE / "packing_rate.svg")
+
+
+def reaming_map(program):
+    """What should be removed before the reaming, and what differs from the ideal after it."""
+    scene = ASSETS / "scenes/acetabular-reaming.json"
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        run(program, "render", scene, "--view", "difference", "--rig", "hip", "--eye", "left", "--size", "420x320",
+            "--out", folder)
+        (folder / "left.png").replace(HERE / "reaming_before.png")
+        session, page = folder / "session.h5", folder / "report.html"
+        run(program, "servo", scene, "--model", "packing", "--hand", "expert:", "--out", session)
+        run(program, "report", session, "--language", "en", "--out", page)
+        draw_reaming_after(page)
+
+
+def draw_reaming_after(page):
+    picture = re.search(r'Difference from the ideal: At an angle" src="data:image/png;base64,([^"]*)"', page.read_text())
+    (HERE / "reaming_after.png").write_bytes(base64.b64decode(picture[1]))
 
 
 def drilling_sound(program):
@@ -172,7 +197,8 @@ def drilling_sound(program):
         sum(free) / len(free), sum(work) / max(len(work), 1)))
 
 
-FIGURES = {"vertex_filter": vertex_filter, "packing_rate": packing_rate, "drilling_sound": drilling_sound}
+FIGURES = {"vertex_filter": vertex_filter, "packing_rate": packing_rate, "reaming_map": reaming_map,
+           "drilling_sound": drilling_sound}
 
 
 def main():

@@ -236,6 +236,9 @@ class ModelBench {
     std::vector<double> times(course.hand.size(), 1e18);
     // All passes do the same work. So the shortest time of a tick over the passes is its time without interrupts.
     for (int pass = 0; pass < (options_.quick ? 1 : kRuns); ++pass) {
+      // The hand comes from far away, so that contact and snapshots begin anew.
+      for (int i = 0; i < 3; ++i) scene.tick({dvec3(0, 0, 0.2)}, 0);
+      for (int i = 0; i < 20; ++i) scene.tick({course.hand.front()}, 0);
       for (std::size_t i = 0; i < course.hand.size(); ++i) {
         times[i] = std::min(times[i], scene.tick({course.hand[i]}, 0));
         if (pass > 0) continue;
@@ -247,8 +250,6 @@ class ModelBench {
         const ExactShape::Nearest at = tissue_->shape.nearest(scene.last.X_WG.p, 2 * kProbeRadius);
         penetration = std::max(penetration, kProbeRadius - at.distance);
       }
-      // Moves the tool back to the start of the path, away from the surface.
-      for (int i = 0; i < 50; ++i) scene.tick({course.hand.front()}, 0);
     }
     const double median = quantile(times, 0.5);
     const bool slides = motion == std::string_view("slide");
@@ -274,10 +275,6 @@ class ModelBench {
   void drill() {
     ServoSettings settings = servo_settings();
     settings.spindle.free_speed = 300 * kKrpm;
-    const ExactShape::Nearest below = tissue_->shape.nearest(tissue_->start, 5e-3);
-    const dvec3 n = glm::normalize(tissue_->start - below.p);
-    const dvec3 side = glm::normalize(glm::cross(n, std::abs(n.y) < 0.9 ? dvec3(0, 1, 0) : dvec3(1, 0, 0)));
-    const dvec3 rest = below.p + (kProbeRadius + 2e-5) * n;
     double counted = 0, lost = 0, swept = 0, work = 0, shrink = 0;
     std::vector<double> cutting;
     const int ticks = options_.quick ? 300 : 600;
@@ -290,15 +287,11 @@ class ModelBench {
       ways.clear(), cutting.clear();
       asked = felt = {};
       work = 0;
-      dvec3 x = rest, v(0);
+      PressingHand hand(*tissue_);
       std::vector<double> times;
       for (int i = 0; i < ticks; ++i) {
-        const dvec3 old = x;
-        const dvec3 center = rest + 0.5e-3 * std::sin(2 * kPi * 1e-3 * i) * side;
-        dvec3 pull = 2000.0 * (center - x);
-        pull -= glm::dot(pull, n) * n;
-        v += settings.tick * (pull - 1.0 * n - 5.0 * v + scene.last.f_T_W) / 0.15;
-        x += settings.tick * v;
+        const dvec3 old = hand.position();
+        const dvec3 x = hand.next(scene.last.f_T_W, settings.tick);
         const Nanos start = thread_cpu_time();
         const std::uint64_t cuts = scene.last.cuts;
         times.push_back(scene.tick({x}, 1));
@@ -309,12 +302,12 @@ class ModelBench {
         work += scene.last.cutting_power * settings.tick;
         asked.add(scene.last.f_model_W, dvec3(0), x - old, i >= kSettled);
         felt.add(scene.last.f_T_W, dvec3(0), x - old, i >= kSettled);
-        fell = glm::dot(rest - x, n) > kFallen;
+        shrink = hand.depth();
+        fell = shrink > kFallen;
         if (fell) break;
       }
       counted = total(scene.last.removed);
       lost = before - total(scene.carver.volume().volumes());
-      shrink = glm::dot(rest - x, n);
       return times;
     };
     const std::vector<double> times = options_.quick ? run() : least_of(run);

@@ -167,6 +167,23 @@ Course tap_course(const ModelTissue& tissue) {
   return course;
 }
 
+PressingHand::PressingHand(const ModelTissue& tissue) {
+  const ExactShape::Nearest below = tissue.shape.nearest(tissue.start, 5e-3);
+  n_ = glm::normalize(tissue.start - below.p);
+  side_ = glm::normalize(glm::cross(n_, std::abs(n_.y) < 0.9 ? dvec3(0, 1, 0) : dvec3(1, 0, 0)));
+  rest_ = below.p + (kProbeRadius + 2e-5) * n_;
+  x_ = rest_;
+}
+
+const dvec3& PressingHand::next(const dvec3& force, double dt) {
+  const dvec3 center = rest_ + 0.5e-3 * std::sin(2 * kPi * 1e-3 * tick_++) * side_;
+  dvec3 pull = 2000.0 * (center - x_);
+  pull -= glm::dot(pull, n_) * n_;
+  v_ += dt * (pull - 1.0 * n_ - 5.0 * v_ + force) / 0.15;
+  x_ += dt * v_;
+  return x_;
+}
+
 double swept_volume(const ExactShape& shape, const std::vector<std::pair<dvec3, dvec3>>& segments, double radius,
                     double step) {
   if (segments.empty()) return 0;

@@ -54,6 +54,26 @@ Course slide_course(const ModelTissue& tissue, int ticks, const Slide& slide = {
 /// and 200 mm/s.
 Course tap_course(const ModelTissue& tissue);
 
+/// The simulated hand of the drilling test: a mass of 0.15 kg that presses a ball onto the tissue with 1 N and moves it
+/// back and forth.
+class PressingHand {
+ public:
+  /// The hand starts 0.02 mm above the surface point nearest to the start of `tissue`.
+  explicit PressingHand(const ModelTissue& tissue);
+
+  /// Moves the hand for dt (s). `force` (N) is the tool's force on it. Returns the new position (m).
+  const dvec3& next(const dvec3& force, double dt);
+
+  const dvec3& position() const { return x_; }
+  const dvec3& normal() const { return n_; }  // unit normal out of the tissue where the hand started
+  /// Returns the depth (m) of the hand below its start.
+  double depth() const { return glm::dot(rest_ - x_, n_); }
+
+ private:
+  dvec3 n_, side_, rest_, x_, v_{0};
+  int tick_ = 0;
+};
+
 /// Returns the volume, in m³, of the part of the exact shape that lies within `radius` of any segment. The points of a
 /// grid with the spacing `step` are counted.
 double swept_volume(const ExactShape& shape, const std::vector<std::pair<dvec3, dvec3>>& segments, double radius,

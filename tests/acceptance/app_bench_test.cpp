@@ -9,6 +9,7 @@
 #include "engine/app/bench/page_text.h"
 #include "engine/app/bench/performance_page.h"
 #include "engine/app/bench/row_origin.h"
+#include "engine/app/bench/stored_rows.h"
 #include "engine/app/bench/stress_page.h"
 #include "engine/base/json.h"
 #include "tests/support/program.h"
@@ -170,6 +171,16 @@ TEST(BenchCommand, TissuesThatTwoRunsMeasuredAreMergedIntoOneTableInTheOrderOfAl
   EXPECT_LT(all.find("\"sheet of 0.2 mm, escape, offset"), all.find("\"sheet of 0.5 mm, escape, offset"));
   EXPECT_EQ(folder.run("bench models --tissues cube").status, 2);
   EXPECT_EQ(folder.run("bench sound --tissues ball").status, 2);
+}
+
+TEST(ModelsPage, TheRowsOfOtherLibrariesBesideItAreShown) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  std::filesystem::create_directories(folder / "page");
+  folder.write("page/peers.csv", std::string(kRowColumns) +
+                                     "\nmodels,\"ball, drill, Peer: removal\",voxel 0.1 mm,58.7,"
+                                     "% more than the swept volume,1,tick,,,,\n");
+  write_models_page(folder / "page.md", {}, "made here");
+  EXPECT_THAT(read_text(folder / "page.md"), HasSubstr("| model | ball |\n|---|---|\n| `Peer` | 58.7 |\n"));
 }
 
 TEST(ModelsPage, NamesAreReadAsTissueMotionModelAndMeasure) {

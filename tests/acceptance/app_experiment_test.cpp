@@ -70,6 +70,15 @@ TEST_F(ExperimentCommand, ASensitiveObserverAlwaysChoosesTheSameModelAndAnInsens
   EXPECT_GT(dull["chance"].number(), 0.01);
 }
 
+TEST_F(ExperimentCommand, AStiffSceneIsComparedFromASmallerReference) {
+  std::string scene = read_text(folder / "scene.json");
+  scene.insert(1, R"("coupling": {"stiffness_N_per_mm": 60}, )");
+  folder.write("stiff.json", scene);
+  const Ran ran = folder.run("experiment " + folder / "stiff.json" + " --observer 12 --out " + folder / "t.csv");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_NE(read_text(folder / "t.csv").find("\"reference\":5.0"), std::string::npos) << read_text(folder / "t.csv");
+}
+
 TEST_F(ExperimentCommand, BadUsageNamesTheOptionAndWritesNothing) {
   const auto refused = [&](const std::string& options, const std::string& words) {
     const Ran ran = folder.run("experiment " + folder / "scene.json" + " --out " + folder / "t.csv " + options);

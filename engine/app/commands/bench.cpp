@@ -21,6 +21,7 @@
 #include "engine/app/bench/parts.h"
 #include "engine/app/bench/performance_page.h"
 #include "engine/app/bench/row_origin.h"
+#include "engine/app/bench/stored_rows.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/base/error.h"
@@ -67,10 +68,8 @@ struct Options {
   bool quick = false, json = false, merge = false;
 };
 
-constexpr std::string_view kColumns = "part,case,knob,error,error_unit,time_ns,per,baseline,ratio,size,size_unit";
-
 std::string csv(const std::vector<MeasuredPart>& parts, const std::string& made) {
-  std::string text = fmt::format("# {}\n{}\n", made, kColumns);
+  std::string text = fmt::format("# {}\n{}\n", made, kRowColumns);
   for (const MeasuredPart& m : parts) {
     for (const BenchRow& r : m.rows) {
       text += fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", m.part->name, quoted(r.name), quoted(r.knob),
@@ -79,52 +78,6 @@ std::string csv(const std::vector<MeasuredPart>& parts, const std::string& made)
     }
   }
   return text;
-}
-
-/// Splits one line of a CSV file of rows into its cells.
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells(1);
-  bool quoted_now = false;
-  for (const char c : line) {
-    if (c == '"')
-      quoted_now = !quoted_now;
-    else if (c == ',' && !quoted_now)
-      cells.emplace_back();
-    else
-      cells.back() += c;
-  }
-  return cells;
-}
-
-/// Reads the rows of all parts from `file`. Throws Error if the file is not a table of rows.
-std::map<std::string, std::vector<BenchRow>> stored_rows(const std::string& file) {
-  LineReader in(file, InputKind::kTable);
-  std::map<std::string, std::vector<BenchRow>> rows;
-  for (std::string line; in.next(line);) {
-    const std::size_t number = in.number();
-    if (line.empty() || line[0] == '#' || line == kColumns) continue;
-    const std::vector<std::string> c = cells_of(line);
-    const auto value = [&](std::size_t i) {
-      if (c[i].empty()) return BenchRow::kNone;
-      char* end = nullptr;
-      const double v = std::strtod(c[i].c_str(), &end);
-      if (*end != 0) throw Error(file, fmt::format("line {}", number), c[i], "a number");
-      return v;
-    };
-    if (c.size() != 11)
-      throw Error(file, fmt::format("line {}", number), fmt::format("{} cells", c.size()), std::string(kColumns));
-    rows[c[0]].push_back({.name = c[1],
-                          .knob = c[2],
-                          .error = value(3),
-                          .error_unit = c[4],
-                          .time_ns = value(5),
-                          .per = c[6],
-                          .baseline = c[7],
-                          .ratio = value(8),
-                          .size = value(9),
-                          .size_unit = c[10]});
-  }
-  return rows;
 }
 
 void print_json(const std::vector<MeasuredPart>& parts) {

@@ -93,8 +93,9 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
   double most = 0;  // largest allowed value of a stimulus (the reference plus the difference)
   switch (plan.question) {
     case Question::kStiffness:
-      plan.reference = options.reference.value_or(plan.scene_stiffness / kNewtonPerMillimetre);
       most = kMostStiffness;
+      // The default leaves room for stimuli that are stiffer, also in scenes for large forces.
+      plan.reference = options.reference.value_or(std::min(plan.scene_stiffness / kNewtonPerMillimetre, most / 2));
       break;
     case Question::kForce:
       plan.reference = options.reference.value_or(50), most = 100;
@@ -204,8 +205,9 @@ void add_experiment_command(cli::Command& app) {
       ->show_default();
   command->add_option("--models", o.models, "of --question model: two of " + haptics::known_contact_methods())
       ->expected(2);
-  command->add_option("--reference", o.reference,
-                      "the lesser stimulus: N/mm (default: the scene's coupling), % of the force (50), ms (0)");
+  command->add_option(
+      "--reference", o.reference,
+      "the lesser stimulus: N/mm (default: the scene's coupling, at most 5), % of the force (50), ms (0)");
   command->add_option("--start", o.start, "first difference, % or ms (50 %, 100 ms)");
   command->add_option("--staircase", o.staircase, "rule by which the difference changes")
       ->check(cli::one_of({"2-down-1-up", "3-down-1-up", "weighted"}))
