@@ -41,6 +41,9 @@ constexpr std::uint32_t bits(Fault fault) {
 
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
+/// - 12: In the model mesh_lod, the search for a ball's place ends when the place is known to be final, and a long search
+/// continues in the next tick. The carver lists the points around a head that is no ball, and the servo makes later
+/// lists in parts.
 /// - 11: The path of a turning head with a round end is bent, so that it has fewer straight parts. The depth of a
 /// sample that is nearest to a single line of the head's outline has a closed form. During a fast motion, the cut in
 /// the coarse patch may wait for some ticks. The vertex model divides every long cut over several ticks, at any face,
@@ -67,7 +70,7 @@ constexpr std::uint32_t bits(Fault fault) {
 /// - 2: While a patch is late, the contact yields (docs/safety.md). A force that the energy ledger does not cover
 /// follows the ledger. A small debt of the ledger is cancelled.
 /// - 1: The laws before version 2, used for recordings without a version.
-inline constexpr std::uint32_t kServoLaws = 11;
+inline constexpr std::uint32_t kServoLaws = 12;
 
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {

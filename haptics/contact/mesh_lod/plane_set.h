@@ -33,6 +33,7 @@ class PlaneSet {
   }
   int count() const noexcept { return count_; }
   const Plane& operator[](int i) const noexcept { return planes_[static_cast<std::size_t>(i)]; }
+  Plane& operator[](int i) noexcept { return planes_[static_cast<std::size_t>(i)]; }
 
   /// Returns the displacement from c that satisfies all planes and is nearest to the displacement `goal`. If no
   /// displacement satisfies all planes, returns zero. `active`: the planes that limit the result, each with its push

@@ -19,6 +19,9 @@ struct SurfaceOptions {
   bool walls = true;
   double wall_limit = 0.5;   // N, force above which a wall yields
   double unit_force = 1000;  // N/m, stiffness of the coupling for a material stiffness of 1 N/mm
+  // true: one call of follow() tests a limited number of faces (kMostTested), and ends as soon as the position is known
+  // to be final; false: as in the servo's force laws before version 12
+  bool divides = true;
 };
 
 /// Surface contact point after Wang et al. 2009, section 3.2. The paper's search moves from a primitive (vertex, edge
@@ -32,6 +35,8 @@ class SurfacePoint final : public SurfaceContact {
  public:
   static constexpr double kSkin = 1e-8;        // m, smallest distance of the point from a face
   static constexpr double kFarthest = 1.5e-3;  // m, largest allowed value of the argument `most` of clearance()
+  // Number of tested faces after which follow() starts no further iteration during contact. The next call continues.
+  static constexpr int kMostTested = 1200;
 
   SurfacePoint(const SurfaceOptions& options, const Stiffness& stiffness) : options_(options), stiffness_(stiffness) {}
 
@@ -53,6 +58,7 @@ class SurfacePoint final : public SurfaceContact {
   bool lift(const TriangleGrid& grid, dvec3 n) noexcept;
   void collect(const TriangleGrid& grid, double reach) noexcept;
   void round_edge(const TriangleGrid& grid, const dvec3& hip, const Plane& plane, dvec3& step) const noexcept;
+  bool rests_on(const TriangleGrid& grid, Plane& plane) const noexcept;
   bool look(const TriangleGrid& grid, double reach, bool give) noexcept;
   std::span<const std::uint32_t> close_faces(const TriangleGrid& grid, double within) noexcept;
   void add_walls(const Face& face, std::uint32_t index, std::uint64_t order, double reach, bool& room) noexcept;
@@ -140,6 +146,7 @@ class SurfacePoint final : public SurfaceContact {
   };
   PlaneOfFace inner_of_;
   std::array<std::uint32_t, PlaneSet::kMost> above_{};
+  int tested_ = 0;  // number of faces that were tested in this call of follow()
 };
 
 }  // namespace typodont::haptics::mesh_lod
