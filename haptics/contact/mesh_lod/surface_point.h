@@ -36,7 +36,7 @@ class SurfacePoint final : public SurfaceContact {
   static constexpr double kSkin = 1e-8;        // m, smallest distance of the point from a face
   static constexpr double kFarthest = 1.5e-3;  // m, largest allowed value of the argument `most` of clearance()
   // Number of tested faces after which follow() starts no further iteration during contact. The next call continues.
-  static constexpr int kMostTested = 1200;
+  static constexpr int kMostTested = 800;
 
   SurfacePoint(const SurfaceOptions& options, const Stiffness& stiffness) : options_(options), stiffness_(stiffness) {}
 
