@@ -135,8 +135,8 @@ TEST_F(MeshLodCommand, InTheToothSectionTheTipFindsTheStripOfDentinAndSticksInCa
                "1.3,11.3,5.4,19.9,1,0,0,0,0\n2.3,9.5,5.4,19.9,1,0,0,0,0\n2.5,9.5,5.4,22,1,0,0,0,0\n"
                "2.9,2.5,10,22,1,0,0,0,0\n3.5,2.5,10,18.7,1,0,0,0,0\n3.7,2.5,10,18.7,1,0,0,0,1\n"
                "3.9,2.5,10,18.7,1,0,0,0,0\n5.1,2.5,10,22,1,0,0,0,0\n");
-  const auto ran = folder.run("servo assets/scenes/tooth-section.json --hand " + folder / "hand.csv" + " --out " +
-                              folder / "t.csv");
+  const auto ran =
+      folder.run("servo assets/scenes/tooth-section.json --hand " + folder / "hand.csv" + " --out " + folder / "t.csv");
   ASSERT_EQ(ran.status, 0) << ran.err;
   const std::string table = test::read_text(folder / "t.csv");
   const auto numbers = [&](const std::string& name) {

@@ -15,7 +15,7 @@ constexpr double kSlack = 0.01;
 // Displacement of the head after which the next list is begun, as a ratio to the displacement for which the present
 // list is valid.
 constexpr double kAhead = 0.4;
-constexpr int kMostListed = 600;    // effort of HeadLister::work() in a tick
+constexpr int kMostListed = 600;     // effort of HeadLister::work() in a tick
 constexpr double kLiftReach = 2e-3;  // m, distance within which a point inside the tissue searches for the surface
 
 }  // namespace

@@ -71,7 +71,8 @@ class SurfacePoint final : public SurfaceContact {
   bool behind_ = false;
   Tissue beyond_ = Tissue::kAir;  // the harder tissue of the wall that yielded
   // Indices and boxes of the collected faces, with one array per coordinate.
-  static constexpr int kMostNear = 2048, kBatch = 8;
+  static constexpr int kMostNear = 4096, kBatch = 8;
+  static constexpr int kMostNearBefore12 = 2048;  // limit in versions of the force laws before 12
   struct Boxes {
     alignas(32) float lo_x[kMostNear + kBatch], lo_y[kMostNear + kBatch], lo_z[kMostNear + kBatch];
     alignas(32) float hi_x[kMostNear + kBatch], hi_y[kMostNear + kBatch], hi_z[kMostNear + kBatch];
@@ -146,7 +147,8 @@ class SurfacePoint final : public SurfaceContact {
   };
   PlaneOfFace inner_of_;
   std::array<std::uint32_t, PlaneSet::kMost> above_{};
-  int tested_ = 0;  // number of faces that were tested in this call of follow()
+  // number of faces that were tested in this call of follow(), plus a share of those that were collected
+  int tested_ = 0;
 };
 
 }  // namespace typodont::haptics::mesh_lod
