@@ -38,7 +38,8 @@ class SurfacePoint final : public SurfaceContact {
   // Number of tested faces after which follow() starts no further iteration during contact. The next call continues.
   static constexpr int kMostTested = 800;
 
-  SurfacePoint(const SurfaceOptions& options, const Stiffness& stiffness) : options_(options), stiffness_(stiffness) {}
+  SurfacePoint(const SurfaceOptions& options, const Stiffness& stiffness)
+      : options_(options), stiffness_(stiffness), planes_(options.divides ? PlaneSet::kMost : kMostPlanesBefore12) {}
 
   double radius() const noexcept override { return options_.radius > kSkin ? options_.radius : kSkin; }
   double reach() const noexcept override { return radius(); }
@@ -72,7 +73,8 @@ class SurfacePoint final : public SurfaceContact {
   Tissue beyond_ = Tissue::kAir;  // the harder tissue of the wall that yielded
   // Indices and boxes of the collected faces, with one array per coordinate.
   static constexpr int kMostNear = 4096, kBatch = 8;
-  static constexpr int kMostNearBefore12 = 2048;  // limit in versions of the force laws before 12
+  // limits in versions of the force laws before 12
+  static constexpr int kMostNearBefore12 = 2048, kMostPlanesBefore12 = 1024;
   struct Boxes {
     alignas(32) float lo_x[kMostNear + kBatch], lo_y[kMostNear + kBatch], lo_z[kMostNear + kBatch];
     alignas(32) float hi_x[kMostNear + kBatch], hi_y[kMostNear + kBatch], hi_z[kMostNear + kBatch];
@@ -138,7 +140,7 @@ class SurfacePoint final : public SurfaceContact {
     struct Slot {
       std::uint32_t time = 0, face = 0, plane = 0;  // time: number of the call of clear() before the entry was added
     };
-    static constexpr int kBits = 12;
+    static constexpr int kBits = 13;
     static constexpr std::size_t kSlots = 1 << kBits;
     static_assert(kSlots >= 4 * PlaneSet::kMost);
     static std::size_t start(std::uint32_t face) noexcept { return face * 0x9e3779b1U >> (32 - kBits); }
