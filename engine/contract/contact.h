@@ -41,6 +41,10 @@ constexpr std::uint32_t bits(Fault fault) {
 
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
+/// - 12: In the model mesh_lod, the search for a ball's place ends when the place is known to be final, and a long
+/// search continues in the next tick. The carver lists the points around a head that is no ball, and the servo makes
+/// later lists in parts. A cut of the models vertex and mesh_lod splits no edge while very many faces are near the
+/// head.
 /// - 11: The path of a turning head with a round end is bent, so that it has fewer straight parts. The depth of a
 /// sample that is nearest to a single line of the head's outline has a closed form. During a fast motion, the cut in
 /// the coarse patch may wait for some ticks. In the vertex model, a long cut can stop after any face and continue in
@@ -67,7 +71,7 @@ constexpr std::uint32_t bits(Fault fault) {
 /// - 2: While a patch is late, the contact yields (docs/safety.md). A force for which the energy ledger contains too
 /// little energy is reduced. Small debts of the ledger (negative values) are cancelled, too.
 /// - 1: The laws before version 2, used for recordings without a version.
-inline constexpr std::uint32_t kServoLaws = 11;
+inline constexpr std::uint32_t kServoLaws = 12;
 
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {

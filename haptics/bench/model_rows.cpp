@@ -175,11 +175,8 @@ class ModelBench {
         setting_ = &usual;
         if (wanted(options_.motions, "break-through") && !tissue.solid)
           timed("break-through", [&] { break_through(); });
-        // With the option `quick`, the motion "hostile" is omitted, because a short run does not reach the tissue. For
-        // `mesh_lod` on the thin sheet it is always omitted, because the carver's mesh grows there until a tick takes 2
-        // s.
-        const bool takes_long = model == "mesh_lod" && !tissue.solid;
-        if (wanted(options_.motions, "hostile") && tissue.voxels_mm.empty() && !takes_long && !options_.quick)
+        // With the option `quick`, the motion "hostile" is omitted, because a short run does not come to the tissue.
+        if (wanted(options_.motions, "hostile") && tissue.voxels_mm.empty() && !options_.quick)
           timed("hostile", [&] { hostile(); });
       }
     }

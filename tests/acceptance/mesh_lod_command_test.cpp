@@ -127,6 +127,47 @@ TEST_F(MeshLodCommand, InTheExploreSceneCariesIsSoftAndHoldsTheTipAndEnamelIsHar
   EXPECT_GT(least, -0.01);
 }
 
+TEST_F(MeshLodCommand, InTheToothSectionTheTipFindsTheStripOfDentinAndSticksInCaries) {
+  // The hand draws the tip from the pulp over the strip of dentin (10.55 to 10.75 mm) to the enamel and back, and then
+  // pushes it into the caries, presses the pedal and pulls it out.
+  folder.write("hand.csv",
+               "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,9.5,5.4,22,1,0,0,0,0\n0.3,9.5,5.4,19.9,1,0,0,0,0\n"
+               "1.3,11.3,5.4,19.9,1,0,0,0,0\n2.3,9.5,5.4,19.9,1,0,0,0,0\n2.5,9.5,5.4,22,1,0,0,0,0\n"
+               "2.9,2.5,10,22,1,0,0,0,0\n3.5,2.5,10,18.7,1,0,0,0,0\n3.7,2.5,10,18.7,1,0,0,0,1\n"
+               "3.9,2.5,10,18.7,1,0,0,0,0\n5.1,2.5,10,22,1,0,0,0,0\n");
+  const auto ran =
+      folder.run("servo assets/scenes/tooth-section.json --hand " + folder / "hand.csv" + " --out " + folder / "t.csv");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const std::string table = test::read_text(folder / "t.csv");
+  const auto numbers = [&](const std::string& name) {
+    std::vector<double> all;
+    for (const std::string& cell : column(table, name)) all.push_back(std::stod(cell));
+    return all;
+  };
+  const std::vector<double> t = numbers("t_s"), x = numbers("tool_x_mm"), along = numbers("force_x_N"),
+                            up = numbers("force_z_N");
+  std::vector<double> caught;  // mm, positions of the tip where a wall yielded
+  double back = 0, held = 0;   // N
+  for (std::size_t i = 1; i + 1 < t.size(); ++i) {
+    const bool peak = along[i] < along[i - 1] && along[i] <= along[i + 1];
+    if (t[i] > 0.35 && t[i] < 1.3 && along[i] < -0.06 && peak) caught.push_back(x[i]);
+    if (t[i] > 1.35 && t[i] < 2.25) back = std::min(back, along[i]);
+    if (t[i] > 3.9) held = std::min(held, up[i]);
+  }
+  ASSERT_EQ(caught.size(), 2U);
+  EXPECT_NEAR(caught[1] - caught[0], 0.2, 0.05);
+  EXPECT_GE(back, -1e-3) << "nothing holds the tip on its way back";
+  EXPECT_LT(held, -0.15) << "the caries holds the tip when it is pulled out";
+
+  // The same hand on the mirror rig: a picture for each eye, in which both the tissue and the tool are visible.
+  const auto drawn = folder.run("render assets/scenes/tooth-section.json --rig mirror --magnify 5 --pose " +
+                                folder / "hand.csv" + " --at 0.9 --size 480x270 --out " + folder / "pictures");
+  ASSERT_EQ(drawn.status, 0) << drawn.err;
+  for (const char* eye : {"left.png", "right.png"}) {
+    EXPECT_GT(std::filesystem::file_size(folder / ("pictures/" + std::string(eye))), 2000U) << eye;
+  }
+}
+
 TEST_F(MeshLodCommand, ASessionThatCutsReplaysBitForBit) {
   write_block();
   const std::vector<std::pair<std::string, double>> tools{

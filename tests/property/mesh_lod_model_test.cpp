@@ -13,6 +13,8 @@
 #include "haptics/contact_method.h"
 #include "haptics/damping_fit.h"
 #include "haptics/import/mesh_tissue.h"
+#include "haptics/lockstep.h"
+#include "haptics/work.h"
 #include "tests/support/campaign.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/mesh_shapes.h"
@@ -659,6 +661,45 @@ TEST(MeshLodModel, AWholeHeadNeverAllocatesInATick) {
   }
   EXPECT_EQ(allocated, 0U);
   EXPECT_GT(run.last.cuts, 100U);
+}
+
+TEST(MeshLodModel, AfterASnapshotTheServoUsesThePointsThatTheCarverListed) {
+  const auto drilled = [](std::uint32_t laws, int& searches, int& snapshots, int& most) {
+    ServoSettings s = drill(HeadShape::kCylinder, 1.0_mm, 3.0_mm);
+    s.laws = laws;
+    LockStep steps(volume(kBlock), s);
+    ServoTick tick;
+    Cut cut;
+    HandSample hand;
+    hand.pedal = 1;
+    searches = snapshots = most = 0;
+    for (int i = 0; i < 1500; ++i) {
+      hand.t += 1'000'000;
+      hand.X_WT = {{0.2e-3 * std::sin(0.004 * i), 0, 1.55_mm - std::min(i, 500) * 1e-6},
+                   glm::angleAxis(0.0002 * i, dvec3(0, 1, 0))};
+      const bool due = tick.cuts > 0 && steps.carver().snapshot_due(tick);
+      if (due) steps.take_snapshot(steps.carver().snapshot_center(tick)), steps.adopt_snapshot();
+      const std::uint64_t before = looks_of_this_thread().triangles;
+      if (!due && i % 100 == 0 && i < 200) {
+        steps.take_snapshot(hand.X_WT.p), steps.adopt_snapshot();
+      }
+      steps.tick_servo(hand, tick, cut);
+      const int found = static_cast<int>(looks_of_this_thread().triangles - before);
+      steps.apply_cuts(std::numeric_limits<std::uint64_t>::max());
+      if (!due) continue;
+      ++snapshots;
+      searches += found > 0;
+      most = std::max(most, found);
+    }
+    return tick;
+  };
+  int searches = 0, snapshots = 0, most = 0;
+  const ServoTick now = drilled(kServoLaws, searches, snapshots, most);
+  EXPECT_GT(snapshots, 20);
+  EXPECT_EQ(searches, 0) << most;
+  const ServoTick before = drilled(kLawsOfParts - 1, searches, snapshots, most);
+  EXPECT_EQ(searches, snapshots);
+  EXPECT_NEAR(total(now.removed), total(before.removed), 0.01 * total(before.removed));
 }
 
 TEST(SurfacePoint, ATissueBoundaryStopsAProbeButNotACuttingBur) {

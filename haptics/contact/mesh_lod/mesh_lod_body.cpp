@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "haptics/contact/vertex/head_follow.h"
 
 namespace typodont::haptics::mesh_lod {
 
@@ -19,7 +20,13 @@ MeshLodBody::MeshLodBody(TissueVolume tissue, std::span<const Tool> tools, const
   const TissueMesh mesh = surface_mesh(tissue);
   if (mesh.triangles.empty()) throw Error("mesh_lod", "tissue", "a volume without a surface", "tissue");
   levels_ = make_levels(mesh, parameters.levels);
-  for (const Tool& tool : tools) reach_ = std::max(reach_, tool.reach());
+  for (const Tool& tool : tools) {
+    reach_ = std::max(reach_, tool.reach());
+    heads_.emplace_back();
+    if (!whole_head(tool)) continue;
+    heads_.back().emplace(tool);
+    if (!lister_) lister_ = std::make_unique<HeadLister>();
+  }
   vertex::Parameters cutting;
   if (!(travel_ < std::numeric_limits<double>::infinity())) cutting.spare = 0;
   solid_.emplace(std::move(tissue), levels_->finest, tools, cutting);
@@ -28,6 +35,7 @@ MeshLodBody::MeshLodBody(TissueVolume tissue, std::span<const Tool> tools, const
 void MeshLodBody::carve(const Cut& cut, bool continues) {
   solid_->carve(cut, continues);
   cut_ = true;
+  tool_ = cut.tool, X_W_ = cut.X_WB;
   if (!first_) first_ = cut.t;
 }
 
@@ -44,6 +52,7 @@ void MeshLodBody::cut_out(Snapshot& snapshot) {
   first_.reset();
   out.levels = levels_;
   out.cut = cut_;
+  out.points_of = MeshSnapshot::kNoTool;
   for (std::size_t t = 0; t < out.removed.size(); ++t) out.removed[t] = solid_->removed()[t] - solid_->taken_back()[t];
   if (!cut_) return;
   const double half = LocalParameters::travel + LocalParameters::margin + reach_;
@@ -68,6 +77,21 @@ void MeshLodBody::cut_out(Snapshot& snapshot) {
     const double part = static_cast<double>(levels_->vertices[i]) / static_cast<double>(levels_->vertices[0]);
     out.local.emplace_back(thinned(local, part), true);
   }
+  list_points(out);
+}
+
+/// Lists the contact points around the head that made the last cut, so that the servo need not do it.
+void MeshLodBody::list_points(MeshSnapshot& out) {
+  if (!lists_points_ || tool_ >= heads_.size() || !heads_[tool_]) return;
+  const vertex::VertexHead& head = *heads_[tool_];
+  const double kept = LocalParameters::listed * head.radius();
+  const double margin = kept + (vertex::FollowParameters::margin - vertex::FollowParameters::kept) * head.radius();
+  const dvec3 half(head.reach() + margin);
+  if (glm::any(glm::lessThan(X_W_.p - half, out.lo)) || glm::any(glm::greaterThan(X_W_.p + half, out.hi))) return;
+  if (!out.points) out.points = std::make_unique<HeadPoints>();
+  lister_->begin(out.local.front(), head, X_W_, margin, kept, *out.points);
+  lister_->work(out.local.front(), head, *out.points);
+  out.points_of = tool_;
 }
 
 }  // namespace typodont::haptics::mesh_lod

@@ -19,7 +19,10 @@ class MeshLodBody final : public TissueBody {
   /// Throws Error if the tissue has no surface.
   MeshLodBody(TissueVolume tissue, std::span<const Tool> tools, const Parameters& parameters);
 
-  void set_laws(std::uint32_t laws) override { solid_->set_laws(laws); }
+  void set_laws(std::uint32_t laws) override {
+    solid_->set_laws(laws);
+    lists_points_ = laws >= kLawsOfParts;
+  }
   void carve(const Cut& cut, bool continues) override;
   /// Never called, because the model refuses filling instruments.
   void fill(const Cut& cut) override;
@@ -43,6 +46,7 @@ class MeshLodBody final : public TissueBody {
   const mesh::EditableMesh& mesh() const { return solid_->mesh(); }
 
  private:
+  void list_points(MeshSnapshot& out);
   bool edited(bool done) {
     cut_ = cut_ || done;
     return done;
@@ -53,7 +57,13 @@ class MeshLodBody final : public TissueBody {
   // m; travel_: motion of a tool after which the next snapshot is due; reach_: largest reach of all tools
   double travel_, reach_ = 0;
   bool cut_ = false;            // true if the tissue was cut
-  std::optional<Nanos> first_;  // time of the first cut that no snapshot contains yet
+  std::optional<Nanos> first_;  // time of the first cut since the last snapshot
+  // For the list of contact points around the head that made the last cut:
+  bool lists_points_ = true;
+  std::vector<std::optional<vertex::VertexHead>> heads_;  // for each tool whose whole head has contact: its head
+  std::unique_ptr<HeadLister> lister_;                    // null if there is no such tool
+  std::uint32_t tool_ = MeshSnapshot::kNoTool;            // the tool that made the last cut
+  Pose X_W_;                                              // its pose after this cut
 };
 
 /// Returns the distance that a tool may move before the next snapshot is due, m.

@@ -39,6 +39,7 @@ SurfaceOptions options_for(const ServoSettings& settings, const Parameters& para
   options.walls = settings.boundary_walls;
   options.wall_limit = parameters.wall_limit;
   options.unit_force = settings.stiffness;
+  options.divides = settings.laws >= kLawsOfParts;
   return options;
 }
 
@@ -67,7 +68,7 @@ MeshLodModel::MeshLodModel(const ServoSettings& settings, const Parameters& para
   refuse_tools_that_fill(tool_set(settings), kName);
   for (const Tool& tool : tool_set(settings)) {
     if (whole_head(tool)) {
-      points_.push_back(std::make_unique<HeadContact>(tool));
+      points_.push_back(std::make_unique<HeadContact>(tool, settings.laws >= kLawsOfParts));
     } else {
       points_.push_back(
           std::make_unique<SurfacePoint>(options_for(settings, parameters, tool), stiffness_of(settings.materials)));
@@ -113,6 +114,7 @@ void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   adopted_ = fresh.cut || snapshot_.cut;
   std::swap(fresh, snapshot_);
   for (const auto& contact : points_) contact->mesh_changed();
+  if (snapshot_.points_of < points_.size()) points_[snapshot_.points_of]->use_prepared(snapshot_.points.get());
 }
 
 bool MeshLodModel::holds(const dvec3& p, double reach) const noexcept {

@@ -53,9 +53,6 @@ class MeshLodModel final : public ContactModel {
   Tissue tissue_at(const dvec3& p_W) const noexcept override;
 
  private:
-  /// Returns true for a bur that is not a ball: contact is then computed for its whole head. For other tools, contact
-  /// is computed for a ball, or for the point at the tool's free end.
-  static bool whole_head(const Tool& tool) noexcept { return tool.cuts && tool.shape != HeadShape::kSphere; }
   /// Returns the meshes of the present tissue, finest level first.
   const std::vector<TriangleGrid>& grids() const noexcept {
     return snapshot_.cut ? snapshot_.local : snapshot_.levels->grids;

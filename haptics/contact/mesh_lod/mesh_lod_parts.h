@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/base/clock.h"
+#include "haptics/contact/mesh_lod/head_points.h"
 #include "haptics/contact/mesh_lod/mesh_levels.h"
 #include "haptics/snapshot.h"
 
@@ -33,13 +34,23 @@ struct MeshSnapshot : Snapshot {
   dvec3 lo{0}, hi{0};               // m, corners of the box that contains the faces in `local`
   // m³, volume that all cuts in this snapshot have removed; cuts that were undone do not count
   PerTissue removed{};
+  // The contact points around the tool that made the last cut, if its whole head has contact. Null until then.
+  std::unique_ptr<HeadPoints> points;
+  std::uint32_t points_of = kNoTool;  // index of this tool; kNoTool: `points` is not valid
+  static constexpr std::uint32_t kNoTool = ~0U;
 };
+
+/// First version of the servo's force laws in which long searches are divided between ticks, and in which the carver
+/// lists the contact points around a head.
+inline constexpr std::uint32_t kLawsOfParts = 12;
 
 /// Sizes and update rate of the snapshots in a session with a cutting tool.
 struct LocalParameters {
   static constexpr double travel = 2e-3;  // m, distance that the tool may move before the next snapshot is due
   // m, additional width of a snapshot, beyond the tool's size and `travel`
   static constexpr double margin = 0.5e-3;
+  // displacement of the head for which the contact points that the carver lists are valid, as a ratio to its radius
+  static constexpr double listed = 0.45;
   // ns, time between two updates of the geometry (30 Hz, as in paper S3)
   static constexpr Nanos interval = 33'000'000;
 };

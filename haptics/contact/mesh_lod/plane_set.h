@@ -22,17 +22,21 @@ struct Plane {
 
 class PlaneSet {
  public:
-  static constexpr int kMost = 1024;
+  static constexpr int kMost = 2048;
+
+  /// `most`: largest number of planes, at most kMost.
+  explicit PlaneSet(int most = kMost) : most_(most) {}
 
   void clear() noexcept { count_ = 0; }
   /// Adds a plane. Returns false if the set is full.
   bool add(const Plane& plane) noexcept {
-    if (count_ == kMost) return false;
+    if (count_ == most_) return false;
     planes_[static_cast<std::size_t>(count_++)] = plane;
     return true;
   }
   int count() const noexcept { return count_; }
   const Plane& operator[](int i) const noexcept { return planes_[static_cast<std::size_t>(i)]; }
+  Plane& operator[](int i) noexcept { return planes_[static_cast<std::size_t>(i)]; }
 
   /// Returns the displacement from c that satisfies all planes and is nearest to the displacement `goal`. If no
   /// displacement satisfies all planes, returns zero. `active` receives the planes that limit the result, each with its
@@ -42,6 +46,7 @@ class PlaneSet {
  private:
   std::array<Plane, kMost> planes_;
   int count_ = 0;
+  int most_;
 };
 
 }  // namespace typodont::haptics::mesh_lod

@@ -8,6 +8,8 @@
 
 namespace typodont::haptics::mesh_lod {
 
+struct HeadPoints;
+
 /// One point at which the surface stops the tool.
 struct Hold {
   dvec3 p{0};  // m, point on the surface
@@ -46,6 +48,9 @@ class SurfaceContact {
   /// Call this before a call with another grid than before, and after the faces of the grid have
   /// changed.
   virtual void mesh_changed() noexcept {}
+  /// Call it after mesh_changed() if the carver has listed the contact points around this tool in the new mesh. The
+  /// list may be exchanged with another one until the next mesh_changed().
+  virtual void use_prepared(HeadPoints* /*points*/) noexcept {}
 
   /// Starts a contact with the contact shape's centre at p. Returns false if the tool overlaps tissue there.
   virtual bool put(const TriangleGrid& grid, const dvec3& p) noexcept = 0;

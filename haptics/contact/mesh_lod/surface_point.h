@@ -18,7 +18,10 @@ struct SurfaceOptions {
   // true: borders between tissues have walls, which stop a tool only on its way from the softer to the stiffer tissue
   bool walls = true;
   double wall_limit = 0.5;   // N, force above which a wall yields
-  double unit_force = 1000;  // N/m, stiffness of the coupling if the material has a stiffness of 1 N/mm
+  double unit_force = 1000;  // N/m, stiffness of the coupling for a material stiffness of 1 N/mm
+  // true: one call of follow() tests a limited number of faces (kMostTested), and ends as soon as the position is known
+  // to be final; false: as in the servo's force laws before version 12
+  bool divides = true;
 };
 
 /// Surface contact point after Wang et al. 2009, section 3.2. The paper's search moves from a primitive (vertex, edge
@@ -32,8 +35,11 @@ class SurfacePoint final : public SurfaceContact {
  public:
   static constexpr double kSkin = 1e-8;        // m, smallest distance of the point from a face
   static constexpr double kFarthest = 1.5e-3;  // m, largest allowed value of the argument `most` of clearance()
+  // Number of tested faces after which follow() starts no further iteration during contact. The next call continues.
+  static constexpr int kMostTested = 800;
 
-  SurfacePoint(const SurfaceOptions& options, const Stiffness& stiffness) : options_(options), stiffness_(stiffness) {}
+  SurfacePoint(const SurfaceOptions& options, const Stiffness& stiffness)
+      : options_(options), stiffness_(stiffness), planes_(options.divides ? PlaneSet::kMost : kMostPlanesBefore12) {}
 
   double radius() const noexcept override { return options_.radius > kSkin ? options_.radius : kSkin; }
   double reach() const noexcept override { return radius(); }
@@ -53,6 +59,7 @@ class SurfacePoint final : public SurfaceContact {
   bool lift(const TriangleGrid& grid, dvec3 n) noexcept;
   void collect(const TriangleGrid& grid, double reach) noexcept;
   void round_edge(const TriangleGrid& grid, const dvec3& hip, const Plane& plane, dvec3& step) const noexcept;
+  bool rests_on(const TriangleGrid& grid, Plane& plane) const noexcept;
   bool look(const TriangleGrid& grid, double reach, bool give) noexcept;
   std::span<const std::uint32_t> close_faces(const TriangleGrid& grid, double within) noexcept;
   void add_walls(const Face& face, std::uint32_t index, std::uint64_t order, double reach, bool& room) noexcept;
@@ -64,8 +71,10 @@ class SurfacePoint final : public SurfaceContact {
   // true after a wall has yielded: all walls are ignored until the contact is on the harder tissue `beyond_`
   bool behind_ = false;
   Tissue beyond_ = Tissue::kAir;  // the harder tissue of the wall that yielded
-  // The collected faces as arrays: the index of each face, and one array for each coordinate of their boxes.
-  static constexpr int kMostNear = 2048, kBatch = 8;
+  // Indices and boxes of the collected faces, with one array per coordinate.
+  static constexpr int kMostNear = 4096, kBatch = 8;
+  // limits in versions of the force laws before 12
+  static constexpr int kMostNearBefore12 = 2048, kMostPlanesBefore12 = 1024;
   struct Boxes {
     alignas(32) float lo_x[kMostNear + kBatch], lo_y[kMostNear + kBatch], lo_z[kMostNear + kBatch];
     alignas(32) float hi_x[kMostNear + kBatch], hi_y[kMostNear + kBatch], hi_z[kMostNear + kBatch];
@@ -132,7 +141,7 @@ class SurfacePoint final : public SurfaceContact {
     struct Slot {
       std::uint32_t time = 0, face = 0, plane = 0;  // time: number of the clear() call before this entry was added
     };
-    static constexpr int kBits = 12;
+    static constexpr int kBits = 13;
     static constexpr std::size_t kSlots = 1 << kBits;
     static_assert(kSlots >= 4 * PlaneSet::kMost);
     static std::size_t start(std::uint32_t face) noexcept { return face * 0x9e3779b1U >> (32 - kBits); }
@@ -141,6 +150,8 @@ class SurfacePoint final : public SurfaceContact {
   };
   PlaneOfFace inner_of_;
   std::array<std::uint32_t, PlaneSet::kMost> above_{};
+  // number of faces that were tested in this call of follow(), plus a share of those that were collected
+  int tested_ = 0;
 };
 
 }  // namespace typodont::haptics::mesh_lod

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/base/dispatch.h"
+#include "engine/base/units.h"
 #include "haptics/label.h"
 #include "haptics/lanes.h"
 
@@ -91,6 +92,14 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
   return found;
 }
 
+/// Returns the largest number of faces near a head with which edges are split.
+std::size_t most_faces(const VertexHead& head, double edge) noexcept {
+  const dvec3 half = head.half_box({0, 0, 1});
+  const double area = 4 * kPi * half.x * (head.is_ball() ? half.x : 0.5 * half.x + half.z);
+  const double face = std::sqrt(3.0) / 4 * edge * edge;
+  return static_cast<std::size_t>(P::most_faces * area / face);
+}
+
 }  // namespace
 
 MeshCutter::MeshCutter(const EditableMesh& mesh, SharedLabels labels)
@@ -160,15 +169,16 @@ void MeshCutter::sort_near() noexcept {
 /// Splits the long edges of faces that the head can touch. This does not change the shape of the surface.
 bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double longest2 = P::longest * P::longest * edge * edge;
+  const std::size_t room = near_.capacity(), most = limits_faces_ ? std::min(room, most_faces(*head.head, edge)) : room;
   while (at_ < near_.size()) {
     if (left_ <= 0) return false;
     left_ -= Costs::kRefine;
     const Index f = near_[at_];
     int longest = -1;
-    double most = longest2;
+    double greatest2 = longest2;
     for (int i = 0; i < 3; ++i) {
       const double e2 = edge2(mesh, f, i);
-      if (e2 > most) most = e2, longest = i;
+      if (e2 > greatest2) greatest2 = e2, longest = i;
     }
     // Edges on an open border of the mesh are not split, and neither are edges that end at the border.
     if (longest >= 0 && (mesh.vertex(mesh.face(f).v[longest]).on_border() ||
@@ -183,7 +193,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       const double size = std::sqrt(std::max({glm::dot(a - g, a - g), glm::dot(b - g, b - g), glm::dot(c - g, c - g)}));
       reached = head.distance(g) < size;
     }
-    if (!reached || near_.size() + 3 > near_.capacity()) {
+    if (!reached || near_.size() + 3 > most) {
       ++at_;
       continue;
     }

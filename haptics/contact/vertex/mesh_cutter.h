@@ -47,6 +47,12 @@ struct CutParameters {
   static constexpr double least_area = 1e-6;
   // first version of the servo's force laws in which an edge next to a face of bad shape may be collapsed
   static constexpr std::uint32_t laws_of_bad_faces = 11;
+  // Largest number of faces near the head with which edges are split, as a ratio to the number of faces of this edge
+  // length on the head's surface. A usual cut has at most about twice as many faces. More faces collect only at the rim
+  // of a membrane, where each split would be followed by others.
+  static constexpr double most_faces = 4;
+  // first version of the servo's force laws with this limit
+  static constexpr std::uint32_t laws_of_most_faces = 12;
   // m, tolerance: a vertex that overlaps the head by less than this counts as on its surface
   static constexpr double overlap = 1e-10;
   // the common edge of two faces may be flipped only if the cosine between their normals is larger than this
@@ -89,9 +95,12 @@ class MeshCutter {
   MeshCutter(const mesh::EditableMesh& mesh, SharedLabels labels);
 
   /// Sets the version of the servo's force laws. Called before the first cut.
-  void set_laws(std::uint32_t laws) noexcept { accepts_bad_faces_ = laws >= CutParameters::laws_of_bad_faces; }
-  /// Cuts the mesh along the motion of the head from A to B, which is divided into straight steps. At A the head must
-  /// not overlap tissue. `edge`: edge length of the cut surface, m.
+  void set_laws(std::uint32_t laws) noexcept {
+    accepts_bad_faces_ = laws >= CutParameters::laws_of_bad_faces;
+    limits_faces_ = laws >= CutParameters::laws_of_most_faces;
+  }
+  /// Moves the head from A to B in straight steps and cuts the mesh. At A the head must not overlap tissue. `edge`:
+  /// edge length of the cut surface, m.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
   /// Makes the same cut in parts: call begin(), then work() until it returns true, then done(). `head` must exist until
@@ -219,7 +228,8 @@ class MeshCutter {
   }
 
   SharedLabels labels_;
-  bool accepts_bad_faces_ = true;  // true: an edge may be collapsed even if a face next to it keeps a bad shape
+  bool accepts_bad_faces_ = true;  // true: an edge may be collapsed if a face next to it keeps a bad shape
+  bool limits_faces_ = true;       // true: no edge is split while too many faces are near the head
   std::uint32_t look_ = 0;
   // for each vertex or face: number of the last search that visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;

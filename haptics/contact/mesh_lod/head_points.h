@@ -1,0 +1,86 @@
+// The contact points around a head that is not a ball, and the search that lists them.
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "haptics/contact/mesh_lod/triangle_grid.h"
+#include "haptics/contact/vertex/head_distances.h"
+#include "haptics/contact/vertex/vertex_head.h"
+#include "haptics/mesh/near_points.h"
+
+namespace typodont::haptics::mesh_lod {
+
+/// Returns true for a bur that is not a ball: contact is then computed for its whole head.
+inline bool whole_head(const Tool& tool) noexcept {
+  return tool.cuts && tool.shape != HeadShape::kSphere;
+}
+
+/// A list of the contact points around a head. Memory is allocated only in the constructor.
+struct HeadPoints {
+  static constexpr std::size_t kMost = 1 << 14;
+
+  /// The part of the surface that a contact point represents.
+  struct Share {
+    dvec3 area{0};  // m², area vector; its direction is the outward normal
+    Tissue tissue = Tissue::kAir;
+  };
+
+  mesh::NearPoints points{kMost};
+  std::vector<Share> shares;  // one for each point
+  // m; margin: all points within this distance of the head at points.listed_at() are listed; kept: largest displacement
+  // of the head after which the list is still used
+  double margin = 0, kept = 0;
+
+  HeadPoints() { shares.reserve(kMost); }
+};
+
+/// Lists contact points: the corners of the faces near a head, and additional points on faces larger than the spacing
+/// of contact points for this head (kSpacing), as in the contact model "vertex" (contact/vertex/README.md). So a coarse
+/// mesh has enough points. Cut surfaces need no additional points, because their vertices are dense. Any thread;
+/// allocates only in the constructor.
+class HeadLister {
+ public:
+  static constexpr int kNoLimit = std::numeric_limits<int>::max();
+
+  HeadLister();
+
+  /// Begins the list of all points within `margin` (m) of a head at X_W, to be used until the head has moved by `kept`
+  /// (m). Finds the faces near the head.
+  void begin(const TriangleGrid& grid, const vertex::VertexHead& head, const Pose& X_W, double margin, double kept,
+             HeadPoints& list) noexcept;
+  /// Continues with the same grid, head and list, until the effort reaches about `most` (a face is 1, and a point on it
+  /// is 1). Returns true if the list is complete. A division has no effect on the list.
+  bool work(const TriangleGrid& grid, const vertex::VertexHead& head, HeadPoints& list, int most = kNoLimit) noexcept;
+  /// Returns true between begin() and the end of the last work().
+  bool open() const noexcept { return open_; }
+  void cancel() noexcept { open_ = false; }
+
+ private:
+  static constexpr int kSlotBits = 15;
+  // Spacing of contact points as a ratio to the head's radius. It equals the edge length of a surface that a cut
+  // produces (VertexMethod::edge_for).
+  static constexpr double kSpacing = 1.0 / 6;
+  static constexpr int kMostParts = 64;  // upper limit of the number of parts into which an edge of a face is divided
+  static constexpr std::uint32_t kFree = ~0U;
+
+  /// A face near the head.
+  struct NearFace {
+    std::uint32_t face = 0;
+    double longest = 0;  // m, its longest edge
+  };
+
+  void list_points(const TriangleGrid& grid, const vertex::VertexHead& head, HeadPoints& list) noexcept;
+  void add_corner(const dvec3& p, const HeadPoints::Share& share, HeadPoints& list) noexcept;
+
+  bool open_ = false;
+  glm::dmat3 R_WT_{1};
+  std::vector<std::uint32_t> found_;  // faces near the head
+  std::size_t at_ = 0;                // index in found_ at which work() continues
+  std::vector<NearFace> near_;        // the faces of the present part of found_
+  vertex::HeadDistances distances_{HeadPoints::kMost};
+  // hash table that maps the position of a corner to the index of the contact point at this position
+  std::vector<std::uint32_t> slots_;
+};
+
+}  // namespace typodont::haptics::mesh_lod
