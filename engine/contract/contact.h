@@ -67,7 +67,7 @@ constexpr std::uint32_t bits(Fault fault) {
 /// - 2: While a patch is late, the contact yields (docs/safety.md). A force that the energy ledger does not cover
 /// follows the ledger. A small debt of the ledger is cancelled.
 /// - 1: The laws before version 2, used for recordings without a version.
-inline constexpr std::uint32_t kServoLaws = 11;
+inline constexpr std::uint32_t kServoLaws = 12;
 
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {

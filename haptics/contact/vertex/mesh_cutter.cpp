@@ -478,7 +478,12 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
   if (cosine < kLooksAway * glm::length(n) * glm::length(way)) return;
   if (!head.head->may_be_within(glm::vec3(way), axis, static_cast<float>(within))) return;
   left_ -= Costs::kDistance;
-  if (!head.head->is_ball() && head.distance(way + head.X_W.p) > within) return;
+  if (!head.head->is_ball()) {
+    dvec3 out;  // direction from the nearest point of the head to the face
+    if (head.distance(way + head.X_W.p, out) > within) return;
+    // Seen from the centre of a long head, the walls of its hole are oblique. So the nearest point of the head decides.
+    if (merges_far_ && glm::dot(n, out) < kLooksAway * glm::length(n)) return;
+  }
   thin_ = true;
   suspects_.push_back(f);
   for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
@@ -516,12 +521,12 @@ void MeshCutter::account(EditableMesh& mesh, const Placed& head, const Affected&
 /// Collapses an edge unless a face would rotate too far or become too large or too flat, or the volume would change too
 /// much. Returns true if the edge was collapsed.
 bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, int i, bool keeps_first, double edge,
-                               double most_volume, CutDone& done) noexcept {
+                               double longest, double most_volume, CutDone& done) noexcept {
   const Index first = mesh.face(f).v[i], second = mesh.face(f).v[(i + 1) % 3];
   const Index kept = keeps_first ? first : second, gone = keeps_first ? second : first;
   if (mesh.vertex(kept).on_border() || !mesh.may_collapse(f, i, keeps_first)) return false;
   const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
-  const double longest2 = P::longest * P::longest * edge * edge;
+  const double longest2 = longest * longest * edge * edge;
   // Limits of the shape that a face may get. At a tiny edge, a face whose shape is bad already may keep a shape of this
   // kind. Otherwise tiny faces would never be removed once they have collected in one place.
   const bool accepts_bad = accepts_bad_faces_ && glm::dot(to - from, to - from) < P::tiny * P::tiny * edge * edge;
@@ -617,8 +622,8 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
     left_ -= thin_ ? Costs::kThinCollapse : Costs::kCollapse;
     // Prefers to keep the vertex that the head has not moved.
     const bool first = !mesh.vertex(mesh.face(f).v[shortest]).was_moved();
-    if (collapse_edge(mesh, head, f, shortest, first, edge, P::most_volume, done) ||
-        collapse_edge(mesh, head, f, shortest, !first, edge, P::most_volume, done)) {
+    if (collapse_edge(mesh, head, f, shortest, first, edge, P::longest, P::most_volume, done) ||
+        collapse_edge(mesh, head, f, shortest, !first, edge, P::longest, P::most_volume, done)) {
       return;
     }
   }
@@ -632,6 +637,7 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
 /// surface. Returns false if there is no suitable neighbour.
 bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
                                       CutDone& done) noexcept {
+  const double longest = merges_far_ ? P::longest_merged : P::longest;
   for (int tries = 0; tries < 2; ++tries) {
     Index face = kNone;
     int at = 0;
@@ -647,7 +653,9 @@ bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, In
         nearest2 = far2, face = f, at = i, keeps_first = before;
       }
     });
-    if (face != kNone && collapse_edge(mesh, head, face, at, keeps_first, edge, P::most_given, done)) return true;
+    if (face != kNone && collapse_edge(mesh, head, face, at, keeps_first, edge, longest, P::most_given, done)) {
+      return true;
+    }
   }
   return false;
 }

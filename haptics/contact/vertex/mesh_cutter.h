@@ -47,6 +47,11 @@ struct CutParameters {
   static constexpr double least_area = 1e-6;
   // first version of the servo's force laws in which an edge next to a face of bad shape may be collapsed
   static constexpr std::uint32_t laws_of_bad_faces = 11;
+  // First version in which a vertex that could not leave the head is also merged if this makes edges longer than
+  // `longest`, and in which a face that faces the nearest point of the head is not tested for intersection.
+  static constexpr std::uint32_t laws_of_long_merges = 12;
+  // longest edge after such a merge; the next cut splits it
+  static constexpr double longest_merged = 2;
   // m, tolerance: a vertex that overlaps the head by less than this counts as on its surface
   static constexpr double overlap = 1e-10;
   // smallest cosine between the normals of two faces whose common edge may be flipped
@@ -88,7 +93,10 @@ class MeshCutter {
   MeshCutter(const mesh::EditableMesh& mesh, SharedLabels labels);
 
   /// Sets the version of the servo's force laws. Called before the first cut.
-  void set_laws(std::uint32_t laws) noexcept { accepts_bad_faces_ = laws >= CutParameters::laws_of_bad_faces; }
+  void set_laws(std::uint32_t laws) noexcept {
+    accepts_bad_faces_ = laws >= CutParameters::laws_of_bad_faces;
+    merges_far_ = laws >= CutParameters::laws_of_long_merges;
+  }
   /// Moves the head from A to B in straight steps and cuts the mesh. At A the head must not overlap tissue. `edge`:
   /// edge length of the cut surface, m.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
@@ -197,7 +205,7 @@ class MeshCutter {
   void account(mesh::EditableMesh& mesh, const Placed& head, const Affected& a, CutDone& done) noexcept;
   void repair_sliver(mesh::EditableMesh& mesh, const Placed& head, mesh::Index f, double edge, CutDone& done) noexcept;
   bool collapse_edge(mesh::EditableMesh& mesh, const Placed& head, mesh::Index f, int i, bool keeps_first, double edge,
-                     double most_volume, CutDone& done) noexcept;
+                     double longest, double most_volume, CutDone& done) noexcept;
   bool merge_into_neighbour(mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, double edge,
                             CutDone& done) noexcept;
   bool turn(mesh::EditableMesh& mesh, mesh::Index f, int i, double edge, CutDone& done) noexcept;
@@ -219,6 +227,7 @@ class MeshCutter {
 
   SharedLabels labels_;
   bool accepts_bad_faces_ = true;  // true: an edge may be collapsed if a face next to it keeps a bad shape
+  bool merges_far_ = true;  // true: rules of force laws 12 (CutParameters::laws_of_long_merges)
   std::uint32_t look_ = 0;
   // for each vertex or face: number of the last search that visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;

@@ -364,7 +364,7 @@ dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
   last_R_ = in.X_WT.R;
-  const double most = (force != dvec3(0) ? settings_.stiffness * moved : 0) + P::ease * in.dt;
+  const double most = (force != dvec3(0) ? settings_.stiffness * moved : 0) + (settings_.laws >= kMovesOn ? P::ease : P::ease_before) * in.dt;
   const dvec3 change = force - eased_;
   const double size = glm::length(change);
   eased_ = eases_ && size > most ? eased_ + most / size * change : force;
@@ -411,8 +411,10 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   listed_ = 0;
   const auto may_go_on = [&] { return !divides_anywhere() || listed_ + last_list_ <= P::most_listed; };
   out.p_WG = follower_.follow(head(), list_.points, in.X_WG.p, in.X_WT, slack, in.cuts, list, complete, may_go_on);
-  // If vertices stayed inside the head in the last cut, the head would slide over them during the next cut.
-  if (part_.open && part_.stayed && divides_anywhere() && out.p_WG != in.X_WT.p) out.p_WG = in.X_WG.p;
+  // In force laws 11, the head stays where it is during a cut after one in which vertices stayed inside it. Then it can
+  // be stuck, because the next cut meets the same vertices.
+  const bool rests = divides_anywhere() && settings_.laws < kMovesOn;
+  if (rests && part_.open && part_.stayed && out.p_WG != in.X_WT.p) out.p_WG = in.X_WG.p;
   out.leading_out = !list_.points.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);

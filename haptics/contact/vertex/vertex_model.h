@@ -24,7 +24,8 @@ struct FeelParameters {
   // upper limit of the springs' transverse force, as a ratio to their force along the pull (direction from the head to
   // the hand)
   static constexpr double most_aside = 0.25;
-  static constexpr double ease = 15;  // N/s, largest rate of change of a bur's force while the hand does not move
+  // N/s, largest rate of change of a bur's force while the hand does not move; and the same before force laws 12
+  static constexpr double ease = 6.5, ease_before = 15;
   // Shortest displacement of the head that is cut in one step, as a ratio to the edge length. Shorter displacements are
   // collected; otherwise every tick would cut.
   static constexpr double sweep = 0.04;
@@ -87,6 +88,9 @@ class VertexModel final : public ContactModel {
   static constexpr std::size_t kMostProposed = 64;  // largest number of points whose distances are computed at once
   // first versions of the force laws that divide a long cut over several ticks: between its stages, and anywhere
   static constexpr std::uint32_t kStages = 9, kFineParts = 11;
+  // first version in which the head also moves during a cut after one in which vertices stayed inside the head, and in
+  // which the force changes more slowly
+  static constexpr std::uint32_t kMovesOn = 12;
   /// A contact point near the head: a vertex, or a point that a refinement of a large face would add.
   struct Sample {
     double area;    // m², area that the point represents, a third of the area of the triangles around it
