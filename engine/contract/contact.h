@@ -41,6 +41,8 @@ constexpr std::uint32_t bits(Fault fault) {
 
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
+/// - 12: A head of the vertex model also moves during a cut after one in which vertices stayed inside the head. Such
+/// vertices are merged in more cases. The vertex model's force changes more slowly, and its searches are divided, too.
 /// - 11: The path of a turning head with a round end is bent, so that it has fewer straight parts. The depth of a
 /// sample that is nearest to a single line of the head's outline has a closed form. During a fast motion, the cut in
 /// the coarse patch may wait for some ticks. The vertex model divides every long cut over several ticks, at any face,

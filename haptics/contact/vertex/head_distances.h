@@ -38,6 +38,9 @@ class HeadDistances {
   /// distance is smaller than the component of the motion along the gradient, which is positive. Needs `reuse`.
   void find_pushed(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG,
                    const dvec3& motion_W) noexcept;
+  /// Returns the number of points whose distances were computed for extrapolation since count_anew().
+  std::size_t computed() const noexcept { return computed_; }
+  void count_anew() noexcept { computed_ = 0; }
   /// Call this when find() is used for another list. It forgets the distances from which find() extrapolates.
   void forget() noexcept { known_list_ = 0; }
   /// Removes the points from index `first` on that are farther than `far` metres from the head at points.listed_at(),
@@ -82,6 +85,7 @@ class HeadDistances {
   // nothing is ever extrapolated.
   std::uint64_t known_list_ = 0;  // number of the list to which the points belong
   std::size_t known_ = 0;         // number of points
+  std::size_t computed_ = 0;      // number of points whose distances were computed since count_anew()
   Pose known_at_;                 // pose of the head
   // m, frame T: positions of the points, and directions in which the distances increase
   std::vector<float> p_x_, p_y_, p_z_, d_, g_x_, g_y_, g_z_;

@@ -40,7 +40,7 @@ constexpr double kLarger = 1 + 1e-12, kTiny2 = 1e-100;
 
 /// Efforts of the loops of a cut for one face, one vertex or one test. They are measured.
 struct Costs {
-  static constexpr Effort kGather = 2, kRefine = 1, kDistance = 5, kSplit = 40, kFind = 1, kDistances = 2, kPush = 10,
+  static constexpr Effort kGather = 2, kSort = 1, kVisit = 2, kRefine = 1, kDistance = 5, kSplit = 40, kFind = 1, kDistances = 2, kPush = 10,
                           kCollect = 6, kUnfold = 2, kSettle = 4, kSelect = 2, kBall = 1, kSelectChanged = 1,
                           kTest = 50, kPair = 3, kAccount = 2, kRepair = 3, kCollapse = 60, kThinCollapse = 500;
 };
@@ -117,28 +117,52 @@ MeshCutter::Placed MeshCutter::place(const VertexHead& head, const Pose& X) cons
   return {&head, X, R, glm::transpose(R)};
 }
 
-void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double margin, const KnownFaces& known) noexcept {
+/// Begins to search the faces within `margin` (m) of a head.
+void MeshCutter::begin_search(const Placed& head, double margin) noexcept {
+  head_ = head;
+  margin_ = margin;
+  const dvec3 half = head.head->half_box(head.R_WT[2]) + margin;
+  search_ = {head.X_W.p - half, head.X_W.p + half};
+  near_.clear();
+}
+
+/// Takes a face into the list of near faces if it is within the margin of the head.
+void MeshCutter::add_if_near(const EditableMesh& mesh, Index f) noexcept {
+  const float far = static_cast<float>(margin_) + mesh.ball_radius(f);
+  if (head_.head->may_be_within(mesh.ball_center(f) - glm::vec3(head_.X_W.p), glm::vec3(head_.R_WT[2]), far)) {
+    near_.push_back(f);
+  }
+}
+
+/// Takes the faces near the head from the known faces. Returns false if these may lack some faces.
+bool MeshCutter::gather_known(const EditableMesh& mesh, const KnownFaces& known) noexcept {
   // Bound of the distance by which a ball near the head comes nearer when the head moves, as a ratio to the motion of
   // the head. It is above 1, because a ball near the head may be farther from the head's centre than the head reaches.
   constexpr double kMotion = 1.5;
-  near_.clear();
-  const glm::vec3 c(head.X_W.p), axis(head.R_WT[2]);
-  const dvec3 half = head.head->half_box(head.R_WT[2]) + margin;
-  const auto most = static_cast<float>(margin);
-  const auto add = [&](Index f) {
-    if (head.head->may_be_within(mesh.ball_center(f) - c, axis, most + mesh.ball_radius(f))) near_.push_back(f);
-  };
-  const dvec3 lo = head.X_W.p - half, hi = head.X_W.p + half;
-  const double moved = displacement_bound(known.X_W, head.X_W, head.head->is_ball() ? 0 : head.head->reach());
-  if (margin + kMotion * moved + kRounding <= known.within) {
-    const glm::vec3 near_lo(lo), near_hi(hi);
-    for (const Index f : known.faces) {
-      if (mesh.may_meet(f, near_lo, near_hi)) add(f);
-    }
-  } else {
-    mesh.near(lo, hi, add);
+  const double reach = head_.head->is_ball() ? 0 : head_.head->reach();
+  const double moved = displacement_bound(known.X_W, head_.X_W, reach);
+  if (!(margin_ + kMotion * moved + kRounding <= known.within)) return false;
+  const glm::vec3 lo(search_.lo_W), hi(search_.hi_W);
+  for (const Index f : known.faces) {
+    if (mesh.may_meet(f, lo, hi)) add_if_near(mesh, f);
   }
-  sort_near();
+  return true;
+}
+
+/// Continues to search the faces near the head until the search is complete or `left` is not positive. Returns true if
+/// the search is complete.
+bool MeshCutter::search(const EditableMesh& mesh, Effort& left) noexcept {
+  return mesh.near_in_part(search_, left, [&](Index f) { add_if_near(mesh, f); });
+}
+
+/// Continues to search the faces near the head until the search is complete or the effort is used up. Returns true if
+/// the search is complete.
+bool MeshCutter::search_in_part(const EditableMesh& mesh) noexcept {
+  const Effort most = left_ / Costs::kVisit + 1;
+  Effort visits = most;
+  const bool complete = search(mesh, visits);
+  left_ -= Costs::kVisit * (most - visits);
+  return complete;
 }
 
 /// Sorts the faces near the head by their index. The order is then independent of the position of the mesh in the
@@ -482,7 +506,7 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
     dvec3 out;  // direction from the nearest point of the head to the face
     if (head.distance(way + head.X_W.p, out) > within) return;
     // Seen from the centre of a long head, the walls of its hole are oblique. So the nearest point of the head decides.
-    if (merges_far_ && glm::dot(n, out) < kLooksAway * glm::length(n)) return;
+    if (follows_laws_12_ && glm::dot(n, out) < kLooksAway * glm::length(n)) return;
   }
   thin_ = true;
   suspects_.push_back(f);
@@ -633,11 +657,43 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
   }
 }
 
+/// Removes a vertex that could not leave the head by merging it into a neighbour: the nearest possible one outside the
+/// head, or else the nearest possible one. Returns false if no neighbour is possible.
+bool MeshCutter::merge_into_any_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
+                                          CutDone& done) noexcept {
+  struct Neighbour {
+    bool inside;
+    double far2;  // m², square of the distance from the vertex
+    Index face;   // face in which the edge from the vertex to the neighbour begins
+    int i;        // index of this edge
+    bool operator<(const Neighbour& other) const noexcept {
+      return inside != other.inside ? other.inside : far2 < other.far2;
+    }
+  };
+  constexpr std::size_t kMost = 32;
+  std::array<Neighbour, kMost> neighbours;
+  std::size_t count = 0;
+  mesh.around(v, [&](Index f, int c) {
+    if (count == kMost || !mesh.may_collapse(f, c, false)) return;
+    const bool inside = head.distance(mesh.point(f, (c + 1) % 3)) < -P::overlap;
+    const Neighbour next{inside, edge2(mesh, f, c), f, c};
+    std::size_t at = count++;
+    for (; at > 0 && next < neighbours[at - 1]; --at) neighbours[at] = neighbours[at - 1];
+    neighbours[at] = next;
+  });
+  for (std::size_t k = 0; k < count; ++k) {
+    left_ -= thin_ ? Costs::kThinCollapse : Costs::kCollapse;
+    const Neighbour& to = neighbours[k];
+    if (collapse_edge(mesh, head, to.face, to.i, false, edge, P::longest_merged, P::most_given, done)) return true;
+  }
+  return false;
+}
+
 /// Removes a vertex that could not leave the head by merging it into a neighbour, if possible one on the head's
 /// surface. Returns false if there is no suitable neighbour.
 bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
                                       CutDone& done) noexcept {
-  const double longest = merges_far_ ? P::longest_merged : P::longest;
+  if (follows_laws_12_) return merge_into_any_neighbour(mesh, head, v, edge, done);
   for (int tries = 0; tries < 2; ++tries) {
     Index face = kNone;
     int at = 0;
@@ -653,7 +709,7 @@ bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, In
         nearest2 = far2, face = f, at = i, keeps_first = before;
       }
     });
-    if (face != kNone && collapse_edge(mesh, head, face, at, keeps_first, edge, longest, P::most_given, done)) {
+    if (face != kNone && collapse_edge(mesh, head, face, at, keeps_first, edge, P::longest, P::most_given, done)) {
       return true;
     }
   }
@@ -671,7 +727,9 @@ CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& 
 void MeshCutter::begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept {
   constexpr double kMostSteps = 100'000;
   const double way = displacement_bound(X_WA, X_WB, head.reach());
-  job_ = {&head, X_WA, X_WB, edge, static_cast<int>(std::min(std::ceil(way / (P::step * edge)), kMostSteps)), 0};
+  // The longest cut of the servo is as long as a step, up to rounding.
+  const double steps = way / (P::step * edge) * (follows_laws_12_ ? 1 - 1e-6 : 1);
+  job_ = {&head, X_WA, X_WB, edge, static_cast<int>(std::min(std::ceil(steps), kMostSteps)), 0};
   done_ = {};
   go_to(Stage::kNextStep);
 }
@@ -746,14 +804,24 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
     case Stage::kNextStep: {
       if (job_.step == job_.steps || done_.held) return go_to(Stage::kDone);
       const int i = ++job_.step;
-      head_ =
-          place(*job_.head,
-                i == job_.steps ? job_.X_WB : interpolate(job_.X_WA, job_.X_WB, static_cast<double>(i) / job_.steps));
+      const double part = static_cast<double>(i) / job_.steps;
+      begin_search(place(*job_.head, i == job_.steps ? job_.X_WB : interpolate(job_.X_WA, job_.X_WB, part)),
+                   P::longest * edge);
       // The first step changes the mesh, so the known faces are only used in this step.
-      gather(mesh, head_, P::longest * edge, i == 1 ? known : KnownFaces{});
+      if (i > 1 || !gather_known(mesh, known)) {
+        if (follows_laws_12_) return go_to(Stage::kSearch);
+        Effort unlimited = kNoLimit;
+        search(mesh, unlimited);
+      }
+      sort_near();
       left_ -= Costs::kGather * static_cast<Effort>(near_.size()) + 1;
       return go_to(Stage::kRefine);
     }
+    case Stage::kSearch:
+      if (!search_in_part(mesh)) return;
+      sort_near();
+      left_ -= Costs::kSort * static_cast<Effort>(near_.size());
+      return go_to(Stage::kRefine);
     case Stage::kRefine:
       if (refine(mesh, head_, edge, done_)) go_to(Stage::kFind);
       return;
@@ -820,7 +888,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
     case Stage::kMerge:
       if (!each(moved_.size(), 1, [&](std::size_t i) {
             const Moved& m = moved_[i];
-            if (m.stays) left_ -= Costs::kThinCollapse;
+            if (m.stays && !follows_laws_12_) left_ -= Costs::kThinCollapse;
             if (!m.stays || merge_into_neighbour(mesh, head_, m.v, edge, done_)) {
               done_.changed = true;
             } else {
@@ -844,7 +912,10 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
 CutDone MeshCutter::cut_as_printed(EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept {
   CutDone done;
   const Placed placed = place(head, X_WB);
-  gather(mesh, placed, 0, {});
+  begin_search(placed, 0);
+  Effort unlimited = kNoLimit;
+  search(mesh, unlimited);
+  sort_near();
   moved_.clear();
   ++look_;
   for (const Index f : near_) {

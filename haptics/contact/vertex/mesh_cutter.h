@@ -48,8 +48,9 @@ struct CutParameters {
   // first version of the servo's force laws in which an edge next to a face of bad shape may be collapsed
   static constexpr std::uint32_t laws_of_bad_faces = 11;
   // First version in which a vertex that could not leave the head is also merged if this makes edges longer than
-  // `longest`, and in which a face that faces the nearest point of the head is not tested for intersection.
-  static constexpr std::uint32_t laws_of_long_merges = 12;
+  // `longest`, in which a face that faces the nearest point of the head is not tested for intersection, and in which
+  // the search for the faces near the head is divided.
+  static constexpr std::uint32_t laws_12 = 12;
   // longest edge after such a merge; the next cut splits it
   static constexpr double longest_merged = 2;
   // m, tolerance: a vertex that overlaps the head by less than this counts as on its surface
@@ -95,7 +96,7 @@ class MeshCutter {
   /// Sets the version of the servo's force laws. Called before the first cut.
   void set_laws(std::uint32_t laws) noexcept {
     accepts_bad_faces_ = laws >= CutParameters::laws_of_bad_faces;
-    merges_far_ = laws >= CutParameters::laws_of_long_merges;
+    follows_laws_12_ = laws >= CutParameters::laws_12;
   }
   /// Moves the head from A to B in straight steps and cuts the mesh. At A the head must not overlap tissue. `edge`:
   /// edge length of the cut surface, m.
@@ -154,6 +155,7 @@ class MeshCutter {
   /// The next part of a cut. Each step of the head passes through all stages from kRefine to kRepair.
   enum class Stage : std::uint8_t {
     kNextStep,
+    kSearch,
     kRefine,
     kFind,
     kCollect,
@@ -185,7 +187,11 @@ class MeshCutter {
     return true;
   }
   void go_to(Stage stage) noexcept { stage_ = stage, at_ = 0; }
-  void gather(const mesh::EditableMesh& mesh, const Placed& head, double margin, const KnownFaces& known) noexcept;
+  void begin_search(const Placed& head, double margin) noexcept;
+  void add_if_near(const mesh::EditableMesh& mesh, mesh::Index f) noexcept;
+  bool gather_known(const mesh::EditableMesh& mesh, const KnownFaces& known) noexcept;
+  bool search(const mesh::EditableMesh& mesh, Effort& left) noexcept;
+  bool search_in_part(const mesh::EditableMesh& mesh) noexcept;
   void sort_near() noexcept;
   bool refine(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
   bool find_inside(const mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
@@ -208,6 +214,8 @@ class MeshCutter {
                      double longest, double most_volume, CutDone& done) noexcept;
   bool merge_into_neighbour(mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, double edge,
                             CutDone& done) noexcept;
+  bool merge_into_any_neighbour(mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, double edge,
+                                CutDone& done) noexcept;
   bool turn(mesh::EditableMesh& mesh, mesh::Index f, int i, double edge, CutDone& done) noexcept;
   Tissue tissue_under(const mesh::EditableMesh& mesh, mesh::Index f) const noexcept;
   /// Returns the slice of a ball whose centre has this coordinate (m) on the axis of the slices.
@@ -227,7 +235,7 @@ class MeshCutter {
 
   SharedLabels labels_;
   bool accepts_bad_faces_ = true;  // true: an edge may be collapsed if a face next to it keeps a bad shape
-  bool merges_far_ = true;  // true: rules of force laws 12 (CutParameters::laws_of_long_merges)
+  bool follows_laws_12_ = true;  // true: rules of force laws 12 (CutParameters::laws_12)
   std::uint32_t look_ = 0;
   // for each vertex or face: number of the last search that visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
@@ -258,6 +266,8 @@ class MeshCutter {
   // The state of a cut between its parts.
   Job job_;
   Placed head_;  // head of the present step
+  mesh::EditableMesh::NearSearch search_;  // search for the faces near head_
+  double margin_ = 0;                      // m, distance from the head within which faces are gathered
   Stage stage_ = Stage::kDone;
   Effort left_ = 0;               // effort that the present call of work() may still spend
   std::size_t at_ = 0;            // index at which the present stage continues

@@ -52,10 +52,10 @@ struct FeelParameters {
   // `hurry` edge lengths for each square of the head's radius in the cut area. A thin head slides between the vertices
   // if it advances far at once.
   static constexpr double rest = 3, hurry = 0.08;
-  // Effort of a cut in one tick. A longer cut is divided over several ticks.
-  static constexpr Effort most_effort = 6000;
-  // the same after a cut in which vertices stayed inside the head
-  static constexpr Effort more_effort = 8000;
+  // Effort of the contact and of a cut in one tick. A longer cut is divided over several ticks.
+  static constexpr Effort most_effort = 5000;
+  // effort of a cut in one tick for force laws 11, and after a cut in which vertices stayed inside the head
+  static constexpr Effort most_effort_before = 6000, more_effort_before = 8000;
   // Effort of the lists of a tick in which a fast head needs several lists. If the next list would exceed it, the head
   // follows in the next tick.
   static constexpr Effort most_listed = 15000;
@@ -88,8 +88,9 @@ class VertexModel final : public ContactModel {
   static constexpr std::size_t kMostProposed = 64;  // largest number of points whose distances are computed at once
   // first versions of the force laws that divide a long cut over several ticks: between its stages, and anywhere
   static constexpr std::uint32_t kStages = 9, kFineParts = 11;
-  // first version in which the head also moves during a cut after one in which vertices stayed inside the head, and in
-  // which the force changes more slowly
+  // First version in which a cut in which vertices stayed inside the head has no effect on the motion of the head and
+  // on the wait before the next cut. The force changes more slowly, and the search for the faces near a head is
+  // divided, too.
   static constexpr std::uint32_t kMovesOn = 12;
   /// A contact point near the head: a vertex, or a point that a refinement of a large face would add.
   struct Sample {
@@ -111,6 +112,8 @@ class VertexModel final : public ContactModel {
     Pose X;           // pose of the head
     glm::dmat3 R_WT{1};
     double margin = 0;         // m, distance from the head within which points are listed
+    mesh::EditableMesh::NearSearch search;
+    bool searches = false;     // true if the search has begun
     std::size_t at = 0;        // index in near_ at which the present stage continues
     std::size_t vertices = 0;  // number of points that are vertices
   };
@@ -131,6 +134,9 @@ class VertexModel final : public ContactModel {
   bool work_on_cut(const ContactInput& in, const Pose& proxy) noexcept;
   bool is_ahead(const dvec3& proxy, const ContactInput& in) const noexcept;
   bool continue_cut(Effort& left) noexcept;
+  Effort effort_for_cut() const noexcept;
+  bool moves_on() const noexcept { return settings_.laws >= kMovesOn; }
+  bool divides_search() const noexcept { return settings_.laws >= kMovesOn; }
   bool divides_anywhere() const noexcept { return settings_.laws >= kFineParts; }
   /// In versions 9 and 10 of the force laws, a cut is divided between its stages, except for an edge that the hand
   /// draws, and after a cut in which vertices stayed inside the head.
@@ -150,7 +156,7 @@ class VertexModel final : public ContactModel {
   void gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept;
   void begin_list(const VertexHead& head, double edge, const Pose& X, double margin) noexcept;
   bool list_points(PointList& list, Effort& left) noexcept;
-  void list_near_faces() noexcept;
+  bool list_near_faces(Effort& left) noexcept;
   void list_vertices(PointList& list, mesh::Index f) noexcept;
   void list_area(PointList& list, mesh::Index f) noexcept;
   void propose(PointList& list, const dvec3& p_W, const Sample& sample) noexcept;
