@@ -134,33 +134,33 @@ void MeshCutter::add_if_near(const EditableMesh& mesh, Index f) noexcept {
   }
 }
 
-/// Takes the faces near the head from the known faces. Returns false if these may lack some faces.
-bool MeshCutter::gather_known(const EditableMesh& mesh, const KnownFaces& known) noexcept {
+/// Returns true if the known faces include all faces within the margin of the head.
+bool MeshCutter::covers(const KnownFaces& known) const noexcept {
   // Bound of the distance by which a ball near the head comes nearer when the head moves, as a ratio to the motion of
   // the head. It is above 1, because a ball near the head may be farther from the head's centre than the head reaches.
   constexpr double kMotion = 1.5;
   const double reach = head_.head->is_ball() ? 0 : head_.head->reach();
   const double moved = displacement_bound(known.X_W, head_.X_W, reach);
-  if (!(margin_ + kMotion * moved + kRounding <= known.within)) return false;
-  const glm::vec3 lo(search_.lo_W), hi(search_.hi_W);
-  for (const Index f : known.faces) {
-    if (mesh.may_meet(f, lo, hi)) add_if_near(mesh, f);
+  return margin_ + kMotion * moved + kRounding <= known.within;
+}
+
+/// Continues to gather the faces near the head, from the known faces or by a search of the mesh, until the effort is
+/// used up. Returns true if all faces are gathered.
+bool MeshCutter::gather_in_part(const EditableMesh& mesh, const KnownFaces& known) noexcept {
+  if (takes_known_ && known.number != known_) {  // other faces are known now
+    begin_search(head_, margin_);
+    takes_known_ = covers(known), known_ = known.number;
+    at_ = 0;
   }
-  return true;
-}
-
-/// Continues to search the faces near the head until the search is complete or `left` is not positive. Returns true if
-/// the search is complete.
-bool MeshCutter::search(const EditableMesh& mesh, Effort& left) noexcept {
-  return mesh.near_in_part(search_, left, [&](Index f) { add_if_near(mesh, f); });
-}
-
-/// Continues to search the faces near the head until the search is complete or the effort is used up. Returns true if
-/// the search is complete.
-bool MeshCutter::search_in_part(const EditableMesh& mesh) noexcept {
+  if (takes_known_) {
+    const glm::vec3 lo(search_.lo_W), hi(search_.hi_W);
+    return each(known.faces.size(), Costs::kVisit, [&](std::size_t k) {
+      if (mesh.may_meet(known.faces[k], lo, hi)) add_if_near(mesh, known.faces[k]);
+    });
+  }
   const Effort most = left_ / Costs::kVisit + 1;
   Effort visits = most;
-  const bool complete = search(mesh, visits);
+  const bool complete = mesh.near_in_part(search_, visits, [&](Index f) { add_if_near(mesh, f); });
   left_ -= Costs::kVisit * (most - visits);
   return complete;
 }
@@ -808,17 +808,16 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       begin_search(place(*job_.head, i == job_.steps ? job_.X_WB : interpolate(job_.X_WA, job_.X_WB, part)),
                    P::longest * edge);
       // The first step changes the mesh, so the known faces are only used in this step.
-      if (i > 1 || !gather_known(mesh, known)) {
-        if (follows_laws_12_) return go_to(Stage::kSearch);
-        Effort unlimited = kNoLimit;
-        search(mesh, unlimited);
-      }
+      takes_known_ = i == 1 && covers(known), known_ = known.number;
+      if (follows_laws_12_) return go_to(Stage::kSearch);
+      const Effort left = std::exchange(left_, kNoLimit);
+      gather_in_part(mesh, known);
       sort_near();
-      left_ -= Costs::kGather * static_cast<Effort>(near_.size()) + 1;
+      left_ = left - Costs::kGather * static_cast<Effort>(near_.size()) - 1;
       return go_to(Stage::kRefine);
     }
     case Stage::kSearch:
-      if (!search_in_part(mesh)) return;
+      if (!gather_in_part(mesh, known)) return;
       sort_near();
       left_ -= Costs::kSort * static_cast<Effort>(near_.size());
       return go_to(Stage::kRefine);
@@ -913,8 +912,7 @@ CutDone MeshCutter::cut_as_printed(EditableMesh& mesh, const VertexHead& head, c
   CutDone done;
   const Placed placed = place(head, X_WB);
   begin_search(placed, 0);
-  Effort unlimited = kNoLimit;
-  search(mesh, unlimited);
+  mesh.near(search_.lo_W, search_.hi_W, [&](Index f) { add_if_near(mesh, f); });
   sort_near();
   moved_.clear();
   ++look_;

@@ -84,6 +84,7 @@ struct KnownFaces {
   std::span<const mesh::Index> faces;  // includes all faces within the distance `within` of the head at X_W
   Pose X_W;
   double within = 0;  // m; 0: no faces are known
+  std::uint64_t number = 0;  // differs between the lists that are known during one cut
 };
 
 /// Cuts meshes. Buffers are allocated in the constructor. The result is deterministic.
@@ -189,9 +190,8 @@ class MeshCutter {
   void go_to(Stage stage) noexcept { stage_ = stage, at_ = 0; }
   void begin_search(const Placed& head, double margin) noexcept;
   void add_if_near(const mesh::EditableMesh& mesh, mesh::Index f) noexcept;
-  bool gather_known(const mesh::EditableMesh& mesh, const KnownFaces& known) noexcept;
-  bool search(const mesh::EditableMesh& mesh, Effort& left) noexcept;
-  bool search_in_part(const mesh::EditableMesh& mesh) noexcept;
+  bool covers(const KnownFaces& known) const noexcept;
+  bool gather_in_part(const mesh::EditableMesh& mesh, const KnownFaces& known) noexcept;
   void sort_near() noexcept;
   bool refine(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
   bool find_inside(const mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
@@ -268,6 +268,8 @@ class MeshCutter {
   Placed head_;  // head of the present step
   mesh::EditableMesh::NearSearch search_;  // search for the faces near head_
   double margin_ = 0;                      // m, distance from the head within which faces are gathered
+  bool takes_known_ = false;               // true if the faces are taken from the known ones with the number known_
+  std::uint64_t known_ = 0;
   Stage stage_ = Stage::kDone;
   Effort left_ = 0;               // effort that the present call of work() may still spend
   std::size_t at_ = 0;            // index at which the present stage continues

@@ -53,7 +53,7 @@ struct FeelParameters {
   // if it advances far at once.
   static constexpr double rest = 3, hurry = 0.08;
   // Effort of the contact and of a cut in one tick. A longer cut is divided over several ticks.
-  static constexpr Effort most_effort = 5000;
+  static constexpr Effort most_effort = 6000;
   // effort of a cut in one tick for force laws 11, and after a cut in which vertices stayed inside the head
   static constexpr Effort most_effort_before = 6000, more_effort_before = 8000;
   // Effort of the lists of a tick in which a fast head needs several lists. If the next list would exceed it, the head
@@ -144,7 +144,9 @@ class VertexModel final : public ContactModel {
     return settings_.laws >= kStages && !divides_anywhere() && !parameters_.as_printed && !part_.scrapes &&
            !part_.stayed;
   }
-  KnownFaces known_faces() const noexcept { return {near_, list_.points.listed_at(), found_ ? list_.within : 0}; }
+  KnownFaces known_faces() const noexcept {
+    return {near_, list_.points.listed_at(), found_ ? list_.within : 0, list_.points.number()};
+  }
   // m, distance from the head within which a list contains all points: a complete list, and a list while the head cuts
   double complete_list_length() const noexcept;
   double short_list_length() const noexcept;
