@@ -502,13 +502,11 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
   if (cosine < kLooksAway * glm::length(n) * glm::length(way)) return;
   if (!head.head->may_be_within(glm::vec3(way), axis, static_cast<float>(within))) return;
   left_ -= Costs::kDistance;
-  if (!head.head->is_ball()) {
-    dvec3 out;  // direction from the nearest point of the head to the face
-    if (head.distance(way + head.X_W.p, out) > within) return;
-    // Seen from the centre of a long head, the walls of its hole are oblique. So the nearest point of the head decides.
-    if (follows_laws_12_ && glm::dot(n, out) < kLooksAway * glm::length(n)) return;
-  }
+  dvec3 out;  // direction from the nearest point of the head to the face
+  if (!head.head->is_ball() && head.distance(way + head.X_W.p, out) > within) return;
   thin_ = true;
+  // Seen from the centre of a long head, the walls of its hole are oblique. So the nearest point of the head decides.
+  if (follows_laws_12_ && !head.head->is_ball() && glm::dot(n, out) < kLooksAway * glm::length(n)) return;
   suspects_.push_back(f);
   for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
 }

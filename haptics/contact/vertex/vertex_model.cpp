@@ -121,7 +121,7 @@ bool VertexModel::list_points(PointList& list, Effort& left) noexcept {
   Listing& now = listing_;
   while (left > 0 && now.stage != Listing::Stage::kDone) {
     if (now.stage == Listing::Stage::kFaces) {
-      const bool divides = divides_search();
+      const bool divides = divides_search() && left < kNoLimit;
       // A search that is not divided begins in a tick that has enough effort left.
       if (!divides && left < P::most_effort_before / 2) return false;
       if (!std::exchange(now.searches, true)) {
