@@ -485,11 +485,10 @@ TEST(VertexModel, OlderForceLawsStillGiveTheirBits) {
     std::uint32_t laws;
     std::uint64_t cylinder, cone, pear;
   };
-  const Expected all[] = {
-      {8, 0x7d11e62b3eef0a6eu, 0x9223c77b94cab253u, 0x5149830dac04065bu},
-      {9, 0xfad4972fd459afa9u, 0x5290193899e77e5cu, 0x0d141328ef939bc4u},
-      {10, 0xfad4972fd459afa9u, 0x5290193899e77e5cu, 0x0d141328ef939bc4u},
-      {11, 0x38f48ef964a4d7d0u, 0xbee9197e3479a1acu, 0x191a0f947aa86cau}};
+  const Expected all[] = {{8, 0x7d11e62b3eef0a6eu, 0x9223c77b94cab253u, 0x5149830dac04065bu},
+                          {9, 0xfad4972fd459afa9u, 0x5290193899e77e5cu, 0x0d141328ef939bc4u},
+                          {10, 0xfad4972fd459afa9u, 0x5290193899e77e5cu, 0x0d141328ef939bc4u},
+                          {11, 0x38f48ef964a4d7d0u, 0xbee9197e3479a1acu, 0x191a0f947aa86cau}};
   for (const Expected& expected : all) {
     EXPECT_EQ(hash_of_session(expected.laws, haptics::HeadShape::kCylinder), expected.cylinder) << expected.laws;
     EXPECT_EQ(hash_of_session(expected.laws, haptics::HeadShape::kCone), expected.cone) << expected.laws;

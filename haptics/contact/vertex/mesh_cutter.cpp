@@ -40,9 +40,10 @@ constexpr double kLarger = 1 + 1e-12, kTiny2 = 1e-100;
 
 /// Efforts of the loops of a cut for one face, one vertex or one test. They are measured.
 struct Costs {
-  static constexpr Effort kGather = 2, kSort = 1, kVisit = 2, kRefine = 1, kDistance = 5, kSplit = 40, kFind = 1, kDistances = 2, kPush = 10,
-                          kCollect = 6, kUnfold = 2, kSettle = 4, kSelect = 2, kBall = 1, kSelectChanged = 1,
-                          kTest = 50, kPair = 3, kAccount = 2, kRepair = 3, kCollapse = 60, kThinCollapse = 500;
+  static constexpr Effort kGather = 2, kSort = 1, kVisit = 2, kRefine = 1, kDistance = 5, kSplit = 40, kFind = 1,
+                          kDistances = 2, kPush = 10, kCollect = 6, kUnfold = 2, kSettle = 4, kSelect = 2, kBall = 1,
+                          kSelectChanged = 1, kTest = 50, kPair = 3, kAccount = 2, kRepair = 3, kCollapse = 60,
+                          kThinCollapse = 500;
 };
 
 dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {

@@ -83,7 +83,7 @@ inline constexpr Effort kNoLimit = std::numeric_limits<Effort>::max();
 struct KnownFaces {
   std::span<const mesh::Index> faces;  // includes all faces within the distance `within` of the head at X_W
   Pose X_W;
-  double within = 0;  // m; 0: no faces are known
+  double within = 0;         // m; 0: no faces are known
   std::uint64_t number = 0;  // differs between the lists that are known during one cut
 };
 
@@ -235,7 +235,7 @@ class MeshCutter {
 
   SharedLabels labels_;
   bool accepts_bad_faces_ = true;  // true: an edge may be collapsed if a face next to it keeps a bad shape
-  bool follows_laws_12_ = true;  // true: rules of force laws 12 (CutParameters::laws_12)
+  bool follows_laws_12_ = true;    // true: rules of force laws 12 (CutParameters::laws_12)
   std::uint32_t look_ = 0;
   // for each vertex or face: number of the last search that visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
@@ -265,7 +265,7 @@ class MeshCutter {
   bool thin_ = false;  // true if a face near the head faces away from it (thin wall or undercut)
   // The state of a cut between its parts.
   Job job_;
-  Placed head_;  // head of the present step
+  Placed head_;                            // head of the present step
   mesh::EditableMesh::NearSearch search_;  // search for the faces near head_
   double margin_ = 0;                      // m, distance from the head within which faces are gathered
   bool takes_known_ = false;               // true if the faces are taken from the known ones with the number known_

@@ -21,7 +21,8 @@ constexpr std::size_t kMostFaces = 1 << 17;  // upper limit of the number of fac
 // first version that extrapolates the distances of points
 constexpr std::uint32_t kLawsOfReuse = 11;
 // efforts of the loops that list points, for one face or point; they are measured
-constexpr Effort kFaceEffort = 2, kVisitEffort = 2, kVertexEffort = 2, kDistanceEffort = 2, kAreaEffort = 3, kPartEffort = 2;
+constexpr Effort kFaceEffort = 2, kVisitEffort = 2, kVertexEffort = 2, kDistanceEffort = 2, kAreaEffort = 3,
+                 kPartEffort = 2;
 // twice the effort of the contact with one listed point
 constexpr Effort kContactEffort = 3;
 // effort of a distance that is computed instead of extrapolated
@@ -378,7 +379,8 @@ dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
   last_R_ = in.X_WT.R;
-  const double most = (force != dvec3(0) ? settings_.stiffness * moved : 0) + (moves_on() ? P::ease : P::ease_before) * in.dt;
+  const double most =
+      (force != dvec3(0) ? settings_.stiffness * moved : 0) + (moves_on() ? P::ease : P::ease_before) * in.dt;
   const dvec3 change = force - eased_;
   const double size = glm::length(change);
   eased_ = eases_ && size > most ? eased_ + most / size * change : force;

@@ -111,7 +111,7 @@ class VertexModel final : public ContactModel {
     double edge = 0;  // m, edge length of the surface that the head cuts
     Pose X;           // pose of the head
     glm::dmat3 R_WT{1};
-    double margin = 0;         // m, distance from the head within which points are listed
+    double margin = 0;  // m, distance from the head within which points are listed
     mesh::EditableMesh::NearSearch search;
     bool searches = false;     // true if the search has begun
     std::size_t at = 0;        // index in near_ at which the present stage continues
