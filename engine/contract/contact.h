@@ -41,10 +41,8 @@ constexpr std::uint32_t bits(Fault fault) {
 
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
-/// - 12: In the model mesh_lod, the search for a ball's place ends when the place is known to be final, and a long
-/// search continues in the next tick. The carver lists the points around a head that is no ball, and the servo makes
-/// later lists in parts. A cut of the models vertex and mesh_lod splits no edge while very many faces are near the
-/// head.
+/// - 12: A head of the vertex model also moves during a cut after one in which vertices stayed inside the head. Such
+/// vertices are merged in more cases. The vertex model's force changes more slowly, and its searches are divided, too.
 /// - 11: The path of a turning head with a round end is bent, so that it has fewer straight parts. The depth of a
 /// sample that is nearest to a single line of the head's outline has a closed form. During a fast motion, the cut in
 /// the coarse patch may wait for some ticks. In the vertex model, a long cut can stop after any face and continue in

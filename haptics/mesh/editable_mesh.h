@@ -11,6 +11,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -130,30 +131,55 @@ class EditableMesh {
     return 2;
   }
 
+  /// The state of a search for the faces near a box, which may be made in parts.
+  struct NearSearch {
+    dvec3 lo_W, hi_W;          // m, corners of the box
+    int level = 0;             // level of the grid at which the search continues
+    bool began_level = false;  // true if the search has begun with this level
+    glm::ivec3 cell{0};        // next cell of the level
+    Index face = 0;            // next face, if the search tests all faces of the mesh
+  };
   /// Calls fn(face) once for each face that intersects the box, and for some other faces near the box.
   template <class Fn>
   void near(const dvec3& lo_W, const dvec3& hi_W, Fn&& fn) const {
-    const glm::vec3 lo(lo_W), hi(hi_W);
-    for (int level = 0; level < kLevels; ++level) {
+    NearSearch search{lo_W, hi_W};
+    std::int64_t left = std::numeric_limits<std::int64_t>::max();
+    near_in_part(search, left, fn);
+  }
+  /// Continues the search until it is complete or `left` is not positive. Subtracts from `left` the number of cells and
+  /// faces that it visited. Returns true if the search is complete. Until then, the mesh must not change.
+  template <class Fn>
+  bool near_in_part(NearSearch& search, std::int64_t& left, Fn&& fn) const {
+    const glm::vec3 lo(search.lo_W), hi(search.hi_W);
+    for (; search.level < kLevels; ++search.level, search.began_level = false) {
+      const int level = search.level;
       if (in_level_[level] == 0) continue;
       const double margin = size_[level] * (2.0 / 3.0), cell = 1 / (kCellOfSize * size_[level]);
-      const glm::ivec3 a(glm::floor((lo_W - margin) * cell)), b(glm::floor((hi_W + margin) * cell));
+      const glm::ivec3 a(glm::floor((search.lo_W - margin) * cell)), b(glm::floor((search.hi_W + margin) * cell));
+      glm::ivec3& at = search.cell;
+      if (!std::exchange(search.began_level, true)) at = a, search.face = 0;
       const glm::dvec3 span(b - a + 1);
       if (span.x * span.y * span.z > static_cast<double>(face_count_)) {
-        for (Index f = 0; f < faces_used_; ++f) {
+        for (Index& f = search.face; f < faces_used_; ++f) {
+          if (left <= 0) return false;
+          --left;
           if (uses(f) && static_cast<int>(places_[f].key >> kLevelShift) == level && places_[f].meets(lo, hi)) fn(f);
         }
         continue;
       }
-      for (int x = a.x; x <= b.x; ++x)
-        for (int y = a.y; y <= b.y; ++y)
-          for (int z = a.z; z <= b.z; ++z) {
-            const std::uint64_t key = key_of(level, {x, y, z});
+      for (; at.x <= b.x; ++at.x, at.y = a.y)
+        for (; at.y <= b.y; ++at.y, at.z = a.z)
+          for (; at.z <= b.z; ++at.z) {
+            if (left <= 0) return false;
+            --left;
+            const std::uint64_t key = key_of(level, at);
             for (Index f = heads_[bucket_of(key)]; f != kNone; f = places_[f].next) {
+              --left;
               if (places_[f].key == key && places_[f].meets(lo, hi)) fn(f);
             }
           }
     }
+    return true;
   }
   /// Returns false if near() would not visit face f for this box, because the ball that encloses the face lies outside
   /// the box.
@@ -200,7 +226,10 @@ class EditableMesh {
   /// Returns the bucket of a cell. Cells that are neighbours along z have neighbouring buckets, so a search reads whole
   /// cache lines.
   std::size_t bucket_of(std::uint64_t key) const noexcept {
-    const std::uint64_t column = (key >> 20) * 0x9e3779b97f4a7c15u >> bucket_shift_;
+    // The coordinates of a large flat surface lie on a regular grid; a single product would map many of them to the
+    // same buckets.
+    std::uint64_t column = (key >> 20) * 0x9e3779b97f4a7c15u;
+    column = (column ^ column >> 32) * 0xd6e8feb86659fd93u >> bucket_shift_;
     return static_cast<std::size_t>(column + (key & 0xfffff)) & (heads_.size() - 1);
   }
 

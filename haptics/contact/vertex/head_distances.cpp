@@ -205,6 +205,7 @@ void HeadDistances::compute_all(const VertexHead& head, const mesh::NearPoints& 
     d_[i] = static_cast<float>(distance_[i]);
   }
   known_list_ = points.number(), known_ = points.size(), known_at_ = X_WG;
+  computed_ += size_;
 }
 
 /// Finds the points that are at most `far` metres from a head at X_WG, or from a head that moves on by `motion_W`, from

@@ -39,7 +39,10 @@ class HeadDistances {
   /// gradient, and this component is positive. Needs `reuse`.
   void find_pushed(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG,
                    const dvec3& motion_W) noexcept;
-  /// Call this before find() is used for another list. It deletes the distances from which find() extrapolates.
+  /// Returns the number of points whose distances were computed for extrapolation since count_anew().
+  std::size_t computed() const noexcept { return computed_; }
+  void count_anew() noexcept { computed_ = 0; }
+  /// Call this when find() is used for another list. It forgets the distances from which find() extrapolates.
   void forget() noexcept { known_list_ = 0; }
   /// Removes the points from index `first` on that are farther than `far` metres from the head at points.listed_at().
   /// Stores the distances of the remaining points in the list.
@@ -83,8 +86,9 @@ class HeadDistances {
   // Distances of all listed points from a head at one pose, from which find() extrapolates. The arrays are empty if
   // find() never extrapolates.
   std::uint64_t known_list_ = 0;  // number of the list to which the points belong
-  std::size_t known_ = 0;         // number of points with known distances
-  Pose known_at_;                 // pose of the head for which the distances are known
+  std::size_t known_ = 0;         // number of points
+  std::size_t computed_ = 0;      // number of points whose distances were computed since count_anew()
+  Pose known_at_;                 // pose of the head
   // m, frame T: positions of the points, and directions in which the distances increase
   std::vector<float> p_x_, p_y_, p_z_, d_, g_x_, g_y_, g_z_;
 };

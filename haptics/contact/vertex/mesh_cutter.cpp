@@ -41,9 +41,10 @@ constexpr double kLarger = 1 + 1e-12, kTiny2 = 1e-100;
 
 /// Efforts of the loops of a cut for one face, one vertex or one test. They are measured.
 struct Costs {
-  static constexpr Effort kGather = 2, kRefine = 1, kDistance = 5, kSplit = 40, kFind = 1, kDistances = 2, kPush = 10,
-                          kCollect = 6, kUnfold = 2, kSettle = 4, kSelect = 2, kBall = 1, kSelectChanged = 1,
-                          kTest = 50, kPair = 3, kAccount = 2, kRepair = 3, kCollapse = 60, kThinCollapse = 500;
+  static constexpr Effort kGather = 2, kSort = 1, kVisit = 2, kRefine = 1, kDistance = 5, kSplit = 40, kFind = 1,
+                          kDistances = 2, kPush = 10, kCollect = 6, kUnfold = 2, kSettle = 4, kSelect = 2, kBall = 1,
+                          kSelectChanged = 1, kTest = 50, kPair = 3, kAccount = 2, kRepair = 3, kCollapse = 60,
+                          kThinCollapse = 500;
 };
 
 dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
@@ -126,28 +127,52 @@ MeshCutter::Placed MeshCutter::place(const VertexHead& head, const Pose& X) cons
   return {&head, X, R, glm::transpose(R)};
 }
 
-void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double margin, const KnownFaces& known) noexcept {
+/// Begins to search the faces within `margin` (m) of a head.
+void MeshCutter::begin_search(const Placed& head, double margin) noexcept {
+  head_ = head;
+  margin_ = margin;
+  const dvec3 half = head.head->half_box(head.R_WT[2]) + margin;
+  search_ = {head.X_W.p - half, head.X_W.p + half};
+  near_.clear();
+}
+
+/// Takes a face into the list of near faces if it is within the margin of the head.
+void MeshCutter::add_if_near(const EditableMesh& mesh, Index f) noexcept {
+  const float far = static_cast<float>(margin_) + mesh.ball_radius(f);
+  if (head_.head->may_be_within(mesh.ball_center(f) - glm::vec3(head_.X_W.p), glm::vec3(head_.R_WT[2]), far)) {
+    near_.push_back(f);
+  }
+}
+
+/// Returns true if the known faces include all faces within the margin of the head.
+bool MeshCutter::covers(const KnownFaces& known) const noexcept {
   // Bound of the distance by which a ball near the head comes nearer when the head moves, as a ratio to the motion of
   // the head. It is above 1, because a ball near the head may be farther from the head's centre than the head reaches.
   constexpr double kMotion = 1.5;
-  near_.clear();
-  const glm::vec3 c(head.X_W.p), axis(head.R_WT[2]);
-  const dvec3 half = head.head->half_box(head.R_WT[2]) + margin;
-  const auto most = static_cast<float>(margin);
-  const auto add = [&](Index f) {
-    if (head.head->may_be_within(mesh.ball_center(f) - c, axis, most + mesh.ball_radius(f))) near_.push_back(f);
-  };
-  const dvec3 lo = head.X_W.p - half, hi = head.X_W.p + half;
-  const double moved = displacement_bound(known.X_W, head.X_W, head.head->is_ball() ? 0 : head.head->reach());
-  if (margin + kMotion * moved + kRounding <= known.within) {
-    const glm::vec3 near_lo(lo), near_hi(hi);
-    for (const Index f : known.faces) {
-      if (mesh.may_meet(f, near_lo, near_hi)) add(f);
-    }
-  } else {
-    mesh.near(lo, hi, add);
+  const double reach = head_.head->is_ball() ? 0 : head_.head->reach();
+  const double moved = displacement_bound(known.X_W, head_.X_W, reach);
+  return margin_ + kMotion * moved + kRounding <= known.within;
+}
+
+/// Continues to gather the faces near the head, from the known faces or by a search of the mesh, until the effort is
+/// used up. Returns true if all faces are gathered.
+bool MeshCutter::gather_in_part(const EditableMesh& mesh, const KnownFaces& known) noexcept {
+  if (takes_known_ && known.number != known_) {  // other faces are known now
+    begin_search(head_, margin_);
+    takes_known_ = covers(known), known_ = known.number;
+    at_ = 0;
   }
-  sort_near();
+  if (takes_known_) {
+    const glm::vec3 lo(search_.lo_W), hi(search_.hi_W);
+    return each(known.faces.size(), Costs::kVisit, [&](std::size_t k) {
+      if (mesh.may_meet(known.faces[k], lo, hi)) add_if_near(mesh, known.faces[k]);
+    });
+  }
+  const Effort most = left_ / Costs::kVisit + 1;
+  Effort visits = most;
+  const bool complete = mesh.near_in_part(search_, visits, [&](Index f) { add_if_near(mesh, f); });
+  left_ -= Costs::kVisit * (most - visits);
+  return complete;
 }
 
 /// Sorts the faces near the head by their index. The order is then independent of the position of the mesh in the
@@ -488,8 +513,11 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
   if (cosine < kLooksAway * glm::length(n) * glm::length(way)) return;
   if (!head.head->may_be_within(glm::vec3(way), axis, static_cast<float>(within))) return;
   left_ -= Costs::kDistance;
-  if (!head.head->is_ball() && head.distance(way + head.X_W.p) > within) return;
+  dvec3 out;  // direction from the nearest point of the head to the face
+  if (!head.head->is_ball() && head.distance(way + head.X_W.p, out) > within) return;
   thin_ = true;
+  // Seen from the centre of a long head, the walls of its hole are oblique. So the nearest point of the head decides.
+  if (follows_laws_12_ && !head.head->is_ball() && glm::dot(n, out) < kLooksAway * glm::length(n)) return;
   suspects_.push_back(f);
   for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
 }
@@ -526,12 +554,12 @@ void MeshCutter::account(EditableMesh& mesh, const Placed& head, const Affected&
 /// Collapses an edge unless a face would rotate too far or become too large or too flat, or the volume would change too
 /// much. Returns true if the edge was collapsed.
 bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, int i, bool keeps_first, double edge,
-                               double most_volume, CutDone& done) noexcept {
+                               double longest, double most_volume, CutDone& done) noexcept {
   const Index first = mesh.face(f).v[i], second = mesh.face(f).v[(i + 1) % 3];
   const Index kept = keeps_first ? first : second, gone = keeps_first ? second : first;
   if (mesh.vertex(kept).on_border() || !mesh.may_collapse(f, i, keeps_first)) return false;
   const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
-  const double longest2 = P::longest * P::longest * edge * edge;
+  const double longest2 = longest * longest * edge * edge;
   // Limits of the shape that a face may get. At a tiny edge, a face whose shape is bad already may keep a shape of this
   // kind. Otherwise tiny faces would never be removed once they have collected in one place.
   const bool accepts_bad = accepts_bad_faces_ && glm::dot(to - from, to - from) < P::tiny * P::tiny * edge * edge;
@@ -627,8 +655,8 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
     left_ -= thin_ ? Costs::kThinCollapse : Costs::kCollapse;
     // Prefers to keep the vertex that the head has not moved.
     const bool first = !mesh.vertex(mesh.face(f).v[shortest]).was_moved();
-    if (collapse_edge(mesh, head, f, shortest, first, edge, P::most_volume, done) ||
-        collapse_edge(mesh, head, f, shortest, !first, edge, P::most_volume, done)) {
+    if (collapse_edge(mesh, head, f, shortest, first, edge, P::longest, P::most_volume, done) ||
+        collapse_edge(mesh, head, f, shortest, !first, edge, P::longest, P::most_volume, done)) {
       return;
     }
   }
@@ -638,10 +666,43 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
   }
 }
 
+/// Removes a vertex that could not leave the head by merging it into a neighbour: the nearest possible one outside the
+/// head, or else the nearest possible one. Returns false if no neighbour is possible.
+bool MeshCutter::merge_into_any_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
+                                          CutDone& done) noexcept {
+  struct Neighbour {
+    bool inside;
+    double far2;  // m², square of the distance from the vertex
+    Index face;   // face in which the edge from the vertex to the neighbour begins
+    int i;        // index of this edge
+    bool operator<(const Neighbour& other) const noexcept {
+      return inside != other.inside ? other.inside : far2 < other.far2;
+    }
+  };
+  constexpr std::size_t kMost = 32;
+  std::array<Neighbour, kMost> neighbours;
+  std::size_t count = 0;
+  mesh.around(v, [&](Index f, int c) {
+    if (count == kMost || !mesh.may_collapse(f, c, false)) return;
+    const bool inside = head.distance(mesh.point(f, (c + 1) % 3)) < -P::overlap;
+    const Neighbour next{inside, edge2(mesh, f, c), f, c};
+    std::size_t at = count++;
+    for (; at > 0 && next < neighbours[at - 1]; --at) neighbours[at] = neighbours[at - 1];
+    neighbours[at] = next;
+  });
+  for (std::size_t k = 0; k < count; ++k) {
+    left_ -= thin_ ? Costs::kThinCollapse : Costs::kCollapse;
+    const Neighbour& to = neighbours[k];
+    if (collapse_edge(mesh, head, to.face, to.i, false, edge, P::longest_merged, P::most_given, done)) return true;
+  }
+  return false;
+}
+
 /// Removes a vertex that could not leave the head by merging it into a neighbour, if possible one on the head's
 /// surface. Returns false if there is no suitable neighbour.
 bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
                                       CutDone& done) noexcept {
+  if (follows_laws_12_) return merge_into_any_neighbour(mesh, head, v, edge, done);
   for (int tries = 0; tries < 2; ++tries) {
     Index face = kNone;
     int at = 0;
@@ -657,7 +718,9 @@ bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, In
         nearest2 = far2, face = f, at = i, keeps_first = before;
       }
     });
-    if (face != kNone && collapse_edge(mesh, head, face, at, keeps_first, edge, P::most_given, done)) return true;
+    if (face != kNone && collapse_edge(mesh, head, face, at, keeps_first, edge, P::longest, P::most_given, done)) {
+      return true;
+    }
   }
   return false;
 }
@@ -673,7 +736,9 @@ CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& 
 void MeshCutter::begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept {
   constexpr double kMostSteps = 100'000;
   const double way = displacement_bound(X_WA, X_WB, head.reach());
-  job_ = {&head, X_WA, X_WB, edge, static_cast<int>(std::min(std::ceil(way / (P::step * edge)), kMostSteps)), 0};
+  // The longest cut of the servo is as long as a step, up to rounding.
+  const double steps = way / (P::step * edge) * (follows_laws_12_ ? 1 - 1e-6 : 1);
+  job_ = {&head, X_WA, X_WB, edge, static_cast<int>(std::min(std::ceil(steps), kMostSteps)), 0};
   done_ = {};
   go_to(Stage::kNextStep);
 }
@@ -748,14 +813,23 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
     case Stage::kNextStep: {
       if (job_.step == job_.steps || done_.held) return go_to(Stage::kDone);
       const int i = ++job_.step;
-      head_ =
-          place(*job_.head,
-                i == job_.steps ? job_.X_WB : interpolate(job_.X_WA, job_.X_WB, static_cast<double>(i) / job_.steps));
+      const double part = static_cast<double>(i) / job_.steps;
+      begin_search(place(*job_.head, i == job_.steps ? job_.X_WB : interpolate(job_.X_WA, job_.X_WB, part)),
+                   P::longest * edge);
       // The first step changes the mesh, so the known faces are only used in this step.
-      gather(mesh, head_, P::longest * edge, i == 1 ? known : KnownFaces{});
-      left_ -= Costs::kGather * static_cast<Effort>(near_.size()) + 1;
+      takes_known_ = i == 1 && covers(known), known_ = known.number;
+      if (follows_laws_12_) return go_to(Stage::kSearch);
+      const Effort left = std::exchange(left_, kNoLimit);
+      gather_in_part(mesh, known);
+      sort_near();
+      left_ = left - Costs::kGather * static_cast<Effort>(near_.size()) - 1;
       return go_to(Stage::kRefine);
     }
+    case Stage::kSearch:
+      if (!gather_in_part(mesh, known)) return;
+      sort_near();
+      left_ -= Costs::kSort * static_cast<Effort>(near_.size());
+      return go_to(Stage::kRefine);
     case Stage::kRefine:
       if (refine(mesh, head_, edge, done_)) go_to(Stage::kFind);
       return;
@@ -822,7 +896,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
     case Stage::kMerge:
       if (!each(moved_.size(), 1, [&](std::size_t i) {
             const Moved& m = moved_[i];
-            if (m.stays) left_ -= Costs::kThinCollapse;
+            if (m.stays && !follows_laws_12_) left_ -= Costs::kThinCollapse;
             if (!m.stays || merge_into_neighbour(mesh, head_, m.v, edge, done_)) {
               done_.changed = true;
             } else {
@@ -846,7 +920,9 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
 CutDone MeshCutter::cut_as_printed(EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept {
   CutDone done;
   const Placed placed = place(head, X_WB);
-  gather(mesh, placed, 0, {});
+  begin_search(placed, 0);
+  mesh.near(search_.lo_W, search_.hi_W, [&](Index f) { add_if_near(mesh, f); });
+  sort_near();
   moved_.clear();
   ++look_;
   for (const Index f : near_) {

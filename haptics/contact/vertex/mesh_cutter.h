@@ -47,12 +47,12 @@ struct CutParameters {
   static constexpr double least_area = 1e-6;
   // first version of the servo's force laws in which an edge next to a face of bad shape may be collapsed
   static constexpr std::uint32_t laws_of_bad_faces = 11;
-  // Largest number of faces near the head with which edges are split, as a ratio to the number of faces of this edge
-  // length on the head's surface. A usual cut has at most about twice as many faces. More faces collect only at the rim
-  // of a membrane, where each split would be followed by others.
-  static constexpr double most_faces = 4;
-  // first version of the servo's force laws with this limit
-  static constexpr std::uint32_t laws_of_most_faces = 12;
+  // First version in which a vertex that could not leave the head is also merged if this makes edges longer than
+  // `longest`, in which a face that faces the nearest point of the head is not tested for intersection, and in which
+  // the search for the faces near the head is divided.
+  static constexpr std::uint32_t laws_12 = 12;
+  // longest edge after such a merge; the next cut splits it
+  static constexpr double longest_merged = 2;
   // m, tolerance: a vertex that overlaps the head by less than this counts as on its surface
   static constexpr double overlap = 1e-10;
   // the common edge of two faces may be flipped only if the cosine between their normals is larger than this
@@ -84,7 +84,8 @@ inline constexpr Effort kNoLimit = std::numeric_limits<Effort>::max();
 struct KnownFaces {
   std::span<const mesh::Index> faces;  // contains at least all faces within the distance `within` of the head at X_W
   Pose X_W;
-  double within = 0;  // m; 0: no faces are known
+  double within = 0;         // m; 0: no faces are known
+  std::uint64_t number = 0;  // differs between the lists that are known during one cut
 };
 
 /// Cuts meshes. Buffers are allocated in the constructor. The result is deterministic.
@@ -97,7 +98,7 @@ class MeshCutter {
   /// Sets the version of the servo's force laws. Called before the first cut.
   void set_laws(std::uint32_t laws) noexcept {
     accepts_bad_faces_ = laws >= CutParameters::laws_of_bad_faces;
-    limits_faces_ = laws >= CutParameters::laws_of_most_faces;
+    follows_laws_12_ = laws >= CutParameters::laws_12;
   }
   /// Moves the head from A to B in straight steps and cuts the mesh. At A the head must not overlap tissue. `edge`:
   /// edge length of the cut surface, m.
@@ -156,6 +157,7 @@ class MeshCutter {
   /// The parts into which each step of a cut is divided. A step passes through all stages from kRefine to kRepair.
   enum class Stage : std::uint8_t {
     kNextStep,
+    kSearch,
     kRefine,
     kFind,
     kCollect,
@@ -187,7 +189,10 @@ class MeshCutter {
     return true;
   }
   void go_to(Stage stage) noexcept { stage_ = stage, at_ = 0; }
-  void gather(const mesh::EditableMesh& mesh, const Placed& head, double margin, const KnownFaces& known) noexcept;
+  void begin_search(const Placed& head, double margin) noexcept;
+  void add_if_near(const mesh::EditableMesh& mesh, mesh::Index f) noexcept;
+  bool covers(const KnownFaces& known) const noexcept;
+  bool gather_in_part(const mesh::EditableMesh& mesh, const KnownFaces& known) noexcept;
   void sort_near() noexcept;
   bool refine(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
   bool find_inside(const mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
@@ -207,9 +212,11 @@ class MeshCutter {
   void account(mesh::EditableMesh& mesh, const Placed& head, const Affected& a, CutDone& done) noexcept;
   void repair_sliver(mesh::EditableMesh& mesh, const Placed& head, mesh::Index f, double edge, CutDone& done) noexcept;
   bool collapse_edge(mesh::EditableMesh& mesh, const Placed& head, mesh::Index f, int i, bool keeps_first, double edge,
-                     double most_volume, CutDone& done) noexcept;
+                     double longest, double most_volume, CutDone& done) noexcept;
   bool merge_into_neighbour(mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, double edge,
                             CutDone& done) noexcept;
+  bool merge_into_any_neighbour(mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, double edge,
+                                CutDone& done) noexcept;
   bool turn(mesh::EditableMesh& mesh, mesh::Index f, int i, double edge, CutDone& done) noexcept;
   Tissue tissue_under(const mesh::EditableMesh& mesh, mesh::Index f) const noexcept;
   /// Returns the slice of a ball whose centre has this coordinate (m) on the axis of the slices.
@@ -229,7 +236,7 @@ class MeshCutter {
 
   SharedLabels labels_;
   bool accepts_bad_faces_ = true;  // true: an edge may be collapsed if a face next to it keeps a bad shape
-  bool limits_faces_ = true;       // true: no edge is split while too many faces are near the head
+  bool follows_laws_12_ = true;    // true: rules of force laws 12 (CutParameters::laws_12)
   std::uint32_t look_ = 0;
   // for each vertex or face: number of the last search that visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
@@ -260,7 +267,11 @@ class MeshCutter {
   bool thin_ = false;  // true if a face near the head faces away from it (thin wall or undercut)
   // The cut in progress, and its state between two parts.
   Job job_;
-  Placed head_;  // the head in the present step
+  Placed head_;                            // head of the present step
+  mesh::EditableMesh::NearSearch search_;  // search for the faces near head_
+  double margin_ = 0;                      // m, distance from the head within which faces are gathered
+  bool takes_known_ = false;               // true if the faces are taken from the known ones with the number known_
+  std::uint64_t known_ = 0;
   Stage stage_ = Stage::kDone;
   Effort left_ = 0;               // effort that the present call of work() may still spend
   std::size_t at_ = 0;            // index at which the present stage continues

@@ -21,7 +21,12 @@ constexpr std::size_t kMostFaces = 1 << 17;  // upper limit of the number of fac
 // first version that extrapolates the distances of points
 constexpr std::uint32_t kLawsOfReuse = 11;
 // efforts of the loops that list points, for one face or point; they are measured
-constexpr Effort kFaceEffort = 2, kVertexEffort = 2, kDistanceEffort = 2, kAreaEffort = 3, kPartEffort = 2;
+constexpr Effort kFaceEffort = 2, kVisitEffort = 2, kVertexEffort = 2, kDistanceEffort = 2, kAreaEffort = 3,
+                 kPartEffort = 2;
+// twice the effort of the contact with one listed point
+constexpr Effort kContactEffort = 3;
+// effort of a distance that is computed instead of extrapolated
+constexpr Effort kFreshEffort = 2;
 constexpr double kNextShell = 4;  // ratio of the widths of two successive search shells
 // upper limit of the number of parts into which an edge of a face is divided
 constexpr int kMostParts = 64;
@@ -106,7 +111,9 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
 
 void VertexModel::begin_list(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
   ++t_search_counts.vertices;
-  listing_ = {Listing::Stage::kFaces, &head, edge, X, glm::dmat3(glm::mat3_cast(X.R)), margin, 0, 0};
+  const glm::dmat3 R_WT(glm::mat3_cast(X.R));
+  const dvec3 half = head.half_box(R_WT[2]) + margin;
+  listing_ = {Listing::Stage::kFaces, &head, edge, X, R_WT, margin, {X.p - half, X.p + half}, false, 0, 0};
 }
 
 /// Continues to list points until the list is complete or `left` is not positive. Subtracts the effort from `left`.
@@ -115,14 +122,22 @@ bool VertexModel::list_points(PointList& list, Effort& left) noexcept {
   Listing& now = listing_;
   while (left > 0 && now.stage != Listing::Stage::kDone) {
     if (now.stage == Listing::Stage::kFaces) {
-      // The search is not divided, so it begins in a tick that has enough effort left.
-      if (left < P::most_effort / 2) return false;
-      list.points.clear(now.X);
-      list.samples.clear();
-      list.within = now.margin;
-      proposed_.clear();
-      list_near_faces();
-      left -= kFaceEffort * static_cast<Effort>(near_.size());
+      const bool divides = divides_search() && left < kNoLimit;
+      // A search that is not divided begins in a tick that has enough effort left.
+      if (!divides && left < P::most_effort_before / 2) return false;
+      if (!std::exchange(now.searches, true)) {
+        list.points.clear(now.X);
+        list.samples.clear();
+        list.within = now.margin;
+        proposed_.clear();
+        near_.clear();
+      }
+      Effort visits = divides ? left / kVisitEffort + 1 : kNoLimit;
+      const Effort before = visits;
+      const bool complete = list_near_faces(visits);
+      if (divides) left -= kVisitEffort * (before - visits);
+      if (!complete) return false;
+      if (!divides) left -= kFaceEffort * static_cast<Effort>(near_.size());
       now.stage = Listing::Stage::kVertices;
     }
     const bool areas = now.stage == Listing::Stage::kAreas;
@@ -153,15 +168,15 @@ bool VertexModel::list_points(PointList& list, Effort& left) noexcept {
   return now.stage == Listing::Stage::kDone;
 }
 
-void VertexModel::list_near_faces() noexcept {
+/// Continues to search the faces near the head until the search is complete or `left` is not positive. Returns true if
+/// it is complete.
+bool VertexModel::list_near_faces(Effort& left) noexcept {
   const Listing& now = listing_;
   const EditableMesh& mesh = snapshot_.mesh;
   const VertexHead& head = *now.head;
-  near_.clear();
   const glm::vec3 axis(now.R_WT[2]), c(now.X.p);
-  const dvec3 half = head.half_box(now.R_WT[2]) + now.margin;
   const auto most = static_cast<float>(now.margin);
-  mesh.near(now.X.p - half, now.X.p + half, [&](Index f) {
+  return mesh.near_in_part(listing_.search, left, [&](Index f) {
     const bool is_near = head.may_be_within(mesh.ball_center(f) - c, axis, most + mesh.ball_radius(f));
     if (is_near && near_.size() < kMostFaces) near_.push_back(f);
   });
@@ -364,7 +379,8 @@ dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
   last_R_ = in.X_WT.R;
-  const double most = (force != dvec3(0) ? settings_.stiffness * moved : 0) + P::ease * in.dt;
+  const double most =
+      (force != dvec3(0) ? settings_.stiffness * moved : 0) + (moves_on() ? P::ease : P::ease_before) * in.dt;
   const dvec3 change = force - eased_;
   const double size = glm::length(change);
   eased_ = eases_ && size > most ? eased_ + most / size * change : force;
@@ -409,10 +425,13 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const auto list = [&](const dvec3& p) { list_where_needed({p, in.X_WT.R}, in.cuts); };
   const auto complete = [&](const dvec3& p, double far) { complete_list({p, in.X_WT.R}, far); };
   listed_ = 0;
+  distances_.count_anew();
   const auto may_go_on = [&] { return !divides_anywhere() || listed_ + last_list_ <= P::most_listed; };
   out.p_WG = follower_.follow(head(), list_.points, in.X_WG.p, in.X_WT, slack, in.cuts, list, complete, may_go_on);
-  // If vertices stayed inside the head in the last cut, the head would slide over them during the next cut.
-  if (part_.open && part_.stayed && divides_anywhere() && out.p_WG != in.X_WT.p) out.p_WG = in.X_WG.p;
+  // In force laws 11, the head stays where it is during a cut after one in which vertices stayed inside it. Then it can
+  // be stuck, because the next cut meets the same vertices.
+  const bool stops = divides_anywhere() && !moves_on();
+  if (stops && part_.open && part_.stayed && out.p_WG != in.X_WT.p) out.p_WG = in.X_WG.p;
   out.leading_out = !list_.points.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
@@ -519,8 +538,8 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     const double depth = glm::length(pull), bought = in.budget / in.specific_energy / (springs_.across * met_);
     const double stride = P::stride * edge(), way = std::min({bought, depth, stride});
     if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
-    // If vertices stayed inside the head, the head soon slides over them, so the next cut must not wait.
-    const bool waits = divides_anywhere() && !part_.done.held;
+    // In force laws 11, the next cut does not wait if vertices stayed inside the head.
+    const bool waits = divides_anywhere() && (moves_on() || !part_.done.held);
     const double hurry = P::hurry * springs_.across / (head().radius() * head().radius()) * edge();
     if (waits && part_.rest < P::rest * part_.ticks * (1 - way / hurry)) return false;
     to.p = from.p + way / depth * pull;
@@ -544,11 +563,20 @@ bool VertexModel::continue_cut(Effort& left) noexcept {
   return part_.finished = true;
 }
 
+/// Returns the effort that a cut may take in this tick, if no points are listed.
+Effort VertexModel::effort_for_cut() const noexcept {
+  if (divides_search()) {
+    const Effort fresh = kFreshEffort * static_cast<Effort>(distances_.computed());
+    return P::most_effort - kContactEffort * static_cast<Effort>(list_.points.size()) / 2 - fresh;
+  }
+  return part_.stayed ? P::more_effort_before : P::most_effort_before;
+}
+
 /// Continues the open cut, and then lists the points around the head after the cut. `proxy`: present pose of the head.
 /// Returns true if both are complete.
 bool VertexModel::work_on_cut(const ContactInput& in, const Pose& proxy) noexcept {
   const bool divides = divides_anywhere() && !parameters_.as_printed;
-  Effort left = divides ? (part_.stayed ? P::more_effort : P::most_effort) - listed_ : kNoLimit;
+  Effort left = divides ? effort_for_cut() - listed_ : kNoLimit;
   if (left <= 0) return false;  // points were listed in this tick
   if (divides_in_stages() && !part_.finished) {
     if (!snapshot_.cutter.work_in_stages(snapshot_.mesh, known_faces(), P::most_faces)) return false;

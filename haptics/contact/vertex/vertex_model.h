@@ -24,9 +24,10 @@ struct FeelParameters {
   // largest transverse force of the springs, as a ratio to their force along the pull (direction from the head to the
   // hand)
   static constexpr double most_aside = 0.25;
-  static constexpr double ease = 15;  // N/s, largest rate of change of a bur's force while the hand does not move
-  // Displacement of the head at which it makes a cut, as a ratio to the edge length. Shorter displacements are added up
-  // first; otherwise every tick would cut.
+  // N/s, largest rate of change of a bur's force while the hand does not move; and the same before force laws 12
+  static constexpr double ease = 6.5, ease_before = 15;
+  // Shortest displacement of the head that is cut in one step, as a ratio to the edge length. Shorter displacements are
+  // collected; otherwise every tick would cut.
   static constexpr double sweep = 0.04;
   // The same limit for a cutting edge that does not rotate. It is very short, because a dragged edge stores little
   // energy.
@@ -52,12 +53,12 @@ struct FeelParameters {
   // `hurry` × (cut area / radius²) edge lengths. A thin head slides between the vertices if it advances far at
   // once.
   static constexpr double rest = 3, hurry = 0.08;
-  // Largest effort of a cut in one tick. A longer cut is divided over several ticks.
+  // Effort of the contact and of a cut in one tick. A longer cut is divided over several ticks.
   static constexpr Effort most_effort = 6000;
-  // largest effort of a cut that follows a cut in which vertices stayed inside the head
-  static constexpr Effort more_effort = 8000;
-  // Largest effort of all lists in one tick; a fast head needs several lists. If the next list would exceed it, the
-  // head continues in the next tick.
+  // effort of a cut in one tick for force laws 11, and after a cut in which vertices stayed inside the head
+  static constexpr Effort most_effort_before = 6000, more_effort_before = 8000;
+  // Effort of the lists of a tick in which a fast head needs several lists. If the next list would exceed it, the head
+  // follows in the next tick.
   static constexpr Effort most_listed = 15000;
   // largest size of a cut in one tick for force laws 9 and 10, counted in faces whose vertices are tested once
   static constexpr std::size_t most_faces = 2000;
@@ -89,6 +90,10 @@ class VertexModel final : public ContactModel {
   // versions of the force laws that first divided a long cut over several ticks: between its stages (9), and anywhere
   // (11)
   static constexpr std::uint32_t kStages = 9, kFineParts = 11;
+  // First version in which a cut in which vertices stayed inside the head has no effect on the motion of the head and
+  // on the wait before the next cut. The force changes more slowly, and the search for the faces near a head is
+  // divided, too.
+  static constexpr std::uint32_t kMovesOn = 12;
   /// A contact point near the head: a vertex, or a point that a refinement of a large face would add.
   struct Sample {
     double area;    // m², area that the point represents, a third of the area of the triangles around it
@@ -108,8 +113,10 @@ class VertexModel final : public ContactModel {
     double edge = 0;  // m, edge length of the surface that the head cuts
     Pose X;           // pose of the head
     glm::dmat3 R_WT{1};
-    double margin = 0;         // m, distance from the head within which points are listed
-    std::size_t at = 0;        // index in near_ at which the next part of the work starts
+    double margin = 0;  // m, distance from the head within which points are listed
+    mesh::EditableMesh::NearSearch search;
+    bool searches = false;     // true if the search has begun
+    std::size_t at = 0;        // index in near_ at which the present stage continues
     std::size_t vertices = 0;  // number of points that are vertices
   };
   /// The springs of the vertices that push the head, summed over these vertices.
@@ -129,6 +136,9 @@ class VertexModel final : public ContactModel {
   bool work_on_cut(const ContactInput& in, const Pose& proxy) noexcept;
   bool is_ahead(const dvec3& proxy, const ContactInput& in) const noexcept;
   bool continue_cut(Effort& left) noexcept;
+  Effort effort_for_cut() const noexcept;
+  bool moves_on() const noexcept { return settings_.laws >= kMovesOn; }
+  bool divides_search() const noexcept { return settings_.laws >= kMovesOn; }
   bool divides_anywhere() const noexcept { return settings_.laws >= kFineParts; }
   /// Returns true if a cut is divided only between its stages. This is so in versions 9 and 10 of the force laws,
   /// except for an edge that the hand draws, and except after a cut in which vertices stayed inside the head.
@@ -136,9 +146,10 @@ class VertexModel final : public ContactModel {
     return settings_.laws >= kStages && !divides_anywhere() && !parameters_.as_printed && !part_.scrapes &&
            !part_.stayed;
   }
-  KnownFaces known_faces() const noexcept { return {near_, list_.points.listed_at(), found_ ? list_.within : 0}; }
-  // The next two functions return the distance from the head (m) within which a list contains all points: for a
-  // complete list, and for a list that is made while the head cuts.
+  KnownFaces known_faces() const noexcept {
+    return {near_, list_.points.listed_at(), found_ ? list_.within : 0, list_.points.number()};
+  }
+  // m, distance from the head within which a list contains all points: a complete list, and a list while the head cuts
   double complete_list_length() const noexcept;
   double short_list_length() const noexcept;
   void forget() noexcept;
@@ -149,7 +160,7 @@ class VertexModel final : public ContactModel {
   void gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept;
   void begin_list(const VertexHead& head, double edge, const Pose& X, double margin) noexcept;
   bool list_points(PointList& list, Effort& left) noexcept;
-  void list_near_faces() noexcept;
+  bool list_near_faces(Effort& left) noexcept;
   void list_vertices(PointList& list, mesh::Index f) noexcept;
   void list_area(PointList& list, mesh::Index f) noexcept;
   void propose(PointList& list, const dvec3& p_W, const Sample& sample) noexcept;
