@@ -131,8 +131,8 @@ struct ToolChoice {
                           // pass: distance between two passes, as a fraction of the tool's diameter; least_pass,
                           // most_pass: m, its bounds
       most_pass = 0.5e-3;
-  // the same for a coarse tool, whose round end leaves ridges of 0.05 mm between passes 0.7 mm apart
-  static constexpr double coarse_pass = 0.3, most_coarse_pass = 0.7e-3;
+  // the same for a coarse tool, whose round end leaves ridges of 0.04 mm between passes 0.6 mm apart
+  static constexpr double coarse_pass = 0.26, most_coarse_pass = 0.6e-3;
   // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, so it keeps a distance:
   // if it touched enamel, the enamel would bear the force, and the filling beside it would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
