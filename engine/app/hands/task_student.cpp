@@ -48,8 +48,6 @@ constexpr double kStraight = 3e-3;
 constexpr double kHop = 0.3e-3;  // m, height step of the search for a free path between two strokes
 // m, threshold: a row of strokes that is longer than this begins with a ramp, on which the bur enters the tissue
 constexpr double kRamp = 0.8e-3;
-// m, length of the shortest row that begins with a ramp to and fro, and the ramp's slope (height per length)
-constexpr double kShortestRamp = 0.25e-3, kRampSlope = 0.6;
 // slope (height per length) of a floor; where the floor is steeper than this, it is divided into pieces
 constexpr double kSteep = 2;
 constexpr double kAlongShank = 6e-3;     // m, length of the shank, measured from the head, that is checked for contact
@@ -484,21 +482,14 @@ class StrokePlanner {
     return floor && p.z - *floor < kAtOnce * tool_.diameter;
   }
 
-  /// Adds a ramp along the row, from the layer above down to the row. On a short row, the ramp goes to and fro. A bur
-  /// must not move straight down, because its end cuts badly.
+  /// Adds a ramp along the row, from the layer above down to the row. A bur must not move straight down, because its
+  /// end cuts badly.
   void enter(const Chain& row) {
-    if (row.size() < 2) return;
-    const double length = glm::length(row.back() - row.front());
-    if (length < shortest_ramp_) return;
+    if (row.size() < 2 || glm::length(row.back() - row.front()) < ramp_) return;
     if (std::none_of(row.begin(), row.end(), [&](const dvec3& p) { return useful(p); })) return;
     const dvec3 above = row.front() + dvec3(0, 0, layer_);
     if (above.z > top_ + down_ || !clear(above) || !clear_along(above, row.back())) return;
-    const int passes = length < ramp_ ? static_cast<int>(std::ceil(layer_ / (kRampSlope * length))) : 1;
-    Chain ramp{above};
-    for (int k = 1; k <= passes; ++k)
-      ramp.push_back((k % 2 ? row.back() : row.front()) + dvec3(0, 0, layer_ * (passes - k) / passes));
-    if (passes % 2) ramp.push_back(row.front());
-    stroke(ramp);
+    stroke({above, row.back(), row.front()});
   }
 
   /// Finds the cells of the grid layer `in` whose distance from all cells outside `in` is more than `away` cells. The
@@ -657,7 +648,7 @@ class StrokePlanner {
   const double down_ = size_ * kDown;
   const double hop_ = size_ * kHop;
   const double straight_ = size_ * kStraight;
-  const double ramp_ = size_ * kRamp, shortest_ramp_ = size_ * kShortestRamp;
+  const double ramp_ = size_ * kRamp;
   const double on_line_ = size_ * kOnLine;
   const double same_level_ = size_ * kSameLevel;
   const double floor_of_column_ = size_ * kFloorOfColumn;
