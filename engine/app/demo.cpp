@@ -37,7 +37,7 @@ namespace {
 
 constexpr double kRate = 1000;  // Hz, rate of the servo
 // s, typical duration of the demonstration with the shipped scene; used to estimate the remaining time
-constexpr double kUsualLength = 80;
+constexpr double kUsualLength = 89;
 constexpr double kDuring = 0.4;  // the picture "during" is drawn after this fraction of the strokes
 /// Estimates the time that the demonstration still takes, from the pictures drawn so far. A picture takes longer while
 /// the drill works, because the tissue changes and the spray and the debris move.
@@ -64,7 +64,7 @@ class TimeLeft {
   }
 
  private:
-  static constexpr int kUntimed = 15, kTimed = 10, kRemembered = 100, kMoments = 3;
+  static constexpr int kUntimed = 30, kTimed = 15, kRemembered = 100, kMoments = 3;
   // time of a picture with a working drill / without, and of the report and the film's end / all pictures of moments
   static constexpr double kDrillingCost = 1.5, kEnding = 1;
   double fps_, exploring_ = 0, drilling_ = 0, pictures_ = 0;
@@ -115,6 +115,7 @@ std::vector<std::uint8_t> rgb_of(const render::Picture& picture) {
 }  // namespace
 
 void run_demo(const DemoOptions& options) {
+  const Nanos began = now();
   std::error_code code;
   fs::create_directories(options.out, code);
   if (code || !fs::is_directory(options.out))
@@ -181,8 +182,7 @@ void run_demo(const DemoOptions& options) {
   double shown_fraction = 0;
   std::size_t moments = 0;
   bool announced = false, corrected = false;
-  const Nanos began = now();
-  Nanos last_picture = began;
+  Nanos last_picture = now();
   while (student.read(sample, volume) && to_seconds(sample.t) <= options.seconds) {
     const bool did_cut = loop.tick(sample, tick, cut);
     student.see(tick);
