@@ -60,13 +60,14 @@ class TimeLeft {
   /// Returns the time left, s. `left`: s of session that remain.
   double seconds(double left) const {
     const double each = measured() ? drilling_ : kDrillingCost * exploring_;
-    return left * fps_ * each + (kMoments - moments_) * pictures_ + kEnding * kMoments * pictures_;
+    return left * fps_ * each + (kMoments - moments_) * pictures_ + kEnding * exploring_;
   }
 
  private:
   static constexpr int kUntimed = 30, kTimed = 15, kRemembered = 100, kMoments = 3;
-  // time of a picture with a working drill / without, and of the report and the film's end / all pictures of moments
-  static constexpr double kDrillingCost = 1.5, kEnding = 1;
+  // As measured, relative to the time of a picture without a working drill: the time of a picture with a working drill,
+  // and the time of the report and of the films' end.
+  static constexpr double kDrillingCost = 1.75, kEnding = 60;
   double fps_, exploring_ = 0, drilling_ = 0, pictures_ = 0;
   int explored_ = 0, drilled_ = 0, moments_ = 0;
 };
