@@ -39,6 +39,7 @@ constexpr double kRate = 1000;  // Hz, rate of the servo
 // s, typical duration of the demonstration with the shipped scene; used to estimate the remaining time
 constexpr double kUsualLength = 89;
 constexpr double kDuring = 0.4;  // the picture "during" is drawn after this fraction of the strokes
+
 /// Estimates the time that the demonstration still takes, from the pictures drawn so far. A picture takes longer while
 /// the drill works, because the tissue changes and the spray and the debris move.
 class TimeLeft {
