@@ -57,7 +57,7 @@ class TimeLeft {
   void took_pictures(double seconds) { ++moments_, pictures_ = seconds; }
   bool known() const { return explored_ > kUntimed + kTimed || measured(); }
   /// True from the moment at which the time of pictures with a working drill is measured, not assumed.
-  bool measured() const { return drilled_ > kUntimed + kTimed; }
+  bool measured() const { return drilled_ > kUntimed + kRemembered; }
   /// Returns the time left, s. `left`: s of session that remain.
   double seconds(double left) const {
     const double each = measured() ? drilling_ : kDrillingCost * exploring_;
@@ -68,7 +68,7 @@ class TimeLeft {
   static constexpr int kUntimed = 30, kTimed = 15, kRemembered = 100, kMoments = 3;
   // As measured, relative to the time of a picture without a working drill: the time of a picture with a working drill,
   // and the time of the report and of the films' end.
-  static constexpr double kDrillingCost = 1.75, kEnding = 60;
+  static constexpr double kDrillingCost = 1.7, kEnding = 60;
   double fps_, exploring_ = 0, drilling_ = 0, pictures_ = 0;
   int explored_ = 0, drilled_ = 0, moments_ = 0;
 };
