@@ -360,9 +360,9 @@ class StrokePlanner {
       const bool air = in_air(from, up) && in_air(up, over);
       add(from, up, false, air);
       add(up, over, false, air);
-      const dvec3 contact = air ? until_contact(over, to) : over;
+      const dvec3 contact = coarse_ && air ? until_contact(over, to) : over;
       if (contact != over) add(over, contact, false, true);
-      return add(contact, to, true);
+      return add(contact, to, coarse_);
     }
   }
   bool clear_along(const dvec3& from, const dvec3& to) const {
