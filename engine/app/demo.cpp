@@ -37,10 +37,49 @@ namespace {
 
 constexpr double kRate = 1000;  // Hz, rate of the servo
 // s, typical duration of the demonstration with the shipped scene; used to estimate the remaining time
-constexpr double kUsualLength = 80;
+constexpr double kUsualLength = 89;
 constexpr double kDuring = 0.4;  // the picture "during" is drawn after this fraction of the strokes
-// index of the film's quality level; the best level would take too long for thousands of full-HD frames
-constexpr std::size_t kFilmQuality = 2;
+
+/// Estimates the time that the demonstration still takes, from the pictures drawn so far. A picture takes longer while
+/// the drill works, because the tissue changes and the spray and the debris move.
+class TimeLeft {
+ public:
+  explicit TimeLeft(double fps) : fps_(fps) {}
+  /// Adds the time (s) of one picture of the film.
+  void drew(double seconds, bool drilling) {
+    double& each = drilling ? drilling_ : exploring_;
+    int& count = drilling ? drilled_ : explored_;
+    // The first pictures of each kind include set-up, and the encoder of the film buffers them.
+    if (++count <= kUntimed) return;
+    each += (seconds - each) / std::min(count - kUntimed, kRemembered);
+  }
+  /// Adds the time (s) of the pictures in the best quality at one moment. They are taken three times.
+  void took_pictures(double seconds) { ++moments_, pictures_ = seconds; }
+  bool known() const { return explored_ > kUntimed + kTimed || measured(); }
+  /// True from the moment at which the time of pictures with a working drill is measured, not assumed.
+  bool measured() const { return drilled_ > kUntimed + kRemembered; }
+  /// Returns the time left, s. `left`: s of session that remain.
+  double seconds(double left) const {
+    const double each = measured() ? drilling_ : kDrillingCost * exploring_;
+    return left * fps_ * each + (kMoments - moments_) * pictures_ + kEnding * exploring_;
+  }
+
+ private:
+  static constexpr int kUntimed = 30, kTimed = 15, kRemembered = 100, kMoments = 3;
+  // As measured, relative to the time of a picture without a working drill: the time of a picture with a working drill,
+  // and the time of the report and of the films' end.
+  static constexpr double kDrillingCost = 1.7, kEnding = 60;
+  double fps_, exploring_ = 0, drilling_ = 0, pictures_ = 0;
+  int explored_ = 0, drilled_ = 0, moments_ = 0;
+};
+
+/// Returns the quality of the film. The best level would take too long for thousands of full-HD frames. The handpiece
+/// fills a large part of a frame, and its highlights are lost on large triangles.
+render::Quality film_quality() {
+  render::Quality quality = render::kQualityLadder[2];
+  quality.handpiece_side = render::kQualityLadder[0].handpiece_side;
+  return quality;
+}
 
 /// Writes the pictures of one moment: the picture of each eye, and the picture on the screen.
 void write_pictures(PictureStage& stage, const ServoTick& tick, std::span<const render::Particle> particles,
@@ -78,6 +117,7 @@ std::vector<std::uint8_t> rgb_of(const render::Picture& picture) {
 }  // namespace
 
 void run_demo(const DemoOptions& options) {
+  const Nanos began = now();
   std::error_code code;
   fs::create_directories(options.out, code);
   if (code || !fs::is_directory(options.out))
@@ -98,7 +138,7 @@ void run_demo(const DemoOptions& options) {
   const double length = std::min(kUsualLength, options.seconds);
 
   PictureStage::Options look;
-  look.quality = render::kQualityLadder[kFilmQuality];
+  look.quality = film_quality();
   look.handpieces = scene.handpieces;
   look.language = options.language;
   PictureStage stage(rig, scene.servo, look);
@@ -140,7 +180,11 @@ void run_demo(const DemoOptions& options) {
   double next_frame = 0;
   bool before_taken = false, during_taken = false;
   std::uint64_t frames = 0;
-  Nanos timed_from = 0;
+  TimeLeft time_left(options.fps);
+  double shown_fraction = 0;
+  std::size_t moments = 0;
+  bool announced = false, corrected = false;
+  Nanos last_picture = now();
   while (student.read(sample, volume) && to_seconds(sample.t) <= options.seconds) {
     const bool did_cut = loop.tick(sample, tick, cut);
     student.see(tick);
@@ -155,15 +199,6 @@ void run_demo(const DemoOptions& options) {
     const double t = to_seconds(tick.t);
     if (t < next_frame) continue;
     next_frame += 1 / options.fps;
-    progress.at(std::min(t / length, 1.0));
-    // Number of frames whose drawing time is measured. The first frame is not measured, because it includes the set-up.
-    constexpr std::uint64_t kTimed = 10;
-    if (frames == 1) timed_from = now();
-    if (frames == 1 + kTimed) {
-      const double each = to_seconds(now() - timed_from) / kTimed, all = length * options.fps;
-      log::info("about {:.0f} s of session, {:.0f} pictures: about {:.0f} min on this machine", length, all,
-                std::ceil(each * all / 60));
-    }
     recorder.heartbeat();
     sound.advance(tick.t);
     debris.hold(tick, haptics::tool_set(scene.servo)[tick.tool]);
@@ -192,6 +227,9 @@ void run_demo(const DemoOptions& options) {
     film->add(rgb_of(screen));
     mono->add(rgb_of(left));
     ++frames;
+    const bool drilling = student.phase() == Student::Phase::kDrill;
+    time_left.drew(to_seconds(now() - last_picture), drilling);
+    last_picture = now();
     if (!before_taken) {
       write_pictures(stage, tick, debris.particles(), hint, options.out, "before", pictures, "Before");
       before_taken = true;
@@ -200,6 +238,22 @@ void run_demo(const DemoOptions& options) {
       write_pictures(stage, tick, debris.particles(), hint, options.out, "during", pictures, "While drilling");
       during_taken = true;
     }
+    if (const double pictures_took = to_seconds(now() - last_picture); pictures.size() > moments) {
+      moments = pictures.size();
+      time_left.took_pictures(pictures_took);
+      last_picture = now();
+    }
+    if (time_left.known()) {
+      const double passed = to_seconds(now() - began), rest = time_left.seconds(std::max(length - t, 0.0));
+      if (!announced || (!corrected && time_left.measured())) {
+        log::info("about {:.0f} s of session, {:.0f} pictures: about {:.0f} min {}", length, length * options.fps,
+                  std::ceil((announced ? rest : passed + rest) / 60), announced ? "left" : "on this machine");
+        corrected = announced;
+        announced = true;
+      }
+      shown_fraction = std::max(shown_fraction, passed / (passed + rest));
+    }
+    progress.at(shown_fraction);
   }
   stage.show(view.update(loop.carver()), volume.frame().origin);
   (void)loop.carver().volume();

@@ -644,7 +644,7 @@ void Renderer::set_quality(const Quality& quality) {
   impl_->make_handpiece();
   impl_->shadow.destroy(impl_->device);
   impl_->shadow.create_map(impl_->context);
-  impl_->shadow_version = 0;
+  impl_->shadow_light = glm::mat4(0);  // The next frame draws the whole new shadow map.
   impl_->rebuild(impl_->last_views);
 }
 

@@ -1,5 +1,4 @@
-// Measures the simulated expert's score and time in every shipped exercise that it can do. The targets are two minutes
-// and 95 points; docs/tasks.md states why some exercises miss them.
+// Measures the simulated expert's score and time in every shipped exercise that it can do.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -30,7 +29,7 @@ INSTANTIATE_TEST_SUITE_P(Shipped, ExpertBench,
                          testing::Values(Expected{"tutorial", 95, 120}, Expected{"molar-caries", 95, 120},
                                          Expected{"remove-caries", 95, 120}, Expected{"class-1-cavity", 95, 120},
                                          Expected{"class-2-cavity", 95, 120}, Expected{"amalgam-filling", 95, 120},
-                                         Expected{"root-canal-access", 95, 120}, Expected{"crown-preparation", 95, 150},
+                                         Expected{"root-canal-access", 95, 120}, Expected{"crown-preparation", 95, 120},
                                          Expected{"root-canal-access-packing", 95, 120},
                                          Expected{"acetabular-reaming", 95, 120}, Expected{"implant-molar", 95, 120},
                                          Expected{"implant-molar-soft", 95, 120}, Expected{"implant-premolar", 95, 120},

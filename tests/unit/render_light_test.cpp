@@ -1,7 +1,9 @@
 // Tests light between bodies: against analytic cases, and its use in the picture.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include "engine/render/light_scene.h"
@@ -152,6 +154,30 @@ TEST(LightOfTheFrame, AGridOfRedLightColoursTheTissueAtEveryQualityAndLeavesNoTr
     EXPECT_EQ(compare(stage.eye(0), plain, 0).pixels, 0) << quality.name;
     EXPECT_EQ(stage.device.validation_messages(), 0) << quality.name;
   }
+}
+
+TEST(ShadowOfTheFrame, IsWholeAfterAChangeOfTheQuality) {
+  const render::Quality &high = render::kQualityLadder[0], &low = render::kQualityLadder[2];
+  const render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
+  const auto drawn = [&](const render::Quality& quality, std::span<const render::Quality> changes) {
+    Stage stage({160, 128}, quality);
+    stage.renderer->update(0, tooth_mesh(0, 0.5e-3));
+    const std::array<render::MeshUpdate, 1> above{ball(0, {-4e-3f, 2e-3f, 10e-3f}, 2e-3f, Tissue::kEnamel)};
+    stage.renderer->update(1, above);  // shades the tooth
+    stage.draw(frame);
+    for (const render::Quality& change : changes) {
+      stage.renderer->set_quality(change);
+      stage.draw(frame);
+    }
+    return stage.eye(0);
+  };
+  const render::Picture fresh = drawn(low, {});
+  const std::array<render::Quality, 2> down_and_up{high, low};
+  EXPECT_EQ(compare(drawn(low, down_and_up), fresh, 0).pixels, 0);
+  EXPECT_EQ(compare(drawn(high, {&low, 1}), fresh, 0).pixels, 0);
+  render::Quality unshaded = low;
+  unshaded.shadow_map = 0;
+  EXPECT_GT(compare(drawn(unshaded, {}), fresh, 10).pixels, 200) << "the scene has a shadow";
 }
 
 }  // namespace

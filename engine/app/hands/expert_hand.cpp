@@ -38,6 +38,8 @@ struct Lead {
   static constexpr double ahead = 0.06e-3;
   // m, tolerance: during a cut, the target point moves on only while the tool is nearer to the planned line than this
   static constexpr double beside = 0.022e-3;
+  // m, as `beside`, for a coarse tool that removes the bulk, whose lines lie away from the final surface
+  static constexpr double rough_beside = 0.05e-3;
   // m, a cut is finished when the tool is nearer than this to the end of the stroke
   static constexpr double there = 0.01e-3;
   // m; only if the tool comes nearer to the target point by at least this, it counts as progress
@@ -132,9 +134,10 @@ struct ToolChoice {
                           // pass: distance between two passes, as a fraction of the tool's diameter; least_pass,
                           // most_pass: m, its bounds
       most_pass = 0.5e-3;
-  // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, which means that the
-  // instrument keeps a distance. If it touched enamel, the enamel would bear the force, and the filling beside it would
-  // hardly be cut.
+  // the same for a coarse tool, whose round end leaves ridges of 0.04 mm between passes 0.6 mm apart
+  static constexpr double coarse_pass = 0.26, most_coarse_pass = 0.6e-3;
+  // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, so it keeps a distance:
+  // if it touched enamel, the enamel would bear the force, and the filling beside it would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
   static constexpr double allowance = 0.005e-3;  // m, depth to which a bur may enter tissue that must stay
   // m; no bur stroke is planned for tissue that is thinner than this; it is less than the 0.02 mm that the score
@@ -416,8 +419,10 @@ class Plan {
   };
   std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand, bool finish,
                            double least_thickness) const {
-    const double step = std::clamp(ToolChoice::pass * tool.diameter, grip_.size * ToolChoice::least_pass,
-                                   grip_.size * ToolChoice::most_pass);
+    const bool coarse = tool.energy_ratio < 1;
+    const double step = std::clamp((coarse ? ToolChoice::coarse_pass : ToolChoice::pass) * tool.diameter,
+                                   grip_.size * ToolChoice::least_pass,
+                                   grip_.size * (coarse ? ToolChoice::most_coarse_pass : ToolChoice::most_pass));
     return plan_strokes(now, tool, step, grip_.size * (by_hand ? ToolChoice::edge_allowance : ToolChoice::allowance),
                         around_, finish, grip_.size,
                         by_hand ? least_thickness : std::max(least_thickness, grip_.size * ToolChoice::least_cut));
@@ -439,8 +444,10 @@ class Plan {
       }
       add(by_hand ? ExpertLeg::Kind::kScrape : ExpertLeg::Kind::kCut, s.to);
       run += glm::length(s.to.p - s.from.p);
+      legs_.back().rough = legs_.back().coarse && s.bulk;
       if (!s.goes_on || i + 1 == strokes.size() || (by_hand && run > Joining::longest_run)) {
         run = 0;
+        if (legs_.back().coarse) legs_.back().end_pace = Joining::turn_pace;
       } else {
         legs_.back().end_pace = pace_over(s, strokes[i + 1]) * (legs_.back().coarse ? Joining::coarse_haste : 1);
       }
@@ -1073,7 +1080,8 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
         : leg.kind == Kind::kCut
             ? std::min(Lead::cut_pace, std::max(leg.end_pace, Lead::end_pace) + (length - along_) / Lead::slowing_time)
             : std::min(Lead::scrape_pace, Lead::turning_pace + std::min(from_turn, to_turn) / Lead::turning_time);
-    const bool may = leg.kind != Kind::kCut || (off < grip_.size * Lead::ahead && beside < grip_.size * Lead::beside);
+    const bool may = leg.kind != Kind::kCut || (off < grip_.size * Lead::ahead &&
+                                                beside < grip_.size * (leg.rough ? Lead::rough_beside : Lead::beside));
     if (may && along_ < length) {
       along_ = std::min(length, along_ + pace * dt_);
       waited_ = 0;

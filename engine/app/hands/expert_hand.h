@@ -37,6 +37,7 @@ struct ExpertLeg {
   double end_pace = 0;
   double force = 0;     // N, force with which the hand pushes during a cut
   bool coarse = false;  // true: a coarse tool cuts; it need not meet a corner between two strokes exactly
+  bool rough = false;   // true: a coarse tool removes the bulk; it may deviate farther from the planned line
 };
 
 /// The size of the work in a task, and its forces. These values scale the hand's motion.

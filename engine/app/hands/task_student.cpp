@@ -43,7 +43,9 @@ constexpr double kLeastTaken = 0.05;     // voxels; no stroke is planned for tis
 constexpr double kOnLine = 2e-6;
 // m; a part of a pass that removes nothing is kept if it is shorter than this, so that the tool need not be lifted
 constexpr double kBridged = 1e-3;
-// m; a connection between two passes that is longer than this goes over the tissue instead of straight
+// m, as kBridged, for a coarse tool, which crosses finished surface faster than it is lifted over it
+constexpr double kCoarseBridged = 3e-3;
+// m, length of a connection between two passes; a longer connection goes over the tissue, not straight
 constexpr double kStraight = 3e-3;
 constexpr double kHop = 0.3e-3;  // m, height step of the search for a free path between two strokes
 // m; a row of strokes that is longer than this begins with a ramp, on which the bur enters the tissue
@@ -361,7 +363,9 @@ class StrokePlanner {
       const bool air = in_air(from, up) && in_air(up, over);
       add(from, up, false, air);
       add(up, over, false, air);
-      return add(over, to, false);
+      const dvec3 contact = coarse_ && air ? until_contact(over, to) : over;
+      if (contact != over) add(over, contact, false, true);
+      return add(contact, to, coarse_);
     }
   }
   bool clear_along(const dvec3& from, const dvec3& to) const {
@@ -369,6 +373,17 @@ class StrokePlanner {
     for (int k = 1; k < looks; ++k)
       if (!clear(from + static_cast<double>(k) / looks * (to - from))) return false;
     return true;
+  }
+  /// Returns the last point of the line before the head meets tissue.
+  dvec3 until_contact(const dvec3& from, const dvec3& to) const {
+    const int looks = static_cast<int>(std::ceil(glm::length(to - from) / grid_));
+    dvec3 last = from;
+    for (int k = 1; k < looks; ++k) {
+      const dvec3 next = from + static_cast<double>(k) / looks * (to - from);
+      if (useful(next)) break;
+      last = next;
+    }
+    return last;
   }
   /// Returns true if the head meets no tissue on the line.
   bool in_air(const dvec3& from, const dvec3& to) const {
@@ -466,7 +481,7 @@ class StrokePlanner {
   /// Returns true if the row at p can be omitted, because a coarse tool removes the tissue below p in its passes along
   /// the floor.
   bool left_to_floor(const dvec3& p) const {
-    if (tool_.energy_ratio >= 1) return false;
+    if (!coarse_) return false;
     const auto floor = lowest(p.x, p.y);
     return floor && p.z - *floor < kAtOnce * tool_.diameter;
   }
@@ -637,15 +652,16 @@ class StrokePlanner {
   const double down_ = size_ * kDown;
   const double hop_ = size_ * kHop;
   const double straight_ = size_ * kStraight;
-  const double bridged_ = size_ * kBridged;
   const double ramp_ = size_ * kRamp;
   const double on_line_ = size_ * kOnLine;
   const double same_level_ = size_ * kSameLevel;
   const double floor_of_column_ = size_ * kFloorOfColumn;
   const session::Preparation& in_;
   const haptics::Tool& tool_;
-  // m, distance between two layers of strokes in the bulk of the tissue
-  const double layer_ = (tool_.energy_ratio < 1 ? kCoarseLayer : kLayer) * tool_.diameter;
+  const bool coarse_ = tool_.energy_ratio < 1;
+  const double bridged_ = size_ * (coarse_ ? kCoarseBridged : kBridged);
+  // m, distance between two layers of strokes while most of the tissue is removed
+  const double layer_ = (coarse_ ? kCoarseLayer : kLayer) * tool_.diameter;
   const SurroundingsShape* around_;
   const session::DenseField ideal_;
   session::DenseField left_;  // tissue that remains after the strokes so far

@@ -7,6 +7,7 @@
 #include "engine/app/implant/implant_scene.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/task/crown_ideal.h"
 #include "engine/app/task/damage.h"
 #include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
@@ -225,6 +226,9 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
   } else if (ideal.has("mesh")) {
     ideal.allow_only({"mesh"});
     take_mesh(ideal["mesh"], scene.place, copy);
+  } else if (ideal.has("crown")) {
+    ideal.allow_only({"crown"});
+    reduce_for_crown(read_crown_reduction(ideal["crown"]), glm::normalize(scene.task->axis_W), copy);
   } else {
     take_solids(ideal, copy);
   }

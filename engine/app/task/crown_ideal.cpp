@@ -1,0 +1,173 @@
+#include "engine/app/task/crown_ideal.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+
+// cosine of the angle between a surface's normal and the axis; above it, the surface counts as occlusal
+constexpr double kOcclusal = 0.5;
+// m, cell size of the grid on which the tooth's outline at the margin is computed
+constexpr double kCell = 0.1e-3;
+// voxels, reach of the central differences of a normal; the normals of single voxels follow the noise of the CT
+constexpr double kNormalReach = 2;
+// voxels, distance from a surface within which the surface's distance is computed exactly
+constexpr double kExactBand = 3;
+
+/// The outline of the tooth in the plane at the margin's height, and the signed distance from it.
+class Outline {
+ public:
+  Outline(const DenseCopy& copy, const session::DenseField& tooth, const glm::dmat3& axes, double height) {
+    glm::dvec2 lo(1e9), hi(-1e9);
+    for (int corner = 0; corner < 8; ++corner) {
+      const glm::ivec3 n = copy.field.size - 1;
+      const dvec3 p = glm::transpose(axes) *
+                      copy.frame.to_world(dvec3(corner & 1 ? n.x : 0, corner & 2 ? n.y : 0, corner & 4 ? n.z : 0));
+      lo = glm::min(lo, glm::dvec2(p)), hi = glm::max(hi, glm::dvec2(p));
+    }
+    const glm::ivec2 n = glm::ivec2((hi - lo) / kCell) + 1;
+    const auto place = [&](int i, int j) { return lo + kCell * glm::dvec2(i, j); };
+    inside_ = [&copy, &tooth, &axes, height](const glm::dvec2& q) {
+      return tooth.sample(copy.frame.to_voxels(axes * dvec3(q, height)));
+    };
+    for (int i = 0; i + 1 < n.x; ++i) {
+      for (int j = 0; j + 1 < n.y; ++j) {
+        const glm::dvec2 p = place(i, j);
+        const double at = inside_(p);
+        for (const glm::dvec2& q : {place(i + 1, j), place(i, j + 1)}) {
+          const double next = inside_(q);
+          if ((at < 0) != (next < 0)) points_.push_back(p + at / (at - next) * (q - p));
+        }
+      }
+    }
+  }
+  bool empty() const { return points_.empty(); }
+  /// Returns the distance (m) of a point in the plane from the outline, negative inside.
+  double distance(const glm::dvec2& q) const {
+    double least = 1e9;
+    for (const glm::dvec2& p : points_) least = std::min(least, glm::distance(p, q));
+    return inside_(q) < 0 ? -least : least;
+  }
+
+ private:
+  std::vector<glm::dvec2> points_;
+  std::function<double(const glm::dvec2&)> inside_;
+};
+
+/// Returns an orthonormal basis (columns u, v, w) whose axis w is `axis`.
+glm::dmat3 basis(const dvec3& axis) {
+  const dvec3 least = std::abs(axis.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+  const dvec3 v = glm::normalize(glm::cross(axis, least));
+  return {glm::cross(v, axis), v, axis};
+}
+
+/// Returns the distance (m) of a point from the region that the centre of the bur's round end may enter. The region
+/// lies outside the wall and above the chamfer. `aside`: m, distance of the point from the tooth's outline at the
+/// margin; `height`: m along the axis.
+double from_centers(const CrownReduction& crown, double aside, double height) {
+  const double lean = 0.5 * crown.taper, bottom = crown.margin_height + crown.chamfer_radius;
+  const double wall =
+      (aside + crown.chamfer + (height - crown.margin_height) * std::tan(lean)) * std::cos(lean);  // distance from it
+  const double inside = std::max(0.0, crown.chamfer_radius - wall), below = std::max(0.0, bottom - height);
+  if (height + inside * std::sin(lean) >= bottom) return inside;
+  const double corner = crown.chamfer_radius / std::cos(lean) - crown.chamfer - crown.chamfer_radius * std::tan(lean);
+  return aside < corner ? std::hypot(aside - corner, below) : below;
+}
+
+/// Marks the points within `depth` (m) of the tooth's surface above `lowest` (m along the axis): in `gone`, m, each
+/// voxel gets the largest value of `depth` minus its distance from a surface point.
+template <class Wanted>
+void reduce_below(const DenseCopy& copy, const session::DenseField& tooth, double depth, const Wanted& wanted,
+                  std::vector<float>& gone) {
+  const glm::ivec3 n = tooth.size;
+  const double h = copy.frame.voxel, reach = depth / h + kExactBand;
+  for (int x = 0; x < n.x; ++x) {
+    for (int y = 0; y < n.y; ++y) {
+      for (int z = 0; z < n.z; ++z) {
+        const double d = static_cast<double>(tooth.distance[tooth.at(x, y, z)]);
+        if (std::abs(d) > 1) continue;
+        const dvec3 p(x, y, z), g = tooth.gradient(p, kNormalReach);
+        if (glm::length(g) < 0.1) continue;
+        const dvec3 normal = glm::normalize(g), q = p - d * normal;
+        if (!wanted(copy.frame.to_world(q), normal)) continue;
+        const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(q - reach)), glm::ivec3(0)),
+                         hi = glm::min(glm::ivec3(glm::floor(q + reach)), n - 1);
+        for (int i = lo.x; i <= hi.x; ++i) {
+          for (int j = lo.y; j <= hi.y; ++j) {
+            for (int k = lo.z; k <= hi.z; ++k) {
+              float& value = gone[tooth.at(i, j, k)];
+              value = std::max(value, static_cast<float>(depth - h * glm::distance(dvec3(i, j, k), q)));
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+/// Moves the field's surface by `by` voxels; positive: outwards.
+session::DenseField moved(session::DenseField field, double by) {
+  for (float& d : field.distance) d -= static_cast<float>(by);
+  return session::redistanced(field);
+}
+
+}  // namespace
+
+CrownReduction read_crown_reduction(const Json& json) {
+  json.allow_only({"margin_mm", "chamfer_mm", "chamfer_radius_mm", "taper_deg", "occlusal_mm", "edge_radius_mm"});
+  CrownReduction crown;
+  crown.margin_height = json["margin_mm"].number(-1000, 1000) * kMillimetre;
+  crown.chamfer = json["chamfer_mm"].number(0.1, 3) * kMillimetre;
+  crown.chamfer_radius = json["chamfer_radius_mm"].number(0.2, 5) * kMillimetre;
+  crown.taper = json["taper_deg"].number(0, 60) * kDegree;
+  crown.occlusal = json["occlusal_mm"].number(0.1, 5) * kMillimetre;
+  crown.edge_radius = json.number_or("edge_radius_mm", 0.4, 0, 2) * kMillimetre;
+  return crown;
+}
+
+void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCopy& copy) {
+  const double h = copy.frame.voxel;
+  const glm::ivec3 n = copy.field.size;
+  const glm::dmat3 axes = basis(axis_W);
+  const session::DenseField tooth = session::redistanced(copy.field);
+  const Outline outline(copy, tooth, axes, crown.margin_height);
+  if (outline.empty()) return;
+
+  // Above the chamfer, every point of the preparation lies at least as deep as the chamfer; below the occlusal surface,
+  // at least as deep as the occlusal reduction.
+  std::vector<float> gone(copy.field.distance.size(), static_cast<float>(-kExactBand * h));
+  const auto above = [&](const dvec3& p_W, double height) { return glm::dot(p_W, axis_W) > height; };
+  const double over_chamfer = crown.margin_height + crown.chamfer_radius;
+  reduce_below(
+      copy, tooth, crown.chamfer, [&](const dvec3& p_W, const dvec3&) { return above(p_W, over_chamfer); }, gone);
+  reduce_below(
+      copy, tooth, crown.occlusal,
+      [&](const dvec3& p_W, const dvec3& normal) {
+        return above(p_W, over_chamfer + crown.occlusal) && glm::dot(normal, axis_W) > kOcclusal;
+      },
+      gone);
+  session::DenseField kept{n, std::vector<float>(gone.size())};
+  for (int x = 0; x < n.x; ++x) {
+    for (int y = 0; y < n.y; ++y) {
+      for (int z = 0; z < n.z; ++z) {
+        const std::size_t i = kept.at(x, y, z);
+        const dvec3 p = glm::transpose(axes) * copy.frame.to_world(dvec3(x, y, z));
+        const double wall = crown.chamfer_radius - from_centers(crown, outline.distance(glm::dvec2(p)), p.z);
+        kept.distance[i] = static_cast<float>(std::max(static_cast<double>(gone[i]), wall) / h);
+      }
+    }
+  }
+  // Rounds the edges: the surface moves inwards by the radius of the edges, and outwards again.
+  const double radius = crown.edge_radius / h;
+  if (radius > 0) kept = moved(moved(session::redistanced(kept), -radius), radius);
+  for (std::size_t i = 0; i < gone.size(); ++i)
+    copy.field.distance[i] = std::max(copy.field.distance[i], kept.distance[i]);
+}
+
+}  // namespace typodont

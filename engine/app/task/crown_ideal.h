@@ -1,0 +1,27 @@
+// The ideal of a crown preparation, which is computed from the tooth's own surface.
+#pragma once
+
+#include "engine/app/tissue/tissue_edit.h"
+#include "engine/base/json.h"
+
+namespace typodont {
+
+/// Dimensions of a crown preparation, m.
+struct CrownReduction {
+  double margin_height = 0;   // lowest height of the chamfer along the preparation's axis
+  double chamfer = 0;         // depth of the chamfer below the tooth's outline, and least depth of the axial walls
+  double chamfer_radius = 0;  // radius of the chamfer's section: the radius of the bur's round end
+  double taper = 0;           // rad, total occlusal convergence: twice the angle between a wall and the axis
+  double occlusal = 0;        // depth below the occlusal surface
+  double edge_radius = 0;     // radius of the rounded edges between the surfaces
+};
+
+/// Reads the object `crown` of an ideal. Throws Error.
+CrownReduction read_crown_reduction(const Json& json);
+
+/// Changes the tissue to the preparation. `axis_W`: unit vector out of the tooth, the path of the crown's insertion.
+/// The occlusal surface moves inwards by the same depth everywhere, so the preparation follows cusps and fossae. The
+/// walls follow the outline of the tooth at the margin and lean inwards.
+void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCopy& copy);
+
+}  // namespace typodont
