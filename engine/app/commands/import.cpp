@@ -369,7 +369,8 @@ void add_import_command(cli::Command& app) {
       ->check(cli::more_than_zero());
   command
       ->add_option("--labels", a->labels,
-                   "also write the tissues as a label map in the scan's own space, for 3D Slicer and others")
+                   "also write the tissues as a label map (.nrrd, .nii, or .dcm: a DICOM segmentation) in the scan's "
+                   "own space, for 3D Slicer and others")
       ->check(cli::writes({FileKind::kLabels}));
   command->add_option("--preview", a->preview, "folder for pictures of slices");
   command->add_flag("--json", a->json, "print the report as JSON");
