@@ -390,6 +390,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     for (JawCanal& canal : labels->report.canals) {
       for (dvec3& c : canal.centre) c = origin + working * c;
     }
+    for (JawTooth& of_jaw : labels->report.teeth) of_jaw.centre = origin + working * of_jaw.centre;
     report.jaw = std::move(labels->report);
   }
 

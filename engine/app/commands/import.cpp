@@ -154,6 +154,10 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
   if (r.jaw) {
     nlohmann::ordered_json& jaw = j["jaw"];
     jaw["crowns"] = r.jaw->crowns;
+    jaw["teeth"] = nlohmann::ordered_json::array();
+    for (const haptics::JawTooth& tooth : r.jaw->teeth)
+      jaw["teeth"].push_back(
+          {{"centre_mm", vec(tooth.centre, kMillimetre)}, {"volume_mm3", tooth.volume / kCubicMillimetre}});
     jaw["border_mm"] = r.jaw->border / kMillimetre;
     jaw["unsure_mm3"] = r.jaw->mislabelled / kCubicMillimetre;
     for (int t = 0; t < kTissueCount; ++t) {
