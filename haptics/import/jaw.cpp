@@ -345,7 +345,7 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
 std::vector<JawTooth> find_teeth(const SparseMask& teeth, const SparseMask& crown, double voxel, double least) {
   // kDeepest: m, depth beyond which all samples count as equally deep; kContact: depth of a contact divided by the
   // depth of the shallower tooth
-  constexpr double kDeepest = 4e-3, kContact = 0.6;
+  constexpr double kDeepest = 4e-3, kContact = 0.75;
   const std::shared_ptr<const BlockSet>& set = teeth.set;
   const SparseMask others = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !teeth.v[i]; });
   const int reach = static_cast<int>(std::clamp(kDeepest / voxel, 4.0, 32.0));

@@ -239,6 +239,24 @@ TEST(ImportJaw, RootCanalsOfLessThanFourVoxelsHaveTheirVolumeWithinTenPercent) {
   }
 }
 
+TEST(ImportJaw, TeethThatTouchEachOtherAreSeparated) {
+  // The crowns have a radius of 4 mm, so at a distance of 7 mm they overlap by 1 mm.
+  for (const double second : {20.0, 17.2, 16.5}) {
+    const JawPhantom jaw(JawArtefacts{.second = second});
+    const Imported i = imported(jaw);
+    EXPECT_EQ(i.report.jaw->crowns, 2) << second;
+    ASSERT_EQ(i.report.jaw->teeth.size(), 2U) << second;
+    std::vector<double> places;
+    for (const haptics::JawTooth& tooth : i.report.jaw->teeth) {
+      places.push_back(tooth.centre.x / kMillimetre);
+      EXPECT_NEAR(tooth.volume, usual().report.jaw->teeth[0].volume, 0.05 * tooth.volume) << second;
+    }
+    std::ranges::sort(places);
+    EXPECT_NEAR(places[0], 9.5, 0.2) << second;
+    EXPECT_NEAR(places[1], second, 0.2) << second;
+  }
+}
+
 TEST(ImportJaw, VolumeErrorsAreAtMostTwiceTheReportedUncertainty) {
   JawArtefacts artefacts;
   artefacts.blur = 0.3;
