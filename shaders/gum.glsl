@@ -1,5 +1,5 @@
-// Surface of gum and of the matter of engine/render/drawn_matter.h, in pictures that are lit per pixel. Needs noise() and
-// bumped().
+// Surface of gum and of the matter of engine/render/drawn_matter.h, in pictures that are lit per pixel. Needs hash(),
+// noise() and bumped().
 const uint kGingiva = 7u, kMucosa = 10u, kTongue = 11u, kSkin = 12u, kRubber = 13u, kAcrylic = 14u, kPlastic = 15u;
 
 /// Returns fine blood vessels, 0..1: thin bright lines of a noise function.
@@ -8,14 +8,20 @@ float vessels(vec3 p) {
   return max(1.0 - a / 0.05, 0.0) * 0.7 + max(1.0 - b / 0.06, 0.0) * 0.3;
 }
 
-/// Returns the depth, 0..1, of pits like those of orange peel. `q`: position in units of a pit's size.
-float pit(vec3 q) { return smoothstep(0.58, 0.86, noise(q)); }
-/// Returns the normal of a surface with pits. `size`: m, width of a pit; `tilt`: slope of its edge, rad.
-vec3 pitted(vec3 n, vec3 p, float size, float tilt) {
-  vec3 q = p / size;
-  float here = pit(q);
-  vec3 slope = here - vec3(pit(q + vec3(0.25, 0, 0)), pit(q + vec3(0, 0.25, 0)), pit(q + vec3(0, 0, 0.25)));
-  return normalize(n - tilt * (slope - n * dot(n, slope)) / 0.25);
+/// Returns the normal of a surface with round dimples like those of orange peel. Each cell of a cubic grid has one
+/// dimple at a random place and with a random size, whose depth falls smoothly to 0 at its edge. A dimple reaches at most
+/// into the next cell, so the eight nearest cells suffice. `spacing`: m, edge of a cell; `tilt`: steepest slope, rad.
+vec3 dimpled(vec3 n, vec3 p, float spacing, float tilt) {
+  vec3 q = p / spacing, first = floor(q - 0.5), slope = vec3(0);
+  for (int i = 0; i < 8; ++i) {
+    vec3 cell = first + vec3(i & 1, (i >> 1) & 1, i >> 2);
+    float a = hash(cell + 0.37), b = hash(cell + 17.37), c = hash(cell + 41.37);
+    float radius = 0.28 + 0.22 * fract(a * 7.0);
+    vec3 from = (q - cell - 0.5 - 0.5 * (vec3(a, b, c) - 0.5)) / radius;
+    slope += max(1.0 - dot(from, from), 0.0) * from * (0.4 + 0.6 * fract(b * 7.0));
+  }
+  // A dimple of depth (1 - d²)² is steepest where (1 - d²) d = 0.385.
+  return normalize(n - tilt / 0.385 * (slope - n * dot(n, slope)));
 }
 
 /// Changes the colour, the normal of the surface and the normal of the wet film. `p`: m, position in the mesh's frame;
@@ -27,7 +33,7 @@ void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec
     float attached = 1.0 - smoothstep(0.2, 0.6, mobile);
     color *= mix(vec3(0.92, 0.78, 0.80), vec3(1.06, 1.09, 1.07), noise(p * 420.0));
     if (attached < 1.0) color *= mix(vec3(1.0), vec3(0.90, 0.62, 0.62), 0.25 * (1.0 - attached) * vessels(p));
-    n = pitted(smooth_normal, p, 0.30e-3, 0.08 * attached);
+    n = dimpled(smooth_normal, p, 0.5e-3, 0.13 * attached);
     gloss_normal = bumped(n, p, 1.1e-3, 0.06);
   } else if (matter == kMucosa) {
     color *= mix(vec3(0.93, 0.84, 0.84), vec3(1.05, 1.06, 1.05), noise(p * 260.0));

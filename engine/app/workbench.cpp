@@ -148,9 +148,7 @@ struct Workbench::Impl {
 void Workbench::Impl::set_up() {
   // Loads the files that this session needs.
   if (!options.rig.empty()) rig_file = find_rig(options.rig);
-  // The shipped rig of the window shows a tooth, so it stands for the window of the scene.
-  const bool usual = rig_file.empty() ? display::has_desktop() : rig_file == find_rig("window");
-  if (usual) rig_file = usual_rig(scene, "window");
+  if (rig_file.empty() && display::has_desktop()) rig_file = usual_rig(scene, "window");
   if (!rig_file.empty()) rig = display::load_rig(rig_file);
   if (rig && options.embedded) rig->screen.layout = display::Layout::kMono;
   const bool window = rig && (rig->kind == display::DisplayKind::kWindow || rig->kind == display::DisplayKind::kMirror);

@@ -121,18 +121,26 @@ Nanos SafeDevice::watch(Nanos t) noexcept {
   return t + kWatchdogRest;
 }
 
+void SafeDevice::notice_delay(Nanos t) noexcept {
+  if (!gives_force_) return;
+  const Nanos since = t - last_write_.load();
+  const bool missed = force_out_.load() && (since < 0 || since > from_seconds(options_.limits.silence));
+  if (tripped_.exchange(false) || missed) disarm(SafetyEvent::kWatchdog);
+}
+
 bool SafeDevice::read(HandSample& sample) noexcept {
   faults_ = 0;
   HandSample raw;
-  if (!device_->read(raw)) {
+  const bool alive = device_->read(raw);
+  const Nanos t = options_.clock(), away = t - wrote_;
+  const bool late = wrote_ != 0 && (tripped_.load() || away < 0 || away > from_seconds(options_.limits.silence));
+  notice_delay(t);
+  if (!alive) {
     trip(SafetyEvent::kDeviceLost);
     faults_ |= typodont::bits(Fault::kDeviceLost);
     return false;
   }
-  const Nanos away = options_.clock() - wrote_;
-  if (gives_force_ && wrote_ != 0 && (tripped_.load() || away < 0 || away > from_seconds(options_.limits.silence))) {
-    faults_ |= typodont::bits(Fault::kLetGo);  // the watchdog has already sent zero force
-  }
+  if (gives_force_ && late) faults_ |= typodont::bits(Fault::kLetGo);  // the watchdog has already sent zero force
   const double norm2 = glm::dot(raw.X_WT.R, raw.X_WT.R);
   const bool sound = is_finite(raw.X_WT.p) && std::abs(norm2 - 1) < 1e-3 && std::isfinite(raw.pedal);
   if (!read_once_) {
@@ -190,14 +198,9 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   if (!gives_force_) return;
   const SafetyLimits& limits = options_.limits;
 
-  // Checks whether the servo was late. The check is necessary here too, because the watchdog may have been delayed and
-  // so may have missed it.
   const Nanos t = options_.clock();
   wrote_ = t;
-  const Nanos since = t - last_write_.load();
-  if (tripped_.exchange(false) || (force_out_.load() && (since < 0 || since > from_seconds(limits.silence)))) {
-    disarm(SafetyEvent::kWatchdog);
-  }
+  notice_delay(t);
   if (!is_finite(f_T_W) || !is_finite(tau_T_W)) {
     trip(SafetyEvent::kNotFinite);
     faults_ |= typodont::bits(Fault::kBadInput);

@@ -316,7 +316,7 @@ TEST_F(OperatorWindow, ViewsChangeTheOperatorsPictureOnlyNotTheTraineesScreen) {
   choose_block_and_script();
   press("Return");  // the address is typed
   // Shows the trainee's picture in a window of its own, beside this one.
-  for (int i = 0; i < 3; ++i) press("ctrl+p");
+  press("ctrl+p");
   press("F5");
   ASSERT_EQ(program.wait_for("session started: "), "block");
   EXPECT_TRUE(eventually([&] { return Desktop::xdotool("search --name Typodont") != own; }));
@@ -936,7 +936,7 @@ TEST(OperatorWindowOnTwoScreens, TheTraineesPictureFillsTheChosenScreenAndTheWin
   Desktop::xdotool(fmt::format("type --delay 20 'script:{}'", folder / "hand.csv"));
   std::this_thread::sleep_for(300ms);
   OperatorWindow::press("Return");
-  for (int i = 0; i < 3; ++i) OperatorWindow::press("ctrl+p");  // a window of its own …
+  OperatorWindow::press("ctrl+p");  // a window of its own …
   const glm::ivec4 first(0, 0, 1280, 960), second(1280, 0, 1024, 768);
   for (const glm::ivec4& chosen : {first, second}) {  // … on the first screen, then on the second
     OperatorWindow::press("ctrl+m");

@@ -292,6 +292,22 @@ TEST(RunCommand, OnADesktopItOpensAWindowWithTheMouseAsHandAndDrawsOnlyOnMotion)
   EXPECT_EQ(folder.run(fmt::format("replay {0}/s.h5 --check", folder.path().string())).status, 0);
 }
 
+TEST(RunCommand, AScenesOwnWindowIsUsedUnlessTheUserNamesARig) {
+  ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write(
+      "scene.json",
+      R"({"tissue": {"voxel_mm": 0.5, "solids": [{"tissue": "cortical_bone", "solid": {"sphere": {"center_mm": [0,0,-12], "radius_mm": 12}}}]},
+    "tool": "round_012", "rig": "hip", "parts": ["haptics", "render"]})");
+  const std::string run = fmt::format("run {}/scene.json --seconds 1 --explain", folder.path().string());
+  const auto said = [&](const std::string& options) {
+    const Ran live = folder.run(run + options, "xvfb-run -a timeout 120");
+    EXPECT_EQ(live.status, 0) << live.err;
+    return live.out + live.err;
+  };
+  EXPECT_THAT(said(""), testing::HasSubstr("rigs/hip_window.json"));
+  EXPECT_THAT(said(" --rig window"), testing::HasSubstr("rigs/window.json"));
+}
+
 TEST(RunCommand, FollowsTheTrackedHeadAndCountsInvalidPackets) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write(

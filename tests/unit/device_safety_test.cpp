@@ -206,6 +206,19 @@ TEST_F(Safety, ALateServoIsInformedThatTheForceWasSwitchedOff) {
   EXPECT_EQ(hand->faults() & typodont::bits(Fault::kLetGo), 0u);  // said once
 }
 
+TEST_F(Safety, ADelayBeforeAReadingIsReportedAsTheWatchdogsAndNotOnlyAsTheClocks) {
+  arm();
+  ticks(100, {0, 0, 2});
+  hand->take_events();
+  told.t += 300'000'000;  // the process is stopped, and the watchdog's thread runs later than the servo's
+  hand->read(sample);
+  EXPECT_TRUE(hand->take_events() & bits(SafetyEvent::kWatchdog));
+  EXPECT_FALSE(hand->armed());
+  EXPECT_EQ(told.force, dvec3(0));
+  hand->write({0, 0, 2}, dvec3(0));
+  EXPECT_EQ(told.force, dvec3(0));
+}
+
 TEST_F(Safety, AWatchdogThatFiresDuringAWriteSendsTheLastForce) {
   arm();
   told.before_write = [this] { hand->watch(told.t + 5'000'000); };  // the servo was stopped inside the write

@@ -68,9 +68,9 @@ void make_experiment(OperatorState& s, BackgroundTask& work) {
   if (found->question == kModelQuestion)
     words.insert(words.end(), {"--models", s.models.at(static_cast<std::size_t>(form.models[0])),
                                s.models.at(static_cast<std::size_t>(form.models[1]))});
-  // A rig without a file draws in the operator's window. An experiment cannot draw there, so it opens its default
+  // Without a rig file, the experiment opens the usual window of its scene, because it cannot draw in the operator's
   // window.
-  if (!rig.embedded) words.insert(words.end(), {"--rig", rig.file.string()});
+  if (!rig.file.empty()) words.insert(words.end(), {"--rig", rig.file.string()});
   if (s.no_real_time) words.emplace_back("--no-real-time");
   s.experiment_found.reset();
   work.begin(

@@ -116,25 +116,23 @@ std::vector<HandEntry> find_hands(const OperatorState& s) {
 }
 
 std::vector<RigChoice> find_rigs(const OperatorState& s) {
-  std::vector<RigChoice> rigs{{assets_folder() / "rigs/window.json", s.text("op.this_window"), true}};
-  for (const fs::path& folder : {assets_folder() / "rigs", user_folder() / "rigs"}) {
+  std::vector<RigChoice> rigs{{{}, s.text("op.this_window"), true}, {{}, s.text("op.second_window"), false}};
+  const fs::path shipped = assets_folder() / "rigs";
+  for (const fs::path& folder : {shipped, user_folder() / "rigs"}) {
     for (const fs::path& file : json_files(folder)) {
       try {
         const display::DisplayRig rig = display::load_rig(file);
         if (rig.kind == display::DisplayKind::kOffscreen) continue;
-        if (rig.kind == display::DisplayKind::kHmd) {
-          rigs.push_back({file, s.text("op.headset"), false});
-          continue;
-        }
+        // Each exercise selects its shipped window rig itself (`usual_rig`).
+        if (rig.kind == display::DisplayKind::kWindow && folder == shipped) continue;
+        const bool mirror = folder == shipped && file.stem() == "mirror";
+        const std::string title = rig.kind == display::DisplayKind::kHmd ? s.text("op.headset")
+                                  : mirror                               ? s.text("op.half_mirror")
+                                                                         : title_of(file.stem().string());
+        rigs.push_back({file, title, false});
       } catch (const Error&) {
         continue;  // the file is incomplete or belongs to another version of the program, so it is not listed
       }
-      const bool shipped = folder == assets_folder() / "rigs";
-      if (shipped && file.stem().string().ends_with("_window")) continue;  // usual_rig() selects it
-      const std::string title = shipped && file.stem() == "window"   ? s.text("op.second_window")
-                                : shipped && file.stem() == "mirror" ? s.text("op.half_mirror")
-                                                                     : title_of(file.stem().string());
-      rigs.push_back({file, title, false});
     }
   }
   return rigs;

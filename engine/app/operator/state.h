@@ -106,9 +106,9 @@ struct HandEntry {
   bool usable = true;
 };
 struct RigChoice {
-  std::filesystem::path file;  // rig file; empty: the picture is drawn in the operator's window
+  std::filesystem::path file;  // rig file; empty: the usual window rig of the exercise (`usual_rig`)
   std::string title;
-  bool embedded = false;
+  bool embedded = false;  // true: the picture is drawn in the operator's window
 };
 /// A rule of the score that an instructor can select.
 struct RuleChoice {

@@ -15,6 +15,9 @@ constexpr double kTip = 0.45e-3;  // m, radius of the rounded tip of a hill, suc
 constexpr double kSideSlope = 0.9;
 // Factor that reduces the computed distance to the occlusal surface, so that it is never larger than the true distance.
 constexpr double kTopSlope = 0.78;
+// m, rounding of the bottom of a groove between two hills. It must not be much smaller than the voxels of the drawn
+// tooth, because a sharper groove is drawn with notches.
+constexpr double kGrooveFloor = 0.2e-3;
 constexpr double kRidges = 0.07e-3;    // m, amplitude of the fine ridges on the cusps
 constexpr double kEnamelTop = 1.9e-3;  // m, thickness of the enamel at the occlusal end
 constexpr double kPulpDepth = 2.7e-3;  // m, depth of the pulp below the surface
@@ -74,9 +77,10 @@ double ToothForm::distance(const dvec3& p) const {
       second = std::max(second, h);
     }
   }
-  const double meet = (first - second) / groove_width;
-  if (meet < 3) first -= groove_depth * std::exp(-meet * meet);
-  const double top = kTopSlope * (z - first - ridges(from_tip, first - second));
+  const double over = first - second, meet = over / groove_width;
+  double height_of_hills = 0.5 * (first + second + std::sqrt(over * over + kGrooveFloor * kGrooveFloor));
+  if (meet < 3) height_of_hills -= groove_depth * std::exp(-meet * meet);
+  const double top = kTopSlope * (z - height_of_hills - ridges(from_tip, over));
   return at_most + rounding < top ? top : smooth_max(outline(), top, rounding);
 }
 
