@@ -123,11 +123,11 @@ TEST_F(ImportMouth, WithoutABiteScanTheFilesAreInOneFrameAndTheOpposingJawIsMove
 TEST_F(ImportMouth, AToolBetweenTheOpenJawsFeelsAndCutsTheOpposingJaw) {
   const Ran ran = import(lower_ + " " + stl("upper.stl", upper_jaw()), "--open-mm 8");
   ASSERT_EQ(ran.status, 0) << ran.err;
-  // The tool points upwards. Its head begins 3 mm above the highest point of the lower jaw, and rises into the opposing
-  // crown, first without and then with the pedal.
+  // The shank lies between the jaws and points towards -y. The head begins 3 mm above the highest point of the lower
+  // jaw and rises into the opposing crown, first without and then with the pedal.
   const dvec3 top = dvec3(6.8, 6, 20.2);
   const auto row = [&](double t, double above, int pedal) {
-    return fmt::format("{},{},{},{},0,1,0,0,{}\n", t, top.x, top.y, top.z + above, pedal);
+    return fmt::format("{},{},{},{},0.7071068,0.7071068,0,0,{}\n", t, top.x, top.y, top.z + above, pedal);
   };
   folder_.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n" + row(0, 3, 0) + row(0.2, 3, 0) + row(1.2, 8, 0) +
                                 row(1.5, 8, 0) + row(1.6, 8, 1) + row(2.5, 8.5, 1));
@@ -155,7 +155,7 @@ TEST_F(ImportMouth, AToolBetweenTheOpenJawsFeelsAndCutsTheOpposingJaw) {
     const double t = std::stod(values.at(column("t_s"))), force = std::stod(values.at(column("force_z_N")));
     if (t < 0.2) free = std::max(free, std::abs(force));
     if (t < 1.5) deepest = std::min(deepest, force);
-    removed = std::stod(values.at(column("removed_enamel_mm3")));
+    removed = std::stod(values.at(column("removed_mm3")));
   }
   EXPECT_LT(free, 1e-3);
   EXPECT_LT(deepest, -0.3) << "the opposing jaw pushes the hand downwards";
