@@ -32,7 +32,7 @@ constexpr std::array<KindOfFile, 17> kKinds{{{"a text file", {}, 0},
                                              {"a mesh (.stl)", {".stl"}, 1},
                                              {"a mesh (.obj)", {".obj"}, 1},
                                              {"a document (.pdf)", {".pdf"}, 1},
-                                             {"a label map (.nrrd, .nii)", {".nrrd", ".nii"}, 2}}};
+                                             {"a label map (.nrrd, .nii, .dcm)", {".nrrd", ".nii", ".dcm"}, 3}}};
 
 const KindOfFile& entry(FileKind kind) noexcept {
   return kKinds[static_cast<std::size_t>(kind)];
@@ -68,6 +68,14 @@ bool is_text(std::string_view head) {
 bool is_plain_text(std::string_view head) {
   return is_text(head) && !is_json(head) && !without_space(head).starts_with("<") && !head.starts_with("ply") &&
          !head.starts_with("solid");
+}
+
+/// Returns true for a DICOM file whose class (SOP class UID) in the meta information is Segmentation Storage. So no
+/// image of a scan is replaced.
+bool is_dicom_segmentation(std::string_view head) {
+  constexpr std::size_t kMagic = 128, kMeta = 400;  // position of the magic bytes; bytes that contain the class
+  return head.size() > kMagic + 4 && head.substr(kMagic, 4) == "DICM" &&
+         head.substr(0, kMeta).find("1.2.840.10008.5.1.4.1.1.66.4"sv) != std::string_view::npos;
 }
 
 bool holds(FileKind kind, std::string_view head, std::uintmax_t size) {
@@ -109,7 +117,8 @@ bool holds(FileKind kind, std::string_view head, std::uintmax_t size) {
     case FileKind::kDocument:
       return head.starts_with("%PDF-");
     case FileKind::kLabels:
-      return head.starts_with("NRRD000") || (head.size() >= 348 && head.substr(344, 4) == "n+1\0"sv);
+      return head.starts_with("NRRD000") || (head.size() >= 348 && head.substr(344, 4) == "n+1\0"sv) ||
+             is_dicom_segmentation(head);
   }
   return false;
 }

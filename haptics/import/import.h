@@ -86,9 +86,16 @@ struct JawCanal {
   double uncertainty = 0;     // m, standard deviation of the centre line's position across the canal
 };
 
+/// A tooth of a jaw. Teeth that touch each other are separated at the narrowest place between them.
+struct JawTooth {
+  dvec3 centre{0};    // m, centre of the tooth's volume in the file's coordinates
+  double volume = 0;  // m³, volume with pulp and metal
+};
+
 /// Facts about the labels of a jaw, with their uncertainty.
 struct JawReport {
-  int crowns = 0;                  // number of pieces of enamel and metal; crowns that touch each other are one piece
+  int crowns = 0;                  // number of teeth with enamel or metal
+  std::vector<JawTooth> teeth;     // the teeth with enamel or metal, the largest first
   double border = 0;               // m, standard deviation of the position of a border between two tissues
   PerTissue volume_uncertainty{};  // m³, uncertainty of each tissue's volume
   // m³, expected volume whose label is wrong (tooth labelled as bone, or bone as tooth)

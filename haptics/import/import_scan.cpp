@@ -169,8 +169,8 @@ static Scan cropped(const Scan& scan, const ImportRegion& region) {
 }
 
 // Finds the grey values of the tissues. `smooth` contains the scan's grey values after slight smoothing.
-static ScanGreys greys_of(const std::filesystem::path& file, const Scan& scan, const Grid<float>& smooth,
-                          const ImportOptions& options) {
+static ScanGreys greys_without_shading(const std::filesystem::path& file, const Scan& scan, const Grid<float>& smooth,
+                                       const ImportOptions& options) {
   ScanGreys greys;
   Levels& levels = greys.levels;
   levels = find_levels(file, scan.grey, smooth, options, greys.notes);
@@ -191,8 +191,26 @@ static ScanGreys greys_of(const std::filesystem::path& file, const Scan& scan, c
   return greys;
 }
 
-ScanGreys find_greys(const std::filesystem::path& file, const Scan& scan, const ImportOptions& options) {
-  return greys_of(file, scan, gaussian(scan.grey, kScanSmoothing), options);
+// Finds the grey values of the tissues after it has removed the shading of a jaw from `scan` and from `smooth`.
+static ScanGreys greys_of(const std::filesystem::path& file, Scan& scan, Grid<float>& smooth,
+                          const ImportOptions& options) {
+  std::optional<Shading> shading;
+  if (options.preset == ImportPreset::kJaw) shading = find_shading(scan, smooth, noise_of(scan.grey));
+  if (shading) {
+    shading->remove_from(scan);
+    smooth = gaussian(scan.grey, kScanSmoothing);
+  }
+  ScanGreys greys = greys_without_shading(file, scan, smooth, options);
+  greys.shading = shading;
+  if (shading)
+    greys.notes.push_back(
+        fmt::format("the greys change by {:.0f} across the scan (shading); this was corrected", shading->range));
+  return greys;
+}
+
+ScanGreys find_greys(const std::filesystem::path& file, Scan scan, const ImportOptions& options) {
+  Grid<float> smooth = gaussian(scan.grey, kScanSmoothing);
+  return greys_of(file, scan, smooth, options);
 }
 
 Imported import_scan(const std::filesystem::path& file, const ImportOptions& options) {
@@ -263,6 +281,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   // Finds the body approximately. This result is only used to find the grey values and the box around the
   // body.
   const double working = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
+  if (known && known->shading) known->shading->remove_from(scan);
   Grid<float> smooth = gaussian(scan.grey, kScanSmoothing);
   const ScanGreys greys = known ? *known : greys_of(file, scan, smooth, options);
   const Levels& levels = greys.levels;
@@ -373,6 +392,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     for (JawCanal& canal : labels->report.canals) {
       for (dvec3& c : canal.centre) c = origin + working * c;
     }
+    for (JawTooth& of_jaw : labels->report.teeth) of_jaw.centre = origin + working * of_jaw.centre;
     report.jaw = std::move(labels->report);
   }
 

@@ -6,6 +6,7 @@
 #include "haptics/import/jaw.h"
 #include "haptics/import/levels.h"
 #include "haptics/import/scan.h"
+#include "haptics/import/shading.h"
 
 namespace typodont::haptics::importing {
 
@@ -13,9 +14,11 @@ namespace typodont::haptics::importing {
 struct ScanGreys {
   Levels levels;
   JawGreys jaw;  // valid only for a jaw
+  // shading of the scan, only of a jaw; the grey values are those after it was removed
+  std::optional<Shading> shading;
   std::vector<std::string> notes;
 };
-ScanGreys find_greys(const std::filesystem::path& file, const Scan& scan, const ImportOptions& options);
+ScanGreys find_greys(const std::filesystem::path& file, Scan scan, const ImportOptions& options);
 
 Imported import_scan(const std::filesystem::path& file, const ImportOptions& options);
 /// Imports options.region of a scan in memory, or all of it. `greys` are the grey values of the whole scan, because a

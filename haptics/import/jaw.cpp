@@ -259,6 +259,156 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
   }
 }
 
+// Corrects the border between the pulp and the dentin of the teeth. The blur makes narrow canals appear too narrow, but
+// it does not change the sum of the missing grey value around a canal. So this sum is the canal's volume, if one sample
+// of pulp lacks the difference between dentin and pulp. In a ball around each sample near the border, the darkest
+// samples become pulp, as many as the ball contains volume of pulp. `scan` are the grey values of the scan, `smooth`
+// the smoothed ones, `tooth` marks the teeth with their cavities, and `to_crown` is the squared distance to enamel.
+void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const SparseMask& tooth,
+                    const Sparse<float>& to_crown, const JawGreys& greys, Sparse<Tissue>& tissue) {
+  // In voxels: distance from the canal up to which the blur changes the grey value, and beyond which it certainly does
+  // not; radius of the ball, which reaches beyond the far side of a canal.
+  constexpr float kBlurred = 2.5, kUnblurred = 3;
+  constexpr int kBall = 6;
+  constexpr std::size_t kLeast = 20;    // smallest number of samples for a measured grey value
+  constexpr double kBrightest = -0.25;  // limits of a sample's fraction of pulp, which noise and enamel can change
+  constexpr double kDarkest = 1.25;
+  const std::shared_ptr<const BlockSet>& set = tissue.set;
+  const SparseMask pulp = where(
+      set, false, false, [&](std::size_t i, const glm::ivec3&) { return tooth.v[i] && tissue.v[i] == Tissue::kPulp; });
+  const SparseMask others = where(set, true, false, [&](std::size_t i, const glm::ivec3&) {
+    return !tooth.v[i] ||
+           (tissue.v[i] != Tissue::kPulp && tissue.v[i] != Tissue::kDentin && tissue.v[i] != Tissue::kEnamel);
+  });
+  const SparseMask no_pulp = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !pulp.v[i]; });
+  const Sparse<float> to_pulp = distance_squared_to(pulp, kBall), to_other = distance_squared_to(others, 4),
+                      into_pulp = distance_squared_to(no_pulp, 4);
+  const auto is_core = [&](std::size_t i) {
+    constexpr float kFar = kUnblurred * kUnblurred;
+    return tissue.v[i] == Tissue::kDentin && to_pulp.v[i] >= kFar && to_other.v[i] >= kFar && to_crown.v[i] >= kFar;
+  };
+  std::vector<float> dentin_greys, pulp_greys;
+  for (std::size_t i = 0; i < tissue.v.size(); ++i) {
+    if (!tooth.v[i]) continue;
+    if (is_core(i)) dentin_greys.push_back(scan[set->place(i)]);
+    if (pulp.v[i] && into_pulp.v[i] >= kBlurred * kBlurred - 0.25F) pulp_greys.push_back(scan[set->place(i)]);
+  }
+  const auto median = [](std::vector<float>& values, double otherwise) {
+    if (values.size() < kLeast) return otherwise;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return static_cast<double>(*middle);
+  };
+  const double dentin = median(dentin_greys, greys.hard), soft = median(pulp_greys, greys.soft);
+  const auto near_canal = [&](std::size_t i) {
+    return tooth.v[i] && (tissue.v[i] == Tissue::kPulp || tissue.v[i] == Tissue::kDentin) &&
+           to_pulp.v[i] <= kBlurred * kBlurred && to_pulp.v[i] < to_other.v[i];
+  };
+  Sparse<Tissue> corrected = tissue;
+  for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
+    // Samples deep in the pulp or far from it keep their labels.
+    if (!near_canal(i) || into_pulp.v[i] > kBlurred * kBlurred) return;
+    double core = 0, samples = 0, darker = 0;
+    const auto pulp_fraction = [&](double grey, double bright) {
+      return std::clamp((bright - grey) / (bright - soft), kBrightest, kDarkest);
+    };
+    const auto around = [&](auto work) {
+      for (int x = -kBall; x <= kBall; ++x) {
+        for (int y = -kBall; y <= kBall; ++y) {
+          for (int z = -kBall; z <= kBall; ++z) {
+            const glm::ivec3 q = p + glm::ivec3(x, y, z);
+            if (x * x + y * y + z * z > kBall * kBall || !set->holds(q)) continue;
+            if (const std::ptrdiff_t j = tissue.index(q); j >= 0) work(static_cast<std::size_t>(j), q);
+          }
+        }
+      }
+    };
+    around([&](std::size_t j, const glm::ivec3& q) {
+      if (is_core(j)) core += static_cast<double>(scan[q]), samples += 1;
+    });
+    const double bright = samples >= static_cast<double>(kLeast) ? core / samples : dentin;
+    double volume = 0;
+    around([&](std::size_t j, const glm::ivec3& q) {
+      if (!near_canal(j)) return;
+      volume += pulp_fraction(static_cast<double>(scan[q]), bright);
+      darker += smooth.v[j] < smooth.v[i];
+    });
+    corrected.v[i] = darker + 0.5 < volume ? Tissue::kPulp : Tissue::kDentin;
+  });
+  tissue = std::move(corrected);
+}
+
+// Finds the teeth in the mask of all teeth. The depth of a sample is its distance from the outside. From each deepest
+// place, a tooth grows to samples of decreasing depth. If two teeth meet, they are one tooth, unless the place where
+// they meet is much shallower than both (a contact between neighbouring teeth). Only teeth with samples of `crown` are
+// returned. Positions are in samples, volumes in samples.
+std::vector<JawTooth> find_teeth(const SparseMask& teeth, const SparseMask& crown, double voxel, double least) {
+  // kDeepest: m, depth beyond which all samples count as equally deep; kContact: depth of a contact divided by the
+  // depth of the shallower tooth
+  constexpr double kDeepest = 4e-3, kContact = 0.75;
+  const std::shared_ptr<const BlockSet>& set = teeth.set;
+  const SparseMask others = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !teeth.v[i]; });
+  const int reach = static_cast<int>(std::clamp(kDeepest / voxel, 4.0, 32.0));
+  const Sparse<float> depth = distance_squared_to(others, reach);
+  const auto limited = [&](std::size_t i) { return std::min(depth.v[i], static_cast<float>(reach * reach)); };
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < teeth.v.size(); ++i) {
+    if (teeth.v[i] && set->holds(set->place(i))) order.push_back(i);
+  }
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return limited(a) > limited(b); });
+  struct Part {
+    std::int32_t joined_to;
+    float top;  // squared depth of the deepest sample
+    double samples = 0, bright = 0;
+    dvec3 sum{0};
+  };
+  std::vector<Part> parts;
+  Sparse<std::int32_t> part_of(set, -1, -1);
+  const auto root = [&](std::int32_t part) {
+    while (parts[static_cast<std::size_t>(part)].joined_to != part)
+      part = parts[static_cast<std::size_t>(part)].joined_to;
+    return part;
+  };
+  for (const std::size_t i : order) {
+    const glm::ivec3 p = set->place(i);
+    std::int32_t mine = -1;
+    for (const glm::ivec3& face : kFaces) {
+      const glm::ivec3 q = p + face;
+      if (!set->holds(q) || part_of[q] < 0) continue;
+      const std::int32_t other = root(part_of[q]);
+      if (mine < 0 || mine == other) {
+        mine = other;
+        continue;
+      }
+      Part &a = parts[static_cast<std::size_t>(mine)], &b = parts[static_cast<std::size_t>(other)];
+      if (limited(i) < static_cast<float>(kContact * kContact) * std::min(a.top, b.top)) {
+        if (b.top > a.top) mine = other;
+        continue;
+      }
+      Part& deeper = a.top >= b.top ? a : b;
+      Part& shallower = a.top >= b.top ? b : a;
+      deeper.samples += shallower.samples, deeper.bright += shallower.bright, deeper.sum += shallower.sum;
+      shallower.joined_to = deeper.joined_to;
+      mine = deeper.joined_to;
+    }
+    if (mine < 0) {
+      mine = static_cast<std::int32_t>(parts.size());
+      parts.push_back({mine, limited(i)});
+    }
+    part_of.v[i] = mine;
+    Part& part = parts[static_cast<std::size_t>(mine)];
+    part.samples += 1, part.bright += crown.v[i], part.sum += dvec3(p);
+  }
+  std::vector<JawTooth> found;
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const Part& part = parts[k];
+    if (part.joined_to == static_cast<std::int32_t>(k) && part.bright >= least)
+      found.push_back({part.sum / part.samples, part.samples});
+  }
+  std::ranges::sort(found, std::greater<>(), &JawTooth::volume);
+  return found;
+}
+
 }  // namespace
 
 JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offset, double noise) {
@@ -488,6 +638,9 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     }
   });
 
+  correct_canals(scan, grey, where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return in_tooth(i); }),
+                 to_crown, greys, out.tissue);
+
   // Estimates the uncertainty of each tissue's volume. It is the area of the tissue's border multiplied by the
   // uncertainty of the border's position. The latter comes from noise and from the uncertainty of the grey values. For
   // teeth and bone, the volume is added that the random walker may have labelled wrongly.
@@ -514,8 +667,14 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   out.report.mislabelled = mislabelled * cubed(voxel);
   for (const Tissue t : {Tissue::kDentin, Tissue::kCorticalBone})
     out.report.volume_uncertainty[static_cast<std::size_t>(t)] += out.report.mislabelled;
-  const SparseComponents crowns = components(crown);
-  out.report.crowns = static_cast<int>(crowns.voxels.size()) - 1;
+  const SparseMask teeth = mask([&](std::size_t i, const glm::ivec3& p) {
+    const Tissue t = out.tissue.v[i];
+    if (s.surface.distance[p] >= 0) return false;
+    return t == Tissue::kEnamel || t == Tissue::kDentin || t == Tissue::kAmalgam || (t == Tissue::kPulp && in_tooth(i));
+  });
+  out.report.teeth = find_teeth(teeth, crown, voxel, kLeastCrown * mm3);
+  for (JawTooth& found : out.report.teeth) found.volume *= cubed(voxel);
+  out.report.crowns = static_cast<int>(out.report.teeth.size());
   return out;
 }
 

@@ -37,7 +37,7 @@ using CutWalls = std::array<std::array<std::optional<int>, 2>, 3>;
 
 struct JawLabels {
   Sparse<Tissue> tissue;  // labels of the samples inside the body and up to two samples outside it
-  JawReport report;       // facts about the labels; the centres of canals are in samples of the grid
+  JawReport report;       // facts about the labels; the centres of canals and teeth are in samples of the grid
 };
 
 /// Finds the labels of a jaw. `scan` contains the grey values that were segmented, and `noise` is the standard

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
@@ -13,12 +14,13 @@
 #include "engine/base/error.h"
 #include "engine/base/partial_file.h"
 #include "engine/base/units.h"
+#include "haptics/import/dicom/segmentation_file.h"
 
 namespace typodont::haptics {
 
 namespace {
 
-/// Returns the labels in the order that both formats require: x is the fastest index.
+/// Returns the labels in the order that all formats require: x is the fastest index.
 std::string labels_of(const DenseTissue& t) {
   std::string labels;
   labels.reserve(t.tissue.size());
@@ -127,7 +129,9 @@ std::string nifti_of(const Imported& imported) {
 }  // namespace
 
 void write_labels(const Imported& imported, const std::filesystem::path& file) {
-  const bool nifti = file.extension() == ".nii" || file.extension() == ".NII";
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const bool nifti = ending == ".nii";
   const glm::ivec3& size = imported.tissue.size;
   constexpr int kMostNifti = 32767;
   if (nifti && glm::any(glm::greaterThan(size, glm::ivec3(kMostNifti)))) {
@@ -135,7 +139,12 @@ void write_labels(const Imported& imported, const std::filesystem::path& file) {
                 fmt::format("at most {} along an axis of a NIfTI file; a .nrrd file has no such limit", kMostNifti));
   }
   PartialFile partial(file, FileKind::kLabels);
-  const std::string bytes = nifti ? nifti_of(imported) : nrrd_of(imported);
+  const Placing p = placing_of(imported);
+  const std::string bytes =
+      nifti ? nifti_of(imported)
+      : ending == ".dcm"
+          ? importing::dicom_segmentation(file.string(), imported, labels_of(imported.tissue), p.step, p.origin)
+          : nrrd_of(imported);
   std::ofstream out(partial.path(), std::ios::binary);
   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   out.close();

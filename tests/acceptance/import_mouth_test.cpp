@@ -120,6 +120,48 @@ TEST_F(ImportMouth, WithoutABiteScanTheFilesAreInOneFrameAndTheOpposingJawIsMove
   EXPECT_NEAR(height("--open-mm 8"), closed + 8, 0.05);
 }
 
+TEST_F(ImportMouth, AToolBetweenTheOpenJawsFeelsAndCutsTheOpposingJaw) {
+  const Ran ran = import(lower_ + " " + stl("upper.stl", upper_jaw()), "--open-mm 8");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  // The shank lies between the jaws and points towards -y. The head begins 3 mm above the highest point of the lower
+  // jaw and rises into the opposing crown, first without and then with the pedal.
+  const dvec3 top = dvec3(6.8, 6, 20.2);
+  const auto row = [&](double t, double above, int pedal) {
+    return fmt::format("{},{},{},{},0.7071068,0.7071068,0,0,{}\n", t, top.x, top.y, top.z + above, pedal);
+  };
+  folder_.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n" + row(0, 3, 0) + row(0.2, 3, 0) + row(1.2, 8, 0) +
+                                row(1.5, 8, 0) + row(1.6, 8, 1) + row(2.5, 8.5, 1));
+  const Ran felt =
+      folder_.run(fmt::format("servo {} --hand {} --out {}", out_, folder_ / "hand.csv", folder_ / "t.csv"));
+  ASSERT_EQ(felt.status, 0) << felt.err;
+  std::istringstream ticks(test::read_text(folder_ / "t.csv"));
+  std::string line, cell;
+  std::vector<std::string> names;
+  const auto cells = [&] {
+    std::vector<std::string> found;
+    std::istringstream in(line);
+    while (std::getline(in, cell, ',')) found.push_back(cell);
+    return found;
+  };
+  while (std::getline(ticks, line) && line.starts_with("#")) {
+  }
+  names = cells();
+  const auto column = [&](const std::string& name) {
+    return static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
+  };
+  double free = 0, deepest = 0, removed = 0;
+  while (std::getline(ticks, line)) {
+    const auto values = cells();
+    const double t = std::stod(values.at(column("t_s"))), force = std::stod(values.at(column("force_z_N")));
+    if (t < 0.2) free = std::max(free, std::abs(force));
+    if (t < 1.5) deepest = std::min(deepest, force);
+    removed = std::stod(values.at(column("removed_mm3")));
+  }
+  EXPECT_LT(free, 1e-3);
+  EXPECT_LT(deepest, -0.3) << "the opposing jaw pushes the hand downwards";
+  EXPECT_GT(removed, 0.01);
+}
+
 TEST_F(ImportMouth, AVolumeThatBelongsToNoExerciseOfThisNameIsNotReplaced) {
   const std::string jaw = stl("jaw.stl", test::true_surface());
   ASSERT_EQ(folder_.run(fmt::format("import {} --preset arch --voxel-mm 0.4 --out {}", jaw, volume_)).status, 0);

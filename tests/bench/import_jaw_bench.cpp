@@ -31,10 +31,13 @@ const Level kLevels[] = {
     {"sockets without a wall", {.lamina = false}},
     {"motion 0.3 mm", {.motion = 0.3}},
     {"motion 0.6 mm", {.motion = 0.6}},
+    {"shading 300", {.shading = 300}},
+    {"shading 600", {.shading = 600}},
+    {"shading 600, metal crown, streaks", {.streaks = 500, .metal = true, .shading = 600}},
 };
 
 TEST(ImportJawBench, TeethBoneAndCanalAreSegmentedAtEveryNoiseLevel) {
-  fmt::print("{:<28}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>12}{:>12}\n", "volumes wrong by %", "enamel", "dentin", "pulp",
+  fmt::print("{:<34}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>12}{:>12}\n", "volumes wrong by %", "enamel", "dentin", "pulp",
              "cortical", "cancell.", "metal", "canal, mm", "border, mm");
   for (const Level& level : kLevels) {
     const JawPhantom jaw(level.artefacts);
@@ -44,7 +47,7 @@ TEST(ImportJawBench, TeethBoneAndCanalAreSegmentedAtEveryNoiseLevel) {
     const auto file = test::write_nrrd("jaw.nrrd", jaw.phantom(), test::bytes_as<float>(jaw.scan()), "float");
     const haptics::ImportReport report = haptics::import_tissue(file, options).report;
     const PerTissue truth = jaw.volumes();
-    fmt::print("{:<28}", level.name);
+    fmt::print("{:<34}", level.name);
     for (const Tissue t : {Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp, Tissue::kCorticalBone,
                            Tissue::kCancellousBone, Tissue::kAmalgam}) {
       const auto k = static_cast<std::size_t>(t);

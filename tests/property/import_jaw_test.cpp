@@ -190,6 +190,73 @@ TEST(ImportJaw, RootsInSocketsWithoutABrightWallStayTeeth) {
   EXPECT_NEAR(relative_error(i, jaw.volumes(), Tissue::kDentin), 0, 0.1);
 }
 
+bool notes_shading(const Imported& i) {
+  return std::ranges::any_of(i.report.notes,
+                             [](const std::string& note) { return note.find("(shading)") != std::string::npos; });
+}
+
+TEST(ImportJaw, ShadingOf600HounsfieldUnitsIsCorrectedAndDensityOfBoneIsNot) {
+  const JawPhantom shaded(JawArtefacts{.shading = 600});
+  const Imported i = imported(shaded);
+  for (const Tissue t :
+       {Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp, Tissue::kCorticalBone, Tissue::kCancellousBone})
+    EXPECT_NEAR(relative_error(i, usual_truth(), t), 0, 0.03) << name_of(t);
+  EXPECT_EQ(i.report.jaw->crowns, 2);
+  EXPECT_EQ(i.report.jaw->canals.size(), 1U);
+  EXPECT_TRUE(notes_shading(i));
+  // A region is corrected like the whole scan, although it has too few cells for a correction of its own.
+  haptics::ImportOptions options;
+  options.preset = haptics::ImportPreset::kJaw;
+  options.region = {dvec3(4, 6, 10) * kMillimetre, dvec3(15, 18, 33) * kMillimetre};
+  const Imported part = import_tissue(test::scratch("jaw.nrrd"), options);
+  for (double z = 13; z < 30; z += 0.3) EXPECT_EQ(label_at(part, {9.5, 12, z}), label_at(i, {9.5, 12, z})) << z;
+  EXPECT_FALSE(notes_shading(usual()));
+  EXPECT_FALSE(notes_shading(imported(JawPhantom(JawArtefacts{.density_slope = 25}))));
+}
+
+TEST(ImportJaw, RootCanalsOfLessThanFourVoxelsHaveTheirVolumeWithinTenPercent) {
+  // The phantom's samples are so fine that its own canals have the right volume.
+  for (const double noise : {50.0, 200.0}) {
+    const Imported i = imported(JawPhantom(JawArtefacts{.noise = noise, .fine = 6}));
+    const haptics::DenseTissue& t = i.tissue;
+    // The slices of a canal between the apex and the chamber, whose radius is 0.5 mm.
+    double pulp = 0;
+    int slices = 0;
+    for (int z = 0; z < t.size.z; ++z) {
+      const double height = t.frame.to_world(dvec3(0, 0, z)).z / kMillimetre;
+      if (height < JawPhantom::kApex + 2.6 || height > JawPhantom::kNeck - 0.6) continue;
+      ++slices;
+      for (int x = 0; x < t.size.x; ++x) {
+        for (int y = 0; y < t.size.y; ++y) {
+          const dvec3 q = t.frame.to_world(dvec3(x, y, z)) / kMillimetre;
+          for (const double tooth : JawPhantom::kTeeth)
+            pulp += std::hypot(q.x - tooth, q.y - JawPhantom::kY) < 2 && t.tissue[t.at(x, y, z)] == Tissue::kPulp;
+        }
+      }
+    }
+    const double voxels = 2 * slices * kPi * 0.25 / (JawPhantom::kVoxel * JawPhantom::kVoxel);
+    EXPECT_NEAR(pulp / voxels, 1, 0.1) << noise;
+  }
+}
+
+TEST(ImportJaw, TeethThatTouchEachOtherAreSeparated) {
+  // The crowns have a radius of 4 mm, so at a distance of 7 mm they overlap by 1 mm.
+  for (const double second : {20.0, 17.2, 16.5}) {
+    const JawPhantom jaw(JawArtefacts{.second = second});
+    const Imported i = imported(jaw);
+    EXPECT_EQ(i.report.jaw->crowns, 2) << second;
+    ASSERT_EQ(i.report.jaw->teeth.size(), 2U) << second;
+    std::vector<double> places;
+    for (const haptics::JawTooth& tooth : i.report.jaw->teeth) {
+      places.push_back(tooth.centre.x / kMillimetre);
+      EXPECT_NEAR(tooth.volume, usual().report.jaw->teeth[0].volume, 0.05 * tooth.volume) << second;
+    }
+    std::ranges::sort(places);
+    EXPECT_NEAR(places[0], 9.5, 0.2) << second;
+    EXPECT_NEAR(places[1], second, 0.2) << second;
+  }
+}
+
 TEST(ImportJaw, VolumeErrorsAreAtMostTwiceTheReportedUncertainty) {
   JawArtefacts artefacts;
   artefacts.blur = 0.3;

@@ -20,9 +20,14 @@ struct JawArtefacts {
   double motion = 0;      // mm, the scan is the mean of two scans that are displaced by this distance along y
   bool metal = false;     // the second tooth has a crown of metal
   bool lamina = true;     // true: sockets have a bright wall; false: cancellous bone begins behind the ligament
+  double second = 20;     // mm, position of the second tooth along x; at less than 17.5 the crowns touch
   std::size_t teeth = 2;  // 1: the second tooth is missing, and its socket is bone
   double fissure = 0;     // mm, depth of a groove across the top of each crown, 0.7 mm wide
-  double texture = 60;    // Hounsfield units, variation of the cancellous bone, with a wavelength of 3 mm
+  // Hounsfield units by which the middle of the scan is too dark (shading); the error decreases over 10 mm
+  double shading = 0;
+  double density_slope = 0;  // Hounsfield units per mm by which cancellous bone becomes denser along x; no error
+  int fine = 3;              // Phantom::fine
+  double texture = 60;       // Hounsfield units, variation of the cancellous bone, with a wavelength of 3 mm
 };
 
 class JawPhantom {
@@ -37,7 +42,7 @@ class JawPhantom {
   /// Returns the tissue at q. Soft tissues other than pulp and the nerve are labelled as air.
   Tissue tissue(const glm::dvec3& q) const {
     for (std::size_t k = 0; k < a_.teeth; ++k) {
-      const glm::dvec3 r = q - glm::dvec3(kTeeth[k], kY, 0);
+      const glm::dvec3 r = q - glm::dvec3(place(k), kY, 0);
       const double out = std::hypot(r.x, r.y);
       if (q.z >= kNeck) {
         if (crown_distance(k, r) >= 0) continue;
@@ -49,7 +54,7 @@ class JawPhantom {
     }
     if (!inside_bone(q, 0)) return Tissue::kAir;
     for (std::size_t k = 0; k < a_.teeth; ++k) {
-      const double out = std::hypot(q.x - kTeeth[k], q.y - kY);
+      const double out = std::hypot(q.x - place(k), q.y - kY);
       if (out < root_radius(q.z + kLigament) + kLigament) return Tissue::kAir;
       if (a_.lamina && out < root_radius(q.z + kLigament + kLamina) + kLigament + kLamina) return Tissue::kCorticalBone;
     }
@@ -61,6 +66,9 @@ class JawPhantom {
     }
     return Tissue::kCorticalBone;
   }
+
+  /// Returns the position (mm) of a tooth along x.
+  double place(std::size_t k) const { return k == 0 ? kTeeth[0] : a_.second; }
 
   /// Returns the signed distance (mm) to the surface of crown k. `r`: mm, position relative to the tooth's axis at z =
   /// 0, above the neck. The distance is accurate to first order; the surface, where it is zero, is exact.
@@ -106,7 +114,7 @@ class JawPhantom {
     p.spacing = glm::dvec3(kVoxel);
     p.blur = a_.blur;
     p.noise = a_.noise;
-    p.fine = 3;
+    p.fine = a_.fine;
     p.grey = [this](const glm::dvec3& q) {
       if (a_.motion == 0) return hounsfield(q);
       return 0.5 *
@@ -127,9 +135,14 @@ class JawPhantom {
           if (tissue(q) == Tissue::kCancellousBone) {
             const glm::dvec3 w = q * (2 * M_PI / 3);
             greys[i] += a_.texture * std::sin(w.x) * std::sin(w.y + 1) * std::sin(w.z + 2);
+            greys[i] += a_.density_slope * (q.x - 14.75);
+          }
+          if (a_.shading > 0) {
+            const glm::dvec3 r = q - glm::dvec3(14.75, 12, 15);
+            greys[i] -= a_.shading * std::exp(-glm::dot(r, r) / 200);
           }
           if (a_.streaks > 0 && q.z > kNeck && q.z < kTop) {
-            const double dx = q.x - kTeeth[1], dy = q.y - kY, r = std::hypot(dx, dy);
+            const double dx = q.x - place(1), dy = q.y - kY, r = std::hypot(dx, dy);
             greys[i] += a_.streaks * std::cos(8 * std::atan2(dy, dx)) * std::exp(-r / 10);
           }
         }

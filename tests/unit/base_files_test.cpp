@@ -157,6 +157,8 @@ TEST_F(Outputs, ReplaceOnlyFilesOfTheirType) {
       {FileKind::kPly, "ply\nformat ascii 1.0\n"},
       {FileKind::kDocument, "%PDF-1.5\n%\xB5\xED\n"},
       {FileKind::kLabels, "NRRD0004\ntype: uint8\n\n\x1f\x8b\x08"},
+      {FileKind::kLabels,
+       std::string(128, '\0') + "DICM\2" + std::string(1, '\0') + "UI 1.2.840.10008.5.1.4.1.1.66.4 "},
       {FileKind::kStl, stl}};
   for (const auto& [kind, own] : samples) {
     for (const auto& [other, bytes] : samples) {

@@ -12,6 +12,7 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
+#include "haptics/import/labels_file.h"
 #include "tests/support/dicom_files.h"
 #include "tests/support/import_message.h"
 
@@ -335,6 +336,106 @@ TEST(ImportDicom, NoPersonalDataAreWritten) {
     for (const char* secret : {"HUSH", "HANNAH", "078-05", "19010203", "1901"})
       EXPECT_THAT(text, Not(HasSubstr(secret)));
   }
+}
+
+/// Returns the value of an element as text without padding.
+std::string text_of(const gdcm::DataSet& set, std::uint16_t group, std::uint16_t element) {
+  const gdcm::ByteValue* value = set.GetDataElement(gdcm::Tag(group, element)).GetByteValue();
+  std::string text = value ? std::string(value->GetPointer(), value->GetLength()) : "";
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.pop_back();
+  return text;
+}
+const gdcm::DataSet& first_item(const gdcm::DataSet& set, std::uint16_t group, std::uint16_t element) {
+  return set.GetDataElement(gdcm::Tag(group, element)).GetValueAsSQ()->GetItem(1).GetNestedDataSet();
+}
+
+TEST(ImportDicom, ASegmentationHasTheLabelsAtTheirPositionsAndNoPersonalData) {
+  // The slices are oblique and in another order, and the result is rotated.
+  const double a = 25 * kPi / 180;
+  const Placed placed{.x = {std::cos(a), std::sin(a), 0},
+                      .y = {-std::sin(a), std::cos(a), 0},
+                      .z = {0, 0, 1},
+                      .origin = kOrigin + dvec3(1.6, -1.1, 0)};
+  const auto folder = test::write_series(
+      "to_label", test::slices_of(greys_of(placed, kSize, dvec3(kVoxel)), kSize, dvec3(kVoxel), placed));
+  ImportOptions options;
+  options.turn = quarter_turns("x90,z-90");
+  const Imported i = import_tissue(folder, options);
+  const auto file = folder / "labels.dcm";
+  write_labels(i, file);
+
+  gdcm::Reader reader;
+  reader.SetFileName(file.c_str());
+  ASSERT_TRUE(reader.Read());
+  const gdcm::DataSet& set = reader.GetFile().GetDataSet();
+  EXPECT_EQ(text_of(set, 0x0008, 0x0016), "1.2.840.10008.5.1.4.1.1.66.4");
+  for (const auto element : std::initializer_list<std::uint16_t>{0x0010, 0x0020, 0x0030, 0x0040})
+    EXPECT_EQ(text_of(set, 0x0010, element), "");
+  const auto segments = set.GetDataElement(gdcm::Tag(0x0062, 0x0002)).GetValueAsSQ();
+  std::vector<std::string> names;
+  for (std::size_t k = 1; k <= segments->GetNumberOfItems(); ++k)
+    names.push_back(text_of(segments->GetItem(k).GetNestedDataSet(), 0x0062, 0x0005));
+  EXPECT_THAT(names, testing::ElementsAre("dentin", "pulp"));
+  const auto numbers = [](const std::string& text) {
+    std::vector<double> values;
+    for (std::size_t at = 0; at <= text.size(); at = std::min(text.find('\\', at), text.size()) + 1)
+      values.push_back(std::stod(text.substr(at)));
+    return values;
+  };
+  const gdcm::DataSet& shared = first_item(set, 0x5200, 0x9229);
+  const auto along = numbers(text_of(first_item(shared, 0x0020, 0x9116), 0x0020, 0x0037));
+  const gdcm::DataSet& measures = first_item(shared, 0x0028, 0x9110);
+  EXPECT_EQ(numbers(text_of(measures, 0x0028, 0x0030)), (std::vector<double>{kVoxel, kVoxel}));
+  const auto frames = set.GetDataElement(gdcm::Tag(0x5200, 0x9230)).GetValueAsSQ();
+  const gdcm::ByteValue* bits = set.GetDataElement(gdcm::Tag(0x7fe0, 0x0010)).GetByteValue();
+  ASSERT_EQ(std::to_string(frames->GetNumberOfItems()), text_of(set, 0x0028, 0x0008));
+  const glm::ivec3 size = i.tissue.size;
+  const std::size_t slice = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+  ASSERT_EQ(bits->GetLength(), ((frames->GetNumberOfItems() * slice + 7) / 8 + 1) / 2 * 2);
+  // Adds the position (mm, LPS) of every labelled voxel of each tissue, in the file and in the result of the import.
+  std::vector<std::array<double, 4>> stored(names.size()), expected(names.size());
+  for (std::size_t f = 0; f < frames->GetNumberOfItems(); ++f) {
+    const gdcm::DataSet& item = frames->GetItem(f + 1).GetNestedDataSet();
+    const auto at = numbers(text_of(first_item(item, 0x0020, 0x9113), 0x0020, 0x0032));
+    std::uint16_t segment = 0;
+    std::memcpy(&segment,
+                first_item(item, 0x0062, 0x000a).GetDataElement(gdcm::Tag(0x0062, 0x000b)).GetByteValue()->GetPointer(),
+                2);
+    for (std::size_t k = 0; k < slice; ++k) {
+      const std::size_t bit = f * slice + k;
+      if (!(bits->GetPointer()[bit / 8] >> bit % 8 & 1)) continue;
+      const auto x = static_cast<double>(k % static_cast<std::size_t>(size.x)),
+                 y = static_cast<double>(k / static_cast<std::size_t>(size.x));
+      auto& sum = stored[segment - 1u];
+      for (std::size_t c = 0; c < 3; ++c) sum[c] += at[c] + kVoxel * (x * along[c] + y * along[c + 3]);
+      sum[3] += 1;
+    }
+  }
+  for (int z = 0; z < size.z; ++z) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int x = 0; x < size.x; ++x) {
+        const std::size_t k = i.tissue.at(x, y, z);
+        if (i.tissue.distance[k] > 0) continue;
+        const dvec3 p = i.report.world_rotation * i.tissue.frame.to_world(dvec3(x, y, z)) / kMillimetre;
+        const std::string name(name_of(i.tissue.tissue[k]));
+        auto& sum = expected[static_cast<std::size_t>(std::ranges::find(names, name) - names.begin())];
+        for (int c = 0; c < 3; ++c) sum[static_cast<std::size_t>(c)] += p[c];
+        sum[3] += 1;
+      }
+    }
+  }
+  for (std::size_t s = 0; s < names.size(); ++s) {
+    SCOPED_TRACE(names[s]);
+    EXPECT_EQ(stored[s][3], expected[s][3]);
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(stored[s][c] / stored[s][3], expected[s][c] / expected[s][3], 1e-6);
+  }
+  std::ifstream in(file, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  for (const char* personal : {test::kPatient, test::kPatientId, test::kBirthDate, "1.2.3.4"})
+    EXPECT_EQ(bytes.find(personal), std::string::npos) << personal;
+  // The segmentation is now beside the slices. It is no scan, so the folder is imported as before.
+  EXPECT_EQ(import_tissue(folder, options).tissue.distance, i.tissue.distance);
+  EXPECT_THAT(message_of(file), HasSubstr("found"));
 }
 
 TEST(ImportDicom, DamagedAndOversizedInputIsRefusedWithAReasonAndLittleMemory) {

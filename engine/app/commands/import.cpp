@@ -154,6 +154,10 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
   if (r.jaw) {
     nlohmann::ordered_json& jaw = j["jaw"];
     jaw["crowns"] = r.jaw->crowns;
+    jaw["teeth"] = nlohmann::ordered_json::array();
+    for (const haptics::JawTooth& tooth : r.jaw->teeth)
+      jaw["teeth"].push_back(
+          {{"centre_mm", vec(tooth.centre, kMillimetre)}, {"volume_mm3", tooth.volume / kCubicMillimetre}});
     jaw["border_mm"] = r.jaw->border / kMillimetre;
     jaw["unsure_mm3"] = r.jaw->mislabelled / kCubicMillimetre;
     for (int t = 0; t < kTissueCount; ++t) {
@@ -369,7 +373,8 @@ void add_import_command(cli::Command& app) {
       ->check(cli::more_than_zero());
   command
       ->add_option("--labels", a->labels,
-                   "also write the tissues as a label map in the scan's own space, for 3D Slicer and others")
+                   "also write the tissues as a label map (.nrrd, .nii, or .dcm: a DICOM segmentation) in the scan's "
+                   "own space, for 3D Slicer and others")
       ->check(cli::writes({FileKind::kLabels}));
   command->add_option("--preview", a->preview, "folder for pictures of slices");
   command->add_flag("--json", a->json, "print the report as JSON");

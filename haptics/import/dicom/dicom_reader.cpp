@@ -157,7 +157,9 @@ void headers(const std::string& name, std::uint32_t number) {
   const std::string modality = text_of(set, gdcm::Tag(0x0008, 0x0060));
   for (std::size_t k = 0; k < std::min<std::size_t>(modality.size(), 4); ++k)
     file.modality[k] = modality[k] >= 'A' && modality[k] <= 'Z' ? modality[k] : '?';
-  const bool image = file.columns > 0 && file.rows > 0 && file.frames > 0;
+  // A segmentation has one bit per voxel, and no grey values.
+  const bool segmentation = short_of(set, gdcm::Tag(0x0028, 0x0100)) == 1;
+  const bool image = file.columns > 0 && file.rows > 0 && file.frames > 0 && !segmentation;
   const bool color = short_of(set, gdcm::Tag(0x0028, 0x0002)) > 1;
   file.kind = set.FindDataElement(gdcm::Tag(0x0004, 0x1220)) ? DicomKind::kDirectory
               : !image                                       ? DicomKind::kNoImage

@@ -1,0 +1,19 @@
+// Writes tissue labels as a DICOM segmentation (PS3.3, Segmentation IOD).
+#pragma once
+
+#include <glm/glm.hpp>
+#include <string>
+
+#include "haptics/import/import.h"
+
+namespace typodont::haptics::importing {
+
+/// Returns a DICOM file with one binary segment per tissue that occurs. `labels` has the number of a tissue for each
+/// voxel of `imported` (0 outside the body), with x as the fastest index. The position of the voxel p is step · p +
+/// origin, in mm in the space LPS. The file contains no data of a person: the elements that the standard demands are
+/// empty, and all identifiers are new random numbers. Throws Error if the format cannot hold the labels; the message
+/// names `file`.
+std::string dicom_segmentation(const std::string& file, const Imported& imported, const std::string& labels,
+                               const glm::dmat3& step, const glm::dvec3& origin);
+
+}  // namespace typodont::haptics::importing

@@ -1,0 +1,36 @@
+// Finds and removes shading: a smooth change of the grey values across a scan that is an error of the scanner
+// (cupping).
+#pragma once
+
+#include <array>
+#include <glm/glm.hpp>
+#include <optional>
+
+#include "haptics/import/scan.h"
+
+namespace typodont::haptics::importing {
+
+/// The error of the grey values as a polynomial in the position.
+struct Shading {
+  static constexpr int kDegree = 4;
+  static constexpr std::size_t kTerms = 35;  // number of monomials up to this degree, with the constant
+
+  glm::dvec3 centre{0},
+      half{1};  // m, centre of the scan and half of its extent; the polynomial is in (p - centre) / half
+  std::array<double, kTerms> coefficient{};  // in the order of Shading::powers()
+  double range = 0;                          // difference between the brightest and the darkest part of the scan
+
+  /// Returns the exponents of the three coordinates in each term. The first term is the constant.
+  static const std::array<glm::ivec3, kTerms>& powers();
+  /// Subtracts the error from the grey values of the scan, or of a region of it.
+  void remove_from(Scan& scan) const;
+};
+
+/// Finds the shading of a scan. `smooth` contains the scan's grey values after slight smoothing, and `noise` is the
+/// standard deviation of the scan's noise. In uniform tissue and in air, the gradient of the grey value is the gradient
+/// of the error. The polynomial is fitted to these gradients, with little weight for regions that contradict the others
+/// (bone whose density changes). The error is zero in the outer part of the scan (median). Returns no value if the
+/// error is less than 100 grey values (Hounsfield units) or the scan has too few uniform regions.
+std::optional<Shading> find_shading(const Scan& scan, const Grid<float>& smooth, double noise);
+
+}  // namespace typodont::haptics::importing
