@@ -43,6 +43,8 @@ constexpr std::uint32_t bits(Fault fault) {
 /// the same bits. The versions:
 /// - 12: A head of the vertex model also moves during a cut after one in which vertices stayed inside the head. Such
 /// vertices are merged in more cases. The vertex model's force changes more slowly, and its searches are divided, too.
+/// In the model mesh_lod, a long search of a ball continues in the next tick, and the carver lists the points around a
+/// head that is not a ball. Cuts of both models split no edge while very many faces are near the head.
 /// - 11: The path of a turning head with a round end is bent, so that it has fewer straight parts. The depth of a
 /// sample that is nearest to a single line of the head's outline has a closed form. During a fast motion, the cut in
 /// the coarse patch may wait for some ticks. In the vertex model, a long cut can stop after any face and continue in

@@ -51,9 +51,10 @@ class Program {
   Program& operator=(const Program&) = delete;
 
   std::string said() const { return read_text(err_); }
-  /// Waits for a line of the program's messages that contains `words`. Returns the text after them.
-  std::string wait_for(const std::string& words) const {
-    for (int i = 0; i < 1800; ++i) {
+  /// Waits for a line of the program's messages that contains `words`. Returns the text after them. `minutes`: longest
+  /// time to wait. Work of low priority hardly runs on a busy machine, so it needs more.
+  std::string wait_for(const std::string& words, double minutes = 1.5) const {
+    for (int i = 0; i < 1200 * minutes; ++i) {
       const std::string all = said();
       const auto at = all.find(words);
       if (at != std::string::npos && all.find('\n', at) != std::string::npos)
@@ -798,7 +799,7 @@ TEST_F(OperatorWindow, TheListOfSessionsComputesMissingScores) {
   Program program(folder);
   open(program);
   press("F7");
-  const std::string said = program.wait_for("score of 2025-01-01_10-00-00_block.h5: ");
+  const std::string said = program.wait_for("score of 2025-01-01_10-00-00_block.h5: ", 15);
   EXPECT_NEAR(std::stod(said), Json::parse(scored.out, "report")["points"].number(), 0.051);
   press("F10");
   press("ctrl+q");

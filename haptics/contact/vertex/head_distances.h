@@ -16,7 +16,7 @@ namespace typodont::haptics::vertex {
 class HeadDistances {
  public:
   static constexpr std::size_t kBatch = 8;
-  /// The kept points as arrays, which have kBatch more elements than `count`.
+  /// The points that the last call has kept, as arrays. The arrays have kBatch more elements than `count`.
   struct Columns {
     const double *distance, *n_x, *n_y, *n_z;
     std::size_t count;
@@ -27,7 +27,7 @@ class HeadDistances {
   explicit HeadDistances(std::size_t most, double reuse = 0);
 
   /// Finds the listed points that are at most `far` metres from a head at X_WG, in the order of the list. Points that
-  /// are certainly farther, by the distances stored in the list, are skipped.
+  /// are certainly farther away than `far`, according to the distances stored in the list, are skipped.
   ///
   /// An extrapolated distance is the linear approximation of the distance, which is a convex function because heads are
   /// convex. So the distance is never overestimated. For a smooth part of a head whose radius of curvature is r, it is
@@ -44,11 +44,11 @@ class HeadDistances {
   void count_anew() noexcept { computed_ = 0; }
   /// Call this when find() is used for another list. It forgets the distances from which find() extrapolates.
   void forget() noexcept { known_list_ = 0; }
-  /// Removes the points from index `first` on that are farther than `far` metres from the head at points.listed_at().
-  /// Stores the distances of the remaining points in the list.
+  /// Examines the listed points with an index of at least `first`. Removes those that are farther than `far` metres
+  /// from the head at points.listed_at(). Stores the distances of the remaining points in the list.
   void keep_within(const VertexHead& head, mesh::NearPoints& points, std::size_t first, double far) noexcept;
 
-  // The next functions do the same for points that are in no list. Call clear(), then add() for each point, then
+  // The next functions compute distances of points that are in no list. Call clear(), then add() for each point, then
   // evaluate().
   void clear() noexcept { size_ = 0; }
   bool full() const noexcept { return size_ == most_; }
