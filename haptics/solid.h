@@ -25,7 +25,7 @@ class Solid {
 /// Functions that find and read the mesh files named in a JSON text. haptics reads no mesh formats itself;
 /// `read_mesh_solid` in Typodont::import does.
 struct SolidFiles {
-  /// Returns the path of a named file. Empty: the file is in the folder of the JSON file.
+  /// Returns the path of a named file. If this function is empty, the file is in the folder of the JSON file.
   std::function<std::filesystem::path(const std::string& name)> find;
   /// Creates a solid from a mesh file. `unit`: metres per unit of the file. Throws Error. If this function is empty, a
   /// mesh in the JSON text is an error.

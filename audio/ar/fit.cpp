@@ -231,8 +231,8 @@ std::size_t order_asked(const FitOptions& options) {
   return static_cast<std::size_t>(order);
 }
 
-/// Compares the held-out samples with the model's expected spectrum `model`, at the same frequencies as the distances
-/// in `report`.
+/// Compares the spectrum of the held-out samples with the model's expected spectrum `model`, at the same frequencies at
+/// which `report` compares spectra.
 HeldOut compared(std::span<const double> unseen, double rate, const FitReport& report,
                  const std::vector<double>& model) {
   HeldOut held;

@@ -32,7 +32,7 @@ struct BenchSpec {
   double comfort = 0.3;
 };
 
-/// A face of the common workspace, and the limit that the face touches.
+/// A face of the common workspace, and the limit of the arm or the picture that determines its position.
 struct Face {
   dvec3 outward{0, 0, 0};
   std::string limit;  // "the arm", "the picture's left edge", …

@@ -261,8 +261,8 @@ void look_at(const Straight* way_at, Centres* centres) {
   centres->share = at_a ? search.a : at_b ? search.b : search.s;
 }
 
-/// Computes the same bounds as look_at(), but in closed form: for centres of blocks in which line `line` of the
-/// meridian alone determines the depth.
+/// Computes the same bounds of the depth as look_at(), but in closed form. Only for blocks in which a single segment of
+/// the head's meridian, the one with the index `line`, determines the depth.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at_line(const Straight* way_at, Centres* centres, int line) {
   const Straight& way = *way_at;

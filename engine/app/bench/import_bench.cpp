@@ -81,7 +81,7 @@ double jaw_grey(const dvec3& q) {
   // kArch: radius of the circle, mm; kTeeth: number of teeth; kApart: angle between two teeth, rad
   constexpr double kArch = 25, kTeeth = 14, kApart = 4.0 / kTeeth * 0.7;
   const double angle = std::atan2(q.y, q.x), across = std::hypot(q.x, q.y) - kArch;
-  // rad, angle of the nearest tooth, from the middle of the jaw
+  // rad, angle of the tooth nearest to q, measured from the midline of the jaw
   const double nearest = kApart * std::round((angle - kPi / 2) / kApart - 0.5) + kApart * 0.5;
   const double along = kArch * (angle - kPi / 2 - nearest);
   const bool in_row = std::abs(nearest) < kApart * kTeeth / 2 && q.y > 0;

@@ -33,7 +33,7 @@ struct ExpertLeg {
   std::uint32_t tool = 0;
   double seconds = 0;
   double volume = 0;  // m³, for kWait: the step ends when this volume has been filled
-  /// m/s, speed at the end of a stroke that the next step continues; 0: the stroke ends with a stop
+  /// m/s, speed at the end of this stroke; the next step starts with the same speed. 0: the hand stops
   double end_pace = 0;
   double force = 0;     // N, force with which the hand pushes during a cut
   bool coarse = false;  // true: a coarse tool cuts; it need not meet a corner between two strokes exactly

@@ -37,7 +37,7 @@ constexpr float kGentleCosine = 0.44f;
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
 constexpr float kSag = 0.18f;
-// if the variance of the crossings' positions, divided by s², is below this, greatest_curvature() uses their curvatures
+// variance of the crossings' positions / s²; below this value, greatest_curvature() cannot fit a surface to them
 constexpr float kLeastSpread = 4e-3f;
 // largest distance by which a vertex is placed outside the surface, as a ratio to s
 constexpr float kMaxLift = 0.1f;

@@ -147,7 +147,7 @@ class OffsetModel : public PatchModel {
   bool emptied_ = false;  // true if the last cut removed all tissue inside the head
   // voxels, overlap of head and tissue; it decays to zero while the head is moved out of the tissue
   double overlap_ = 0;
-  // fraction 0..1 of the power with which the head cut at a wall of harder tissue in the last tick; 0: no wall
+  // fraction 0..1 of its power that the head kept at a wall of harder tissue in the last tick; 0: no wall
   double wall_ = 0;
   bool breaking_through_ = false;
   double lost_for_ = 0;  // s, time since the tool was last inside the patch

@@ -27,7 +27,7 @@ constexpr double kAround = 1.8;
 constexpr double kGapsAround = 2;
 // first version of the force laws in which a cut also reduces the gaps that belong to the cut sphere
 constexpr std::uint32_t kLawsOfReducedGaps = 7;
-// largest number of notes that may wait for the next update of the field; when there are more notes, the field is
+// largest number of changes of spheres that may wait for the next update of the field; if there are more, the field is
 // updated at once
 constexpr std::size_t kMost = 50000;
 
@@ -309,7 +309,7 @@ TissueVolume& PackingBody::rasterize() {
     const dvec3 p_V = frame.to_voxels(packing_.center[k]);
     return std::pair{glm::ivec3(glm::ceil(p_V - reach)), glm::ivec3(glm::floor(p_V + reach))};
   };
-  // Sorts the notes by the blocks of the field that they affect.
+  // Sorts the recorded changes of spheres (notes_) by the blocks of the field that they affect.
   std::map<glm::ivec3, std::vector<std::size_t>, Before> blocks;
   const auto block_of = [](const glm::ivec3& v) { return glm::ivec3(glm::floor(dvec3(v) / double{kBlock})); };
   for (std::size_t n = 0; n < notes_.size(); ++n) {

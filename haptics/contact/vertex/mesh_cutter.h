@@ -259,7 +259,7 @@ class MeshCutter {
   // two sides of a sheet.
   mesh::TriangleTable crowd_;
   bool crowded_ = false;                // true if the table is valid in this round
-  std::vector<std::uint32_t> slot_of_;  // for each face in the table: its index there
+  std::vector<std::uint32_t> slot_of_;  // index: number of a face; value: its index in the table, if it is there
   // for each face: number of the last round in which it was tested and crossed no other face
   std::vector<std::uint32_t> tested_in_;
   std::vector<Moved> moved_;
