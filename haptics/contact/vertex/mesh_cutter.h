@@ -49,10 +49,14 @@ struct CutParameters {
   static constexpr std::uint32_t laws_of_bad_faces = 11;
   // First version in which a vertex that could not leave the head is also merged if this makes edges longer than
   // `longest`, in which a face that faces the nearest point of the head is not tested for intersection, and in which
-  // the search for the faces near the head is divided.
+  // the search for the faces near the head is divided. Since this version, `most_faces` limits the faces near the head.
   static constexpr std::uint32_t laws_12 = 12;
   // longest edge after such a merge; the next cut splits it
   static constexpr double longest_merged = 2;
+  // Since version 12: largest number of faces near the head with which edges are split, as a ratio to the number of
+  // faces of this edge length on the head's surface. A usual cut has at most about twice as many faces. More faces
+  // collect only at the rim of a membrane, where each split would be followed by others.
+  static constexpr double most_faces = 4;
   // m, tolerance: a vertex that overlaps the head by less than this counts as on its surface
   static constexpr double overlap = 1e-10;
   // the common edge of two faces may be flipped only if the cosine between their normals is larger than this
