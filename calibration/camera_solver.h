@@ -50,8 +50,8 @@ struct CameraResult {
   dvec3 centre_sigma{0, 0, 0};
   double tilt_sigma = 0;  // rad, standard deviation of the panel's tilt, about the axis for which it is largest
   std::optional<MirrorPlane> mirror;
-  // mirror_tilt_sigma: rad, standard deviation of the mirror's tilt; mirror_offset_sigma: m, of its offset at the
-  // mirror point below the panel
+  // mirror_tilt_sigma: rad, standard deviation of the mirror's tilt; mirror_offset_sigma: m, standard deviation of the
+  // plane's offset, at the mirror point below the panel
   double mirror_tilt_sigma = 0, mirror_offset_sigma = 0;
   double rms_px = 0, worst_px = 0;
   int outliers = 0;  // number of sightings whose residual is larger than five times pixel_sigma

@@ -1,6 +1,6 @@
 // Estimates two unknown poses: the pose X of a sensor on an arm, and the pose Z of its counterpart in the room. The
 // input is pairs of poses A_i, B_i that the arm and a tracker report at the same times; the equation is A_i X = Z B_i.
-// SI; any thread; set-up time. Frames: H haptic base, S stylus, K camera or tracker, M marker or target.
+// SI units. Not for real-time threads. Frames: H haptic base, S stylus, K camera or tracker, M marker or target.
 //
 // Robot–world: a marker M is on the stylus and a tracker K in the room. Then A = X_HS, B = X_KM, X = X_SM, Z = X_HK.
 // Hand–eye: a camera K is on the stylus and a target M in the room. Then A = X_HS, B = X_MK (the inverse of the pose
@@ -19,7 +19,7 @@ namespace typodont::calibration {
 struct HandEyeOptions {
   bool motions = false;  // true: A and B are relative motions instead of poses, and the equation is A X = X B
   bool reject_outliers = true;
-  double false_alarm = 5e-4;  // probability of rejecting at least one good row
+  double false_alarm = 5e-4;  // probability of rejecting at least one good row (pair A_i, B_i)
 };
 
 struct HandEyeResult {

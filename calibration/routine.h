@@ -41,7 +41,7 @@ struct PairCapture {
   // saw the point can be computed again after the positions of the user's eyes were calibrated.
   std::optional<Dots> dots;
   /// Returns the position (frame D, m) at which the user saw the point, for the panel and the eyes of `rig`. Without
-  /// dots, it is shown_D.
+  /// dots, returns shown_D.
   dvec3 shown(const RigGeometry& rig) const;
 };
 

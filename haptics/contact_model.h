@@ -38,7 +38,7 @@ struct ContactInput {
   double specific_energy = 0;  // J/m³, specific cutting energy of the tissue under the head
   double budget = 0;           // J, energy that may be spent on removing tissue in this tick
   double wall_budget = 0;      // J, the part of `budget` that may be spent at a wall of harder tissue
-  double power = 0;            // W, power that the motor delivers at the teeth
+  double power = 0;            // W, power of the motor at the cutting edges
   double spindle = 0;          // rad/s, speed of the spindle under load
 };
 
@@ -58,8 +58,8 @@ struct Contact {
   bool rejoining = false;    // a snapshot was missing (bridging), and the proxy now returns to the surface
   bool leading_out = false;  // the proxy is moved out of tissue that it overlapped
   bool settled = true;       // false: the head is free, but the model still has state from the last contact
-  // true: the servo calls cut() although the tool does not cut, because the tool becomes an implant or a cut is not
-  // finished
+  // true: the servo calls cut() although the tool does not cut, because an implant must be left in the bone, or because
+  // a cut of earlier ticks is not finished
   bool places = false;
   // Vector from the hand to the position at which the contacts alone would hold the head; zero without contact.
   dvec3 contact_direction{0};
@@ -128,7 +128,7 @@ class ContactModel {
   virtual double clearance(const Pose& X_WG) noexcept = 0;
   virtual bool turns_matter() const noexcept { return false; }
 
-  /// Called when the hand sends its first pose, or a valid pose after invalid input. The tool is then at the proxy.
+  /// Called at the hand's first valid pose, also after invalid input. The tool's motion then starts anew at the proxy.
   virtual void begin_anew() noexcept = 0;
   /// Called once when the tool is far from all tissue. The model then discards the state of the last contact.
   virtual void release() noexcept = 0;

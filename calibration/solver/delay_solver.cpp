@@ -431,8 +431,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     std::sort(curve.minima.begin(), curve.minima.end(), [](auto& x, auto& y) { return x.mismatch < y.mismatch; });
     if (curve.minima.size() > 40) curve.minima.resize(40);
   }
-  // A wide range is accepted, because interpolation scales the noise variance by 0.7 to 1, and because a clock with
-  // another rate blurs the minimum.
+  // Minima up to 1.5 times the best one count as equally good, because interpolation scales the noise variance by 0.7
+  // to 1, and because a difference between the rates of the clocks makes a minimum less deep.
   const auto plausible_up_to = [&](double best) { return 1.5 * best + 1e-6 * motion; };
   const double significant = 1 + 60.0 / static_cast<double>(std::max<std::size_t>(1, samples_in_horizon / stride));
   result.rotated = curves[0].best() > significant * curves[1].best() + 1e-6 * motion;

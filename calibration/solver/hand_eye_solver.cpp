@@ -40,7 +40,7 @@ constexpr std::size_t kLeastToReject = 8;  // smallest number of rows for which 
 constexpr std::size_t kLeastForFullNoise = 20;
 // rad rms, smallest rotations that determine X and Z
 constexpr double kLeastMainTurn = 2 * kDegree, kLeastSecondTurn = 1 * kDegree;
-// ratio to the noise of rotations; if the arm's rotations are smaller than this, they do not determine X and Z
+// smallest ratio of the arm's rotations to their noise; if the ratio is below this, X and Z are not determined
 constexpr double kTurnOverNoise = 4;
 
 Matrix3d eigen(const dquat& q) {
@@ -209,7 +209,7 @@ class Solver {
     return {X, options_.motions ? X : pose_of(R_Z, t.tail<3>())};
   }
 
-  /// Returns the squared distance (m²), which combines rotation and translation.
+  /// Returns the square (m²) of the residual of row i, which combines rotation and translation.
   double distance2(const Unknowns& at, std::size_t i) const {
     const Vector6 r = residual(at, i);
     return kLever * kLever * r.head<3>().squaredNorm() + r.tail<3>().squaredNorm();

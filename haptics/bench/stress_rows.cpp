@@ -205,7 +205,7 @@ class Stress {
     if (!nonsense) add_energy(campaign, worst);
   }
 
-  /// Tests a hand that slides, drills or taps on a block, while the carver's thread stops for `stall` s (0: it never
+  /// Tests a hand that slides, drills or knocks on a block, while the carver's thread stops for `stall` s (0: it never
   /// stops). The period of the clock varies by the fraction `jitter`, and five of a hundred ticks are missing.
   Felt work(Gesture gesture, double stall, double jitter) const {
     ServoSettings s = settings(1.2e-3);

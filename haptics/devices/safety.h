@@ -37,8 +37,8 @@ inline dvec3 clip_length(const dvec3& v, double limit) {
 }
 
 /// Returns the force after one step from `last` towards `wanted`. An increase or a change of direction is limited to
-/// `step`; a decrease is not limited. The result is never longer than `wanted`, so it stays within all limits of the
-/// magnitude within which `wanted` is.
+/// `step`; a decrease is not limited. The result is never longer than `wanted`. So if `wanted` obeys a limit of the
+/// magnitude, the result obeys it, too.
 inline dvec3 limit_slew(const dvec3& last, const dvec3& wanted, double step) {
   const double was = glm::length(last), is = glm::length(wanted);
   const dvec3 start = was > is ? last * (is / was) : last;

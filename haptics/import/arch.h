@@ -1,4 +1,4 @@
-// Reads the surface of an intraoral scan, repairs it and closes it. Set-up time; throws Error.
+// Reads the surface of an intraoral scan, repairs it and closes it. Not for real-time threads; throws Error.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Reads triangle meshes from STL, PLY, OBJ and glTF files. Set-up time; throws Error.
+// Reads triangle meshes from STL, PLY, OBJ and glTF files. Not for real-time threads; throws Error.
 #pragma once
 
 #include <array>

@@ -131,7 +131,7 @@ FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::iv
   // is closed by a cap.
   Mask cap(size, 0);
   if (!filled.sheet) {
-    // voxels; samples nearer to the mesh than this border on its triangles and not on an opening
+    // voxels; if a sample is nearer to the mesh than this, there is a triangle beside it, and no opening
     constexpr float kOnMesh = 1;
     const glm::ivec3 steps[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     for (std::size_t i = 0; i < distance.v.size(); ++i) {

@@ -134,7 +134,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       const Contacts& f = faces[id];
       const bool narrow =
           parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
-      // true if this part only closes the opening of a cavity that the closing with a smaller ball has found (a plug)
+      // A plug: this part only fills the mouth of a cavity that an earlier, smaller ball has found.
       const bool plug = 2 * f.cavity > f.mouth;
       if ((narrow || plug) && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }
