@@ -1,5 +1,5 @@
 // Estimates the positions of a user's eyes. A dot is shown to one eye at a time, and the user holds the stylus tip so
-// that it covers the dot. Eye, tip and dot then lie on one line. Frame W; metres; any thread.
+// that it covers the dot. Eye, tip and dot then lie on one line. Frame W, metres; any thread may call it.
 #pragma once
 
 #include <array>

@@ -34,7 +34,7 @@ struct HandEyeResult {
   double rotation_sigma = 0;
   /// m per axis, standard deviation of the noise of arm and tracker together
   double translation_sigma = 0;
-  // rad rms, rotation of the arm about two axes: the axis about which it rotated most, and the second axis
+  // rad rms, how far the arm rotated: about the axis with the largest rotations, and about the second axis
   double main_turn = 0, second_turn = 0;
   std::string not_determined;  // reason why X and Z must not be used; empty: they can be used
 };

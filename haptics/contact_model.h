@@ -143,7 +143,7 @@ class ContactModel {
   /// in this tick.
   virtual bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept = 0;
   /// Computes the contacts at the head's new position, after the cut. Sets the members of `out` from `count` on
-  /// ("Results of feel()"). Called only while contact with tissue holds the tool back.
+  /// ("Results of feel()"). Called only while the head is in contact.
   virtual void feel(const ContactInput& in, Contact& out) noexcept = 0;
   /// Returns the tissue at a point inside the snapshot; kAir outside.
   virtual Tissue tissue_at(const dvec3& p_W) const noexcept = 0;

@@ -34,7 +34,7 @@ struct SurfacePatch : Snapshot {
   // no hardness per voxel (TissueVolume::graded); every sample then has kOwnHardness.
   SlidingBuffer<std::uint8_t> hardness;
   // One coarse patch if a tool has a shank, otherwise empty. The coarse patch contains one of every `every` samples
-  // along each axis, and covers a larger region. Its lengths are in its own, larger voxels.
+  // along each axis, and covers a larger region than the patch. Its lengths are in its own, larger voxels.
   std::vector<SurfacePatch> wide;
   int every = 1;
   // The following members tell which samples the carver must copy when it reuses the patch. copied_at: state of the

@@ -484,8 +484,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
       if (reach >= shared) return solution;
     }
   };
-  // The residual contains white noise of both streams. `fraction`: the sparse stream's share of the residual's
-  // variance.
+  // The residual contains white noise of both streams. `fraction`: the part of the residual's variance that the sparse
+  // stream causes.
   const double fraction = sigma_q + sigma_s > 0 ? sigma_s * sigma_s / (sigma_q * sigma_q + sigma_s * sigma_s) : 0.5;
   const double density = sparse.step / query.step;
   const auto noise2 = [&](const Matcher::Solution& s) {
@@ -496,7 +496,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   Matcher::Solution solution = refine(u0, true);
   if (solution.determined) {
     const double rate_sigma = std::sqrt(solution.variance_rate * noise2(solution).second);
-    // No real clock has an error of 1e-3. If the estimate is larger, it is an effect of the noise of a short recording.
+    // No real clock has an error of 1e-3. If the estimate is larger than this, noise of a short recording is the cause.
     if (std::abs(solution.shift.rate) > 3 * rate_sigma && std::abs(solution.shift.rate) < 1e-3) {
       result.skew = sign * solution.shift.rate, result.skew_sigma = rate_sigma;
     } else {

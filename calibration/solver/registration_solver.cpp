@@ -432,8 +432,8 @@ std::size_t most_useful_touch(Points touched_H, Points candidates_H, const Box& 
     Indices all(points.size());
     std::iota(all.begin(), all.end(), 0u);
     const Scatter scatter = scatter_of(points, all, centroid);
-    // Mean squared target error for σ = 1. The first touches do not determine a rotation. A small ridge term makes them
-    // comparable nevertheless.
+    // Mean squared target error for σ = 1. The first touches do not determine a rotation, so the error would be
+    // infinite for every candidate. A small ridge term makes the candidates comparable.
     const Matrix3d S = second_moment(workspace_H, centroid);
     const double ridge = 1e-6 * eigen(workspace_H.high - workspace_H.low).squaredNorm();
     const Vector3d variance = ((scatter.values.sum() + ridge) * Vector3d::Ones() - scatter.values).cwiseInverse();

@@ -58,7 +58,7 @@ void ExactShape::all_near(const dvec3& p, double reach, std::vector<dvec3>& poin
 
 namespace {
 
-// m, convergence tolerance: the iteration ends if the ball's position changes by less
+// m, convergence tolerance: the iteration ends if the ball's position changes by less than this
 constexpr double kTolerance = 1e-10;
 
 struct HalfSpace {

@@ -307,8 +307,8 @@ class Stress {
   }
 
   /// Tests an explorer's tip that slides over edges, a groove and the meshes of the anatomies at 30 to 120 mm/s. The
-  /// depth of the tip is half of its radius. At an edge, a deeper tip could also be held by the other face, and the
-  /// exact force would not be unique.
+  /// depth of the tip is half of its radius. At an edge, a deeper tip could also touch the other face, and the exact
+  /// force would then not be unique.
   void fast_probe() {
     constexpr const char* kCampaign = "fast probe";
     constexpr double kTip = 0.125e-3;     // m, radius of the probe's tip

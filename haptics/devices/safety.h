@@ -17,7 +17,7 @@ struct SafetyLimits {
   // 1 m/s meets a surface of 2 N/mm, the force rises by 2000 N/s.
   double slew = 4000;
   double torque_slew = 40;  // N·m/s, slew limit of the torque
-  // m/s; if the measured speed of the hand is higher, an encoder is broken or the arm is out of control
+  // m/s; if the measured speed of the hand is above this, an encoder is broken or the arm is out of control
   double speed = 3;
   double ramp_in = 0.25;     // s, time in which the force rises after it was enabled
   double ramp_out = 0.015;   // s, time in which an emergency stop reduces the force to zero; it must be less than 20 ms
