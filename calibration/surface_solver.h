@@ -36,7 +36,7 @@ struct SurfaceOptions {
   double correlation = 2e-3;     // m, distance over which errors of the two surfaces are correlated
   double least_area = 30e-6;     // m², smallest area of agreeing points with which the result can be trusted
   double least_agreement = 0.7;  // smallest fraction of the points near the surface that must fit it
-  double most_error = 0.2e-3;    // m, largest predicted error at the scan
+  double most_error = 0.2e-3;    // m, largest predicted error at the scan for a trusted result
 };
 
 struct SurfaceRegistration {

@@ -89,8 +89,8 @@ struct Contact {
   dvec3 lever{0};           // mean lever arm of the contacts, Σ w (x - c) / Σ w, in `unit`; c: centre of the head
   dvec3 turn{0};            // sum of torques Σ w (x - c) × n, in `unit`
   dvec3 on_head{0};         // sum Σ w n over the contacts of the head, in `unit`
-  // Sum Σ w n over the contacts of the shank and the safe end, in `unit`. The sum of on_head and on_shank is the depth
-  // by which the contacts hold the proxy back.
+  // Sum Σ w n over the contacts of the shank and the safe end, in `unit`. The sum of on_head and on_shank is the
+  // displacement by which the contacts keep the proxy away from the hand.
   dvec3 on_shank{0};
   bool known_tissue = false;  // true if `tissue` is valid; otherwise the servo keeps the last value
   PerTissue tissue{};         // fraction of each tissue under the contacts; the sum is 1

@@ -9,7 +9,7 @@
 
 namespace typodont::haptics {
 
-/// Both functions concern all guarded devices: set, or clear, the emergency stop. Thread-safe.
+/// Sets, or clears, the emergency stop of every guarded device. Any thread may call these functions.
 void emergency_stop_all() noexcept;
 void clear_emergency_all() noexcept;
 

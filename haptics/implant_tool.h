@@ -11,10 +11,10 @@ namespace typodont::haptics {
 
 /// Purpose of an instrument in an implant set.
 enum class ImplantToolKind {
-  kRound,    // round bur: cuts on all sides and moves freely, even in a bed
-  kDrill,    // drill: makes a bed, or makes it deeper or wider, along its axis
-  kGauge,    // gauge: measures a bed, never cuts
-  kTap,      // tap: cuts a thread; advances by rotation
+  kRound,    // round bur: cuts on all sides and moves freely, even in a bed (a drilled hole)
+  kDrill,    // drill: makes a bed (hole), or makes it deeper or wider, along its axis
+  kGauge,    // gauge: measures a bed (drilled hole), never cuts
+  kTap,      // thread tap: cuts a thread; advances by rotation
   kImplant,  // implant: has a thread; remains in the bone
   kScrew,    // screw: closes an implant; has a thread; remains in the implant
 };

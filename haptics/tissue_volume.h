@@ -177,7 +177,7 @@ class TissueVolume {
   /// Returns the zero set of the field as triangles; see surface_mesh() in tissue_mesh.h.
   TissueMesh extract_mesh() const;
 
-  /// Returns the keys of the bricks (see FieldBrick) that contain a part of the surface.
+  /// Returns the keys of the bricks (blocks that are drawn as one, FieldBrick) that contain a part of the surface.
   std::vector<glm::ivec3> surface_bricks() const;
   /// Returns the keys of the bricks that have changed since the last call, including neighbours that contain the same
   /// samples.

@@ -261,8 +261,8 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
                                 static_cast<int>(nuisance.rank());
     const double total = rms(to_geometry(values));
     const double previous = sigma;
-    // The estimated noise gets a smallest value. Without it, rounding errors of exact data would seem to determine some
-    // directions.
+    // The estimated noise has a lower limit. Without this limit, rounding errors of exact data would seem to determine
+    // some directions.
     if (result.degrees_of_freedom > 0) {
       sigma = std::max(1e-9, total * std::sqrt(static_cast<double>(rows) / 3 / result.degrees_of_freedom));
     }

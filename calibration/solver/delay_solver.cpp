@@ -1,7 +1,7 @@
-// The sparser stream is interpolated at the times of the denser stream. Least squares would bias the delay towards half
-// samples, where the noise of the interpolated stream is smallest. To avoid this bias, the solver uses an instrumental
-// variable that does not contain this noise: the slope of the denser stream without its central sample. The variance of
-// the estimate reaches the bound σ² / Σ ṡ².
+// The sparser stream is interpolated at the times of the denser stream. Least squares would bias the delay towards
+// times halfway between two samples, where the noise of the interpolated stream is smallest. To avoid this bias, the
+// solver uses an instrumental variable that does not contain this noise: the slope of the denser stream without its
+// central sample. The variance of the estimate reaches the bound σ² / Σ ṡ².
 #include "calibration/delay_solver.h"
 
 #include <fmt/format.h>
@@ -180,7 +180,8 @@ class Matcher {
   double start() const { return start_; }
   double end() const { return end_; }
 
-  /// Returns the mean squared difference after the best translation (and rotation), over the first `horizon` seconds.
+  /// Returns the mean squared difference of the two streams, after the translation (and rotation) that makes it
+  /// smallest, over the first `horizon` seconds.
   double mismatch(double u, bool rotate, double horizon, std::size_t stride) const {
     std::vector<dvec3>&h = scratch_a_, &d = scratch_b_;
     h.clear(), d.clear();

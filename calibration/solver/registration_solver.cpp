@@ -24,7 +24,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// if a split arises by chance with a larger probability than this, it is rejected
+// if two motions explain the pairs better than one by chance with a larger probability than this, they are rejected
 constexpr double kSplitChance = 1e-3;
 // If the noise with the added pairs, divided by the noise without them, is larger than this, the added pairs are
 // wrong.

@@ -195,7 +195,7 @@ SparseComponents components(const SparseMask& mask, bool corners = false);
 
 struct Reached {
   SparseMask samples;
-  // for each block that is not stored (indexed as BlockSet::slot): 1 if it is connected
+  // for each block that is not stored (indexed as BlockSet::slot): 1 if it is connected to the walls
   std::vector<std::uint8_t> blocks;
 };
 /// Returns the part of the mask `open` that is connected to the walls of the box.

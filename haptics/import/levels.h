@@ -38,7 +38,7 @@ struct Levels {
 
 struct Peak {
   double level;  // grey value of the peak
-  double mass;   // fraction of all voxels that lie between the adjacent valleys
+  double mass;   // fraction of all voxels between the valleys on both sides of the peak
 };
 /// Returns the peaks of the histogram that rise clearly above their valleys, from dark to bright. `blur`: width of the
 /// noise in grey values.

@@ -85,8 +85,8 @@ class Skin {
   std::unique_ptr<TriangleTree> tree_;  // created on first use
 };
 
-/// Closes cracks. If a sample outside lies on a grid line between two different parts that are at most three voxels
-/// apart, it becomes part of the second one.
+/// Closes cracks. A sample is in a crack if it lies outside, on a grid line between two different parts that are at
+/// most three voxels apart. It then belongs to the part on its side with larger coordinates.
 void close_cracks(Mask& part) {
   const Mask before = part;
   constexpr int kReach = 2;

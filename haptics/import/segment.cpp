@@ -66,10 +66,10 @@ class Hollows {
 // Finds the cavities of the solid. A cavity is a space that is not connected to the surroundings, or only through a
 // narrow mouth. In a bone, a closed space that contains air or is larger than any marrow space (the maxillary sinus,
 // the skull) is not a cavity but `hollow`, so it does not become bone. A ball rolls in from the walls of the box, and
-// its radius increases step by step up to `widest_mouth`
-// (voxels). A pocket into which the ball does not fit is a cavity if its mouth is small compared to its wall (a root
-// canal). Otherwise it counts as outside (a fissure, the gap between two roots). Blocks that are not stored and not
-// connected to the walls become inside in `set`.
+// its radius increases step by step up to `widest_mouth` (voxels). A pocket into which the ball does not fit is a
+// cavity if its mouth is small compared to its wall (a root canal). Otherwise it counts as outside (a fissure, the
+// gap between two roots). In `set`, blocks that are not stored and not connected to the walls are then marked as
+// inside.
 SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, double widest_mouth, bool tooth,
                          const std::shared_ptr<BlockSet>& set, const Hollows& hollows, SparseMask& hollow) {
   SparseMask outside, cavity(set, 0, 1);
