@@ -31,7 +31,7 @@ double median(std::vector<double> values) {
   return *mid;
 }
 
-// A stream without the samples of a frozen sensor, divided into segments where samples are missing.
+// A stream without the samples of a frozen sensor. At each gap with missing samples, a new segment begins.
 struct Track {
   std::vector<double> t;
   std::vector<dvec3> p;

@@ -347,8 +347,8 @@ class Stress {
     add(kCampaign, "force off", 100 * std::sqrt(squares / std::max(count, 1)), "%, rms", 25);
   }
 
-  /// Moves hands through a sheet of 0.3 mm by 1 mm per tick. Measures whether a force still pulls them back on the
-  /// other side.
+  /// Moves hands by 1 mm per tick through a sheet with a thickness of 0.3 mm. Measures whether a force still pulls them
+  /// back on the other side.
   void thin_wall() {
     ServoSettings s = settings(2 * kProbeRadius);
     s.friction = s.cutting = false;

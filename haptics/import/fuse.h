@@ -56,7 +56,7 @@ class IntraoralScan {
 };
 
 /// Finds the surface of the teeth in a CT's volume, for registration. The object refers to the volume, which must exist
-/// longer.
+/// longer than the object.
 class ToothField {
  public:
   explicit ToothField(const DenseTissue& ct) : ct_(ct) {}

@@ -527,8 +527,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   }
 
   // Finds the cavities. In a tooth, these include thin canals that the blur has made brighter. A sample of such a canal
-  // lies deeper than the outer edge. It is darker than the mean of dentin and the darkest grey value nearby, which must
-  // be clearly darker than dentin.
+  // lies deeper than the outer edge. It is darker than halfway between dentin and the darkest grey value nearby, and
+  // this darkest value must be clearly darker than dentin.
   s.cavity = limited(-kInfinity, levels.soft + 2 * levels.noise);
   const double drop = levels.soft - cavity_grey;
   constexpr float kNothing = 1e30F;
