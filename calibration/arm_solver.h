@@ -1,6 +1,6 @@
 // Calibrates the haptic arm's geometry. In each capture, the stylus tip rests in a fixed socket or touches a known
-// point of a plate. Parameters that the captures do not determine keep their values and are listed. SI; any thread;
-// set-up time.
+// point of a plate. Parameters that the captures do not determine keep their values and are listed. SI units. Not for
+// real-time threads.
 #pragma once
 
 #include <array>
@@ -18,8 +18,8 @@ struct ArmReading {
   std::array<double, 6> angle{};  // rad, angles of the joints A to F
 };
 
-/// Geometry of a serial arm such as WoodenHaptics or Polhem, with their published kinematics: angles B and C are
-/// absolute; x points towards the user, y right, z up. True angle = scale · reading + offset.
+/// Geometry of a serial arm such as WoodenHaptics or Polhem, with their published kinematics: angles B and C are not
+/// relative to the previous link; x points towards the user, y right, z up. True angle = scale · reading + offset.
 struct ArmGeometry {
   double base = 0.080, upper = 0.205, fore = 0.245;  // m, lengths La, Lb, Lc of the published kinematics
   // m, position of the origin of frame H (the haptic base), measured from the arm's foot

@@ -28,7 +28,7 @@ struct Sighting {
   int picture = 0;
   SeenOn on = SeenOn::kPanel;
   PanelPoint corner;  // position on the panel
-  // m, position of a point that was touched with the stylus; sightings with equal values belong to the same point
+  // m, position of a point that was touched with the stylus; sightings with equal `touched_W` show the same point
   dvec3 touched_W{0, 0, 0};
   double px = 0, py = 0;  // pixels, position to the right of and below the centre of the first pixel
 };
@@ -50,17 +50,17 @@ struct CameraResult {
   dvec3 centre_sigma{0, 0, 0};
   double tilt_sigma = 0;  // rad, standard deviation of the panel's tilt, about the axis for which it is largest
   std::optional<MirrorPlane> mirror;
-  // mirror_tilt_sigma: rad, standard deviation of the mirror's tilt; mirror_offset_sigma: m, of its offset at the
-  // mirror point below the panel
+  // mirror_tilt_sigma: rad, standard deviation of the mirror's tilt; mirror_offset_sigma: m, standard deviation of the
+  // plane's offset, at the mirror point below the panel
   double mirror_tilt_sigma = 0, mirror_offset_sigma = 0;
   double rms_px = 0, worst_px = 0;
-  int outliers = 0;  // number of sightings whose residual is larger than five times pixel_sigma
+  int outliers = 0;  // number of corners in pictures (sightings) with a residual above five times pixel_sigma
   double seconds = 0;
-  std::string not_determined;  // parameters that the sightings do not determine; empty: none
+  std::string not_determined;  // parameters that the pictures do not determine; empty: none
 };
 
-/// Calibrates from sightings. `start`: the nominal panel, used as the initial guess. Throws Error if there are no
-/// sightings of the panel.
+/// Calibrates from sightings (corners that pictures show). `start`: the nominal panel, used as the initial guess.
+/// Throws Error if there are no sightings of the panel.
 CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int height_px, const Panel& start,
                           const CameraOptions& options = {});
 
@@ -70,8 +70,8 @@ struct Pixel {
 };
 Pixel project(const CameraIntrinsics& camera, const Pose& X_WK, const dvec3& p_W);
 
-/// Reads sightings. Columns picture,on,px,py and u,v (panel) or x_mm,y_mm,z_mm (touched). `on`: 0 touched point, 1
-/// panel, 2 panel in the mirror.
+/// Reads sightings (corners in pictures). Columns picture,on,px,py and u,v (panel) or x_mm,y_mm,z_mm (touched). `on`: 0
+/// touched point, 1 panel, 2 panel in the mirror.
 std::vector<Sighting> read_sightings(const std::filesystem::path& file);
 
 /// A chessboard to show on the panel, with the positions of its inner corners (row by row from the top left; the first

@@ -1,6 +1,6 @@
 // Estimates the time offset between two recordings of the same motion, for instance by the haptic arm (A) and the
-// tracker (B). Sign: a positive delay means that B lags A: p_B(t) = X_BA * p_A(t - delay). Seconds; any thread; set-up
-// time.
+// tracker (B). Sign: a positive delay means that B lags A: p_B(t) = X_BA * p_A(t - delay). Times in seconds. Not for
+// real-time threads.
 #pragma once
 
 #include <string>

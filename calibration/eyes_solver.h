@@ -1,5 +1,5 @@
 // Estimates the positions of a user's eyes. A dot is shown to one eye at a time, and the user holds the stylus tip so
-// that it covers the dot. Eye, tip and dot then lie on one line. Frame W; metres; any thread.
+// that it covers the dot. Eye, tip and dot then lie on one line. Frame W, metres; any thread may call it.
 #pragma once
 
 #include <array>
@@ -34,11 +34,11 @@ struct EyesResult {
   std::array<double, 3> center_sigma{};  // m per axis, standard deviation of the eyes' centre
   double ipd_sigma = 0;                  // m, standard deviation of the interpupillary distance
   // m, perpendicular to the line of sight: standard deviation of the noise, and root mean square residual of the
-  // alignments
+  // alignments (tip in front of a dot)
   double sigma = 0, rms = 0;
-  std::vector<std::size_t> rejected;      // indices of the rejected alignments
-  std::vector<double> residuals;          // m, residual of each alignment
-  std::string not_determined;             // parameters that the alignments do not determine; empty: none
+  std::vector<std::size_t> rejected;      // indices of the rejected alignments of tip and dot
+  std::vector<double> residuals;          // m, residual of each alignment of tip and dot
+  std::string not_determined;             // parameters that the alignments do not determine; empty: all are known
   std::optional<UserOffset> user_offset;  // the user's offset, if it was requested
 };
 

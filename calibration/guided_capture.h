@@ -1,6 +1,6 @@
-// The guided part of the routine: it prompts for the next touch, takes touches, shows residuals at once, and stores
-// every touch on disk, so that an interrupted routine can continue. This code has no access to devices; the owner of
-// the devices calls add().
+// The guided part of the calibration: it asks the user for the next touch, takes touches, shows residuals at once, and
+// stores every touch on disk, so that an interrupted routine can continue. This code has no access to devices; the
+// owner of the devices calls add().
 #pragma once
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 // Estimates two unknown poses: the pose X of a sensor on an arm, and the pose Z of its counterpart in the room. The
 // input is pairs of poses A_i, B_i that the arm and a tracker report at the same times; the equation is A_i X = Z B_i.
-// SI; any thread; set-up time. Frames: H haptic base, S stylus, K camera or tracker, M marker or target.
+// SI units. Not for real-time threads. Frames: H haptic base, S stylus, K camera or tracker, M marker or target.
 //
 // Robot–world: a marker M is on the stylus and a tracker K in the room. Then A = X_HS, B = X_KM, X = X_SM, Z = X_HK.
 // Hand–eye: a camera K is on the stylus and a target M in the room. Then A = X_HS, B = X_MK (the inverse of the pose
@@ -19,7 +19,7 @@ namespace typodont::calibration {
 struct HandEyeOptions {
   bool motions = false;  // true: A and B are relative motions instead of poses, and the equation is A X = X B
   bool reject_outliers = true;
-  double false_alarm = 5e-4;  // probability of rejecting at least one good row
+  double false_alarm = 5e-4;  // probability of rejecting at least one good pair (A_i, B_i)
 };
 
 struct HandEyeResult {
@@ -27,21 +27,21 @@ struct HandEyeResult {
   /// Row-major 6×6 covariance of (rotation vector, rad; translation, m), defined as in RegistrationResult: X =
   /// (exp([θ]) R, p + t).
   std::array<double, 36> X_covariance{}, Z_covariance{};
-  std::vector<std::size_t> inliers, outliers;  // indices of rows, ascending
-  std::vector<double> rotation_residuals;      // rad, one per row
-  std::vector<double> translation_residuals;   // m, one per row, at the origin of the moving frame of the poses B
+  std::vector<std::size_t> inliers, outliers;  // indices of the pairs (A_i, B_i), ascending
+  std::vector<double> rotation_residuals;      // rad, one for each pair
+  std::vector<double> translation_residuals;   // m, one for each pair, at the origin of the moving frame of the poses B
   /// rad per axis, standard deviation of the noise of arm and tracker together
   double rotation_sigma = 0;
   /// m per axis, standard deviation of the noise of arm and tracker together
   double translation_sigma = 0;
-  // rad rms, rotation of the arm about two axes: the axis about which it rotated most, and the second axis
+  // rad rms, how far the arm rotated: about the axis with the largest rotations, and about the second axis
   double main_turn = 0, second_turn = 0;
   std::string not_determined;  // reason why X and Z must not be used; empty: they can be used
 };
 
 /// Solves A X = Z B, first in closed form (Shah 2013, Kronecker product), then by maximum likelihood (Ceres). The 6×6
-/// covariance of the noise is estimated from the residuals. Up to half of the rows minus two may be wrong in any way
-/// (least trimmed squares, Rousseeuw & Van Driessen 2006). If there are fewer than eight rows, no row is rejected.
+/// covariance of the noise is estimated from the residuals. Up to half of the pairs minus two may be wrong in any way
+/// (least trimmed squares, Rousseeuw & Van Driessen 2006). If there are fewer than eight pairs, no pair is rejected.
 /// Throws Error if the lists differ in length or have fewer than 3 poses (2 motions).
 HandEyeResult solve_hand_eye(std::span<const Pose> A, std::span<const Pose> B, const HandEyeOptions& options = {});
 

@@ -1,7 +1,7 @@
 // Solves all captures together: one set of values for arm, panel, mirror, eyes and the user's offset must explain all
 // touches. The results of the single steps are the initial guess. An error in one step's result also causes errors in
-// the results of later steps; the joint solution removes them. For example, alignments alone determine an eye only to
-// millimetres; touches of points seen with both eyes improve this. Metres; any thread.
+// the results of later steps; the joint solution removes them. For example, eye touches alone determine an eye only to
+// millimetres; touches of points seen with both eyes improve this. Metres; any thread may call it.
 #pragma once
 
 #include <string>
@@ -29,7 +29,7 @@ struct JointResult {
   double seconds = 0;
 };
 
-/// Solves all captures together. Throws Error if there are no panel marks, no alignments of one of the eyes, or no
+/// Solves all captures together. Throws Error if there are no panel marks, no eye captures of one of the eyes, or no
 /// registration touches with recorded dots. The pose of the haptic base stays bench.rig.X_WH, because X_WH defines W.
 JointResult solve_jointly(const BenchState& bench, const Captures& captures);
 

@@ -1,5 +1,5 @@
-// Rigid registration of paired points: the pose of the haptic base H relative to the display D. Model: p_D = X_DH *
-// p_H + noise; the noise is isotropic with standard deviation sigma per axis. Metres; any thread; set-up time.
+// Rigid registration of paired points: the pose of the haptic base H relative to the display D. Model: p_D = X_DH * p_H
+// + noise; the noise is isotropic with standard deviation sigma per axis. Metres. Not for real-time threads.
 #pragma once
 
 #include <array>
@@ -72,15 +72,15 @@ struct RegistrationResult {
   double predicted_tre_rms = 0;  // m, root mean square of the predicted target error over the workspace
   dvec3 centroid_H{0, 0, 0};
   Degeneracy degeneracy;
-  // other motions that a group of pairs follows, largest group first; if not empty, the result is ambiguous
+  // other motions, each followed by a group of pairs (the largest first); if any, the result is ambiguous
   std::vector<Rival> rivals;
   bool trusted() const { return degeneracy.defect == Defect::kNone && rivals.empty(); }
 };
 
 /// Registers pairs of points robustly, with uncertainty and outlier detection. Fewer than half of the pairs may be
-/// wrong in any way; their effect is then no larger than the effect of wrong pairs within the noise. If the outliers
-/// are scattered, up to 70 % of the pairs may be outliers. Throws Error if there is no pair, or if the two lists differ
-/// in length.
+/// wrong in any way; the result is then no worse than if the errors of these pairs were as small as the noise. If the
+/// outliers are scattered, up to 70 % of the pairs may be outliers. Throws Error if there is no pair, or if the two
+/// lists differ in length.
 RegistrationResult register_points(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                    const RegistrationOptions& options = {});
 

@@ -41,7 +41,7 @@ struct PairCapture {
   // saw the point can be computed again after the positions of the user's eyes were calibrated.
   std::optional<Dots> dots;
   /// Returns the position (frame D, m) at which the user saw the point, for the panel and the eyes of `rig`. Without
-  /// dots, it is shown_D.
+  /// dots, returns shown_D.
   dvec3 shown(const RigGeometry& rig) const;
 };
 
@@ -92,7 +92,7 @@ void solve_screen_step(BenchState& bench, const Captures& captures, double tip_r
 /// Estimates the eyes. `user_offset`: true if the user's systematic offset between seeing and feeling is estimated,
 /// too, from the touches of the step register or verify.
 void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offset = false);
-/// Returns the eyes as determined by the alignments alone.
+/// Returns the eyes as determined only by the alignments (stylus tip in front of a dot).
 EyesResult eyes_of(const BenchState& bench, const Captures& captures);
 /// Solves all captures jointly if they are sufficient (joint_solver.h), then does the rigid registration.
 void solve_register_step(BenchState& bench, const Captures& captures);

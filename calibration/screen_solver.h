@@ -1,5 +1,5 @@
-// Calibrates the panel and the mirror from touches with the stylus. Frame W (points from the arm through X_WH); metres;
-// any thread.
+// Calibrates the panel and the mirror from touches with the stylus. Points are in frame W: the arm measures them in
+// frame H, and the caller transforms them by X_WH. Metres; any thread may call it.
 #pragma once
 
 #include <array>

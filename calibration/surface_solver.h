@@ -1,5 +1,5 @@
 // Rigid registration of a scanned surface S to the distance field of another surface D, from an approximate initial
-// pose. Uses point-to-plane residuals with robust weights. Metres; any thread; set-up time.
+// pose. Uses point-to-plane residuals with robust weights. Metres. Not for real-time threads.
 #pragma once
 
 #include <array>
@@ -32,24 +32,24 @@ struct SurfaceOptions {
   // m, largest residual that is used in the first round; in later rounds it is smaller, because the residuals are
   // smaller
   double start_reach = 1.5e-3;
-  double resolution = 0.3e-3;    // m, voxel size of the field; the residual of a good fit is smaller
+  double resolution = 0.3e-3;    // m, voxel size of the field; residuals of a good fit are smaller than this
   double correlation = 2e-3;     // m, distance over which errors of the two surfaces are correlated
   double least_area = 30e-6;     // m², smallest area of agreeing points with which the result can be trusted
-  double least_agreement = 0.7;  // of the points near the surface of body D, this fraction must fit it
-  double most_error = 0.2e-3;    // m, largest predicted error at the scan
+  double least_agreement = 0.7;  // smallest fraction of the points near the surface that must fit it
+  double most_error = 0.2e-3;    // m, largest predicted error at the scan for a trusted result
 };
 
 struct SurfaceRegistration {
   Pose X_DS;
   bool converged = false;
   int rounds = 0;
-  // Number of points near the surface D: the field is known there, the distance is below start_reach, and the normals
-  // agree within 60°.
+  // Number of points near the surface of the data (frame D): the field is known there, the distance is below
+  // start_reach, and the normals agree within 60°.
   std::size_t near = 0;
-  double agreement = 0;  // fraction of the points near the surface D whose residual is small enough to be used
+  double agreement = 0;  // fraction of the `near` points whose residual is small enough to be used
   double area = 0;       // m², area of the agreeing points
-  /// m, mean distance of the scanned surface S from the surface D, positive outside D; it is estimated together with
-  /// the pose
+  /// m, mean distance of the scanned surface from the surface of the field, positive outside the tissue; it is
+  /// estimated together with the pose
   double offset = 0;
   // Statistics of |residual| over the agreeing points; the offset is subtracted.
   double median = 0, most_of = 0;  // m: median is the 50 % quantile, most_of is the 95 % quantile

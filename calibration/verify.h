@@ -1,5 +1,5 @@
 // Verifies a calibration with new points that were not used before, and checks for drift with three points at the start
-// of a session. Metres; any thread.
+// of a session. Metres; any thread may call it.
 #pragma once
 
 #include <array>

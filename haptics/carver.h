@@ -13,8 +13,8 @@
 
 namespace typodont::haptics {
 
-/// Owns the tissue body (the tissue in the representation of the contact method). Carver thread only (or the only
-/// thread of a deterministic run).
+/// Owns the tissue body (the tissue in the representation of the contact method). Used only by the carver thread (in a
+/// deterministic run: by its only thread).
 class Carver {
  public:
   /// Creates the carver of a tissue. `tools`: the tools of the session, to which the index Cut::tool refers. Throws

@@ -18,7 +18,7 @@ namespace typodont::haptics {
 
 struct ServoSettings;
 
-/// A contact method with its parameters. Immutable; servo and carver use the same object. Set-up functions throw Error.
+/// A contact method with its parameters. Immutable; shared by servo and carver. The make functions throw Error.
 class ContactMethod {
  public:
   virtual ~ContactMethod() = default;
@@ -61,7 +61,7 @@ struct MethodCount {
   std::string name;
   std::uint64_t models = 0, bodies = 0;
 };
-/// Returns a MethodCount for each method, in the order of contact_method_names(). Any thread.
+/// Returns a MethodCount for each method, in the order of contact_method_names(). Thread-safe.
 std::vector<MethodCount> method_counts();
 
 /// Returns the method that is used if none is chosen: "offset".

@@ -58,8 +58,8 @@ struct Contact {
   bool rejoining = false;    // a snapshot was missing (bridging), and the proxy now returns to the surface
   bool leading_out = false;  // the proxy is moved out of tissue that it overlapped
   bool settled = true;       // false: the head is free, but the model still has state from the last contact
-  // true: the servo calls cut() although the tool does not cut, because the tool becomes an implant or a cut is not
-  // finished
+  // true: the servo calls cut() although the tool does not cut, because an implant must be left in the bone, or because
+  // a cut of earlier ticks is not finished
   bool places = false;
   // Vector from the hand to the position at which the contacts alone would hold the head; zero without contact.
   dvec3 contact_direction{0};
@@ -89,8 +89,8 @@ struct Contact {
   dvec3 lever{0};           // mean lever arm of the contacts, Σ w (x - c) / Σ w, in `unit`; c: centre of the head
   dvec3 turn{0};            // sum of torques Σ w (x - c) × n, in `unit`
   dvec3 on_head{0};         // sum Σ w n over the contacts of the head, in `unit`
-  // Sum Σ w n over the contacts of the shank and the safe end, in `unit`. The sum of on_head and on_shank is the depth
-  // by which the contacts hold the proxy back.
+  // Sum Σ w n over the contacts of the shank and the safe end, in `unit`. The sum of on_head and on_shank is the
+  // displacement by which the contacts keep the proxy away from the hand.
   dvec3 on_shank{0};
   bool known_tissue = false;  // true if `tissue` is valid; otherwise the servo keeps the last value
   PerTissue tissue{};         // fraction of each tissue under the contacts; the sum is 1
@@ -143,7 +143,7 @@ class ContactModel {
   /// in this tick.
   virtual bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept = 0;
   /// Computes the contacts at the head's new position, after the cut. Sets the members of `out` from `count` on
-  /// ("Results of feel()"). Called only while contact with tissue holds the tool back.
+  /// ("Results of feel()"). Called only while the head is in contact.
   virtual void feel(const ContactInput& in, Contact& out) noexcept = 0;
   /// Returns the tissue at a point inside the snapshot; kAir outside.
   virtual Tissue tissue_at(const dvec3& p_W) const noexcept = 0;

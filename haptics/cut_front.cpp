@@ -13,7 +13,7 @@ namespace {
 
 // number of additional blocks on each side of the active front; with them, the front must be moved only rarely
 constexpr int kRoom = 2;
-// largest number of groups of samples; the active front of any dental bur has fewer
+// largest number of groups of samples; the active front of any dental bur has fewer groups than this
 constexpr std::size_t kGroups = 1 << 15;
 
 glm::ivec3 blocks(const glm::ivec3& voxel, int rows, int deep) {

@@ -87,8 +87,8 @@ class CutFront {
   // Length of the head's path, in voxels, for which a list is valid. kListedOfBall: for balls; kListedOfHead: for other
   // heads. With a larger value, lists are renewed less often but are longer.
   static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;
-  // Voxels, longest motion in one sweep for which lists are used. A faster head would leave the path for which a list
-  // is valid at once.
+  // Voxels, longest motion in one sweep for which lists are used. The path of a faster head would soon be too long for
+  // the list.
   static constexpr double kMostListed = 0.2;
 
   /// One part of the lists: the groups of samples along z that the head may change before its path length is `until`.

@@ -9,7 +9,7 @@
 
 namespace typodont::haptics {
 
-/// Sets and clears the emergency stop of every guarded device. Any thread.
+/// Sets, or clears, the emergency stop of every guarded device. Any thread may call these functions.
 void emergency_stop_all() noexcept;
 void clear_emergency_all() noexcept;
 
@@ -23,7 +23,7 @@ std::string describe_safety(std::uint32_t events);
 /// later should call release_all_devices() first.
 void install_exit_guard();
 
-/// Adds a device to the guarded devices. Set-up time, any thread. Throws RunFailure for more than eight devices.
+/// Adds a device to the guarded devices. Any thread may call it. Throws RunFailure if there are already eight.
 void guard_device(HapticDevice& device);
 void unguard_device(HapticDevice& device) noexcept;
 

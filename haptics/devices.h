@@ -76,8 +76,8 @@ std::unique_ptr<HapticDevice> add_pedal(std::unique_ptr<HapticDevice> hand, cons
 /// device's row then tells how to repair the problem.
 std::vector<FoundDevice> list_devices();
 
-/// Detects that devices are connected or removed. look() returns the changes since its last call. Any one thread, a few
-/// times per second.
+/// Detects that devices are connected or removed. look() returns the changes since its last call. Only one thread may
+/// call it, a few times per second.
 class DeviceWatch {
  public:
   struct Change {

@@ -34,7 +34,7 @@ class FreshLabels {
 
 /// The shape of the filling that is added in one tick. It is a ball without the head that presses it and without the
 /// head's exit path along its axis. If the tool has a limit, only the part inside the limit counts. The filling keeps a
-/// clearance of half a voxel (kClear) from the head and the exit path, so that it neither pushes nor holds the hand.
+/// clearance of half a voxel (kClear) from the head and the exit path, so that it exerts no force on the hand.
 class Fill {
  public:
   Fill(const Tool& tool, const dvec3& center_W, double radius, const Pose& X_WT, const VoxelFrame& frame);

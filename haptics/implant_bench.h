@@ -7,7 +7,7 @@
 
 namespace typodont::haptics {
 
-/// Measures ticks of the model "implant" in free motion and in a bed. `quick`: fewer ticks.
+/// Measures ticks of the model "implant" in free motion and in a bed (a drilled hole). `quick`: fewer ticks.
 std::vector<BenchRow> bench_implant(bool quick);
 
 }  // namespace typodont::haptics

@@ -11,10 +11,10 @@ namespace typodont::haptics {
 
 /// Purpose of an instrument in an implant set.
 enum class ImplantToolKind {
-  kRound,    // round bur: cuts on all sides and moves freely, even in a bed
-  kDrill,    // drill: makes a bed, or makes it deeper or wider, along its axis
-  kGauge,    // gauge: measures a bed, never cuts
-  kTap,      // tap: cuts a thread; advances by rotation
+  kRound,    // round bur: cuts on all sides and moves freely, even in a bed (a drilled hole)
+  kDrill,    // drill: makes a bed (hole), or makes it deeper or wider, along its axis
+  kGauge,    // gauge: measures a bed (drilled hole), never cuts
+  kTap,      // thread tap: cuts a thread; advances by rotation
   kImplant,  // implant: has a thread; remains in the bone
   kScrew,    // screw: closes an implant; has a thread; remains in the implant
 };
@@ -29,7 +29,7 @@ struct ImplantTool {
   double side_ability = 0;    // cutting ability on the side of the tool
   double centre_radius = 0;   // m, radius around the axis in which `centre_ability` applies
   double greatest_grey = 0;   // Hounsfield units; bone with a larger grey value stops the tool
-  double thrust_ratio = 1;    // alpha of eq. (2): ratio of tangential to normal force at the teeth
+  double thrust_ratio = 1;    // alpha of eq. (2): tangential / normal force at the cutting edge
   double pitch = 0;           // m, advance per turn of the thread; 0: no thread
   double core_diameter = 0;   // m, core diameter of the thread; 0 without a thread
   double bore_diameter = 0;   // m, diameter of the inner thread of an implant, which receives a screw; 0: none

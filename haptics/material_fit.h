@@ -1,4 +1,4 @@
-// Fits the densities of a sphere packing to a measured force curve (paper S2 in docs/papers.md, eq. 14). Set-up time.
+// Fits the densities of a sphere packing to a measured force curve (paper S2 in docs/papers.md, eq. 14). Slow.
 #pragma once
 
 #include <cstdint>

@@ -13,7 +13,7 @@ namespace typodont::haptics {
 
 using PackingLoader = std::function<SpherePacking(const std::filesystem::path&)>;
 
-/// Registers a function that loads packings, before main(). Declare an object at namespace scope:
+/// Registers, before main(), a function that loads packings. Declare an object at namespace scope:
 ///   const PackingLoaderRegistration registration{session::load_packing};
 struct PackingLoaderRegistration {
   explicit PackingLoaderRegistration(PackingLoader loader);
@@ -22,7 +22,7 @@ struct PackingLoaderRegistration {
 /// Function that reads a closed mesh as the head of a tool. `unit`: metres per unit of the file.
 using ToolMeshReader = std::function<std::unique_ptr<Solid>(const std::filesystem::path& file, double unit)>;
 
-/// Registers a function that reads meshes, before main(). Declare an object at namespace scope:
+/// Registers, before main(), a function that reads meshes. Declare an object at namespace scope:
 ///   const ToolMeshReaderRegistration registration{haptics::read_mesh_solid};
 struct ToolMeshReaderRegistration {
   explicit ToolMeshReaderRegistration(ToolMeshReader reader);

@@ -26,8 +26,8 @@ class PatchExchange {
 
   // Function for the servo thread.
   /// Returns the patch that the servo must adopt now, or null. `cuts`: number of cuts so far; `t`: time of any steady
-  /// clock, ns. After adopt() the returned object contains the servo's previous patch. The next call gives it to the
-  /// carver, which copies its next patch into it: of all patches, it lacks the fewest samples.
+  /// clock, ns. After adopt() the returned object contains the servo's previous patch. The next call gives that patch
+  /// to the carver, which makes its next patch from it, because it already contains most of the samples.
   Snapshot* take(const Snapshot& held, std::uint64_t cuts, Nanos t) noexcept;
 
  private:

@@ -336,8 +336,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
 
   // With invalid input or without a hand, the force of this tick is zero, and the proxy starts again afterwards. The
   // hand feels no force in this time, so its motion must not count in the energy ledger. Otherwise (last force × jump
-  // of the pose) could put the ledger in debt, and a ledger in debt permits no force. The comparison of the orientation
-  // comes first, because the orientation often stays the same.
+  // of the pose) could put the ledger in debt, and a ledger in debt permits no force. If the orientation is the same as
+  // in the last tick, the length of its quaternion is not checked again.
   const bool comes_turned = hand.X_WT.R != s.motion.came_R;
   const bool valid = in_workspace(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
   if (!valid || (hand.faults & kNoPose)) {

@@ -1,4 +1,4 @@
-// Packs a tissue with spheres that do not overlap, the largest first. Set-up time.
+// Packs a tissue with spheres that do not overlap, the largest first. Slow: not for the servo.
 #pragma once
 
 #include <cstdint>

@@ -113,7 +113,7 @@ class SpherePasses {
 /// them. A software GPU is used only if `any_device` is true, for tests and measurements.
 using SpherePassesMaker = std::function<std::unique_ptr<SpherePasses>(std::size_t spheres, bool any_device)>;
 
-/// Registers a function that creates the passes, before main(). Declare an object at namespace scope:
+/// Registers, before main(), a function that creates the passes. Declare an object at namespace scope:
 ///   const SpherePassesRegistration registration{make_vulkan_sphere_passes};
 struct SpherePassesRegistration {
   explicit SpherePassesRegistration(SpherePassesMaker maker);

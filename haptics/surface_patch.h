@@ -34,7 +34,7 @@ struct SurfacePatch : Snapshot {
   // no hardness per voxel (TissueVolume::graded); every sample then has kOwnHardness.
   SlidingBuffer<std::uint8_t> hardness;
   // One coarse patch if a tool has a shank, otherwise empty. The coarse patch contains one of every `every` samples
-  // along each axis, and covers a larger region. Its lengths are in its own, larger voxels.
+  // along each axis, and covers a larger region than the patch. Its lengths are in its own, larger voxels.
   std::vector<SurfacePatch> wide;
   int every = 1;
   // The following members tell which samples the carver must copy when it reuses the patch. copied_at: state of the
@@ -87,8 +87,8 @@ inline void mark_written(SurfacePatch& patch, const glm::ivec3& lo, const glm::i
 inline void mark_cut(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.cut_lo = glm::min(patch.cut_lo, lo), patch.cut_hi = glm::max(patch.cut_hi, hi);
 }
-/// Returns true if no cut has changed the field around p (voxels). `distance`: value of the field at p. This is the
-/// case if neither the stencil of the cubic interpolation nor the nearest tissue is in the box of the cuts.
+/// Returns true if no cut has changed the field around p (voxels): neither the stencil of the cubic interpolation nor
+/// the nearest tissue is in the box of the cuts. `distance`: value of the field at p.
 inline bool is_true_around(const SurfacePatch& patch, const dvec3& p_V, double distance) {
   constexpr double kStencil = 5.2;  // voxels, distance from a point to the corners of its stencil (3√3)
   if (!patch.exact_outside) return false;

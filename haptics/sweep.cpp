@@ -17,7 +17,8 @@ namespace {
 // during the motion.
 constexpr double kShort = 3, kShortOfLaws4 = 1;
 // Voxels, tolerance. If a step of a drill moves it sideways by less than this, the drill counts as moving along its
-// axis. Even over a whole bed (the drilled hole), the error is far below kTop.
+// axis. Even over a whole bed (the drilled hole), the error is far below the tolerance kTop of the depths of samples
+// (5e-4 voxel).
 constexpr double kAlongAxis = 1e-9;
 // first version of the force laws in which a drill that moves along its axis cuts only at its end
 constexpr std::uint32_t kLawsOfAxis = 7;

@@ -100,7 +100,7 @@ class Sweep {
   /// Returns an upper bound (voxels) of the rounding error of a sample's depth in a head that is not a ball.
   float rounding_of_depth() const noexcept { return 1e-3f + 2e-6f * static_cast<float>(reach_); }
   /// Returns true if the step is so short that the ball at B (the end of the sweep) is accurate enough instead of the
-  /// capsule. Their surfaces differ by ab²/8r.
+  /// capsule. Their surfaces differ by |AB|² / (8 · radius).
   bool is_ball() const noexcept { return continues_ && glm::dot(ab_, ab_) < 8e-5f * radius_; }
 
   bool sphere_, continues_;

@@ -12,9 +12,9 @@
 
 namespace typodont::haptics {
 
-/// The tissue in the form that a contact method needs. A body is the only owner of the tissue. Carver thread only (or
-/// the only thread of a deterministic run). Equal calls give the same bits. The class Carver determines the order of
-/// cuts, strokes and edits; a body only executes them.
+/// The tissue in the form that a contact method needs. A body is the only owner of the tissue. Used only by the carver
+/// thread (in a deterministic run: by its only thread). Equal calls give the same bits. The class Carver determines the
+/// order of cuts, strokes and edits; a body only executes them.
 class TissueBody {
  public:
   virtual ~TissueBody() = default;

@@ -22,7 +22,7 @@ struct TissueMesh {
 /// Returns the tissue's surface as a mesh, for contact models that use meshes. If the volume was made from a mesh
 /// (TissueVolume::mesh), returns that mesh. Otherwise returns the zero set of its distance field, with one or two
 /// triangles per grid cell; the label of each triangle is that of the tissue half a voxel below it. Empty if there is
-/// no tissue. Set-up time.
+/// no tissue. Not for the servo thread.
 TissueMesh surface_mesh(const TissueVolume& volume);
 
 }  // namespace typodont::haptics

@@ -103,7 +103,7 @@ class TissueVolume {
   void copy_blocks(const Copied& box, std::span<const glm::ivec3> keys) const;
   /// Copies every n-th sample as copy_every() does, but only the samples of `part`, which is inside the box.
   void copy_part_of_every(int n, const Copied& box, const VoxelBox& part) const;
-  /// Returns the box of the n-th samples that may have changed after writes within the box `written`.
+  /// In a copy of every n-th sample: the box of those that may have changed by writes within the box `written`.
   static VoxelBox every_around(int n, const VoxelBox& written);
 
   /// Result of a removal: the bounding box of its writes, and the blocks (see solid_block()) in which tissue may have
@@ -177,7 +177,7 @@ class TissueVolume {
   /// Returns the zero set of the field as triangles; see surface_mesh() in tissue_mesh.h.
   TissueMesh extract_mesh() const;
 
-  /// Returns the keys of the bricks (see FieldBrick) that contain a part of the surface.
+  /// Returns the keys of the bricks (blocks that are drawn as one, FieldBrick) that contain a part of the surface.
   std::vector<glm::ivec3> surface_bricks() const;
   /// Returns the keys of the bricks that have changed since the last call, including neighbours that contain the same
   /// samples.

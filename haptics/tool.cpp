@@ -17,8 +17,8 @@ namespace {
 
 using glm::dvec2;
 
-// The density of surface samples increases towards the free end, but not below this height above the end, a ratio to
-// the head's diameter.
+// Ratio of a height above the free end to the head's diameter. The density of surface samples increases towards the
+// free end; below this height, it does not increase further.
 constexpr double kBluntEnd = 0.1;
 
 /// One piece of a head's meridian, in the half plane (ρ ≥ 0, z). A meridian is a convex chain of straight lines and

@@ -1,4 +1,4 @@
-// The udev rules that give the user at the console access to the devices: They are the content of
+// The udev rules that give the user at the console access to the devices. They are the content of
 // assets/devices/70-typodont.rules, compiled into the program.
 #pragma once
 

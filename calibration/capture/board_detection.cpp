@@ -21,7 +21,7 @@ std::vector<Pixel> find_board(const std::filesystem::path& picture, int columns,
       stbi_load(picture.c_str(), &width, &height, &channels, STBI_grey), stbi_image_free);
   if (!bytes) throw Error(picture.string(), "", "no picture", "a PNG, JPEG or PGM file");
   cv::Mat grey(height, width, CV_8U, bytes.get());
-  // A mirror reverses the order of the corners. If the picture is flipped, it shows an ordinary board.
+  // A mirror reverses the order of the corners. Flipping the picture horizontally restores the usual order.
   if (mirrored) cv::flip(grey, grey, 1);
   std::vector<cv::Point2f> corners;
   if (!cv::findChessboardCornersSB(grey, cv::Size(columns, rows), corners,

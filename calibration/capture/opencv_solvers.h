@@ -7,7 +7,7 @@
 
 namespace typodont::calibration {
 
-/// Calibrates with OpenCV. Returns the root-mean-square reprojection error (pixels) of the sightings of the panel.
+/// Calibrates with OpenCV. Returns the root-mean-square reprojection error (pixels) of the panel's corners.
 double opencv_calibration(std::span<const Sighting> sightings, int width_px, int height_px, double panel_width,
                           double panel_height, CameraIntrinsics& camera);
 /// Rigid fit by cv::estimateAffine3D with a forced rotation (Umeyama).

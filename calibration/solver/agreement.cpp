@@ -137,7 +137,7 @@ class Consensus {
     const std::size_t step = 1 + n_ / 200;
     while (best.pairs.size() < n_) {
       const std::size_t next = std::min(n_, best.pairs.size() + step);
-      // the `next` pairs with the smallest residuals; order[next - 1] is the farthest of these pairs
+      // the `next` pairs with the smallest residuals; order[next - 1] has the largest of them
       Indices pairs = nearest(best.X_DH, next);
       const double dof = 3 * static_cast<double>(best.pairs.size()) - 6;
       const double variance = std::max(best.sse / dof, floor_ * floor_);
@@ -323,9 +323,9 @@ class Consensus {
 };
 
 // Consensus for a known noise level: the largest residual of an agreeing pair is fixed, and motions are compared by the
-// number of pairs that agree. Each random triple with equal edge lengths on both sides is refitted to all agreeing
-// pairs before counting (Chum, Matas & Kittler 2003). The search ends when the probability of missing a larger set is
-// below 1e-9.
+// number of pairs that agree. The motions come from random triples of pairs whose points form equal triangles in both
+// frames. Before the agreeing pairs are counted, each motion is fitted again to all of them (Chum, Matas & Kittler
+// 2003). The search ends when the probability of missing a larger set is below 1e-9.
 class KnownNoise {
  public:
   KnownNoise(Points p_H, Points p_D, double sigma, double false_alarm)
@@ -403,7 +403,8 @@ class KnownNoise {
     return std::log(1e-9) / std::log1p(-std::min(0.99, k * (k - 1) * (k - 2) / (n * (n - 1) * (n - 2))));
   }
 
-  // Fits again to all agreeing pairs until nothing changes. Stops if at first fewer than `least` pairs agree.
+  // Fits again to all agreeing pairs until nothing changes. Stops at once if fewer than `least` pairs agree with the
+  // first fit.
   Fit grow(Fit fit, std::size_t least) const {
     for (int round = 0; round < 20; ++round) {
       const glm::dmat3 R = glm::mat3_cast(fit.X_DH.R);

@@ -261,8 +261,8 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
                                 static_cast<int>(nuisance.rank());
     const double total = rms(to_geometry(values));
     const double previous = sigma;
-    // The estimated noise gets a smallest value. Without it, rounding errors of exact data would seem to determine some
-    // directions.
+    // The estimated noise has a lower limit. Without this limit, rounding errors of exact data would seem to determine
+    // some directions.
     if (result.degrees_of_freedom > 0) {
       sigma = std::max(1e-9, total * std::sqrt(static_cast<double>(rows) / 3 / result.degrees_of_freedom));
     }
@@ -296,8 +296,8 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     result.parameters.push_back({kNames[p], start[p], values[p], scales[p] * std::sqrt(covariance(index, index)),
                                  1 - covariance(index, index)});
   }
-  // A hand holds still within a millimetre. If the residuals are much larger, the arm has another type, or the plate
-  // has other dimensions.
+  // A hand holds still within a millimetre. If the residuals are much larger than this, the arm has another type, or
+  // the plate has other dimensions.
   if (result.sigma > 2e-3) {
     result.misfit = fmt::format(
         "{:.1f} mm rms are left: these captures are not of a serial arm with this plate, or most of them slipped",

@@ -301,7 +301,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   result.width = glm::length(start.lower_right - start.lower_left),
   result.height = glm::length(start.upper_left - start.lower_left);
 
-  // If the touched points lie in a plane, fits this plane. The first poses of the cameras are computed from it.
+  // Fits a plane to the touched points. If all points lie near it, the first poses of the cameras come from it.
   std::vector<dvec3> points;
   for (const auto& [key, value] : touched) points.push_back(key);
   if (points.size() < 4) {
@@ -444,7 +444,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   solver.function_tolerance = 0.1;  // low accuracy, because this is only an initial solution
   ceres::Solve(solver, &problem, &summary);
   problem.SetManifold(lens, nullptr);
-  solver.function_tolerance = 1e-8;  // relative tolerance of chi-squared: a hundredth of the smallest sigma
+  solver.function_tolerance = 1e-8;  // limit of the relative change of chi-squared
   ceres::Solve(solver, &problem, &summary);
 
   // The unknowns whose uncertainty is requested come last in the normal equations. So only the last block of the

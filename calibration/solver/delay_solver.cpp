@@ -1,7 +1,7 @@
-// The sparser stream is interpolated at the times of the denser stream. Least squares would bias the delay towards half
-// samples, where the noise of the interpolated stream is smallest. To avoid this bias, the solver uses an instrumental
-// variable that does not contain this noise: the slope of the denser stream without its central sample. The variance of
-// the estimate reaches the bound σ² / Σ ṡ².
+// The sparser stream is interpolated at the times of the denser stream. Least squares would bias the delay towards
+// times halfway between two samples, where the noise of the interpolated stream is smallest. To avoid this bias, the
+// solver uses an instrumental variable that does not contain this noise: the slope of the denser stream without its
+// central sample. The variance of the estimate reaches the bound σ² / Σ ṡ².
 #include "calibration/delay_solver.h"
 
 #include <fmt/format.h>
@@ -31,7 +31,7 @@ double median(std::vector<double> values) {
   return *mid;
 }
 
-// A stream without the samples of a frozen sensor, divided into segments where samples are missing.
+// A stream without the samples of a frozen sensor. At each gap with missing samples, a new segment begins.
 struct Track {
   std::vector<double> t;
   std::vector<dvec3> p;
@@ -180,7 +180,8 @@ class Matcher {
   double start() const { return start_; }
   double end() const { return end_; }
 
-  /// Returns the mean squared difference after the best translation (and rotation), over the first `horizon` seconds.
+  /// Returns the mean squared difference of the two streams, after the translation (and rotation) that makes it
+  /// smallest, over the first `horizon` seconds.
   double mismatch(double u, bool rotate, double horizon, std::size_t stride) const {
     std::vector<dvec3>&h = scratch_a_, &d = scratch_b_;
     h.clear(), d.clear();
@@ -431,8 +432,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     std::sort(curve.minima.begin(), curve.minima.end(), [](auto& x, auto& y) { return x.mismatch < y.mismatch; });
     if (curve.minima.size() > 40) curve.minima.resize(40);
   }
-  // A wide range is accepted, because interpolation scales the noise variance by 0.7 to 1, and because a clock with
-  // another rate blurs the minimum.
+  // Minima up to 1.5 times the best one count as equally good, because interpolation scales the noise variance by 0.7
+  // to 1, and because a difference between the rates of the clocks makes a minimum less deep.
   const auto plausible_up_to = [&](double best) { return 1.5 * best + 1e-6 * motion; };
   const double significant = 1 + 60.0 / static_cast<double>(std::max<std::size_t>(1, samples_in_horizon / stride));
   result.rotated = curves[0].best() > significant * curves[1].best() + 1e-6 * motion;
@@ -484,8 +485,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
       if (reach >= shared) return solution;
     }
   };
-  // The residual contains white noise of both streams. `fraction`: the sparse stream's share of the residual's
-  // variance.
+  // The residual contains white noise of both streams. `fraction`: the part of the residual's variance that the sparse
+  // stream causes.
   const double fraction = sigma_q + sigma_s > 0 ? sigma_s * sigma_s / (sigma_q * sigma_q + sigma_s * sigma_s) : 0.5;
   const double density = sparse.step / query.step;
   const auto noise2 = [&](const Matcher::Solution& s) {
@@ -496,7 +497,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   Matcher::Solution solution = refine(u0, true);
   if (solution.determined) {
     const double rate_sigma = std::sqrt(solution.variance_rate * noise2(solution).second);
-    // No real clock has an error of 1e-3. If the estimate is larger, it is an effect of the noise of a short recording.
+    // No real clock has an error of 1e-3. If the estimate is larger than this, noise of a short recording is the cause.
     if (std::abs(solution.shift.rate) > 3 * rate_sigma && std::abs(solution.shift.rate) < 1e-3) {
       result.skew = sign * solution.shift.rate, result.skew_sigma = rate_sigma;
     } else {

@@ -31,16 +31,16 @@ using Indices = std::vector<std::size_t>;
 // m, length that converts a rotation error to a displacement; about the length of a stylus
 constexpr double kLever = 0.1;
 constexpr double kFloor = 1e-13;  // rad and m, a residual that is smaller than this is a rounding error
-// Number of random samples of three rows. If half of the rows are good, the probability that all samples contain bad
-// rows is 1e-23.
+// Number of random samples of three rows (pairs of poses A, B). If half of the rows are good, the probability that all
+// samples contain bad rows is 1e-23.
 constexpr std::size_t kTriples = 400;
 constexpr std::size_t kRefined = 10;       // number of samples that are refined by concentration steps
-constexpr std::size_t kLeastToReject = 8;  // smallest number of rows for which any row may be rejected
-// smallest number of rows for which the 6×6 covariance of the noise is estimated
+constexpr std::size_t kLeastToReject = 8;  // smallest number of pairs of poses for which any pair may be rejected
+// smallest number of pairs of poses for which the 6×6 covariance of the noise is estimated
 constexpr std::size_t kLeastForFullNoise = 20;
 // rad rms, smallest rotations that determine X and Z
 constexpr double kLeastMainTurn = 2 * kDegree, kLeastSecondTurn = 1 * kDegree;
-// ratio to the noise of rotations; if the arm's rotations are smaller than this, they do not determine X and Z
+// smallest ratio of the arm's rotations to their noise; if the ratio is below this, X and Z are not determined
 constexpr double kTurnOverNoise = 4;
 
 Matrix3d eigen(const dquat& q) {
@@ -75,9 +75,9 @@ struct Unknowns {
   Pose X, Z;
 };
 
-/// Residual of one row: the pose Z B in the frame of A X, as (rotation vector; translation). In this frame the noise of
-/// arm and tracker has the same covariance for all rows; this includes the effect of the lever arm from the stylus S to
-/// the marker M.
+/// Residual of one row (pair of poses A, B): the pose Z B in the frame of A X, as (rotation vector; translation). In
+/// this frame the noise of arm and tracker has the same covariance for all rows; this includes the effect of the lever
+/// arm from the stylus S to the marker M.
 struct Row {
   Pose A, B;
   Unknowns at;  // linearisation point of the steps `x` and `z`
@@ -209,7 +209,7 @@ class Solver {
     return {X, options_.motions ? X : pose_of(R_Z, t.tail<3>())};
   }
 
-  /// Returns the squared distance (m²), which combines rotation and translation.
+  /// Returns the square (m²) of the residual of row i (the poses A_i, B_i), which combines rotation and translation.
   double distance2(const Unknowns& at, std::size_t i) const {
     const Vector6 r = residual(at, i);
     return kLever * kLever * r.head<3>().squaredNorm() + r.tail<3>().squaredNorm();
@@ -232,9 +232,9 @@ class Solver {
   }
   std::size_t kept_half() const { return n_ / 2 + 2; }
 
-  // Least trimmed squares: finds the half of the rows that agree best. The search starts from random triples of rows.
-  // (For motions, pairs would be sufficient, but a third row costs little.) Concentration steps refine the best triples
-  // until they do not change.
+  // Least trimmed squares: finds the half of the rows (pairs of poses A, B) that agree best. The search starts from
+  // random triples of rows. (For motions, pairs would be sufficient, but a third row costs little.) Concentration steps
+  // refine the best triples until they do not change.
   Indices trimmed_rows() const {
     Noise random(1);
     std::vector<Sample> best;
@@ -287,9 +287,9 @@ class Solver {
     return rows;
   }
 
-  /// Estimates the covariance of the noise from the residuals. For few rows: one variance for rotation and one for
-  /// translation. For many rows: all 21 elements, including the effect of the lever arm between the stylus S and the
-  /// marker M.
+  /// Estimates the covariance of the noise from the residuals. For few rows (pairs of poses): one variance for rotation
+  /// and one for translation. For many rows: all 21 elements, including the effect of the lever arm between the stylus
+  /// S and the marker M.
   Matrix6 noise_of(const Unknowns& at, const Indices& rows) {
     Matrix6 sum = Matrix6::Zero();
     for (const std::size_t i : rows) {
@@ -343,7 +343,7 @@ class Solver {
     }
   }
 
-  // Covariance (Jᵀ J)⁻¹ of the whitened rows at the solution.
+  // Covariance (Jᵀ J)⁻¹ of the whitened residuals at the solution.
   void covariance_of(const Unknowns& at, const Indices& rows, const Matrix6& whitening) {
     using Jet = ceres::Jet<double, 12>;
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(parameters_, parameters_);
@@ -360,8 +360,8 @@ class Solver {
     // dimensions).
     const double nu = static_cast<double>(rows.size()) - parameters_ / 6.0;
     const double inflation = rows.size() < kLeastForFullNoise ? 1 : nu / (nu - 7);
-    // Each row and column is divided by the root of its diagonal element, because rotations and translations have
-    // different units.
+    // Each row and column of the matrix is divided by the root of its diagonal element, because rotations and
+    // translations have different units.
     const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
     covariance_ = inflation * scale.asDiagonal() * scaled.completeOrthogonalDecomposition().pseudoInverse().eval() *

@@ -24,7 +24,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// if a split arises by chance with a larger probability than this, it is rejected
+// if two motions explain the pairs better than one by chance with a larger probability than this, they are rejected
 constexpr double kSplitChance = 1e-3;
 // If the noise with the added pairs, divided by the noise without them, is larger than this, the added pairs are
 // wrong.
@@ -153,8 +153,8 @@ class Registration {
     const double limit = reach(split.sigma, dof);
     const double doubtful = assign_to_nearer(p_H_, p_D_, limit, split);
     const bool rival = 10 * followers(p_H_, p_D_, split.X_second, limit) >= 3 * split.first.size() || doubtful >= 0.02;
-    // A good pair can be nearer to the second motion by chance. Such pairs are added to the first motion. If this
-    // increases the noise, wrong pairs would be among them, so they are not added.
+    // A good pair can be nearer to the second motion by chance. Such pairs are added to the first motion. If they would
+    // increase the noise, some of them are wrong, so none of them is added.
     fit_ = fit_to(p_H_, p_D_, split.first);
     Fit all = take_in(fit_, limit);
     if (!rival || (all.pairs.size() >= 4 && sigma_of(all) <= kNoNoisier * split.sigma)) fit_ = std::move(all);
@@ -195,8 +195,8 @@ class Registration {
     while (rest.size() >= 4) {
       std::vector<dvec3> h, d;
       for (const std::size_t i : rest) h.push_back(p_H_[i]), d.push_back(p_D_[i]);
-      // if the agreement arises by chance with a larger probability than this, it is rejected; if the noise is known,
-      // the number is higher, so that four agreeing pairs are sufficient
+      // if the probability that the agreement arises by chance is above this limit, it is rejected; if the noise is
+      // known, the limit is higher, so that four agreeing pairs are sufficient
       const double chance = options_.known_sigma > 0 ? 1e-3 : 1e-4;
       const auto [rival, log_nfa] = largest_agreement(h, d, options_, 3 * fit_.pairs.size() / 10);
       // If the pairs agree only loosely, they are wrong touches near their true positions, and no second motion.
@@ -432,8 +432,8 @@ std::size_t most_useful_touch(Points touched_H, Points candidates_H, const Box& 
     Indices all(points.size());
     std::iota(all.begin(), all.end(), 0u);
     const Scatter scatter = scatter_of(points, all, centroid);
-    // Mean squared target error for σ = 1. The first touches do not determine a rotation. A small ridge term makes them
-    // comparable nevertheless.
+    // Mean squared target error for σ = 1. The first touches do not determine a rotation, so the error would be
+    // infinite for every candidate. A small ridge term makes the candidates comparable.
     const Matrix3d S = second_moment(workspace_H, centroid);
     const double ridge = 1e-6 * eigen(workspace_H.high - workspace_H.low).squaredNorm();
     const Vector3d variance = ((scatter.values.sum() + ridge) * Vector3d::Ones() - scatter.values).cwiseInverse();

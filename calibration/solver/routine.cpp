@@ -18,9 +18,9 @@ dvec3 PairCapture::shown(const RigGeometry& rig) const {
 
 namespace {
 
-// Returns the X_WH with which the touches lie on the panel's marks. (Registration changes X_WH so that a point is felt
-// where it is seen, so it includes this user's offset. The marks that were touched on the panel give the true position
-// of the tip.)
+// Returns the X_WH with which the touches lie on the panel's marks. (The registration computes X_WH such that a point
+// is felt where it is seen. X_WH therefore includes the user's offset between seeing and feeling. Touches of the
+// panel's marks do not depend on sight, so they give the true position of the tip.)
 Pose true_touches(const BenchState& bench, const Captures& captures) {
   std::vector<MarkTouch> marks;
   for (const MarkCapture& capture : captures.marks)

@@ -85,7 +85,8 @@ void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dens
   Carver carver(TissueVolume(dense), std::span(&tool, 1));
   SurfacePatch patch;
   patch.resize(patch_edge_for(std::span(&tool, 1), dense.frame.voxel));
-  // Number of cuts of 0.03 voxel (as in drilling) in which every list of the active front is renewed once.
+  // A cut moves the head by 0.03 voxel, as in drilling. After this number of cuts, each list of samples near the head
+  // (the active front) has been renewed once.
   constexpr int kCycle = 34;
   const double way = 0.03 * dense.frame.voxel;
   const auto at = [&](int i) {

@@ -19,7 +19,8 @@ void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>
                              scene.carver.take_snapshot(scene.last.X_WG.p, fresh);
                            }),
                   "patch"});
-  // A new patch is needed when the tool has moved by half of the patch's travel. Servo and carver exchange two patches.
+  // A new patch is due when the tool has moved by half of the patch's travel. Servo and carver use two patches in turn,
+  // so each patch moves by the whole travel at a time.
   const dvec3 step(scene.carver.body().travel(), 0, 0);
   rows.push_back(
       {"patch cut-out, moved by its travel along x", size, BenchRow::kNone, "",

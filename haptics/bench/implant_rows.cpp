@@ -25,8 +25,8 @@ namespace {
 
 using namespace implant;
 
-/// Makes cancellous bone under 2 mm of cortical bone, with the surface at z = 0. `bed_mm` is the depth of a bed with a
-/// diameter of 4.2 mm around the z axis; 0 means no bed.
+/// Makes cancellous bone under 2 mm of cortical bone, with the surface at z = 0. `bed_mm` is the depth of a bed
+/// (drilled hole) with a diameter of 4.2 mm around the z axis; 0 means no bed.
 DenseTissue bone(double bed_mm) {
   const auto bored = [&](const std::string& box) {
     return bed_mm > 0 ? fmt::format(R"({{"difference": [{}, {{"cylinder": {{"radius_mm": 2.1, "height_mm": {}}}}}]}})",
@@ -65,7 +65,7 @@ struct Case {
   const char* name;
   Tool tool;
   double pedal;
-  double bed_mm;  // mm, depth of the bed at the start; 0 if there is none
+  double bed_mm;  // mm, depth of the bed (drilled hole) at the start; 0 if there is none
   Motion state;   // state of the contact (no contact, drilling …) that the motion must reach
   dvec3 (*hand)(int tick, const ServoTick& last, double half);  // returns the position of the head's centre in m
 };

@@ -58,7 +58,7 @@ void ExactShape::all_near(const dvec3& p, double reach, std::vector<dvec3>& poin
 
 namespace {
 
-// m, convergence tolerance: the iteration ends if the ball's position changes by less
+// m, convergence tolerance: the iteration ends if the ball's position changes by less than this
 constexpr double kTolerance = 1e-10;
 
 struct HalfSpace {
@@ -84,7 +84,7 @@ void project(const std::vector<HalfSpace>& used, std::vector<double>& push, dvec
 }
 
 /// Returns the point nearest to `goal` in the intersection of all half spaces. A dense mesh has thousands of faces near
-/// the ball, but only few of them hold it. So the function solves the problem for a small set of half spaces, adds the
+/// the ball, but only few of them stop it. So the function solves the problem for a small set of half spaces, adds the
 /// half space that the solution violates most, and repeats this. A solution that violates no half space is the solution
 /// for all of them.
 dvec3 nearest_in(const std::vector<HalfSpace>& spaces, const dvec3& goal) {

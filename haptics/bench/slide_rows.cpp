@@ -159,7 +159,7 @@ struct Slide {
     return quantile(times, 0.5);
   }
 
-  /// Measures single field queries in batches near the head's centre, and their lower bound.
+  /// Measures single field queries in batches near the head's centre, and a lower bound of their time.
   void queries() {
     Scene scene(dense, settings);
     scene.tick({sliding(0, radius)}, 0);

@@ -205,7 +205,7 @@ class Stress {
     if (!nonsense) add_energy(campaign, worst);
   }
 
-  /// Tests a hand that slides, drills or taps on a block, while the carver's thread stops for `stall` s (0: it never
+  /// Tests a hand that slides, drills or knocks on a block, while the carver's thread stops for `stall` s (0: it never
   /// stops). The period of the clock varies by the fraction `jitter`, and five of a hundred ticks are missing.
   Felt work(Gesture gesture, double stall, double jitter) const {
     ServoSettings s = settings(1.2e-3);
@@ -307,8 +307,8 @@ class Stress {
   }
 
   /// Tests an explorer's tip that slides over edges, a groove and the meshes of the anatomies at 30 to 120 mm/s. The
-  /// depth of the tip is half of its radius. At an edge, a deeper tip could also be held by the other face, and the
-  /// exact force would not be unique.
+  /// depth of the tip is half of its radius. At an edge, a deeper tip could also touch the other face, and the exact
+  /// force would then not be unique.
   void fast_probe() {
     constexpr const char* kCampaign = "fast probe";
     constexpr double kTip = 0.125e-3;     // m, radius of the probe's tip
@@ -347,8 +347,8 @@ class Stress {
     add(kCampaign, "force off", 100 * std::sqrt(squares / std::max(count, 1)), "%, rms", 25);
   }
 
-  /// Moves hands through a sheet of 0.3 mm by 1 mm per tick. Measures whether a force still pulls them back on the
-  /// other side.
+  /// Moves hands by 1 mm per tick through a sheet with a thickness of 0.3 mm. Measures whether a force still pulls them
+  /// back on the other side.
   void thin_wall() {
     ServoSettings s = settings(2 * kProbeRadius);
     s.friction = s.cutting = false;

@@ -28,7 +28,7 @@ std::optional<ArmProtocol> protocol_of_report(std::size_t bytes);
 /// Parses the bytes of a HID report. If several reports were read together, the newest one is used. Returns no value if
 /// the length is wrong.
 std::optional<ArmReport> parse_hid(ArmProtocol protocol, std::span<const std::uint8_t> bytes);
-/// Parses one line "[model,e0,…,e5,err]". The line end must be removed.
+/// Parses one line "[model,e0,…,e5,err]". The caller must have removed the line end.
 std::optional<ArmReport> parse_text(std::string_view line);
 
 /// A command to the board. Its buffer has a fixed size, so that any thread or signal handler can send zero force.

@@ -111,7 +111,7 @@ Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
 }
 
 /// Root mean square error of the estimated velocity on a path, in m/s. The estimate is compared with the true velocity
-/// at two times: now, and earlier by the lag that the estimator states.
+/// at two times: at the present time, and at a time that is earlier by the estimator's stated lag.
 struct VelocityError {
   double now = 0, at_lag = 0, lag = 0, difference = 0;
 };

@@ -8,7 +8,7 @@
 namespace typodont::haptics {
 
 /// The full count of one encoder. It is correct if the encoder turns by less than half of its 16-bit range between two
-/// reports. The supported arms never turn by so much, even across their whole workspace.
+/// reports. The encoders of the supported arms never turn by so much, even across the whole workspace of the arm.
 class Encoder {
  public:
   /// Defines that the present reading corresponds to `count`.
@@ -38,7 +38,7 @@ class Encoder {
     return take(reading - total_, reach, nearby);
   }
 
-  // If distant readings agree with each other, they are accepted after this number of consecutive readings.
+  // If readings far from the last accepted one agree with each other, they are accepted after this number in a row.
   static constexpr int kAcceptedAfter = 8;
 
  private:
@@ -53,7 +53,7 @@ class Encoder {
       rejected_ = 0;
       return slipped_ ? Step::kSlipped : Step::kGood;
     }
-    // If distant readings agree with each other, the encoder has really jumped, because wrong reports would not agree.
+    // If readings far from the last accepted one agree, the encoder has really jumped: wrong reports would not agree.
     rejected_ = rejected_ > 0 && std::llabs(step - rejected_step_) <= nearby ? rejected_ + 1 : 1;
     rejected_step_ = step;
     if (rejected_ < kAcceptedAfter) return Step::kRejected;

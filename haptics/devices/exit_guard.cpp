@@ -97,8 +97,8 @@ void release_all_devices() noexcept {
       any = true;
     }
     // Sends zero force a second time after a pause, because a servo thread may just have been sending a force. In the
-    // pause, this thread finishes, sees the flag that forbids force, and sends zero force itself. If it cannot do so
-    // because it was interrupted, the second zero force replaces its force.
+    // pause, the servo thread finishes its write, sees the flag that forbids force, and sends zero force itself. If it
+    // is interrupted and cannot do so, the second zero force replaces the force that it sent.
     const timespec pause{0, 2'000'000};
     if (any && round == 0) ::nanosleep(&pause, nullptr);
   }

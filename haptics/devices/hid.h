@@ -21,7 +21,7 @@ struct HidNode {
   std::string maker, name, serial;
 };
 
-/// Lists the connected devices, also those that this user may not open. Set-up time.
+/// Lists the connected devices, also those that this user may not open. Not for the servo thread.
 std::vector<HidNode> enumerate_hid();
 /// Opens a device node and locks it against other programs. Throws Error.
 std::unique_ptr<Link> open_hid(const std::string& path);

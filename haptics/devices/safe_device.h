@@ -64,7 +64,7 @@ class SafeDevice : public HapticDevice {
   void disarm(SafetyEvent event) noexcept;
   void trip(SafetyEvent event) noexcept;  // records the event and sends zero force at once
   /// Disarms the device if the servo was late at time t. The watchdog may have been delayed too and so may have missed
-  /// it. Both read() and write() check this: a delay before read() would else be reported as a fault of the clock.
+  /// it. Both read() and write() check this: otherwise a delay before read() would be reported as a fault of the clock.
   void notice_delay(Nanos t) noexcept;
   void note(SafetyEvent event) noexcept { events_.fetch_or(bits(event)); }
   void send(const dvec3& f, const dvec3& tau) noexcept;
@@ -96,7 +96,7 @@ class SafeDevice : public HapticDevice {
   std::atomic<bool> emergency_{false};
   std::atomic<std::uint32_t> events_{0};
   std::atomic<bool> force_out_{false};  // true if the device may be applying a force
-  std::atomic<bool> tripped_{false};    // true if the watchdog tripped and the servo has not yet noticed it
+  std::atomic<bool> tripped_{false};    // true if the watchdog sent zero force and the servo has not yet noticed it
   std::atomic<Nanos> last_write_{0};
   std::atomic<bool> ending_{false};
   std::thread watchdog_;

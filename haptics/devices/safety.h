@@ -17,7 +17,7 @@ struct SafetyLimits {
   // 1 m/s meets a surface of 2 N/mm, the force rises by 2000 N/s.
   double slew = 4000;
   double torque_slew = 40;  // N·m/s, slew limit of the torque
-  // m/s; if the measured speed of the hand is higher, an encoder is broken or the arm is out of control
+  // m/s; if the measured speed of the hand is above this, an encoder is broken or the arm is out of control
   double speed = 3;
   double ramp_in = 0.25;     // s, time in which the force rises after it was enabled
   double ramp_out = 0.015;   // s, time in which an emergency stop reduces the force to zero; it must be less than 20 ms
@@ -37,8 +37,8 @@ inline dvec3 clip_length(const dvec3& v, double limit) {
 }
 
 /// Returns the force after one step from `last` towards `wanted`. An increase or a change of direction is limited to
-/// `step`; a decrease is not limited. The result is never longer than `wanted`, so it stays within all limits of the
-/// magnitude within which `wanted` is.
+/// `step`; a decrease is not limited. The result is never longer than `wanted`. So if `wanted` obeys a limit of the
+/// magnitude, the result obeys it, too.
 inline dvec3 limit_slew(const dvec3& last, const dvec3& wanted, double step) {
   const double was = glm::length(last), is = glm::length(wanted);
   const dvec3 start = was > is ? last * (is / was) : last;

@@ -1,4 +1,4 @@
-// Reads the surface of an intraoral scan, repairs it and closes it. Set-up time; throws Error.
+// Reads the surface of an intraoral scan, repairs it and closes it. Not for real-time threads; throws Error.
 #pragma once
 
 #include <filesystem>
@@ -22,9 +22,9 @@ struct ArchSurface {
   std::vector<std::string> repairs;  // descriptions of the repairs of the mesh, for the user
 };
 
-/// Reads an intraoral scan, which may be open. Loose pieces are removed, holes are closed, and a base is added below
-/// the longest border. The function uses only the options mesh_unit
-/// and mesh_pose.
+/// Reads an intraoral scan, which may be open. Loose pieces are removed, holes are closed, and a
+/// base is added below the longest border. Of `options`, the function uses only mesh_unit and
+/// mesh_pose.
 ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& options);
 
 }  // namespace typodont::haptics::importing

@@ -472,8 +472,8 @@ std::vector<Body> find_bodies(const Mask& mask) {
 }
 
 std::size_t main_body(const std::vector<Body>& bodies, double least_bright) {
-  // kSplinter: a body with a smaller fraction of the largest body's voxels is a splinter; kBright: fraction of the
-  // largest number of bright voxels that a body with teeth must have
+  // kSplinter: a body with fewer voxels than this fraction of the largest body's voxels is a splinter; kBright: a body
+  // has teeth if it has at least this fraction of the bright voxels of the brightest body
   constexpr double kSplinter = 0.02, kBright = 0.1;
   std::size_t most = 0, most_bright = 0;
   for (const Body& body : bodies) most = std::max(most, body.voxels);

@@ -172,8 +172,9 @@ inline constexpr std::uint8_t kBrightVoxel = 2;
 /// Returns the connected components of a dense mask. Samples are connected over faces.
 std::vector<Body> find_bodies(const Mask& mask);
 /// Returns the index of the body that is imported. It is the largest body, or the largest among those with teeth: a
-/// body has teeth if it has at least `least_bright` bright voxels and a tenth of the most of any body. Bodies that are
-/// much smaller than the largest one (splinters) are ignored. Returns 0 for no body.
+/// body has teeth if its number of bright voxels is at least a tenth of the largest such number, and this largest
+/// number is at least `least_bright`. Bodies that are much smaller than the largest one (splinters) are ignored.
+/// Returns 0 for no body.
 std::size_t main_body(const std::vector<Body>& bodies, double least_bright);
 
 /// Returns the fraction of the box's samples that lie in blocks with samples of the mask or next to such blocks.
@@ -194,7 +195,7 @@ SparseComponents components(const SparseMask& mask, bool corners = false);
 
 struct Reached {
   SparseMask samples;
-  // for each block that is not stored (indexed as BlockSet::slot): 1 if it is connected
+  // for each block that is not stored (indexed as BlockSet::slot): 1 if it is connected to the walls
   std::vector<std::uint8_t> blocks;
 };
 /// Returns the part of the mask `open` that is connected to the walls of the box.

@@ -253,8 +253,8 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   feature = {};
   std::vector<glm::vec3>().swap(points);
 
-  // Takes over the closest point of a neighbour if it is nearer, because the neighbour may have found another part of
-  // the surface.
+  // Takes over the closest point of a neighbour if it is nearer to this sample than its own closest point: the
+  // neighbour may have found another part of the surface.
   const auto bound = static_cast<float>(std::min(exact, band));
   for (int pass = 0; pass < 2; ++pass) {
     // Improved points are stored separately, because no thread may read a sample that another thread writes.

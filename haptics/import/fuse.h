@@ -1,5 +1,5 @@
 // Combines an intraoral scan with a cone beam CT. The scan gives sharp crowns, and the CT gives roots, bone and canals.
-// Frame S is the frame of the scan's file, and frame C that of the CT's volume. Set-up time; throws Error.
+// Frame S is the frame of the scan's file, and frame C that of the CT's volume. Not real-time; throws Error.
 #pragma once
 
 #include <filesystem>
@@ -56,7 +56,7 @@ class IntraoralScan {
 };
 
 /// Finds the surface of the teeth in a CT's volume, for registration. The object refers to the volume, which must exist
-/// longer.
+/// longer than the object.
 class ToothField {
  public:
   explicit ToothField(const DenseTissue& ct) : ct_(ct) {}

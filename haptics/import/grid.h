@@ -1,4 +1,4 @@
-// Dense boxes of samples for the importers, and filters for them. Set-up time only.
+// Dense boxes of samples for the importers, and filters for them. Not for real-time threads.
 #pragma once
 
 #include <cstddef>

@@ -306,8 +306,8 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
     foot.push_back(static_cast<int>(mesh.points.size()));
     mesh.points.push_back(q);
     if (!mesh.colors.empty()) mesh.colors.push_back(mesh.colors[static_cast<std::size_t>(i)]);
-    // The border runs in the direction of its triangles. So, seen from below, the floor's triangles must have the
-    // opposite direction.
+    // The border runs in the direction in which its triangles list its edges. So, seen from below, the floor's
+    // triangles must have the opposite direction.
     outline.emplace_back(glm::dot(q, u), glm::dot(q, v));
   }
   double area = 0;

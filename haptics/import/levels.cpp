@@ -176,7 +176,8 @@ struct HounsfieldScale {
 /// such peaks.
 std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, double lo, double hi) {
   constexpr double kAir = -1000, kLeastApart = 880, kMostApart = 1100;
-  // Grey values above that of water: smallest value of the brightest bone, and largest value of metal.
+  // Difference from the grey value of water. The brightest voxel of the scan must be between these limits: kLeastBone,
+  // because there is bone; kMost, because even metal is not brighter.
   constexpr double kLeastBone = 300, kMost = 8000;
   // smallest size of the peak of air and of the peak of soft tissue, as a fraction of all voxels
   constexpr double kLeastMass = 0.01;

@@ -16,7 +16,7 @@ struct Levels {
   // grey value of the denser tissue (enamel, cortical bone); no value if there is only one tissue
   std::optional<double> dense;
   bool fixed_dense = false;  // true if the user gave the threshold between the two tissues
-  // true if a thin layer on the tissue counts as surroundings if it is as bright as `outside`
+  // true: a thin layer on the tissue that is as bright as `outside` counts as surroundings (soft tissue on a bone)
   bool fixed_surround = false;
   // grey value above which a voxel belongs to a tooth; if a scan contains several bodies, the body with teeth is
   // imported, even if a body without teeth (a spine) is larger; no value: the largest body is imported
@@ -38,7 +38,7 @@ struct Levels {
 
 struct Peak {
   double level;  // grey value of the peak
-  double mass;   // fraction of all voxels that lie between the adjacent valleys
+  double mass;   // fraction of all voxels between the valleys on both sides of the peak
 };
 /// Returns the peaks of the histogram that rise clearly above their valleys, from dark to bright. `blur`: width of the
 /// noise in grey values.

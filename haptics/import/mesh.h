@@ -1,4 +1,4 @@
-// Reads triangle meshes from STL, PLY, OBJ and glTF files. Set-up time; throws Error.
+// Reads triangle meshes from STL, PLY, OBJ and glTF files. Not for real-time threads; throws Error.
 #pragma once
 
 #include <array>
@@ -32,8 +32,8 @@ struct MeshRepairs {
   std::vector<std::string> in_words() const;
 };
 
-/// Two points count as equal if they are closer than a tolerance. This is kWeldShare times the mesh's diagonal, but at
-/// most kWeldMost (m).
+/// Two points count as equal if they are closer than a tolerance. The tolerance is kWeldShare times the mesh's
+/// diagonal, but at most kWeldMost (m).
 inline constexpr double kWeldShare = 1e-5, kWeldMost = 1e-6;
 
 /// Reads a surface, which may be open. `unit` is the length in m of one unit of the file. Corners at equal or almost

@@ -85,8 +85,8 @@ class Skin {
   std::unique_ptr<TriangleTree> tree_;  // created on first use
 };
 
-/// Closes cracks. If a sample outside lies on a grid line between two different parts that are at most three voxels
-/// apart, it becomes part of the second one.
+/// Closes cracks. A sample is in a crack if it lies outside, on a grid line between two different parts that are at
+/// most three voxels apart. It then belongs to the part on its side with larger coordinates.
 void close_cracks(Mask& part) {
   const Mask before = part;
   constexpr int kReach = 2;
@@ -131,7 +131,7 @@ FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::iv
   // is closed by a cap.
   Mask cap(size, 0);
   if (!filled.sheet) {
-    // voxels; samples nearer to the mesh than this border on its triangles and not on an opening
+    // voxels; if a sample is nearer to the mesh than this, there is a triangle beside it, and no opening
     constexpr float kOnMesh = 1;
     const glm::ivec3 steps[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     for (std::size_t i = 0; i < distance.v.size(); ++i) {

@@ -23,7 +23,7 @@ struct Border {
 };
 std::vector<Border> borders(const Mesh& mesh);
 
-/// Closes a hole whose border is closed, with triangles around the border's centre.
+/// Closes a hole whose border is a closed loop, with triangles around the border's centre.
 void close_border(Mesh& mesh, const Border& border);
 
 /// Closes all holes whose border is at most `longest` (m) long or has at most four edges.

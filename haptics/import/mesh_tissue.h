@@ -1,4 +1,4 @@
-// Uses triangle meshes as tissue. They are read from files, may be open, and are filled to volumes. Set-up time.
+// Uses triangle meshes as tissue. They are read from files, may be open, and are filled to volumes. Not real-time.
 #pragma once
 
 #include <filesystem>

@@ -93,7 +93,7 @@ void check_sizes(const std::filesystem::path& file, std::string_view place, cons
     throw Error(file.string(), place, fmt::format("{} = {:.3g} voxels", text, product),
                 fmt::format("at most {:.3g} voxels", kMostVoxels));
   }
-  // bytes per voxel: one copy of the scan as it is in the file, and one copy with other axes
+  // bytes per voxel: one copy of the scan as it is in the file, and one copy with exchanged axes
   constexpr double kBytesPerVoxel = 8;
   if (const double free = free_memory(); product * kBytesPerVoxel > free) {
     throw Error(file.string(), place,

@@ -66,10 +66,10 @@ class Hollows {
 // Finds the cavities of the solid. A cavity is a space that is not connected to the surroundings, or only through a
 // narrow mouth. In a bone, a closed space that contains air or is larger than any marrow space (the maxillary sinus,
 // the skull) is not a cavity but `hollow`, so it does not become bone. A ball rolls in from the walls of the box, and
-// its radius increases step by step up to `widest_mouth`
-// (voxels). A pocket into which the ball does not fit is a cavity if its mouth is small compared to its wall (a root
-// canal). Otherwise it counts as outside (a fissure, the gap between two roots). Blocks that are not stored and not
-// connected to the walls become inside in `set`.
+// its radius increases step by step up to `widest_mouth` (voxels). A pocket into which the ball does not fit is a
+// cavity if its mouth is small compared to its wall (a root canal). Otherwise it counts as outside (a fissure, the
+// gap between two roots). In `set`, blocks that are not stored and not connected to the walls are then marked as
+// inside.
 SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, double widest_mouth, bool tooth,
                          const std::shared_ptr<BlockSet>& set, const Hollows& hollows, SparseMask& hollow) {
   SparseMask outside, cavity(set, 0, 1);
@@ -134,7 +134,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       const Contacts& f = faces[id];
       const bool narrow =
           parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
-      // true if this part only closes the opening of a cavity that the closing with a smaller ball has found (a plug)
+      // A plug: this part only fills the mouth of a cavity that an earlier, smaller ball has found.
       const bool plug = 2 * f.cavity > f.mouth;
       if ((narrow || plug) && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }
@@ -527,8 +527,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   }
 
   // Finds the cavities. In a tooth, these include thin canals that the blur has made brighter. A sample of such a canal
-  // lies deeper than the outer edge. It is darker than the mean of dentin and the darkest grey value nearby, which must
-  // be clearly darker than dentin.
+  // lies deeper than the outer edge. It is darker than halfway between dentin and the darkest grey value nearby, and
+  // this darkest value must be clearly darker than dentin.
   s.cavity = limited(-kInfinity, levels.soft + 2 * levels.noise);
   const double drop = levels.soft - cavity_grey;
   constexpr float kNothing = 1e30F;

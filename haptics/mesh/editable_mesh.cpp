@@ -304,7 +304,7 @@ void EditableMesh::exchange(MeshRecord& record) {
   for (const auto& [f, face] : record.faces) {
     if (f < faces_used_ && uses(f)) link(f), ++face_count_;
   }
-  // A face of which only vertices moved may also belong to another cell of the grid now.
+  // Faces whose vertices moved may now belong to another cell of the grid, even if the faces themselves did not change.
   for (const auto& [v, vertex] : record.vertices) {
     if (!(v < vertices_used_ && vertices_[v].face != kNone)) continue;
     around(v, [&](Index f, int) {

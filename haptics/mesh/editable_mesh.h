@@ -84,7 +84,7 @@ class EditableMesh {
   /// Undoes a move, including its flag. `before` is vertex(v) as it was before the move.
   void move_back(Index v, const Vertex& before) noexcept;
   void set_tissue(Index f, Tissue tissue) noexcept;
-  /// Both functions must be called after move(). They update the grid for the faces around a vertex, or for one face.
+  /// After move(), the grid must be updated: settle() for all faces around the vertex, settle_face() for one face.
   void settle(Index v) noexcept;
   void settle_face(Index f) noexcept { place(f); }
   /// Splits edge i of face f at the point p. Returns the new vertex, or kNone if the edge is at a border or the pool is

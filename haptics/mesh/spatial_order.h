@@ -7,7 +7,7 @@
 namespace typodont::haptics::mesh {
 
 /// Returns the mesh with its triangles sorted along a Z-order curve (Morton 1966) through their centroids. The vertices
-/// keep their indices. Equal meshes give equal orders. Set-up time; allocates memory.
+/// keep their indices. Equal meshes give equal orders. Not for the servo thread; allocates memory.
 TissueMesh in_spatial_order(TissueMesh mesh);
 
 }  // namespace typodont::haptics::mesh

@@ -16,9 +16,9 @@ struct PieceParameters {
   double faces = 256;  // wanted mean number of faces per piece
   // m, smallest edge of the cubic cell whose faces form a piece; it limits the number of pieces that are drawn
   double least = 1.5e-3;
-  // m, largest edge of this cell; it limits the number of faces that are generated again after a small cut
+  // m, largest edge of the cubic cell of a piece; it limits the number of faces to generate again after a small cut
   double most = 3e-3;
-  // Cosine of 40°. If the normals of two faces differ by a larger angle, their edge is drawn as sharp (a crease).
+  // Cosine of 40°. If the normals of two faces differ by more than 40°, their edge is drawn as sharp (a crease).
   double crease_cosine = 0.76604;
 };
 

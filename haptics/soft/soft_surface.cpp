@@ -129,7 +129,7 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
             tension[std::minmax(a, b)] += law.elastic_modulus / 3 * kSheared * h / 3 * area / (2 * length * length);
           }
         }
-  // m², smallest area that a point represents; points at the edge of the box would represent less
+  // m², smallest area that a point represents; without it, points at the edge of the box would represent less
   const double least_area = 0.1 * law.spacing * law.spacing;
   for (Point& point : points_) point.area = std::max(point.area, least_area);
 

@@ -1,4 +1,4 @@
-// A sample of a driver. To support a new device, copy this file. The sample needs no hardware: its hand moves on a
+// An example of a driver. To support a new device, copy this file. The example needs no hardware: its hand moves on a
 // circle with the given radius in mm, once per second, ignores forces, and presses its pedal half of the time.
 //
 //   1. Derive a class from HapticDevice. read() waits for the device's next sample (it is the servo's clock), write()

@@ -40,7 +40,7 @@ struct Slice {
 
 /// Slices that can belong to one scan because series, size and orientation are equal.
 struct Stack {
-  DicomHeader head;  // header of the first file; of the frames, it contains only that of the first slice
+  DicomHeader head;  // header of the first file; its list of frames contains only the frame of the first slice
   std::vector<Slice> slices;
 };
 
@@ -210,8 +210,8 @@ const Stack& chosen(const std::vector<Stack>& stacks, const ScanRequest& request
   return stacks[0];
 }
 
-/// The positions at which slices are wanted. They are evenly spaced, and are given as numbers of slices in the stack,
-/// which may have fractions.
+/// The positions at which slices are wanted. They are evenly spaced. Each one is given as an index into the stack's
+/// slices; it has a fraction if it lies between two slices.
 struct SliceLevels {
   std::vector<double> at;
   dvec3 step{0}, origin{0};  // mm, vector from one wanted slice to the next, and position of the first wanted slice

@@ -1,4 +1,4 @@
-// Unpacks ZIP archives into a folder of this process. Set-up time; throws Error.
+// Unpacks ZIP archives into a folder of this process. Not for real-time threads; throws Error.
 #pragma once
 
 #include <filesystem>
