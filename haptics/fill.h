@@ -51,8 +51,9 @@ class Fill {
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added, FreshLabels* fresh = nullptr) const noexcept;
 
-  /// Filling is allowed only outside the head and outside the path on which the head leaves. kept_by_head(): distance in
-  /// voxels from p to the allowed region, negative inside it. beyond_limit(): the same for the tool's limit, if limited.
+  /// Filling is allowed only outside the head and outside the path on which the head leaves. kept_by_head(): distance
+  /// in voxels from p to the allowed region, negative inside it. beyond_limit(): the same for the tool's limit, if
+  /// limited.
   double kept_by_head(const dvec3& p) const noexcept;
   double beyond_limit(const dvec3& p) const noexcept;
   bool is_limited() const noexcept { return within_ != nullptr; }

@@ -273,7 +273,8 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
       for (std::size_t i = 0; i < captures.size(); ++i) sizes.push_back(glm::length(residual(to_geometry(values), i)));
       std::vector<double> sorted = sizes;
       std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-      const double limit = std::max(1e-9, 5 * sorted[sorted.size() / 2] / 1.538);  // 1.538 σ: median length of a normal 3D error
+      const double limit =
+          std::max(1e-9, 5 * sorted[sorted.size() / 2] / 1.538);  // 1.538 σ: median length of a normal 3D error
       for (std::size_t i = 0; i < captures.size(); ++i) {
         const bool keep = sizes[i] <= limit;
         changed = changed || keep != used[i];

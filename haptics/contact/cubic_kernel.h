@@ -24,7 +24,8 @@ TYPODONT_KERNEL void weigh(const double (&c)[powers][8], double t, double* weigh
 template <std::size_t powers>
 TYPODONT_KERNEL void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;
-  // Sum of the weights of the samples behind the last one, which is 0. All sums contain kGrid; it cancels in differences.
+  // Sum of the weights of the samples behind the last one, which is 0. All sums contain kGrid; it cancels in
+  // differences.
   Lanes after = Lanes{} + kGrid;
   for (int at = 8 - kLanes; at >= 0; at -= kLanes) {
     const Lanes from = at_fraction(sums, at, t, t2);

@@ -194,7 +194,8 @@ void MeshCutter::sort_near() noexcept {
 /// Splits the long edges of faces that the head can touch. This does not change the shape of the surface.
 bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double longest2 = P::longest * P::longest * edge * edge;
-  const std::size_t room = near_.capacity(), most = follows_laws_12_ ? std::min(room, most_faces(*head.head, edge)) : room;
+  const std::size_t room = near_.capacity(),
+                    most = follows_laws_12_ ? std::min(room, most_faces(*head.head, edge)) : room;
   while (at_ < near_.size()) {
     if (left_ <= 0) return false;
     left_ -= Costs::kRefine;
