@@ -50,7 +50,7 @@ std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& geometry, c
 /// same plate (`known` is the position on the plate).
 struct ArmCapture {
   int group = 0;
-  std::optional<dvec3> known;  // m, position on the plate, in its frame; empty for a socket
+  std::optional<dvec3> known;  // m, position on the plate, in its frame; empty for a socket, whose position is unknown
   ArmReading reading;
 };
 

@@ -79,7 +79,8 @@ struct BenchState {
   std::optional<PanelResult> panel_result;
   std::optional<MirrorResult> mirror_result;
   std::optional<EyesResult> eyes_result;
-  std::shared_ptr<const JointResult> joint;  // joint solution of all captures; null if the dots were not recorded
+  std::shared_ptr<const JointResult>
+      joint;  // common solution of all captures; null if the eyes' dots were not recorded
   std::optional<RegistrationResult> registration;
   std::optional<VerifyResult> verification;
   std::optional<DelayResult> delay;

@@ -51,8 +51,8 @@ struct SurfaceRegistration {
   /// m, mean distance of the scanned surface from the surface of the field, positive outside the tissue; it is
   /// estimated together with the pose
   double offset = 0;
-  // Statistics of |residual| over the agreeing points; the offset is subtracted.
-  double median = 0, most_of = 0;  // m: median is the 50 % quantile, most_of is the 95 % quantile
+  // Quantiles of |residual| over the agreeing points, after the offset was subtracted.
+  double median = 0, most_of = 0;  // m; median: 50 % of the points are below it; most_of: 95 % of the points
   /// Row-major 6×6 covariance of (rotation vector, rad; translation, m), both expressed in D, as in RegistrationResult.
   /// Residuals of neighbouring points are correlated, so the covariance is computed from sums over cells of size
   /// `correlation` (cluster-robust "sandwich" estimator, Liang & Zeger 1986).

@@ -42,7 +42,7 @@ struct MaterialFit {
   std::vector<double> error;  // N², mean square error over all moments: before each iteration, and after the last one
   // For every moment with contact, after the last iteration: time (s), measured force (N), simulated force (N).
   std::vector<double> t, measured, simulated;
-  double stability = 0;  // largest stability value of all moments; see stability_of()
+  double stability = 0;  // largest value of stability_of() over all samples of the curve
 };
 
 /// Applies eq. 14 of paper S2 to one moment (interval of the curve): changes the densities of the spheres that the tool

@@ -44,7 +44,7 @@ struct Film::State {
   std::vector<Cell> cells;
   std::vector<Load> load, gain;
   std::vector<float> level;    // m, height of each cell's free surface along `up`
-  std::vector<float> flux;     // m³/s, flow to each neighbour of a loaded cell
+  std::vector<float> flux;     // m³/s, flow to each neighbour of a cell in `loaded`
   std::vector<float> content;  // m³, volume of water and solids in each cell
   std::vector<float> rate;     // 1/s, largest relative change of the content of each cell
   std::vector<std::int32_t> free_slots;

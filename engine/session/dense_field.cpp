@@ -9,8 +9,8 @@ namespace typodont::session {
 
 namespace {
 
-// Voxels. Beyond this distance from the surface, the closest surface points of the seeds (the voxels next to the
-// surface) are accurate enough, so they are not refined.
+// Voxels. A voxel farther from the surface than this uses the closest surface point of a voxel next to the surface (a
+// seed) unchanged. For nearer voxels, this point is refined.
 constexpr float kRefineLimit = 20;
 // voxels; samples nearer to the surface than this keep their old distances; the value exceeds a voxel's diagonal (1.73)
 constexpr float kUnchangedBand = 1.8f;

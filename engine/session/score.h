@@ -29,8 +29,8 @@ struct HandMeasures {
   std::uint64_t faults = 0;  // number of ticks with any fault bit
 };
 
-/// Computes the measures of the hand. Call add() with the ticks in order, in pieces of any size. The memory does not
-/// grow with the session's length.
+/// Computes the measures of the hand's motion and force for the score. Call add() with the ticks in order, in pieces of
+/// any size. The memory does not grow with the session's length.
 class HandMeter {
  public:
   explicit HandMeter(double servo_rate);

@@ -16,8 +16,9 @@ namespace typodont::haptics {
 class VendorDevices {
  public:
   /// Returns the list. `plain` contains what is known about each device without opening it. `ask` opens device i,
-  /// describes it and closes it again. If `ask` reports a failure, the device's element in the list states that access
-  /// is not permitted, and the next call of list() asks again. Exceptions of `ask` are passed on.
+  /// describes it and closes it again. If its result states a failure, the device's element in the list states that
+  /// access is not permitted, and the next call of list() asks again. If `ask` throws, list() throws the same
+  /// exception.
   std::vector<FoundDevice> list(std::vector<FoundDevice> plain, const std::function<FoundDevice(std::size_t)>& ask);
 
   /// An object of this class exists while this process has a device of the library open.

@@ -230,7 +230,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     }
   });
   const Side base = *std::ranges::max_element(sides, {}, &Side::area);
-  // a direction belongs to the base if the cosine of its angle to the base's direction is at least this
+  // a side belongs to the base if the cosine between its outward direction and that of the base is at least this
   constexpr double kApart = 0.7;
   double other = 0;
   for (const Side& side : sides) {

@@ -26,11 +26,12 @@ struct Shading {
   void remove_from(Scan& scan) const;
 };
 
-/// Finds the shading of a scan. `smooth` contains the scan's grey values after slight smoothing, and `noise` is the
-/// standard deviation of the scan's noise. In uniform tissue and in air, the gradient of the grey value is the gradient
-/// of the error. The polynomial is fitted to these gradients, with little weight for regions that contradict the others
-/// (bone whose density changes). The error is zero in the outer part of the scan (median). Returns no value if the
-/// error is less than 100 grey values (Hounsfield units) or the scan has too few uniform regions.
+/// Finds the shading of a scan: an error of its grey values that changes slowly, as a polynomial. `smooth` contains the
+/// scan's grey values after slight smoothing, and `noise` is the standard deviation of the scan's noise. In uniform
+/// tissue and in air, the gradient of the grey value is the gradient of the error. The polynomial is fitted to these
+/// gradients, with little weight for regions that contradict the others (bone whose density changes). The median of the
+/// error in the outer part of the scan is 0. Returns no value if the error is less than 100 grey values (Hounsfield
+/// units) or the scan has too few uniform regions.
 std::optional<Shading> find_shading(const Scan& scan, const Grid<float>& smooth, double noise);
 
 }  // namespace typodont::haptics::importing

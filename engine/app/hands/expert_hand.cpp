@@ -27,8 +27,8 @@ struct Lead {
   static constexpr double travel_pace = 60e-3, drill_travel_pace = 65e-3;
   static constexpr double cut_pace = 40e-3;     // m/s, largest speed of the target point along a cut
   static constexpr double scrape_pace = 27e-3;  // m/s, largest speed of a scraping hand instrument
-  // turning_pace: m/s, speed at which a scraping hand instrument reverses its motion; turning_time: s, time constant of
-  // the slowdown before the reversal.
+  // turning_pace: m/s, speed to which a scraping hand instrument slows down before it reverses its motion;
+  // turning_time: s, time constant of this slowdown.
   static constexpr double turning_pace = 12e-3, turning_time = 0.01;
   // Near its end, a cut slows down. Otherwise the hand's lag would carry the tool into tissue that should stay.
   static constexpr double slowing_time = 0.04;  // s, time constant of the slowdown
@@ -160,7 +160,7 @@ struct ToolChoice {
 /// Parameters of filling. Filling is added in portions. A portion is a dome of filling. It grows from the surface point
 /// that is nearest to the instrument's free end.
 struct Filling {
-  // m, height above the tissue at which the instrument moves to the next portion
+  // m, height above the tissue at which the instrument moves to the place of the next portion
   static constexpr double hop_over = 0.3e-3;
   static constexpr double grid = 0.15e-3;  // m, distance between the instrument positions that are evaluated
   static constexpr int head_points = 120;

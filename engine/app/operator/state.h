@@ -114,7 +114,7 @@ struct RigChoice {
 struct RuleChoice {
   std::string name;
   bool counts = false;
-  bool from_ideal = true;  // true: the target of the rule is the ideal's own value, if there is an ideal
+  bool from_ideal = true;  // true: the target is the value that the ideal shape has, if there is an ideal
   float target = 0, tolerance = 1, weight = 10;
 };
 /// Source of the ideal in a new exercise: the base scene, the drilled tissue, or a mesh file.

@@ -24,7 +24,7 @@ class Placement {
   void follow(XrTime display_time);
   /// Places the work in front of the user again, unless its position is measured.
   void recentre();
-  /// Reports that the head was located at X_DV. If the work has no position yet, it is placed in front of the head.
+  /// Reports that the user's head is at X_DV. If the work has no position yet, it is placed in front of the user.
   void see(const Pose& X_DV) {
     if (!known()) place(X_DV);
   }

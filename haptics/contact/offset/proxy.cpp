@@ -424,8 +424,8 @@ double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
 }
 
 /// Returns the smallest value of wall_at() of all planes that hold the head. wall_at() is the fraction 0..1 of its
-/// power that the head keeps at a wall of harder tissue, so the smallest value belongs to the strongest wall. Returns 0
-/// without a wall.
+/// power that the head keeps at a wall of harder tissue, so the smallest value belongs to the strongest wall. If no
+/// plane lies at a wall, the result is the special value 0.
 double OffsetModel::strongest_wall(const ActivePlanes& active) const noexcept {
   double least = 1;
   for (int i = 0; i < active.count; ++i) {

@@ -23,7 +23,7 @@ namespace typodont::haptics::vertex {
 /// Parameters of a cut, with their reasons. Lengths are ratios to the target edge length of the cut surface, which
 /// depends on the head.
 struct CutParameters {
-  // Longest allowed edge; a longer edge is split (Botsch & Kobbelt 2004).
+  // Longest allowed edge, in target edge lengths; a longer edge is split (Botsch & Kobbelt 2004).
   static constexpr double longest = 4.0 / 3;
   static constexpr double shortest = 0.35;  // shortest allowed edge; a shorter edge is collapsed
   // Longest step of the head. It is so short that no face rotates far in one step.

@@ -563,7 +563,7 @@ bool VertexModel::continue_cut(Effort& left) noexcept {
   return part_.finished = true;
 }
 
-/// Returns the effort that a cut may take in this tick, if no points are listed.
+/// Returns the largest effort (amount of computation) of a cut in this tick, if this tick lists no contact points.
 Effort VertexModel::effort_for_cut() const noexcept {
   if (divides_search()) {
     const Effort fresh = kFreshEffort * static_cast<Effort>(distances_.computed());
