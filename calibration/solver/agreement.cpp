@@ -32,8 +32,8 @@ double extent(Points points) {
 class Consensus {
  public:
   /// `sigma`: m, standard deviation of the random points, which are normally distributed; 0: the random points fill the
-  /// cube around all points. In a normal distribution, all residuals below a thirtieth of sigma count as equally good,
-  /// because pairs that coincide to the last digit result from quantisation.
+  /// cube around all points. Rounded data can contain pairs that coincide exactly by chance. So if sigma is not 0,
+  /// all residuals below a thirtieth of sigma count as equally good.
   Consensus(Points p_H, Points p_D, double false_alarm, double sigma = 0)
       : p_H_(p_H),
         p_D_(p_D),

@@ -49,7 +49,7 @@ struct HeadBlock {
 struct BlockSlack {
   // voxels, input: `live` marks the samples that may change before the head has moved this far
   float ahead = 0;
-  float slack = kNoEnd;  // voxels, motion of the head after which a sample of the processed part may change
+  float slack = kNoEnd;  // voxels; while the head moves less, no processed sample of the block changes
   // output, may be null: for each row, y fastest, one bit per sample, which is 1 if the sample may change
   std::uint64_t* live = nullptr;
   int shift = 0;         // position of the row's first bit in `live`

@@ -45,7 +45,7 @@ constexpr double kCollarBlend = 1.0e-3;
 constexpr double kCollarFrom = 4e-3;  // m, distance from a tooth at which its collar of gum ends
 // m, cell sizes of the face of a section through a tooth, and through the gum
 constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;
-// m, overlap of the gum's face with the faces of the teeth in a section, so that no gap is visible.
+// m, in a section the cut face of the gum overlaps those of the teeth by this, so that no gap is visible
 constexpr double kFaceOverlap = 0.05e-3;
 constexpr double kFaceUnder = 10e-6;  // m, distance of the gum's face behind the faces of the teeth in a section
 

@@ -105,8 +105,8 @@ bool CoreObject::step(const haptics::HandSample& sample) {
 
 namespace {
 
-/// If the servo runs on another thread, applies the work that the servo has done since the last call to the tissue
-/// and to the recording. Returns false if the servo has done no work.
+/// If the servo runs on another thread: repeats the cuts that the servo has made since the last call in the tissue, and
+/// writes them to the recording. Returns false if there are none.
 bool carve(CoreObject& core) {
   Channels& channels = *core.shared->channels;
   haptics::Carver& carver = core.carver();
