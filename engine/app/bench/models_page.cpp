@@ -193,8 +193,7 @@ constexpr Tabled kTabled[] = {
      error_of},
     {{"How much energy do hostile hands get?",
       "Hostile hands move at random with up to 0.2 m/s and 20 m/s², turn in all directions and drill. The table states "
-      "the largest energy that the output force gives to any of these hands (µJ). The test of `mesh_lod` on the thin "
-      "sheet is omitted, because the mesh of the broken sheet grows until a cut takes seconds.",
+      "the largest energy that the output force gives to any of these hands (µJ).",
       "", "hostile", "energy given, felt", "", ""},
      error_of},
     {{"How many hostile hands get energy?", "The table states the percentage of hostile hands that get more than 1 nJ.",
