@@ -4,12 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstdlib>
 #include <string>
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/lower_case.h"
 #include "engine/base/own_file.h"
 #include "haptics/import/import.h"
 
@@ -68,8 +68,7 @@ fs::path file_or_shipped(const std::string& file, std::string_view kind, std::st
 /// file.
 void refuse_other_input(const fs::path& file) {
   std::error_code code;
-  std::string ending = file.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = lower_case(file.extension().string());
   const auto is_one_of = [&](const std::vector<std::string>& endings) {
     return std::ranges::find(endings, ending) != endings.end();
   };

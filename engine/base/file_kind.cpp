@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstring>
+
+#include "engine/base/lower_case.h"
 
 namespace typodont {
 
@@ -36,12 +37,6 @@ constexpr std::array<KindOfFile, 17> kKinds{{{"a text file", {}, 0},
 
 const KindOfFile& entry(FileKind kind) noexcept {
   return kKinds[static_cast<std::size_t>(kind)];
-}
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
 }
 
 std::string_view without_space(std::string_view text) {
@@ -79,7 +74,7 @@ bool is_dicom_segmentation(std::string_view head) {
 }
 
 bool holds(FileKind kind, std::string_view head, std::uintmax_t size) {
-  const std::string start = lower(std::string(without_space(head.substr(0, 64))));
+  const std::string start = lower_case(std::string(without_space(head.substr(0, 64))));
   switch (kind) {
     case FileKind::kText:
       return is_text(head);
@@ -134,7 +129,7 @@ std::span<const std::string_view> endings_of(FileKind kind) noexcept {
 }
 
 FileKind kind_of_name(const std::filesystem::path& file, std::span<const FileKind> kinds) {
-  const std::string ending = lower(file.extension().string());
+  const std::string ending = lower_case(file.extension().string());
   for (const FileKind kind : kinds) {
     const auto endings = endings_of(kind);
     if (std::find(endings.begin(), endings.end(), ending) != endings.end()) return kind;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <iterator>
@@ -12,6 +11,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/json.h"
+#include "engine/base/lower_case.h"
 #include "engine/base/units.h"
 
 namespace typodont::surface {
@@ -34,13 +34,6 @@ std::array<std::uint8_t, 3> rgb(const MaterialTable& materials, Tissue tissue) {
   const glm::dvec3 color = materials[static_cast<std::size_t>(tissue)].color;
   auto byte = [](double c) { return static_cast<std::uint8_t>(std::lround(255 * std::clamp(c, 0.0, 1.0))); };
   return {byte(color.x), byte(color.y), byte(color.z)};
-}
-
-std::string lower_extension(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
 }
 
 std::string ply(const WholeMesh& mesh, const VoxelFrame& frame, const MaterialTable& materials) {
@@ -144,7 +137,7 @@ WholeMesh weld(const SurfaceMesher& mesher) {
 }
 
 void require_mesh_format(const std::filesystem::path& file) {
-  const std::string format = lower_extension(file);
+  const std::string format = lower_case(file.extension().string());
   if (format != ".ply" && format != ".stl" && format != ".obj") {
     throw Error(file.string(), "extension", "\"" + file.extension().string() + "\"", ".ply, .stl or .obj");
   }
@@ -153,7 +146,7 @@ void require_mesh_format(const std::filesystem::path& file) {
 void write_mesh(const std::filesystem::path& file, const WholeMesh& mesh, const VoxelFrame& frame,
                 const MaterialTable& materials, Over over) {
   require_mesh_format(file);
-  const std::string format = lower_extension(file);
+  const std::string format = lower_case(file.extension().string());
   if (format == ".ply") {
     write_file_atomically(file, ply(mesh, frame, materials), FileKind::kPly, over);
   } else if (format == ".stl") {

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstring>
 #include <random>
 
 #include "engine/base/base64.h"
 #include "engine/base/error.h"
+#include "engine/base/lower_case.h"
 #include "engine/base/websocket.h"
 
 namespace typodont::haptics {
@@ -38,8 +38,7 @@ WebSocket::WebSocket(std::unique_ptr<Link> link, const std::string& host, const 
     head_end = answer.find("\r\n\r\n");
   }
   const std::string head = answer.substr(0, head_end + 2);
-  std::string lower = head;
-  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string lower = lower_case(head);
   const std::size_t at = lower.find("\r\nsec-websocket-accept:");
   std::string accept;
   if (at != std::string::npos) {

@@ -5,12 +5,12 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
 
 #include "engine/base/error.h"
+#include "engine/base/lower_case.h"
 #include "engine/base/units.h"
 #include "haptics/hardness.h"
 #include "haptics/import/import_scan.h"
@@ -195,8 +195,7 @@ const std::vector<std::string>& mesh_endings() {
 }
 
 bool is_mesh_file(const std::filesystem::path& file) {
-  std::string name = file.filename().string();
-  std::ranges::transform(name, name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string name = lower_case(file.filename().string());
   return std::ranges::any_of(mesh_endings(), [&](const std::string& ending) { return name.ends_with(ending); });
 }
 

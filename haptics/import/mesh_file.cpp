@@ -14,6 +14,7 @@
 #include <unordered_map>
 
 #include "engine/base/error.h"
+#include "engine/base/lower_case.h"
 #include "engine/base/units.h"
 #include "haptics/import/mesh.h"
 #include "haptics/import/mesh_repair.h"
@@ -32,12 +33,6 @@ struct Soup {
 
 std::uint8_t color_byte(double share) {
   return static_cast<std::uint8_t>(std::clamp(share, 0.0, 1.0) * 255 + 0.5);
-}
-
-std::string lower_extension(const std::filesystem::path& file) {
-  std::string e = file.extension().string();
-  std::transform(e.begin(), e.end(), e.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return e;
 }
 
 // Reads PLY files, both text and binary. The library assimp is not used for PLY, because it does not check counts and
@@ -189,7 +184,7 @@ class PlyReader {
 };
 
 Soup read_with_assimp(const std::filesystem::path& file) {
-  if (lower_extension(file) == ".stl") {
+  if (lower_case(file.extension().string()) == ".stl") {
     std::ifstream in(file, std::ios::binary);
     std::string head(5, '\0');
     in.read(head.data(), 5);
@@ -289,7 +284,7 @@ class Welder {
 
 Mesh read_surface(const std::filesystem::path& file, double unit, MeshRepairs& repairs) {
   if (size_of_file(file) == 0) throw Error(file.string(), "", "an empty file", "a mesh");
-  const Soup soup = lower_extension(file) == ".ply" ? PlyReader(file).read() : read_with_assimp(file);
+  const Soup soup = lower_case(file.extension().string()) == ".ply" ? PlyReader(file).read() : read_with_assimp(file);
   Mesh mesh;
   glm::dvec3 lo(1e300), hi(-1e300);
   for (std::size_t i = 0; i < soup.points.size(); ++i) {

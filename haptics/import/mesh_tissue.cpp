@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/lower_case.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
 #include "haptics/import/import_scan.h"
@@ -79,8 +79,7 @@ MeshTissueOptions read_mesh_tissue_options(const Json& json) {
 }
 
 ReadTissueMesh read_tissue_mesh(const std::filesystem::path& file, double unit, Tissue tissue) {
-  std::string ending = file.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = lower_case(file.extension().string());
   if (std::ranges::find(mesh_endings(), ending) == mesh_endings().end()) {
     throw Error(file.string(), "file", fmt::format("\"{}\"", ending), "a mesh: .stl, .ply, .obj, .gltf or .glb");
   }

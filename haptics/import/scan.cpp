@@ -15,6 +15,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
+#include "engine/base/lower_case.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
 #include "haptics/import/import_scan.h"
@@ -127,13 +128,6 @@ std::string excerpt(std::string_view bytes) {
   return text + (bytes.size() > 40 ? "…\"" : "\"");
 }
 
-static std::string lower_name(const std::filesystem::path& file) {
-  std::string name = file.filename().string();
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return name;
-}
-
 extern const ScanFormat nrrd_format, nifti_format, metaimage_format, dicom_format;
 
 const std::vector<ScanFormat>& scan_formats() {
@@ -159,7 +153,7 @@ static std::string formats_in_words() {
 /// Finds the format from the first bytes of the file, or else from the extension. Returns null if the format is
 /// unknown.
 static const ScanFormat* format_of(const std::filesystem::path& file, std::string_view start) {
-  const std::string name = lower_name(file);
+  const std::string name = lower_case(file.filename().string());
   const auto ends = [&](const std::string& ending) { return name.ends_with(ending); };
   for (const ScanFormat& format : scan_formats()) {
     if ((format.begins && format.begins(start)) || std::any_of(format.endings.begin(), format.endings.end(), ends) ||

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstdlib>
 
 #include "engine/app/operator/widgets.h"
+#include "engine/base/lower_case.h"
 #include "engine/display/keys.h"
 #include "haptics/import/import.h"
 
@@ -23,9 +23,7 @@ void list_folder(FileChooser& chooser, const fs::path& folder, std::span<const s
        !code && entry != fs::directory_iterator(); entry.increment(code)) {
     const fs::path name = entry->path().filename();
     if (name.string().starts_with(".")) continue;
-    std::string lower = name.string();
-    std::transform(lower.begin(), lower.end(), lower.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string lower = lower_case(name.string());
     std::error_code unknown;
     if (entry->is_directory(unknown))
       chooser.folders.push_back(name);

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 #include "calibration/surface_solver.h"
 #include "engine/base/error.h"
+#include "engine/base/lower_case.h"
 #include "engine/base/units.h"
 #include "haptics/import/fuse.h"
 #include "haptics/import/mesh_tissue.h"
@@ -160,8 +160,7 @@ ImportedMouth import_mouth(const MouthFiles& files, const haptics::ImportOptions
 MouthFiles mouth_files(const std::vector<std::filesystem::path>& meshes) {
   MouthFiles files;
   for (const std::filesystem::path& mesh : meshes) {
-    std::string name = mesh.stem().string();
-    std::ranges::transform(name, name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string name = lower_case(mesh.stem().string());
     if (name.find("bite") == std::string::npos) {
       files.scans.push_back(mesh);
     } else if (files.bite) {

@@ -4,13 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <set>
 
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
+#include "engine/base/lower_case.h"
 #include "engine/base/temporary_folder.h"
 #include "engine/base/units.h"
 #include "haptics/import/dicom/dicom_process.h"
@@ -80,8 +80,7 @@ std::optional<fs::path> referenced(const fs::path& folder, const std::string& na
   fs::path at = folder;
   for (const fs::path& part : fs::path(name)) {
     if (part == ".." || part == "." || part.has_root_path()) return std::nullopt;
-    std::string lower = part.string();
-    std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string lower = lower_case(part.string());
     std::error_code code;
     // Both upper and lower case are tried, because discs are often mounted with lower-case names.
     at = fs::exists(at / part, code) ? at / part : at / lower;

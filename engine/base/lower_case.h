@@ -1,0 +1,16 @@
+// Text in lower case.
+#pragma once
+
+#include <algorithm>
+#include <cctype>
+#include <string>
+
+namespace typodont {
+
+/// Returns the text with its letters in lower case. Each byte is converted by itself (std::tolower).
+inline std::string lower_case(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+}  // namespace typodont
