@@ -182,7 +182,6 @@ void run_demo(const DemoOptions& options) {
   std::uint64_t frames = 0;
   TimeLeft time_left(options.fps);
   double shown_fraction = 0;
-  std::size_t moments = 0;
   bool announced = false, corrected = false;
   Nanos last_picture = now();
   while (student.read(sample, volume) && to_seconds(sample.t) <= options.seconds) {
@@ -230,18 +229,18 @@ void run_demo(const DemoOptions& options) {
     const bool drilling = student.phase() == Student::Phase::kDrill;
     time_left.drew(to_seconds(now() - last_picture), drilling);
     last_picture = now();
+    const auto take_pictures = [&](const char* name, const char* title) {
+      write_pictures(stage, tick, debris.particles(), hint, options.out, name, pictures, title);
+      time_left.took_pictures(to_seconds(now() - last_picture));
+      last_picture = now();
+    };
     if (!before_taken) {
-      write_pictures(stage, tick, debris.particles(), hint, options.out, "before", pictures, "Before");
+      take_pictures("before", "Before");
       before_taken = true;
     }
     if (!during_taken && student.phase() == Phase::kDrill && student.done() > kDuring) {
-      write_pictures(stage, tick, debris.particles(), hint, options.out, "during", pictures, "While drilling");
+      take_pictures("during", "While drilling");
       during_taken = true;
-    }
-    if (const double pictures_took = to_seconds(now() - last_picture); pictures.size() > moments) {
-      moments = pictures.size();
-      time_left.took_pictures(pictures_took);
-      last_picture = now();
     }
     if (time_left.known()) {
       const double passed = to_seconds(now() - began), rest = time_left.seconds(std::max(length - t, 0.0));

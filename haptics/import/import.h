@@ -94,13 +94,15 @@ struct JawTooth {
 
 /// Facts about the labels of a jaw, with their uncertainty.
 struct JawReport {
-  int crowns = 0;                  // number of teeth with enamel or metal
   std::vector<JawTooth> teeth;     // the teeth with enamel or metal, the largest first
   double border = 0;               // m, standard deviation of the position of a border between two tissues
   PerTissue volume_uncertainty{};  // m³, uncertainty of each tissue's volume
   // m³, expected volume whose label is wrong (tooth labelled as bone, or bone as tooth)
   double mislabelled = 0;
   std::vector<JawCanal> canals;
+
+  /// Returns the number of teeth with enamel or metal.
+  int crowns() const { return static_cast<int>(teeth.size()); }
 };
 
 /// Grey values with which corrections (corrections.h) decide between cortical and cancellous bone, and between enamel

@@ -674,7 +674,6 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   });
   out.report.teeth = find_teeth(teeth, crown, voxel, kLeastCrown * mm3);
   for (JawTooth& found : out.report.teeth) found.volume *= cubed(voxel);
-  out.report.crowns = static_cast<int>(out.report.teeth.size());
   return out;
 }
 

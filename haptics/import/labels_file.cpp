@@ -5,13 +5,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
 
 #include "engine/base/error.h"
+#include "engine/base/lower_case.h"
 #include "engine/base/partial_file.h"
 #include "engine/base/units.h"
 #include "haptics/import/dicom/segmentation_file.h"
@@ -126,11 +126,15 @@ std::string nifti_of(const Imported& imported) {
   return head + labels_of(t);
 }
 
+std::string dicom_of(const Imported& imported, const std::filesystem::path& file) {
+  const Placing p = placing_of(imported);
+  return importing::dicom_segmentation(file.string(), imported, labels_of(imported.tissue), p.step, p.origin);
+}
+
 }  // namespace
 
 void write_labels(const Imported& imported, const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = lower_case(file.extension().string());
   const bool nifti = ending == ".nii";
   const glm::ivec3& size = imported.tissue.size;
   constexpr int kMostNifti = 32767;
@@ -139,12 +143,9 @@ void write_labels(const Imported& imported, const std::filesystem::path& file) {
                 fmt::format("at most {} along an axis of a NIfTI file; a .nrrd file has no such limit", kMostNifti));
   }
   PartialFile partial(file, FileKind::kLabels);
-  const Placing p = placing_of(imported);
-  const std::string bytes =
-      nifti ? nifti_of(imported)
-      : ending == ".dcm"
-          ? importing::dicom_segmentation(file.string(), imported, labels_of(imported.tissue), p.step, p.origin)
-          : nrrd_of(imported);
+  const std::string bytes = nifti              ? nifti_of(imported)
+                            : ending == ".dcm" ? dicom_of(imported, file)
+                                               : nrrd_of(imported);
   std::ofstream out(partial.path(), std::ios::binary);
   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   out.close();

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <vector>
 
+#include "engine/base/measure.h"
+
 namespace typodont::haptics::importing {
 
 namespace {
@@ -32,12 +34,6 @@ double value(const Shading& s, const glm::dvec3& p) {
     sum += s.coefficient[t] * power(p.x, e.x) * power(p.y, e.y) * power(p.z, e.z);
   }
   return sum;
-}
-
-double median_of(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Finds the cells with uniform regions. A sample belongs to a uniform region if the grey value changes by less than
@@ -98,7 +94,7 @@ std::vector<Cell> uniform_cells(const Grid<float>& g, const glm::dvec3& spacing,
         if (n < kLeast) continue;
         of_slab[static_cast<std::size_t>(cx)].push_back(
             {2.0 * sum / (static_cast<double>(n) * glm::dvec3(g.size - 1)) - 1.0,
-             {median_of(slopes[0]), median_of(slopes[1]), median_of(slopes[2])},
+             {quantile(slopes[0], 0.5), quantile(slopes[1], 0.5), quantile(slopes[2], 0.5)},
              static_cast<double>(n)});
       }
     }
@@ -168,8 +164,7 @@ Unknowns fitted(const std::vector<Cell>& cells, const glm::dvec3& voxels) {
     x = solved(normal, right);
     for (std::size_t r = 0; r < rows.size(); ++r)
       residuals[r] = std::abs(rows[r].slope - std::inner_product(x.begin(), x.end(), rows[r].of.begin(), 0.0));
-    std::vector<double> sorted = residuals;
-    const double spread = std::max(1.4826 * median_of(sorted), kLeastSpread);
+    const double spread = std::max(1.4826 * quantile(residuals, 0.5), kLeastSpread);
     for (std::size_t r = 0; r < rows.size(); ++r)
       rows[r].weight = rows[r].samples / (1 + std::pow(residuals[r] / (kLimit * spread), 2));
   }
@@ -238,7 +233,7 @@ std::optional<Shading> find_shading(const Scan& scan, const Grid<float>& smooth,
   };
   s.range = at(1 - kDarkest) - at(kDarkest);
   if (!(s.range >= kLeastRange)) return std::nullopt;
-  s.coefficient[0] = outer.empty() ? -at(0.5) : -median_of(outer);
+  s.coefficient[0] = outer.empty() ? -at(0.5) : -quantile(outer, 0.5);
   return s;
 }
 

@@ -66,7 +66,7 @@ TEST(ImportJawBench, TeethBoneAndCanalAreSegmentedAtEveryNoiseLevel) {
       }
     }
     fmt::print("{:>12.2f}{:>12.2f}\n", worst, report.jaw->border / kMillimetre);
-    EXPECT_GE(report.jaw->crowns, 1) << level.name;
+    EXPECT_GE(report.jaw->crowns(), 1) << level.name;
     EXPECT_FALSE(report.jaw->canals.empty()) << level.name;
   }
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "engine/app/bench/stored_rows.h"
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "haptics/bench/scene.h"
@@ -77,7 +78,7 @@ class DefaultPeer : public Peer {
 }  // namespace
 
 void print_header() {
-  fmt::print("part,case,knob,error,error_unit,time_ns,per,baseline,ratio,size,size_unit\n");
+  fmt::print("{}\n", kRowColumns);
 }
 
 void print_slide(const ModelTissue& tissue, const Course& course, const PeerModel& model) {

@@ -108,7 +108,7 @@ Spread spread_of(std::vector<double> errors) {
 TEST(ImportJaw, HardTissuesHaveTheirVolumesWithinThreePercent) {
   for (const Tissue t : {Tissue::kEnamel, Tissue::kDentin, Tissue::kCorticalBone, Tissue::kCancellousBone})
     EXPECT_NEAR(relative_error(usual(), usual_truth(), t), 0, 0.03) << name_of(t);
-  EXPECT_EQ(usual().report.jaw->crowns, 2);
+  EXPECT_EQ(usual().report.jaw->crowns(), 2);
   EXPECT_EQ(usual().report.volume[static_cast<std::size_t>(Tissue::kAmalgam)], 0);
 }
 
@@ -201,7 +201,7 @@ TEST(ImportJaw, ShadingOf600HounsfieldUnitsIsCorrectedAndDensityOfBoneIsNot) {
   for (const Tissue t :
        {Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp, Tissue::kCorticalBone, Tissue::kCancellousBone})
     EXPECT_NEAR(relative_error(i, usual_truth(), t), 0, 0.03) << name_of(t);
-  EXPECT_EQ(i.report.jaw->crowns, 2);
+  EXPECT_EQ(i.report.jaw->crowns(), 2);
   EXPECT_EQ(i.report.jaw->canals.size(), 1U);
   EXPECT_TRUE(notes_shading(i));
   // A region is corrected like the whole scan, although it has too few cells for a correction of its own.
@@ -244,7 +244,7 @@ TEST(ImportJaw, TeethThatTouchEachOtherAreSeparated) {
   for (const double second : {20.0, 17.2, 16.5}) {
     const JawPhantom jaw(JawArtefacts{.second = second});
     const Imported i = imported(jaw);
-    EXPECT_EQ(i.report.jaw->crowns, 2) << second;
+    EXPECT_EQ(i.report.jaw->crowns(), 2) << second;
     ASSERT_EQ(i.report.jaw->teeth.size(), 2U) << second;
     std::vector<double> places;
     for (const haptics::JawTooth& tooth : i.report.jaw->teeth) {
@@ -294,7 +294,7 @@ TEST(ImportJaw, TheJawWithTeethIsImportedAlthoughTheSpineIsLargerAndItsBoneLessD
   };
   const Imported i = imported("spine.nrrd", p);
   EXPECT_EQ(i.report.bodies_found, 2);
-  EXPECT_EQ(i.report.jaw->crowns, 2);
+  EXPECT_EQ(i.report.jaw->crowns(), 2);
   for (const Tissue t : {Tissue::kEnamel, Tissue::kDentin, Tissue::kCorticalBone, Tissue::kCancellousBone})
     EXPECT_NEAR(relative_error(i, usual_truth(), t), 0, 0.05) << name_of(t);
   EXPECT_TRUE(std::ranges::any_of(i.report.notes, [](const std::string& note) {

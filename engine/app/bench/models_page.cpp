@@ -363,10 +363,8 @@ std::string peers_section(const std::filesystem::path& file) {
   const std::vector<ModelFigure> figures = model_figures(models->second);
   std::string out = fmt::format(
       "\n## How do other libraries compare?\n\nThe sliding and drilling tests were repeated with other libraries and, "
-      "in "
-      "the same run, with our default model (`./run peers`, [tests/peers](../tests/peers/README.md)). The voxel size "
-      "is "
-      "the finest one. All rows are in [peers.csv]({}/{}).\n",
+      "in the same run, with our default model (`./run peers`, [tests/peers](../tests/peers/README.md)). The voxel "
+      "size is the finest one. All rows are in [peers.csv]({}/{}).\n",
       file.parent_path().filename().string(), file.filename().string());
   constexpr Tabled tables[] = {
       {{"Error of the direction of the force while sliding, degree (root mean square):", "", "", "slide", "direction",

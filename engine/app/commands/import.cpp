@@ -153,7 +153,7 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
   }
   if (r.jaw) {
     nlohmann::ordered_json& jaw = j["jaw"];
-    jaw["crowns"] = r.jaw->crowns;
+    jaw["crowns"] = r.jaw->crowns();
     jaw["teeth"] = nlohmann::ordered_json::array();
     for (const haptics::JawTooth& tooth : r.jaw->teeth)
       jaw["teeth"].push_back(
@@ -227,7 +227,7 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a,
     if (mm3 > 0) line(name_of(static_cast<Tissue>(t)), fmt::format("{:.1f}{} mm³{}", mm3, uncertainty, hardness));
   }
   if (r.jaw) {
-    line("crowns", fmt::format("{}", r.jaw->crowns));
+    line("crowns", fmt::format("{}", r.jaw->crowns()));
     line("borders", fmt::format("± {:.2f} mm; {:.1f} mm³ may be tooth or bone", r.jaw->border / kMillimetre,
                                 r.jaw->mislabelled / kCubicMillimetre));
     for (const haptics::JawCanal& canal : r.jaw->canals) {
