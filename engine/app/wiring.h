@@ -1,5 +1,5 @@
 // All channels between the threads of a session. Each channel has one thread that writes and one thread that reads. In
-// the comments below, "drawing thread" is the thread that draws the trainee's picture, and "user interface" is the
+// the comments below, "render thread" is the thread that draws the trainee's picture, and "user interface" is the
 // operator's window.
 #pragma once
 
@@ -120,10 +120,10 @@ struct Wiring {
   Latest<ServoTick> tick_to_carver;
   // From the carver thread to the servo thread: the newest snapshot of the tissue near the tool
   haptics::PatchExchange patch;
-  // From the servo thread to the drawing thread: the newest tick, and the cuts, which produce debris
+  // From the servo thread to the render thread: the newest tick, and the cuts, which produce debris
   Latest<ServoTick> tick_to_render;
   Ring<Cut> cuts_to_debris{1 << 12};
-  // From the servo thread to the drawing thread, sixty times per second: the points of the soft gum that have moved,
+  // From the servo thread to the render thread, sixty times per second: the points of the soft gum that have moved,
   // and its wounds. Null if the gum is rigid, or if no window draws the gum.
   std::unique_ptr<Ring<haptics::SoftMove>> gum_moves;
   std::unique_ptr<Ring<haptics::SoftWound>> gum_wounds;
@@ -134,9 +134,9 @@ struct Wiring {
   // From the carver thread to the recorder thread: edits of strokes, and pieces of tissue that came loose
   Ring<StrokeEdit> edits_to_recorder{1 << 10};
   Ring<LoosePiece> pieces_to_recorder{1 << 10};
-  // From the carver thread to the drawing thread: pieces of tissue that came loose, drawn as debris
+  // From the carver thread to the render thread: pieces of tissue that came loose, drawn as debris
   Ring<LoosePiece> pieces_to_debris{1 << 10};
-  // From the carver thread to the drawing thread: the changed parts of the tissue's mesh
+  // From the carver thread to the render thread: the changed parts of the tissue's mesh
   Ring<MeshBatch*> bricks{256};
   // From the carver thread to the user interface: the changed parts of the tissue's mesh. Used if a headset shows the
   // session and an operator watches in a window.
@@ -147,7 +147,7 @@ struct Wiring {
   // From the carver thread to the planner thread of the expert (live_expert.h): copies of the tissue for planning. Used
   // if the hand is an expert.
   Ring<haptics::TissueVolume*> copies_to_expert{2};
-  // From the drawing thread (window) to the servo thread: the pose of the hand by the mouse. Used if the hand is the
+  // From the render thread (window) to the servo thread: the pose of the hand by the mouse. Used if the hand is the
   // mouse.
   Latest<haptics::HandSample> pointer;
   // From the user interface to the carver thread: moves of the brush with which an instructor paints tissue
@@ -162,7 +162,7 @@ struct Wiring {
   // thread (used if the controller is the hand), and the frames' times to the recorder thread.
   Latest<XrHandSample> xr_hand;
   Ring<display::HmdTiming> xr_frames_to_recorder{1 << 12};
-  // From the drawing thread to the recorder thread: measured times of the frames
+  // From the render thread to the recorder thread: measured times of the frames
   Ring<PictureTiming> pictures_to_recorder{1 << 12};
   // From the servo thread to the recorder thread: all ticks, cuts and uses of snapshots, and the timing of the loop
   Ring<ServoTick> ticks_to_recorder{1 << 15};
@@ -171,19 +171,19 @@ struct Wiring {
   Latest<LoopReport> loop_to_recorder;
   // From the servo thread to the stream thread: all ticks. Null if the session is not published to other programs.
   std::unique_ptr<Ring<ServoTick>> ticks_to_stream;
-  // From the servo thread to the drawing thread: timing of the loop, heat of the motors
+  // From the servo thread to the render thread: timing of the loop, heat of the motors
   Latest<LoopReport> loop_to_render;
-  // From the drawing thread to the recorder thread, after each change: the position of the eyes, and the view
+  // From the render thread to the recorder thread, after each change: the position of the eyes, and the view
   Ring<SeenFrom> seen_to_recorder{1 << 10};
-  // From the second hand's thread to the drawing thread and the recorder thread: the pose of the mouth mirror
+  // From the second hand's thread to the render thread and the recorder thread: the pose of the mouth mirror
   Latest<MouthMirror> mouth_mirror;
   /// pose of the suction tip; published instead of the mirror if the second hand holds the tip
   Latest<SuctionTip> suction_tip;
-  // To the recorder thread: from the drawing thread each switch of the water, and from the second hand's thread the
+  // To the recorder thread: from the render thread each switch of the water, and from the second hand's thread the
   // samples of the left hand
   Ring<WaterSwitch> water_to_recorder{64};
   Ring<haptics::HandSample> left_to_recorder{1 << 13};
-  /// From the drawing thread (or the headset's thread) to the application thread: the newest position of the eyes
+  /// From the render thread (or the headset's thread) to the application thread: the newest position of the eyes
   Latest<SeenFrom> head_to_sound;
   // The channel from the servo thread to the audio thread is a ring inside SoundLink.
 
@@ -196,21 +196,21 @@ struct Wiring {
   std::atomic<std::uint32_t> saved{0},
       /// from the carver's saving thread to the user interface: number of successful and of failed saves of the tissue
       not_saved{0};
-  // From the drawing thread to the carver thread: tolerance of the tissue's mesh, voxels (picture/detail.h)
+  // From the render thread to the carver thread: tolerance of the tissue's mesh, voxels (picture/detail.h)
   std::atomic<float> tolerance{0.1f};
   std::array<std::atomic<bool>, 2>
-      /// from the drawing thread or the headset's thread to the carver thread: true if a picture shows the tissue;
+      /// from the render thread or the headset's thread to the carver thread: true if a picture shows the tissue;
       /// otherwise nothing is meshed
       tissue_in_sight{};
   /// From any thread to the servo thread: zero force from the next tick on, then the end of the session
   std::atomic<bool> emergency{false};
-  // From the drawing thread (window) to the servo thread: the tool that the user chose by a key; negative: the hand
+  // From the render thread (window) to the servo thread: the tool that the user chose by a key; negative: the hand
   // chooses
   std::atomic<std::int32_t> chosen_tool{-1};
-  /// from the drawing thread to the servo thread: true while the emergency stop is on; the drill is then off
+  /// from the render thread to the servo thread: true while the emergency stop is on; the drill is then off
   std::atomic<bool> held{false};
   std::atomic<std::uint32_t> newest_faults{
-      0};  // From the servo thread to the drawing thread: fault bits of the latest tick
+      0};  // From the servo thread to the render thread: fault bits of the latest tick
   std::atomic<Nanos> session_zero{
       /// from the servo thread to the other threads: ns, time of the machine's clock at which the session's time is
       /// zero; 0: the session has not begun
@@ -219,7 +219,7 @@ struct Wiring {
   /// To the recorder thread, set after all other threads have ended: the rings contain all data
   std::atomic<bool> nothing_more{false};
   std::atomic<bool> servo_ended{
-      false};  // From the servo thread to the drawing thread: the hand was disconnected, or its script has ended
+      false};  // From the servo thread to the render thread: the hand was disconnected, or its script has ended
 };
 
 }  // namespace typodont

@@ -39,7 +39,7 @@ std::array<WorkCount, 26> listed(const WorkCounts& c) {
            {"triangles_drawn", "triangles drawn", c.triangles_drawn},
            {"bricks_skipped", "bricks not drawn: out of sight, facing away or covered", c.bricks_skipped},
            {"pipelines", "shader pipelines", c.pipelines},
-           {"turns", "loops of the drawing thread", c.turns},
+           {"turns", "loops of the render thread", c.turns},
            {"desktop_requests", "requests to the desktop", c.desktop_requests},
            {"samples", "samples of sound", c.samples},
            {"particles_stepped", "particles stepped", c.particles_stepped},

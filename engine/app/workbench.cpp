@@ -68,7 +68,7 @@ void ask_to_stop(int) {
 
 }  // namespace
 
-/// The parts of a session, in the order of their set-up. All except `session` are used only by the drawing thread.
+/// The parts of a session, in the order of their set-up. All except `session` are used only by the render thread.
 struct Workbench::Impl {
   const Scene scene;
   const WorkbenchOptions options;

@@ -86,7 +86,7 @@ class PedalInterlock {
 
 /// Switches the emergency stop on or off. While it is on, the drill stops, and the force of every device with motors
 /// ramps down to zero. After it is switched off, the force returns as soon as the hands are free of contact. Called by
-/// the drawing thread.
+/// the render thread.
 void set_emergency_stop(Wiring& wiring, bool hold) noexcept;
 
 /// The function of the second hand's thread. The second hand moves the mouth mirror or, if hand_holds_suction(scene),

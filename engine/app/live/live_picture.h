@@ -1,5 +1,5 @@
 // The pictures of a live session: the trainee's picture on the rig's screen, and a picture from a free viewpoint. Also
-// contains the objects that both pictures share: views, debris, level of detail, choice of the quality. Drawing thread
+// contains the objects that both pictures share: views, debris, level of detail, choice of the quality. Render thread
 // only.
 #pragma once
 

@@ -19,7 +19,7 @@ float surface_tolerance(const display::DisplayRig& rig, double voxel,
                         const render::Quality& quality = render::kQualityLadder.front());
 
 /// Adapts the tolerance to the pixel size after each frame. The tolerance changes in steps, so that a small motion of
-/// the user's head changes nothing. Drawing thread.
+/// the user's head changes nothing. Render thread.
 class Detail {
  public:
   Detail(float tolerance, double voxel) : tolerance_(tolerance), voxel_(voxel) {}

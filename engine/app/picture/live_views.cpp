@@ -353,7 +353,7 @@ void LiveViews::run() {
   }
 }
 
-/// Stores a result for the drawing thread. If an older result for the same picture is still waiting, it is replaced.
+/// Stores a result for the render thread. If an older result for the same picture is still waiting, it is replaced.
 void LiveViews::keep(Made made) {
   const std::lock_guard lock(mutex_);
   std::erase_if(made_,

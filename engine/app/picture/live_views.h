@@ -37,7 +37,7 @@ class LiveViews {
   LiveViews(const LiveViews&) = delete;
   LiveViews& operator=(const LiveViews&) = delete;
 
-  // The next functions are called by the drawing thread. attach() sets the object that draws a picture; null removes
+  // The next functions are called by the render thread. attach() sets the object that draws a picture; null removes
   // the picture.
   void attach(Eyes eyes, PictureStage* stage);
   /// Receives the bricks that the carver has changed.
@@ -117,7 +117,7 @@ class LiveViews {
   dvec3 origin_W_{0}, middle_W_{0};
   std::uint32_t tissues_ = 0;
 
-  // The next members are used only by the drawing thread.
+  // The next members are used only by the render thread.
   std::unordered_map<std::uint64_t, render::MeshUpdate> bricks_;
   std::array<Picture, 2> pictures_;
   std::optional<session::ScoreInput> judged_;
@@ -127,7 +127,7 @@ class LiveViews {
   std::optional<session::ExploreMeter> explore_;
   std::vector<ServoTick> unexplored_;  // ticks that are not yet evaluated
 
-  // The drawing thread and the computing thread use the next members while they hold the mutex.
+  // The render thread and the computing thread use the next members while they hold the mutex.
   std::mutex mutex_;
   std::condition_variable wished_;
   bool stop_ = false;

@@ -13,7 +13,7 @@
 
 namespace typodont {
 
-/// Draws the soft gum in one picture. Drawing thread.
+/// Draws the soft gum in one picture. Render thread.
 class SoftGumView {
  public:
   /// A brick of the gum in its present shape. The brick belongs to the fine or to the coarse mesh of a body.

@@ -1,5 +1,5 @@
 // Plays one recorded session, or two sessions side by side. It plays them in a window with controls for position,
-// speed, loop and viewpoint, or writes a film. Drawing thread.
+// speed, loop and viewpoint, or writes a film. Render thread.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
 // Plays a recorded session: computes tissue and tool at any time, forward and backward. The recorded cuts are applied
-// in order, including strokes that were undone later. Drawing thread.
+// in order, including strokes that were undone later. Render thread.
 #pragma once
 
 #include <cstdint>

@@ -80,8 +80,8 @@ double from_centers(const CrownReduction& crown, double aside, double height) {
   return aside < corner ? std::hypot(aside - corner, below) : below;
 }
 
-/// Marks the points within `depth` (m) of the tooth's surface above `lowest` (m along the axis): in `gone`, m, each
-/// voxel gets the largest value of `depth` minus its distance from a surface point.
+/// Marks the tissue within `depth` (m) of those points of the tooth's surface for which wanted(point in W, normal)
+/// returns true. In `gone` (m), each voxel gets the largest value of `depth` minus its distance from such a point.
 template <class Wanted>
 void reduce_below(const DenseCopy& copy, const session::DenseField& tooth, double depth, const Wanted& wanted,
                   std::vector<float>& gone) {

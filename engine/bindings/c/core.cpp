@@ -105,8 +105,8 @@ bool CoreObject::step(const haptics::HandSample& sample) {
 
 namespace {
 
-/// If the servo runs on another thread: repeats the cuts that the servo has made since the last call in the tissue, and
-/// writes them to the recording. Returns false if there are none.
+/// Does the work of the carver if the servo runs on another thread: it repeats the servo's new cuts in the tissue,
+/// passes a new patch to the servo, and writes to the recording. Returns false if there was nothing to do.
 bool carve(CoreObject& core) {
   Channels& channels = *core.shared->channels;
   haptics::Carver& carver = core.carver();

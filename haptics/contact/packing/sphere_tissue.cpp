@@ -223,8 +223,8 @@ double TriedCut::add(const SphereTissue& tissue, std::span<const Place> near, co
     if (tissue.removal_ == Removal::kAsPrinted) lanes.changes = 0, lanes.others = ~0u;
     for (std::size_t k = 0; k < some.size(); ++k) {
       const Place place = some[k];
-      // A step that does not change the sphere is overwritten by the next step. If there is no space left, the last
-      // entry is overwritten.
+      // If a step does not change its sphere, the next step overwrites it in steps_. If steps_ is full, each further
+      // step overwrites the last entry.
       Step& step = steps_[std::min(count_, kMostSteps)];
       step.place = place, step.first = count_ == first;
       if (lanes.others >> k & 1) {

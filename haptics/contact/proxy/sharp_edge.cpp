@@ -40,8 +40,8 @@ bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face
   return false;
 }
 
-/// Returns true if the wall of a groove continues in the same plane farther away, where the other wall does not
-/// influence the field.
+/// Returns true if the wall `face` of a groove lies in the same plane at a second point. The second point is so far
+/// from the bottom of the groove that the other wall does not influence the field there.
 bool face_continues(const SurfacePatch& patch, const Face& face, const dvec3& foot) noexcept {
   const dvec3 away = face.x - foot, along = away - glm::dot(away, face.n) * face.n;
   const dvec3 p = face.x + E::farther * glm::normalize(along);
