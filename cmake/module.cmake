@@ -78,7 +78,8 @@ function(typodont_test name)
                        PROPERTIES LABELS ${ARG_KIND} ${timeout} ${alone})
   if(ARG_LIVE OR ARG_WINDOW)  # gtest_discover_tests takes one label only
     set(more ${CMAKE_CURRENT_BINARY_DIR}/${name}_live.cmake)
-    file(WRITE ${more} "set_tests_properties(\${${name}_TESTS} PROPERTIES LABELS \"${ARG_KIND};live\")\n")
+    # These tests run one after the other, so they start first (ctest starts with the highest cost).
+    file(WRITE ${more} "set_tests_properties(\${${name}_TESTS} PROPERTIES LABELS \"${ARG_KIND};live\" COST 1000)\n")
     set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${more})
   endif()
 endfunction()
