@@ -44,8 +44,8 @@ struct Peak {
 /// noise in grey values.
 std::vector<Peak> peaks_of(const Grid<float>& greys, double blur);
 
-/// Finds the grey values. `smoothed` contains the values of `grey` after slight smoothing. Throws Error if no tissue is
-/// found.
+/// Finds the grey values of the surroundings and of the tissues. `smoothed` contains the values of `grey` after slight
+/// smoothing. Throws Error if no tissue is found.
 Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, const Grid<float>& smoothed,
                    const ImportOptions& options, std::vector<std::string>& notes);
 
