@@ -46,7 +46,7 @@ class VoxelStamp;
 /// removed volume per tissue in voxels³ (for each voxel, the fraction inside the surface before the cut minus the
 /// fraction after it). Optional results: `changed` becomes true if any sample changed, even if only a distance in air;
 /// `hardened` is the removed volume weighted by each voxel's hardness, which determines the cost of the cut. `front` is
-/// the active front of this patch and tool.
+/// the active front of this patch and tool (the blocks that a cut may change).
 PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
 /// Removes whole voxels. The other parameters and the result are those of carve() for a Sweep.

@@ -30,7 +30,7 @@ struct HeadBlock {
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
   // the meridian piece that is nearest to all samples, if the nearest points lie between its ends; otherwise
-  // kManyPieces plus a set of pieces
+  // kManyPieces plus the set of pieces that can be nearest (one bit each)
   int kind;
   bool beside;  // true if some samples may have been deeper in the head during the motion than at its end
   // voxels, smallest distance by which the head approaches a sample of the block during the motion
@@ -49,7 +49,7 @@ struct HeadBlock {
 struct BlockSlack {
   // voxels, input: `live` marks the samples that may change before the head has moved this far
   float ahead = 0;
-  float slack = kNoEnd;  // voxels; while the head moves less, no processed sample of the block changes
+  float slack = kNoEnd;  // voxels; while the head moves less than this, no processed sample of the block changes
   // output, may be null: for each row, y fastest, one bit per sample, which is 1 if the sample may change
   std::uint64_t* live = nullptr;
   int shift = 0;         // position of the row's first bit in `live`
@@ -327,11 +327,11 @@ class HeadPass {
     return true;
   }
 
-  // kNone: the block need not be read. kLook: the block is only examined, because the head moves away from all its
-  // samples. kRaise: samples of the block are raised.
+  // kNone: the block need not be read. kLook: the block's samples are read but not raised, because the head moves away
+  // from all of them. kRaise: samples of the block are raised.
   enum class Work { kNone, kLook, kRaise };
-  /// Completes a block of samples for which near() returned true. Returns kNone and sets `slack` if no sample of the
-  /// block can change while the head moves by `ahead`.
+  /// Computes the other members of `block`, for a block of samples for which near() returned true. Returns kNone and
+  /// sets `slack` if no sample of the block can change while the head moves by `ahead`.
   Work what(int lane, HeadBlock& block, float& slack, bool clipped) const {
     const float d = seen_.distance[lane], way = after_ ? back_.longest : 0;
     // A quick test with the sample at the middle of the block. It shows whether the block is far from the surface,

@@ -80,7 +80,7 @@ TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
         room = pick(raised, zero, least - depth);
         room = pick(full | no_less(depth, inner), no_end, room);
         if (found.live) {
-          // loads labels into the cache; the list reads them soon
+          // loads labels into the cache; the list of groups reads them soon
           __builtin_prefetch(block.tissue + (row - block.distance));
           const Mask changes = more_where(more(all(near), room), moving, all(-kNoEnd));
           found.live[ix * kRows + iy] |= static_cast<std::uint64_t>(bits(changes)) << found.shift;

@@ -54,7 +54,7 @@ struct HeadFront {
   const MeridianPiece* pieces;
   glm::ivec3 origin;  // origin of the positions of the groups of samples, relative to the base voxel of the pose
   float* distance;
-  // for each z coordinate of a sample: the terms of the sample's coordinates x, y, z in frame T that depend on it
+  // for each z coordinate of a sample: the z-dependent terms of the sample's coordinates x, y, z in the head's frame T
   float* along[3];
   CutFront::Listed groups;
   const CutFront::Run* runs;

@@ -201,7 +201,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     f.area *= static_cast<double>(every);
     return next++ % every != 0;
   });
-  constexpr double kDeep = 1.5e-3;  // m, depth of grooves in a base
+  constexpr double kDeep = 1.5e-3;  // m; triangles at most this far inside the base plane (in grooves) are part of it
   // smallest cosine of the angle between the normals of the base and of a triangle that belongs to it
   constexpr double kSlope = 0.9;
   constexpr double kLeast = 0.08;    // smallest area of a base, as a fraction of the mesh's area
