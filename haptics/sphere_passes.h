@@ -22,8 +22,8 @@ namespace packing {
 enum class Removal {
   // volume of the part of the uncut sphere that the tool covers (the lens in eq. 2 of paper S2, docs/papers.md)
   kMended,
-  // volume that the sphere loses when it shrinks (eq. 6 of paper S2 as printed); for a small overlap δ it is about 2r/δ
-  // times too large
+  // volume that the sphere loses when it shrinks (eq. 6 of paper S2 as printed); for a small overlap δ of a sphere of
+  // radius r it is about 2r/δ times too large
   kAsPrinted,
 };
 
@@ -63,8 +63,8 @@ struct CuttingBall {
   double radius = 0;
 };
 
-/// The first contact between spheres of the tool and the tissue. Among simultaneous contacts, the one with the lowest
-/// index `ball`, and then with the lowest index `sphere`.
+/// The first contact between spheres of the tool and the tissue. Of several simultaneous contacts, it is the one with
+/// the lowest index `ball`, and then with the lowest index `sphere`.
 struct FirstContact {
   // fraction of the path at the contact, 0 to 1; infinity: no contact
   double t = std::numeric_limits<double>::infinity();

@@ -28,7 +28,8 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
   const double k = settings.stiffness * coupling.relative_stiffness;
   const double beyond = std::max(0.0, change - P::spring_tolerance * k * glm::length(now.moved));
   if (glm::dot(now.moved, limits.last_force != dvec3(0) ? limits.last_force : now.force) > 0) {
-    // the hand retreats, so only the part of the change above both limits must wait for later ticks
+    // the hand retreats, so only the part of the change above both limits (drilling_slew, and the change by the hand's
+    // displacement) must wait for later ticks
     return std::min(over, beyond);
   }
   // The contact model "implant" limits the changes of its force itself, so they are not limited here. The exception is
@@ -106,9 +107,9 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
 
 /// Returns the fraction of the force that may stay, 0..1 (from version 8 of the force laws on). It is so small that the
 /// ledger can pay for the hand's whole retreat, and not only for the retreat in the next tick. The ledger's energy E
-/// allows at most the force √(2 k E), with which a spring stores E. While the hand retreats by up to Δ per tick,
-/// passive_fraction() allows at most E / a, with a = Δ × margin. The result combines both limits, without a step in
-/// value or slope: √(2 k E - k² a²) for E > k a², and E / a for smaller E. `at_stake`: J, for the whole force.
+/// allows at most the force √(2 k E), at which a spring of the stiffness k stores E. While the hand retreats by up to Δ
+/// per tick, passive_fraction() allows at most E / a, with a = Δ × margin. The result combines both limits, without a
+/// step in value or slope: √(2 k E - k² a²) for E > k a², and E / a for smaller E. `at_stake`: J, for the whole force.
 double Servo::State::landing_fraction(const ContactTick& now, double at_stake) const noexcept {
   const Limits& l = limits;
   const double strength = glm::length(now.force);
@@ -135,10 +136,10 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
   return 1 - excess * largest_fraction(-excess * now.force, force_change(now), allowed);
 }
 
-/// Updates Coupling::teeth_fraction. The force that the hand feels presses the cutting edges against the tissue. If the
-/// hand has felt little of the coupling's force for rest_time, for example after a jump into the tissue, the fraction
-/// rises to 1. Otherwise a hand at rest would not cut and would give the ledger no energy, and the force would stay
-/// small.
+/// Updates Coupling::teeth_fraction, the fraction of the coupling's force that presses the cutting edges. The force
+/// that the hand feels presses the cutting edges against the tissue. If the hand has felt little of the coupling's
+/// force for rest_time, for example after a jump into the tissue, the fraction rises to 1. Otherwise a hand at rest
+/// would not cut and would give the ledger no energy, and the force would stay small.
 void Servo::State::press_teeth(const ContactTick& now) noexcept {
   double& rest = coupling.unfelt_for;
   coupling.teeth_fraction = 1;

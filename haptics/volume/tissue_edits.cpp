@@ -59,8 +59,8 @@ class LeafVolumes {
   std::array<std::int64_t, kTissueCount> units_{};
 };
 
-// Number of voxels that this thread has cut. The TLS model is set explicitly, because in a shared library
-// (libtypodont.so) the default model calls a function at each access.
+// Number of voxels that this thread has cut. The model of thread-local storage is set explicitly, because in a shared
+// library (libtypodont.so) the default model calls a function at each access.
 [[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_voxels_cut = 0;
 void count_voxels(const glm::ivec3& box) noexcept {
   t_voxels_cut += static_cast<std::uint64_t>(box.x * box.y * box.z);
@@ -134,7 +134,8 @@ void TissueVolume::Impl::log_write(const glm::ivec3& key) {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  // the writes since at most this many marks (numbered states of the tissue) are stored; a session has fewer patches
+  // the writes since at most this many marks (numbered states of the tissue) are stored; each patch needs one mark, and
+  // a session has fewer patches
   constexpr std::size_t kMost = 32;
   const bool unwritten = !v.writes.empty() && v.writes.back().box.empty() && v.writes.back().blocks.empty();
   if (unwritten) return v.marked;

@@ -145,7 +145,7 @@ struct TissueVolume::Impl {
   /// Drops copies of leaves that were not written to, and a stroke that changed nothing.
   void complete_stroke();
 
-  /// Adds the bricks of a box that a cut or a filling has written to `changed` and `carved`; lo > hi: an empty box.
+  /// Adds to `changed` and `carved` the bricks of the box lo..hi that a cut or a filling has changed; lo > hi: none.
   void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi);
 
   /// Copies every n-th sample as TissueVolume::copy_every() does, but only the samples from..to, inclusive.
