@@ -78,7 +78,7 @@ struct Contact {
   // Orientation of the proxy, if `holds_turn`. The rotation from the hand to the proxy determines `torque` and
   // `stored`.
   dquat R_WG{1, 0, 0, 0};
-  dvec3 spindle_torque{0};  // N·m, torque of the spindle's work on the tool; used only if `holds_turn`
+  dvec3 spindle_torque{0};  // N·m, torque that the spindle's work causes on the tool; used only if `holds_turn`
 
   // The following members are results of feel(). Contact i pushes the tool along the unit vector n_i at the point x_i
   // with the weight w_i. There are `count` contacts: the first `own` contacts belong to the head, the others to the

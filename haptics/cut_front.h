@@ -19,17 +19,17 @@ namespace typodont::haptics {
 /// Returns the number of samples along z that one vector instruction of this processor handles: 8 or 16.
 int widest_group() noexcept;
 
-/// The active front of one tool, in one patch and in the patches that replace it. Blocks are 4 × 4 × 8 voxels; z runs
-/// fastest. Buffers are allocated once, at set-up.
+/// The active front of one tool: the samples of a patch that its next cuts can change, also in patches that replace
+/// this patch. Blocks are 4 × 4 × 8 voxels; z runs fastest. Buffers are allocated once, at set-up.
 class CutFront {
  public:
   /// Allocates buffers that are large enough for each of these tools. `voxel`: m, voxel size; `lanes`: number of
   /// samples in a group; the result of a cut does not depend on it.
   CutFront(std::span<const Tool> tools, double voxel, int lanes = widest_group());
 
-  /// Returns the number n of parts of the lists. Part i contains every n-th layer of blocks of samples along x,
-  /// starting at layer i. A larger head has more parts, so that each part is small enough to be renewed within one
-  /// tick.
+  /// Returns the number n of parts into which the lists of samples are divided. Part i contains every n-th layer of
+  /// blocks of samples along x, starting at layer i. A larger head has more parts, so that each part is small enough to
+  /// be renewed within one tick.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
   /// Consecutive groups of samples in a list that have the same kind. The kind states which pieces of the head's

@@ -34,7 +34,7 @@ struct CutSphere {
   double base_radius = 0;  // m, radius of the base
   double base_volume = 0;  // m³, volume of the base
   dvec3 away{0};           // unit direction from the tool's path to the base
-  // m, largest overlap of the tool with the base so far; at 2 · base_radius the sphere is removed completely
+  // m, largest overlap of the tool with the base sphere so far; at 2 · base_radius the sphere is removed completely
   double overlap = 0;
   double tool = 0;  // m, radius of the tool's ball that cut the sphere
 
@@ -82,8 +82,8 @@ struct SphereChange {
   packing::CutSphere after;
 };
 
-/// The three passes (see the top of this file) on a GPU. Used by one thread at a time; after set-up, by the servo
-/// thread. All results have the same bits as on the CPU. The returned lists are not sorted. If a function returns
+/// The three passes (first contact, overlap, removal) on a GPU. Used by one thread at a time; after set-up, by the
+/// servo thread. All results have the same bits as on the CPU. The returned lists are not sorted. If a function returns
 /// false, the tissue on the GPU is unknown, and load() must be called before any other function.
 class SpherePasses {
  public:

@@ -115,7 +115,7 @@ class TissueVolume {
   /// Removes the tissue inside the swept head: each distance becomes the larger of itself and the depth below the
   /// head's surface. Labels do not change, except where a filling was removed.
   Carved carve(const Sweep& sweep);
-  /// Removes the whole voxels that the stamp marks.
+  /// Removes the whole voxels whose centres lie in the head of the stamp.
   Carved carve(const VoxelStamp& stamp);
 
   /// Replaces the distances of a block. Labels do not change. Returns the bounding box of the writes.

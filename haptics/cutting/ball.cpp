@@ -48,8 +48,8 @@ struct Work {
 };
 
 /// Raises the samples of some groups of eight samples along z. Each sample becomes max(old value, min(radius -
-/// distance, kInner)) if this is above -kMargin, where `distance` is the distance from the ball's centre. `narrow`:
-/// true if the rows of the block are shorter than a group.
+/// distance, kInner)) if this is above -kMargin, where `distance` is the distance from the ball's centre. kInner: 3
+/// voxels, kMargin: 3.5 voxels. `narrow`: true if the rows of the block are shorter than a group.
 template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;

@@ -49,7 +49,7 @@ class VoxelStamp;
 /// the active front of this patch and tool (the blocks that a cut may change).
 PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
-/// Removes whole voxels. The other parameters and the result are those of carve() for a Sweep.
+/// Removes the whole voxels of `stamp`. The other parameters and the result are those of carve() for a Sweep.
 PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
 
@@ -57,8 +57,8 @@ PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed = nu
 PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept;
 
 /// Transfers the cuts in the inclusive box lo..hi (voxels) from `old`, a patch of the same size, to `patch`: each
-/// sample becomes the larger of its two distances. `filled`: true if the box was also filled; then all its samples are
-/// copied from `old`, labels included.
+/// sample becomes the larger of its distances in both patches. `filled`: true if the box was also filled; then all its
+/// samples are copied from `old`, labels included.
 void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& lo, const glm::ivec3& hi,
            bool filled = false) noexcept;
 

@@ -199,8 +199,8 @@ TYPODONT_KERNEL F8 root(const F8& v) {
   return eight::root(v);
 }
 
-/// Position of a point relative to a piece of the meridian: its distance beyond the ends of the piece, measured along
-/// the piece, and its depth below the piece. T is one float or eight floats.
+/// Position of a point relative to a piece of the meridian: its distances from both ends, measured along the piece and
+/// negative beyond an end, and its depth below the piece. T is one float or eight floats.
 template <class T>
 TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& z, T& from_a, T& from_b, T& depth) {
   if (piece.radius == 0) {
@@ -578,7 +578,8 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
               changed |=
                   carve_head_block(pass.pose(), block, work == HeadPass::Work::kRaise, tops, tops.removed, found);
-              // The slack (motion until a sample can change) of a block that lies partly outside the target is 0.
+              // The slack (motion until a sample can change) of a block that lies partly outside the target is 0,
+              // because nothing is known about its samples outside.
               slack = clipped ? 0 : found.slack;
               kinds[z - z0] = block.kind;
             }

@@ -62,7 +62,7 @@ TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
   if (any(raised)) return {true, any(emptied), 0};
   Floats least_slack = never;
   for_each([&](const float* at, const Floats& depth, const Mask&) __attribute__((always_inline)) {
-    // The slack is the distance that the head must still approach before it changes the sample; kInner never changes.
+    // slack: distance that the head must still approach before the sample changes; a sample at kInner never changes
     const Floats now = load(at);
     least_slack = lesser(least_slack, pick(no_less(now, inner), never, greater(now, all(-Sweep::kMargin)) - depth));
   });

@@ -24,11 +24,11 @@ struct Capsule {
   bool continues;
 };
 
-/// A cut by a ball, and the active front of its patch (CutFront), as plain data. Positions are relative to the first
-/// voxel of the front's first block of samples.
+/// A cut by a ball, and the active front of its patch (samples that cuts can change, CutFront), as plain data.
+/// Positions are relative to the first voxel of the front's first block of samples.
 struct BallFront {
   Capsule c;
-  // position of the first block's first voxel, relative to the base voxel from which `c` is measured
+  // position of the first block's first voxel, relative to the base voxel of the capsule `c`
   glm::ivec3 origin;
   float* distance;  // pointer to the distance of the sample at the origin
   struct {          // tables of terms that depend only on the z coordinate of a sample; this coordinate is the index
@@ -48,7 +48,7 @@ struct BallFront {
   } wide, narrow;
 };
 
-/// A cut by a head that is not a ball, and the active front of its patch (CutFront), as plain data.
+/// A cut by a head that is not a ball, and the active front of its patch (samples that cuts can change), as plain data.
 struct HeadFront {
   HeadPose pose;
   const MeridianPiece* pieces;

@@ -208,8 +208,8 @@ TYPODONT_KERNEL Deepest deepest_below(const Straight& head, int line_index, cons
     s = above + at_end * way.z <= 0.0f ? at_end : s;
   }
   Deepest found{s, {from.x + s * way.x, from.y + s * way.y, from.z + s * way.z}, none, none, none};
-  // The maximum was located on the straight line, so its location has an error. At a maximum, such an error has no
-  // first-order effect on the depth.
+  // The maximum was located on the straight line instead of the curved path, so its location has an error. At a
+  // maximum, such an error has no first-order effect on the depth.
   if (head.bent > 0) {
     const Points bend = bends_from(head, from);
     const F8 off = s * (s - 1.0f);
@@ -465,8 +465,9 @@ void fetch(const WayBlock& block) {
   }
 }
 
-/// Sets each sample to max(sample, min(depth, kInner)); depths below -kMargin are ignored. Returns true if any sample
-/// changed. `slack`: distance in voxels that the head may still move before any sample of these rows can change.
+/// Sets each sample to max(sample, min(depth, kInner)); depths below -kMargin are ignored. kInner is 3 voxels, kMargin
+/// 3.5 voxels. Returns true if any sample changed. `slack`: distance in voxels that the head may still move before any
+/// sample of these rows can change.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVolume* removed, float* slack) {
   const Straight& way = *way_at;
@@ -600,8 +601,8 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   way.turned = static_cast<float>(std::sqrt(turned / 2));
   way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
-  // Upper bound of the error of a tangent. Its parts are the rounding error, twice the distance to a corner (near a
-  // corner), and the rounding error of the path's direction.
+  // Upper bound of the error of a tangent. Its parts are the rounding error, twice kNear (near a corner of the head's
+  // outline), and the rounding error of the path's direction.
   way.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * way.longest;
   return way;
 }

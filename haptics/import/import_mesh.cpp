@@ -230,7 +230,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     }
   });
   const Side base = *std::ranges::max_element(sides, {}, &Side::area);
-  // a side belongs to the base if the cosine between its outward direction and that of the base is at least this
+  // a side belongs to the base if the cosine of the angle between its outward direction and the base's is at least this
   constexpr double kApart = 0.7;
   double other = 0;
   for (const Side& side : sides) {
@@ -562,7 +562,8 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
   bounds.add(mesh);
   check_length(file, bounds.extent(), options, "an arch or a part of one", kLeast, kMost);
 
-  // The vector `up` points from the border to the surface, because the surface's triangles face up.
+  // Closes small holes. Then the area vector of the mesh points from the longest border to the surface, because the
+  // surface's triangles face up.
   close_holes(mesh, kSmallHole, repairs);
   arch.scanned = mesh.corners.size();
   std::vector<Border> open = borders(mesh);

@@ -122,7 +122,7 @@ Unknowns solved(std::array<Unknowns, kUnknowns> a, Unknowns b) {
   return b;
 }
 
-/// Fits the polynomial to the gradients of the cells by least squares, whose weights are computed anew several times
+/// Fits the polynomial to the gradients of the cells by iteratively reweighted least squares. The weights are computed
 /// from the residuals (Cauchy's function).
 Unknowns fitted(const std::vector<Cell>& cells, const glm::dvec3& voxels) {
   constexpr int kRounds = 8;

@@ -221,9 +221,9 @@ struct Servo::State {
   void earn(ContactTick& now) noexcept;
   void spend(ContactTick& now, double energy) noexcept;
 
-  // The next functions are defined in servo/coupling.cpp:
-  // Computes the forces of coupling, damper, friction and cutting edges. For a penalty method, takes its own force and
-  // adds friction and cutting edges.
+  // The next functions are defined in servo/coupling.cpp: Computes the forces of coupling, damper, friction
+  // and cutting edges. For a penalty method, takes the method's own force and adds friction and cutting
+  // edges.
   void feel(ContactTick& now) noexcept;
   /// Lets a sharp tip sink into softened tissue under a push, and stick there on withdrawal.
   void sink_tip(ContactTick& now) noexcept;

@@ -35,7 +35,7 @@ struct SoftParameters {
   // points. A thinner head is treated as thicker, because it would pass between the points.
   static constexpr double tip = 0.15e-3;
   static constexpr double shank = 10e-3;  // m, length of the part of the shank that can touch the tissue
-  // m, largest half distance between the centres of neighbouring bounding balls of the tool, which lie on its axis
+  // m, largest value of half the distance between neighbouring centres of the balls that enclose the tool
   static constexpr double largest_ball = 1e-3;
   // largest fraction of a point's displacement that the bur can cut away in one tick
   static constexpr double most_per_tick = 0.3;

@@ -581,7 +581,7 @@ bool TissueVolume::undo() {
 
 bool TissueVolume::redo() {
   Impl& v = *impl_;
-  // No stroke is undone, and the last one is unfinished. So the last stroke continues.
+  // No stroke was undone, so there is nothing to redo. An unfinished stroke continues.
   if (v.done == v.strokes.size()) return false;
   v.exchange(v.strokes[v.done++], false);
   return true;

@@ -111,7 +111,7 @@ struct TissueVolume::Impl {
   // The last box of bricks that a cut inserted into `changed` and `carved`, inclusive. Empty (lo > hi) at first, and
   // after bricks were removed from these sets.
   glm::ivec3 marked_lo{0}, marked_hi{-1};
-  LeafFront front;  // active leaves of the head that cuts
+  LeafFront front;  // leaves that the next cuts of the present head can change
   KeySet filled;    // keys of leaves that may contain labels of a filling, see label.h
   // Writes after each of the last marks (numbers of states, TissueVolume::mark), oldest first; the last mark is
   // `marked`. Empty: the writes before `marked` are unknown.
