@@ -42,7 +42,7 @@ bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double rea
 }
 
 // Voxels, largest allowed deviation of a sample's curved path from a straight line; kBendOfLaws4 is the value for
-// versions 1 to 4 of the force laws. With the larger value, a fast rotation needs only half as many segments.
+// versions 1 to 4 of the force laws. With the larger value of kBend, a fast rotation needs only half as many segments.
 constexpr double kBend = 0.01, kBendOfLaws4 = 0.0025;
 // Voxels, largest allowed deviation of a sample's curved path from a straight line, for a head with a round end. The
 // paths of its samples have a second-order term (Straight::bend_turn), so the error is much smaller than the deviation.

@@ -80,8 +80,8 @@ class Sweep {
                   RemovedVolume* removed) const noexcept;
   bool carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   RemovedVolume* removed) const noexcept;
-  /// Does the same as carve(), for a long path. `known` (may be null): blocks of samples that need not be examined yet
-  /// are skipped, because none of their samples can change.
+  /// Removes tissue as carve() does, but along a long path. `known` (may be null): blocks of samples that need not be
+  /// examined yet are skipped, because none of their samples can change.
   bool carve_way(const HeadTarget& target, RemovedVolume* removed, const DueBlocks* known) const noexcept;
   /// Removes tissue from the blocks of samples in one part of the active front (CutFront) of a head that is not a ball.
   /// `listed`: number of groups of samples found.

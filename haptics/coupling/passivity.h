@@ -37,8 +37,8 @@ struct PassivityLaw {
   // Factor for a hand that does not reverse at once. As a margin, this factor times the mean velocity change is added
   // to the greatest recent change.
   double change_margin = 0.6;
-  /// ratio of the mean velocity change to the greatest change; below it (at the start or end of a single stroke), the
-  /// mean adds no margin
+  /// The mean velocity change adds a margin only if its ratio to the greatest change is at least this. The ratio is
+  /// smaller at the start or end of a single stroke.
   double start_fraction = 0.1;
   double mean_weight = 0.01;  // weight of one tick in the mean velocity change
   // s, time in motion during which the greatest speed and velocity change do not decay; time at rest does not count
@@ -78,8 +78,8 @@ struct PassivityState {
   double advance = 0;  // m per tick, greatest recent advance against the force
   dvec3 moved{0};      // m, displacement of the hand in the previous tick
   double way = 0;      // m, length of the displacement `moved` in the previous tick
-  // decay_for: s, tick length for which the other three values were computed. per_second: 1/s, inverse of this length.
-  // decay: factor by which the recent retreats decay per tick. clock_decay: the same factor for the longest tick.
+  // decay_for: s, tick length for which per_second, decay and clock_decay were computed. per_second: 1/s, its inverse.
+  // decay: factor by which the recent retreats decay per tick. clock_decay: factor by which the longest tick decays.
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
   RecentMaximum pace,
       change;  // m/s, greatest recent speed and greatest recent velocity change per tick, also without contact

@@ -310,8 +310,8 @@ class HeadPass {
       return false;
     }
     slack = kNoEnd;
-    // At the other pose of the sweep, the block was deep inside the head. The head removed the tissue there, so the
-    // block is empty.
+    // If the block was deep inside the head at the other pose of the sweep, the head has already removed the block's
+    // tissue, so the block is empty.
     if (after_ && d < -(Sweep::kInner + kHalf + way)) return false;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
     block.distance = target.distance, block.tissue = target.tissue;

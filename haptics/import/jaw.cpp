@@ -486,7 +486,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   for (const float g : smoothed.v) {
     if (static_cast<double>(g) > least_metal) metal.push_back(g);
   }
-  constexpr std::size_t kLeastMetal = 40;  // smallest number of voxels; fewer bright voxels do not count as metal
+  constexpr std::size_t kLeastMetal = 40;  // smallest number of metal voxels; if there are fewer, the scan has no metal
   if (metal.size() >= kLeastMetal) {
     // The third quartile is used instead of the median, because many voxels at the borders of the metal are too
     // dark.
@@ -601,7 +601,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   };
 
   // At the border of dentin, the grey value is halfway between dentin and soft tissue. If the soft layer is so thin
-  // that the blur fills it, the grey value at the border is higher.
+  // that the blur fills it, the grey value at the border is brighter than halfway.
   const SparseMask near_tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] <= 4 || in_tooth(i); });
   const LayerBound layer_bound;

@@ -38,7 +38,7 @@ class Skin {
  private:
   /// Adds those parts of a triangle that belong to the outer surface. Returns true if this is the whole triangle.
   bool add(const Triangle& t, std::vector<Triangle>& skin) {
-    constexpr double kSmall = 2;  // voxels; a smaller triangle is not split
+    constexpr double kSmall = 2;  // voxels; a triangle whose longest edge is at most this long is not split
     const dvec3* p[3] = {&t.a, &t.b, &t.c};
     int longest = 0;
     double length = 0;

@@ -38,7 +38,7 @@ class Hollows {
 
   /// The result has one entry for each space: true if it is a hollow.
   std::vector<bool> operator()(const SparseComponents& spaces) const {
-    constexpr std::size_t kLeast = 30;  // voxels, a smaller space is noise
+    constexpr std::size_t kLeast = 30;  // voxels; a space with fewer voxels than this is noise
     std::vector<bool> hollow(spaces.voxels.size(), false);
     std::vector<std::vector<float>> greys(spaces.voxels.size());
     for (std::size_t i = 0; i < spaces.label.v.size(); ++i) {
@@ -56,7 +56,7 @@ class Hollows {
   }
 
  private:
-  // m³; a larger space is a hollow, because the marrow of a whole femur has only about 100 cm³
+  // m³; a space larger than this is a hollow, because the marrow of a whole femur has only about 100 cm³
   static constexpr double kLargestMarrow = 150e-6;
   const Sparse<float>& smooth_;
   std::optional<double> air_;
@@ -299,7 +299,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   }
   SparseMask cavity, hollow;
   {
-    constexpr double kAir = -400;  // Hounsfield units; a darker space holds air
+    constexpr double kAir = -400;  // Hounsfield units; a space darker than this contains air
     SparseMask dense_mask(set, 0, 0);
     if (levels.dense) dense_mask = above(smooth, static_cast<float>(levels.denser()));
     cavity = find_cavities(

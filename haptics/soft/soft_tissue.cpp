@@ -29,8 +29,8 @@ struct SoftParameters {
   // surface exceeds this limit.
   static constexpr double full_weight = 0.5;
   static constexpr double least_cosine = 0.35;
-  static constexpr double wakes = 10e-6;  // m; a point with a larger displacement makes its neighbours active
-  static constexpr double sleeps = 2e-6;  // m; a point with a smaller displacement becomes inactive
+  static constexpr double wakes = 10e-6;  // m; a point displaced by more than this makes its neighbours active
+  static constexpr double sleeps = 2e-6;  // m; a point displaced by less than this becomes inactive
   // m, height above the end of the head at which the head's radius must be at least the spacing of the surface's
   // points. A thinner head is treated as thicker, because it would pass between the points.
   static constexpr double tip = 0.15e-3;

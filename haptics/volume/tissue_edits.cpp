@@ -18,7 +18,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Sums the volume of each tissue in a set of leaves. Every voxel counts with its fraction inside the surface.
+/// Sums the volume of each tissue in a set of leaves (8³ voxels). Every voxel counts with its fraction inside the
+/// surface.
 class LeafVolumes {
  public:
   void add(const StrokeKept::Distance::Values& distance, const StrokeKept::Labels::Values& tissue) {
@@ -135,7 +136,7 @@ void TissueVolume::Impl::log_write(const glm::ivec3& key) {
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
   // the writes since at most this many marks (numbered states of the tissue) are stored; each patch needs one mark, and
-  // a session has fewer patches
+  // a session has fewer patches than this
   constexpr std::size_t kMost = 32;
   const bool unwritten = !v.writes.empty() && v.writes.back().box.empty() && v.writes.back().blocks.empty();
   if (unwritten) return v.marked;
@@ -187,8 +188,8 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
   }
 }
 
-/// Returns the leaf that a removal will write to; null in air far from any surface. `kept`: during a stroke, the copy
-/// of the leaf for undo.
+/// Returns the leaf (8³ voxels) that a removal will write to; null in air far from any surface. `kept`: during a
+/// stroke, the copy of the leaf for undo.
 openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::FloatGrid::Accessor& accessor,
                                                                   const openvdb::Coord& origin,
                                                                   LeafFront::Kept*& kept) {
@@ -204,7 +205,7 @@ openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::Float
   return leaf;
 }
 
-/// Must be called after a removal has written to a leaf.
+/// Must be called after a removal has written to a leaf (8³ voxels).
 void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept) {
   leaf.setValuesOn();
   if (kept) kept->changed = true;
@@ -212,7 +213,7 @@ void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, Le
 
 namespace {
 
-/// Extends `box` by the samples lo..hi of a leaf to which a removal wrote.
+/// Extends `box` by the samples lo..hi of a leaf (8³ voxels) to which a removal wrote.
 void add_to_box(const glm::ivec3& lo, const glm::ivec3& hi, VoxelBox& box) {
   count_voxels(hi - lo + 1);
   if (box.empty()) box = {lo, hi};
