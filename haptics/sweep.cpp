@@ -160,8 +160,8 @@ bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* dis
   // The head may have moved through air since the last call. This motion is part of the path length.
   const double way = sphere_ ? glm::length(X_VA_.p - front.X_V_.p) : displacement_bound(front.X_V_, X_VA_, reach_);
   front.advance_to(X_VB_, (front.known_ ? way : 0) + travel_);
-  // The patch must extend one voxel beyond the sweep, because the lists of samples to cut also contain samples that
-  // change while the head moves one voxel farther.
+  // The patch (copy of the tissue around the tool) must extend one voxel beyond the sweep, because the lists of samples
+  // to cut also contain samples that change while the head moves one voxel farther.
   const glm::ivec3 room_lo = lo_ - patch_lo, room_hi = patch_lo + n - 1 - hi_;
   const bool inside = std::min({room_lo.x, room_lo.y, room_lo.z, room_hi.x, room_hi.y, room_hi.z}) > 1;
   if (!inside || !front.holds(lo_ - 1, hi_ + 1)) {

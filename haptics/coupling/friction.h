@@ -41,8 +41,8 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
     z *= length > 0 ? kept / length : 0;
     state.w = x - z;
   } else if (length > law.stick_fraction * z_max) {
-    // Creep of the adhesion point. The factor α rises from 0 at the stick threshold to half of 1/z_max at break-away.
-    // It stays below 1/z_max, so z grows also in a slow motion until break-away; then the dynamic coefficient applies.
+    // Creep of the adhesion point; z: displacement from it. The factor α rises from 0 at the stick threshold to half of
+    // 1/z_max at break-away. So z grows even in a slow motion until break-away; then the dynamic coefficient applies.
     const double share = 0.5 * (length / z_max - law.stick_fraction) / (1 - law.stick_fraction);
     dvec3 step = x - previous;
     step -= glm::dot(step, n) * n;

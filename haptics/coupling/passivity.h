@@ -44,7 +44,7 @@ struct PassivityLaw {
   // s, time in motion during which the greatest speed and velocity change do not decay; time at rest does not count
   double hold = 1;
   // s, time for which the greatest speed does not decay while the hand has no contact; shorter than `hold`, because the
-  // hand may approach fast and then land slowly
+  // hand may approach fast and then touch slowly
   double free_hold = 0.15;
   double fading = 0.5;  // s, time constant of the decay after the time `hold`
   double uneven = 1.5;  // factor on the longest recent tick, used if the clock is irregular

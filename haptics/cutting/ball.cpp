@@ -260,7 +260,7 @@ struct BallBlocks {
   const Tissue* tissue;  // pointer to the tissue label of the first voxel of the active front
   int stride_x, stride_y;
   glm::ivec3 lo, hi;            // box of the voxels that the sweep may change, enlarged by one voxel on each side
-  glm::ivec3 held_lo, held_hi;  // first and last voxel of the patch
+  glm::ivec3 held_lo, held_hi;  // first and last voxel of the patch (the copied tissue)
   float* due;  // pointer to the path length at which the front's first block of samples must be examined again
   int due_x, due_y;
   float way;    // path length that the head has covered at the end of this sweep

@@ -451,8 +451,8 @@ class HeadBatch {
         BlockSlack found{.ahead = slip};
         changed |= carve_head_block(pass_.pose(), block_[lane], work_[lane] == HeadPass::Work::kRaise, tops,
                                     tops.removed, found);
-        // The slack (motion until a sample can change) of a block that lies only partly in the patch is 0, because
-        // nothing is known about its other part.
+        // The slack (motion until a sample can change) of a block that lies only partly in the patch (the copied
+        // tissue) is 0, because nothing is known about its other part.
         slack_[lane] = clipped_[lane] ? 0 : found.slack;
       }
       *due_[lane] = again ? way : way + (slack_[lane] - slip);

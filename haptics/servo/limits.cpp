@@ -43,8 +43,8 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
 void Servo::State::limit(ContactTick& now) noexcept {
   Limits& l = limits;
   now.unlimited = now.force != dvec3(0) ? glm::length(now.force) : 0;
-  // Limits the force change of a head that lands after a fall from a rim or through soft tissue, even if it lands in
-  // its own cut. The limit does not include the vibration, which the hand should feel.
+  // Limits the force change when a head meets tissue after a fall from a rim or through soft tissue, even if it meets
+  // the bottom of its own cut. The limit does not include the vibration, which the hand should feel.
   const bool goes_on = coupling.normal_force > 0 && l.last_force != dvec3(0);
   const bool begins_or_ends = lands(now) && (now.touching() || l.last_force != dvec3(0));
   if (now.in.cuts && !now.in.scrapes && (goes_on || begins_or_ends)) {
@@ -88,11 +88,11 @@ void Servo::State::limit(ContactTick& now) noexcept {
   }
 }
 
-/// Limits the force if the energy ledger holds far less energy than the coupling stores. This happens after a hard
-/// landing, or if a tool starts inside tissue. Without this limit, passive_fraction() would remove the force within a
-/// few ticks when the hand retreats, and restore it when the hand advances: the hand would bounce. From the first
-/// retreat of such a hand on, the force is at most that of a spring that stores the ledger's energy, so that spring and
-/// ledger become empty at the same time. Returns the fraction of the force that may stay.
+/// Limits the force if the energy ledger holds far less energy than the coupling stores. This happens after a fast
+/// first contact, or if a tool starts inside tissue. Without this limit, passive_fraction() would remove the force
+/// within a few ticks when the hand retreats, and restore it when the hand advances: the hand would bounce. From the
+/// first retreat of such a hand on, the force is at most that of a spring that stores the ledger's energy, so that
+/// spring and ledger become empty at the same time. Returns the fraction of the force that may stay.
 double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   Limits& l = limits;
   if (settings.laws < 2 || !(now.in.cuts || l.unpaid || now.contact.late)) return 1;

@@ -125,7 +125,7 @@ void TissueVolume::Impl::forget_writes() {
 
 void TissueVolume::Impl::log_write(const glm::ivec3& key) {
   // largest number of blocks in the log of writes between two marks (TissueVolume::mark); copying more blocks would
-  // take as long as copying a whole patch
+  // take as long as copying a whole patch (the servo's copy of the tissue)
   constexpr std::size_t kMost = 4096;
   if (writes.empty()) return;
   std::vector<glm::ivec3>& blocks = writes.back().blocks;
