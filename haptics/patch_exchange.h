@@ -24,10 +24,10 @@ class PatchExchange {
   /// Returns false if no patch is offered. While it returns true, the carver should call it again without sleeping.
   bool keep_up(Carver& carver, std::uint32_t held);
 
-  // Function for the servo thread. Returns the patch (copy of the tissue) that the servo must adopt now, or null.
-  // `cuts`: number of cuts so far; `t`: time of any steady clock, ns. After adopt() the returned object contains the
-  // servo's previous patch. The next call gives that patch to the carver, which makes its next patch from it, because
-  // it already contains most of the samples.
+  // Function for the servo thread.
+  /// Returns the patch (copy of the tissue) that the servo must adopt now, or null. `cuts`: number of cuts so far; `t`:
+  /// time of any steady clock, ns. After adopt() the returned object contains the servo's previous patch. The next call
+  /// gives this patch to the carver, which reuses it, because it already contains most of the samples.
   Snapshot* take(const Snapshot& held, std::uint64_t cuts, Nanos t) noexcept;
 
  private:
