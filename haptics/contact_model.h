@@ -32,7 +32,7 @@ struct ContactInput {
   // The following members limit the removal in this tick.
   bool cuts = false;     // the tool cuts in this tick: its spindle rotates, or its edge scrapes
   bool scrapes = false;  // the tool cuts with an edge that the hand draws over the surface without rotation
-  // true: the scraping edge has removed more than corresponds to its work, so it must not remove more in this
+  // true: the scraping edge has removed more than corresponds to its work, so it must not remove anything in this
   // tick
   bool must_earn = false;
   double specific_energy = 0;  // J/m³, specific cutting energy of the tissue under the head
@@ -58,8 +58,8 @@ struct Contact {
   bool rejoining = false;    // a snapshot was missing (bridging), and the proxy now returns to the surface
   bool leading_out = false;  // the proxy is moved out of tissue that it overlapped
   bool settled = true;       // false: the head is free, but the model still has state from the last contact
-  // true: the servo calls cut() although the tool does not cut, because an implant must be left in the bone, or because
-  // a cut of earlier ticks is not finished
+  // true: the servo calls cut() although the tool does not cut, because it must insert an implant into the tissue, or
+  // because a cut of earlier ticks is not finished
   bool places = false;
   // Vector from the hand to the position at which the contacts alone would hold the head; zero without contact.
   dvec3 contact_direction{0};
@@ -78,19 +78,19 @@ struct Contact {
   // Orientation of the proxy, if `holds_turn`. The rotation from the hand to the proxy determines `torque` and
   // `stored`.
   dquat R_WG{1, 0, 0, 0};
-  dvec3 spindle_torque{0};  // N·m, torque of the spindle's work on the tool; used only if `holds_turn`
+  dvec3 spindle_torque{0};  // N·m, torque that the spindle's work causes on the tool; used only if `holds_turn`
 
   // The following members are results of feel(). Contact i pushes the tool along the unit vector n_i at the point x_i
   // with the weight w_i. There are `count` contacts: the first `own` contacts belong to the head, the others to the
-  // shank or the safe end.
+  // shank or the safe (not cutting) end.
   int count = 0, own = 0;
   bool turns_tool = false;  // true if `lever` and `turn` are valid
   double unit = 1;          // m, unit of length of `lever` and `turn`
   dvec3 lever{0};           // mean lever arm of the contacts, Σ w (x - c) / Σ w, in `unit`; c: centre of the head
   dvec3 turn{0};            // sum of torques Σ w (x - c) × n, in `unit`
   dvec3 on_head{0};         // sum Σ w n over the contacts of the head, in `unit`
-  // Sum Σ w n over the contacts of the shank and the safe end, in `unit`. The sum of on_head and on_shank is the
-  // displacement by which the contacts keep the proxy away from the hand.
+  // Sum Σ w n over the contacts of the shank and the safe (not cutting) end, in `unit`. The sum of on_head and on_shank
+  // is the displacement by which the contacts keep the proxy away from the hand.
   dvec3 on_shank{0};
   bool known_tissue = false;  // true if `tissue` is valid; otherwise the servo keeps the last value
   PerTissue tissue{};         // fraction of each tissue under the contacts; the sum is 1
@@ -136,14 +136,14 @@ class ContactModel {
   virtual bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept = 0;
   virtual void take_up(std::uint32_t tool) noexcept = 0;
 
-  /// Computes the proxy. Sets the members of `out` from p_WG on ("Results of constrain()").
+  /// Computes the proxy. Sets those members of `out` that are results of constrain(): all from p_WG on.
   virtual void constrain(const ContactInput& in, Contact& out) noexcept = 0;
   /// Removes as much tissue as the energy of this tick allows, or adds a filling. If the tissue has changed, returns
   /// true and sets `cut` except for its normal. `energy`: used energy, J. Not called if the tool neither cuts nor fills
   /// in this tick.
   virtual bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept = 0;
-  /// Computes the contacts at the head's new position, after the cut. Sets the members of `out` from `count` on
-  /// ("Results of feel()"). Called only while the head is in contact.
+  /// Computes the contacts at the head's new position, after the cut. Sets those members of `out` that are results of
+  /// feel(): all from `count` on. Called only while the head is in contact.
   virtual void feel(const ContactInput& in, Contact& out) noexcept = 0;
   /// Returns the tissue at a point inside the snapshot; kAir outside.
   virtual Tissue tissue_at(const dvec3& p_W) const noexcept = 0;

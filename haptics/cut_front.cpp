@@ -36,8 +36,8 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes
   const int layers = across - 2 * kRoom;
   parts_.resize(static_cast<std::size_t>(
       std::clamp(static_cast<int>(std::bit_floor(static_cast<unsigned>(layers))), 4, kMostParts)));
-  // Each part of the lists has memory for twice the average number of groups, because the parts in the middle of the
-  // head contain more groups than the average.
+  // Each part of the lists of samples that cuts may change has memory for twice the average number of groups, because
+  // the parts in the middle of the head contain more groups than the average.
   const std::size_t room = 2 * std::min(2 * kRows * kRows * count, kGroups) / parts_.size() + Groups::kRoom;
   for (Groups& part : parts_) {
     part.x.assign(room, 0);
@@ -150,8 +150,8 @@ int CutFront::renewed_early(double way) const noexcept {
   if (outdated() > 0 || !(way > 0)) return -1;
   std::array<double, kMostParts> ticks_left;
   for (std::size_t i = 0; i < parts_.size(); ++i) ticks_left[i] = (parts_[i].until - way_) / way;
-  // In each tick, one part of the lists can be renewed. So all parts can be renewed in time if, for every n, at most n
-  // parts expire within the next n ticks.
+  // In each tick, one part of the lists of samples can be renewed. So all parts can be renewed in time if, for every n,
+  // at most n parts expire within the next n ticks.
   const auto end = ticks_left.begin() + static_cast<std::ptrdiff_t>(parts_.size());
   const auto soonest = std::min_element(ticks_left.begin(), end);
   const std::ptrdiff_t part = soonest - ticks_left.begin();

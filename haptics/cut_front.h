@@ -1,8 +1,8 @@
-// Determines which samples of a patch the next cuts can change (active front, docs/cutting.md). Each sample has a
-// slack: a lower bound of how far the head must still move before it can change the sample. From the slacks, each block
-// of samples gets the path length at which it must be examined again. Most cuts examine only the samples just ahead of
-// the head: lists contain the samples that may change during the next voxel of path. The lists are divided into parts,
-// which are renewed one after the other.
+// Determines which samples of a patch (a dense copy of the tissue around the tool) the next cuts can change: the active
+// front, docs/cutting.md. Each sample has a slack: a lower bound of how far the head must still move before it can
+// change the sample. From the slacks, each block of samples gets the path length at which it must be examined again.
+// Most cuts examine only the samples just ahead of the head: lists contain the samples that may change during the next
+// voxel of path. The lists are divided into parts, which are renewed one after the other.
 #pragma once
 
 #include <array>
@@ -19,17 +19,17 @@ namespace typodont::haptics {
 /// Returns the number of samples along z that one vector instruction of this processor handles: 8 or 16.
 int widest_group() noexcept;
 
-/// The active front of one tool, in one patch and in the patches that replace it. Blocks are 4 × 4 × 8 voxels; z runs
-/// fastest. Buffers are allocated once, at set-up.
+/// The active front of one tool: the samples of a patch (copy of the tissue around the tool) that its next cuts can
+/// change, also in later patches. Blocks are 4 × 4 × 8 voxels, z fastest. Buffers are allocated once, at set-up.
 class CutFront {
  public:
   /// Allocates buffers that are large enough for each of these tools. `voxel`: m, voxel size; `lanes`: number of
   /// samples in a group; the result of a cut does not depend on it.
   CutFront(std::span<const Tool> tools, double voxel, int lanes = widest_group());
 
-  /// Returns the number n of parts of the lists. Part i contains every n-th layer of blocks of samples along x,
-  /// starting at layer i. A larger head has more parts, so that each part is small enough to be renewed within one
-  /// tick.
+  /// Returns the number n of parts into which the lists of samples are divided. Part i contains every n-th layer of
+  /// blocks of samples along x, starting at layer i. A larger head has more parts, so that each part is small enough to
+  /// be renewed within one tick.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
   /// Consecutive groups of samples in a list that have the same kind. The kind states which pieces of the head's
@@ -67,8 +67,8 @@ class CutFront {
   /// Must be called after a filling or an undo, and after cuts by another tool, because the stored slacks are then not
   /// valid.
   void forget() noexcept { known_ = false; }
-  /// The first sample of a listed group, as an index in a patch with edge length n whose first voxel is `patch_lo`.
-  /// `lanes`: number of samples in the group.
+  /// The first sample of a listed group, as an index in a patch (copy of the tissue around the tool) with edge length n
+  /// whose first voxel is `patch_lo`. `lanes`: number of samples in the group.
   struct Place {
     std::ptrdiff_t at;
     int lanes;
@@ -134,19 +134,19 @@ class CutFront {
     return due_.data() + (at.x * size_.y + at.y) * size_.z + at.z;
   }
 
-  /// Returns the index of the part of the lists that contains a layer of blocks; layers are counted from the first
-  /// layer of the active front.
+  /// Returns the index of the part of the lists of samples that contains a layer of blocks; layers are counted from the
+  /// first layer of the active front.
   int part_of(int layer) const noexcept { return (first_.x + layer) & (parts() - 1); }
-  /// Sets the patch to which the lists refer. The existing lists stay valid if `holds` is true, that is, if the new
-  /// patch contains all their samples. `n`: edge length of the patch in samples.
+  /// Sets the patch (copy of the tissue) to which the lists of samples refer. The existing lists stay valid if `holds`
+  /// is true, that is, if the new patch contains all their samples. `n`: edge length of the patch in samples.
   void keep_listed(const glm::ivec3& patch_lo, int n, bool holds) noexcept;
   void drop_listed() noexcept {
     for (Groups& part : parts_) part.until = -1;
   }
-  /// Returns the number of parts of the lists that have expired.
+  /// Returns the number of parts that have expired of the lists of samples that cuts may change.
   int outdated() const noexcept;
-  /// Returns a part of the lists that should be renewed now, before it expires, so that later no tick must renew
-  /// several parts; -1: none. `way`: path of the head per tick, voxels.
+  /// Returns a part of the lists of samples that should be renewed now, before it expires, so that later no tick must
+  /// renew several parts; -1: none. `way`: path of the head per tick, voxels.
   int renewed_early(double way) const noexcept;
 
   /// Returns table `k` of terms that depend only on the z coordinate of a sample.
@@ -162,10 +162,10 @@ class CutFront {
   // active front
   std::vector<float> due_, moved_;
   static constexpr int kMostParts = 16;
-  // the parts of the lists; their number is a power of two; positions are relative to the first voxel of the active
-  // front
+  // the parts of the lists of samples; their number is a power of two; positions are relative to the first voxel of the
+  // active front
   std::vector<Groups> parts_;
-  // First voxel of the patch to which the lists refer; `listed_n_` is the edge length of this patch in voxels.
+  // First voxel of the patch (copied tissue) to which the lists refer; `listed_n_`: edge length of the patch in voxels.
   glm::ivec3 listed_lo_{0};
   int listed_n_ = 0;
   std::vector<float> heights_;

@@ -29,7 +29,7 @@ void unguard_device(HapticDevice& device) noexcept;
 
 /// Sends zero force to every guarded device and permits no further force in this process. So a servo thread that is
 /// still running has no effect. May be called from any thread and any signal handler, and may be passed to
-/// set_check_handler().
+/// set_check_handler() (called if a check fails).
 void release_all_devices() noexcept;
 bool forces_forbidden() noexcept;
 

@@ -33,8 +33,8 @@ class FreshLabels {
 };
 
 /// The shape of the filling that is added in one tick. It is a ball without the head that presses it and without the
-/// head's exit path along its axis. If the tool has a limit, only the part inside the limit counts. The filling keeps a
-/// clearance of half a voxel (kClear) from the head and the exit path, so that it exerts no force on the hand.
+/// head's exit path along its axis. If a solid limits the tool's filling, only the part inside it counts. The filling
+/// keeps a clearance of half a voxel (kClear) from the head and the exit path, so that it exerts no force on the hand.
 class Fill {
  public:
   Fill(const Tool& tool, const dvec3& center_W, double radius, const Pose& X_WT, const VoxelFrame& frame);
@@ -51,9 +51,9 @@ class Fill {
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added, FreshLabels* fresh = nullptr) const noexcept;
 
-  /// Filling is allowed only outside the head and outside the path on which the head leaves. kept_by_head(): distance
-  /// in voxels from p to the allowed region, negative inside it. beyond_limit(): the same for the tool's limit, if
-  /// limited.
+  /// Filling is allowed only outside the head and outside the head's exit path. kept_by_head(): distance in voxels from
+  /// p to the region outside both, negative inside this region. beyond_limit(): the same for the solid that limits the
+  /// filling, if there is one.
   double kept_by_head(const dvec3& p) const noexcept;
   double beyond_limit(const dvec3& p) const noexcept;
   bool is_limited() const noexcept { return within_ != nullptr; }

@@ -47,8 +47,8 @@ class HapticDevice {
   /// Sets force (N) and torque (N·m) on the hand, frame W. They remain until the next call; the destructor sends zero.
   virtual void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept = 0;
   /// Must be called before write(). The argument is true if the tool touches tissue, is inside tissue, or its contact
-  /// is unknown, even if the force is zero. After a release, the motors give no force until the argument has been false
-  /// for some time. Servo thread.
+  /// is unknown, even if the force is zero. After a fault or a call of release(), the motors give no force until the
+  /// argument has been false for some time. Servo thread.
   virtual void contact(bool) noexcept {}
   /// Must be called after write(), with the servo's result for the last sample. Simulated hands use it to react to
   /// their tool; hardware ignores it. Servo thread; never allocates.

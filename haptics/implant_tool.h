@@ -28,8 +28,8 @@ struct ImplantTool {
   double centre_ability = 0;  // cutting ability at the tool's end, within `centre_radius` of the axis
   double side_ability = 0;    // cutting ability on the side of the tool
   double centre_radius = 0;   // m, radius around the axis in which `centre_ability` applies
-  double greatest_grey = 0;   // Hounsfield units; bone with a larger grey value stops the tool
-  double thrust_ratio = 1;    // alpha of eq. (2): tangential / normal force at the cutting edge
+  double greatest_grey = 0;   // Hounsfield units; bone with a larger grey value than this stops the tool
+  double thrust_ratio = 1;    // alpha of eq. (2) in Zhao 2020: tangential / normal force at the cutting edge
   double pitch = 0;           // m, advance per turn of the thread; 0: no thread
   double core_diameter = 0;   // m, core diameter of the thread; 0 without a thread
   double bore_diameter = 0;   // m, diameter of the inner thread of an implant, which receives a screw; 0: none

@@ -1,4 +1,4 @@
-// The label of a voxel in a patch or volume: one byte that contains the voxel's tissue. For a filled voxel, the byte
+// The label of a voxel in a patch (copied tissue) or volume: one byte with the voxel's tissue. For a filled voxel, it
 // also contains the label before the filling, so that a cavity gets its old labels back when the filling is removed.
 #pragma once
 

@@ -46,7 +46,7 @@ Snapshot* PatchExchange::take(const Snapshot& held, std::uint64_t cuts, Nanos t)
       adopted_ = true;
       return &fresh;
     }
-    if (way_.give_back()) break;  // if this fails, a newer patch has arrived, and the loop examines that patch
+    if (way_.give_back()) break;  // if this fails, a newer patch has arrived, which the loop examines next
   }
   return nullptr;
 }

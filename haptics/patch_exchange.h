@@ -1,6 +1,6 @@
-// Passes patches from the carver to the servo. While the carver copies a patch, the servo continues to cut. The new
-// patch therefore lacks the cuts of this time, and the servo would have to repeat all of them in one tick. To avoid
-// this, the servo leaves the patch in the channel for a few milliseconds, while the carver adds these cuts.
+// Passes patches (copies of the tissue around the tool) from the carver to the servo. While the carver copies a patch,
+// the servo continues to cut. The new patch lacks these cuts, and the servo would have to repeat all of them in one
+// tick. Therefore the servo leaves the patch in the channel for a few milliseconds, while the carver adds these cuts.
 #pragma once
 
 #include <memory>
@@ -25,9 +25,9 @@ class PatchExchange {
   bool keep_up(Carver& carver, std::uint32_t held);
 
   // Function for the servo thread.
-  /// Returns the patch that the servo must adopt now, or null. `cuts`: number of cuts so far; `t`: time of any steady
-  /// clock, ns. After adopt() the returned object contains the servo's previous patch. The next call gives that patch
-  /// to the carver, which makes its next patch from it, because it already contains most of the samples.
+  /// Returns the patch (copy of the tissue) that the servo must adopt now, or null. `cuts`: number of cuts so far; `t`:
+  /// time of any steady clock, ns. After adopt() the returned object contains the servo's previous patch. The next call
+  /// gives this patch to the carver, which reuses it, because it already contains most of the samples.
   Snapshot* take(const Snapshot& held, std::uint64_t cuts, Nanos t) noexcept;
 
  private:

@@ -72,7 +72,7 @@ struct HandSample {
   std::uint32_t faults = 0;  // fault bits of the device; if a bit of kNoPose is set, X_WT is not the pose of the hand
 };
 /// Faults that make the hand's pose invalid. With such a fault, Servo::tick returns zero force, and its energy ledger
-/// ignores the motion. It starts again with the next valid pose.
+/// ignores the motion. The ledger continues with the next valid pose.
 inline constexpr std::uint32_t kNoPose = bits(Fault::kBadInput) | bits(Fault::kDeviceLost);
 
 /// Fraction below which a pedal counts as released, and a spindle (relative to its free speed) as stopped.

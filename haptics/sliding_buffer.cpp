@@ -17,8 +17,8 @@ bool map_without_file(char* both, std::size_t size) {
   return false;
 }
 
-/// Does the same as map_without_file(), but with a file in memory. A limit on the size of files (RLIMIT_FSIZE) also
-/// limits this file.
+/// Maps the same shared memory twice, like map_without_file(), but with a file in memory. A limit on the size of files
+/// (RLIMIT_FSIZE) also limits this file.
 bool map_file(char* both, std::size_t size) {
   const int file = memfd_create("typodont patch", MFD_CLOEXEC);
   if (file < 0) return false;

@@ -22,8 +22,8 @@ namespace packing {
 enum class Removal {
   // volume of the part of the uncut sphere that the tool covers (the lens in eq. 2 of paper S2, docs/papers.md)
   kMended,
-  // volume that the sphere loses when it shrinks (eq. 6 of paper S2 as printed); for a small overlap δ it is about 2r/δ
-  // times too large
+  // volume that the sphere loses when it shrinks (eq. 6 of paper S2 as printed); for a small overlap δ of a sphere of
+  // radius r it is about 2r/δ times too large
   kAsPrinted,
 };
 
@@ -34,7 +34,7 @@ struct CutSphere {
   double base_radius = 0;  // m, radius of the base
   double base_volume = 0;  // m³, volume of the base
   dvec3 away{0};           // unit direction from the tool's path to the base
-  // m, largest overlap of the tool with the base so far; at 2 · base_radius the sphere is removed completely
+  // m, largest overlap of the tool with the base sphere so far; at 2 · base_radius the sphere is removed completely
   double overlap = 0;
   double tool = 0;  // m, radius of the tool's ball that cut the sphere
 
@@ -63,8 +63,8 @@ struct CuttingBall {
   double radius = 0;
 };
 
-/// The first contact between spheres of the tool and the tissue. Among simultaneous contacts, the one with the lowest
-/// index `ball`, and then with the lowest index `sphere`.
+/// The first contact between spheres of the tool and the tissue. Of several simultaneous contacts, it is the one with
+/// the lowest index `ball`, and then with the lowest index `sphere`.
 struct FirstContact {
   // fraction of the path at the contact, 0 to 1; infinity: no contact
   double t = std::numeric_limits<double>::infinity();
@@ -82,8 +82,8 @@ struct SphereChange {
   packing::CutSphere after;
 };
 
-/// The three passes (see the top of this file) on a GPU. Used by one thread at a time; after set-up, by the servo
-/// thread. All results have the same bits as on the CPU. The returned lists are not sorted. If a function returns
+/// The three passes (first contact, overlap, removal) on a GPU. Used by one thread at a time; after set-up, by the
+/// servo thread. All results have the same bits as on the CPU. The returned lists are not sorted. If a function returns
 /// false, the tissue on the GPU is unknown, and load() must be called before any other function.
 class SpherePasses {
  public:

@@ -130,13 +130,13 @@ inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   return shown(patch.tissue[patch.at(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z))]);
 }
 
-/// Returns the edge length of a patch for these tools, in samples. It includes the reach of the tools, the samples that
-/// an interpolation needs, and the distance that a tool may move while the carver prepares the next patch.
+/// Returns the edge length of a patch (copied tissue) for these tools, in samples. It includes the tools' reach, the
+/// samples that an interpolation needs, and the distance that a tool may move while the carver prepares the next patch.
 int patch_edge_for(std::span<const Tool> tools, double voxel);
-/// Returns the distance in voxels that a tool may move from the patch's centre before a new patch is due.
+/// Returns the distance in voxels that a tool may move from the centre of its patch before a new patch is due.
 double patch_travel_for(std::span<const Tool> tools, double voxel);
-/// Creates an empty patch (number 0) with the edge length patch_edge_for(). If a tool has a shank, it includes the
-/// coarse patch.
+/// Creates an empty patch (copy of the tissue; number 0) with the edge length patch_edge_for(). If a tool has a shank,
+/// it includes the coarse patch.
 SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel);
 
 /// Returns the hardness that the hand feels at sample `at`: the sample's hardness byte, or the hardness of the filling

@@ -42,10 +42,10 @@ bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double rea
 }
 
 // Voxels, largest allowed deviation of a sample's curved path from a straight line; kBendOfLaws4 is the value for
-// versions 1 to 4 of the force laws. With the larger value, a fast rotation needs only half as many segments.
+// versions 1 to 4 of the force laws. With the larger value of kBend, a fast rotation needs only half as many segments.
 constexpr double kBend = 0.01, kBendOfLaws4 = 0.0025;
-// Voxels, largest such deviation for a head with a round end. The paths of its samples have a second-order term
-// (Straight::bend_turn), so the error is much smaller than the deviation.
+// Voxels, largest allowed deviation of a sample's curved path from a straight line, for a head with a round end. The
+// paths of its samples have a second-order term (Straight::bend_turn), so the error is much smaller than the deviation.
 constexpr double kMostBend = 0.03;
 // first version of the force laws in which the path of a head with a round end has a second-order term
 constexpr std::uint32_t kLawsOfBends = 11;
@@ -160,8 +160,8 @@ bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* dis
   // The head may have moved through air since the last call. This motion is part of the path length.
   const double way = sphere_ ? glm::length(X_VA_.p - front.X_V_.p) : displacement_bound(front.X_V_, X_VA_, reach_);
   front.advance_to(X_VB_, (front.known_ ? way : 0) + travel_);
-  // The patch must extend one voxel beyond the sweep, because the lists of samples to cut also contain samples that
-  // change while the head moves one voxel farther.
+  // The patch (copy of the tissue around the tool) must extend one voxel beyond the sweep, because the lists of samples
+  // to cut also contain samples that change while the head moves one voxel farther.
   const glm::ivec3 room_lo = lo_ - patch_lo, room_hi = patch_lo + n - 1 - hi_;
   const bool inside = std::min({room_lo.x, room_lo.y, room_lo.z, room_hi.x, room_hi.y, room_hi.z}) > 1;
   if (!inside || !front.holds(lo_ - 1, hi_ + 1)) {

@@ -37,8 +37,8 @@ class Sweep {
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, RemovedVolume* removed) const noexcept;
 
-  /// Removes tissue from a whole patch of n³ samples that starts at voxel `patch_lo`. `front` determines which samples
-  /// are examined.
+  /// Removes tissue from a whole patch (copy of the tissue) of n³ samples that starts at voxel `patch_lo`. `front`
+  /// determines which samples are examined.
   bool carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
              RemovedVolume* removed) const noexcept;
 
@@ -80,8 +80,8 @@ class Sweep {
                   RemovedVolume* removed) const noexcept;
   bool carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   RemovedVolume* removed) const noexcept;
-  /// Does the same as carve(), for a long path. `known` (may be null): blocks of samples that need not be examined yet
-  /// are skipped, because none of their samples can change.
+  /// Removes tissue as carve() does, but along a long path. `known` (may be null): blocks of samples that need not be
+  /// examined yet are skipped, because none of their samples can change.
   bool carve_way(const HeadTarget& target, RemovedVolume* removed, const DueBlocks* known) const noexcept;
   /// Removes tissue from the blocks of samples in one part of the active front (CutFront) of a head that is not a ball.
   /// `listed`: number of groups of samples found.
@@ -90,7 +90,7 @@ class Sweep {
   /// Removes tissue from those blocks of some parts of the active front that must be examined, without lists. `parts`:
   /// set of parts, one bit for each part.
   bool carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops, const HeadTarget& target) const noexcept;
-  /// Returns true if this patch contains all samples that were listed around the head in another patch.
+  /// Returns true if this patch (copied tissue) contains all samples that were listed around the head in another patch.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;
   Straight way_back() const noexcept {
     Straight way = back_;

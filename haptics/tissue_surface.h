@@ -11,7 +11,7 @@
 
 namespace typodont::haptics {
 
-/// One corner of a triangle. All corners of a triangle have the same two tissues.
+/// One corner of a triangle, with two tissues. All corners of the same triangle have the same two tissues.
 struct SurfaceCorner {
   glm::vec3 p{0};        // m, position relative to the origin of the volume's frame
   glm::vec3 n{0, 0, 1};  // unit normal, pointing out of the tissue

@@ -65,16 +65,16 @@ class TissueVolume {
   /// (hardness.h). z runs fastest. A null pointer means that this array is not copied.
   void copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
             std::uint8_t* hardness = nullptr) const;
-  /// Copies a box of samples as copy() does, but with labels in the encoding of a patch (label.h). For a filled voxel,
-  /// copies the hardness from before the filling.
+  /// Copies a box of samples as copy() does, but with labels in the encoding of a patch (the servo's copy of the
+  /// tissue, label.h). For a filled voxel, copies the hardness from before the filling.
   void copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* labels,
                       std::uint8_t* hardness = nullptr) const;
   /// Sets `a_lo` and `a_hi` to the bounding box of all fillings within lo .. hi; a_lo > a_hi if there are none.
   void filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;
 
-  /// Copies a box of every n-th sample, for a coarse patch; the first sample is at voxel n·lo. Distances are in coarse
-  /// voxels, which are n times as large. Near a cut, the field is exact only close to the surface, so deeper samples
-  /// get the distance −Sweep::kMargin. `hardness` may be null.
+  /// Copies a box of every n-th sample, for a coarse patch (copy of the tissue); the first sample is at voxel n·lo.
+  /// Distances are in coarse voxels, which are n times as large. Near a cut, the field is exact only close to the
+  /// surface, so deeper samples get the distance −Sweep::kMargin. `hardness` may be null.
   void copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
                   std::uint8_t* hardness = nullptr) const;
 
@@ -103,7 +103,7 @@ class TissueVolume {
   void copy_blocks(const Copied& box, std::span<const glm::ivec3> keys) const;
   /// Copies every n-th sample as copy_every() does, but only the samples of `part`, which is inside the box.
   void copy_part_of_every(int n, const Copied& box, const VoxelBox& part) const;
-  /// In a copy of every n-th sample: the box of those that may have changed by writes within the box `written`.
+  /// Returns the box of those samples of a copy of every n-th sample that writes within `written` may have changed.
   static VoxelBox every_around(int n, const VoxelBox& written);
 
   /// Result of a removal: the bounding box of its writes, and the blocks (see solid_block()) in which tissue may have
@@ -115,7 +115,7 @@ class TissueVolume {
   /// Removes the tissue inside the swept head: each distance becomes the larger of itself and the depth below the
   /// head's surface. Labels do not change, except where a filling was removed.
   Carved carve(const Sweep& sweep);
-  /// Removes the whole voxels that the stamp marks.
+  /// Removes the whole voxels whose centres lie in the head of the stamp.
   Carved carve(const VoxelStamp& stamp);
 
   /// Replaces the distances of a block. Labels do not change. Returns the bounding box of the writes.

@@ -137,8 +137,8 @@ struct NonCuttingPart {
 /// Returns the shank or the safe end; nullopt if the tool has none.
 std::optional<NonCuttingPart> shank_of(const Tool& tool);
 std::optional<NonCuttingPart> safe_end_of(const Tool& tool);
-/// Returns the distance from T's origin to the farthest point of the head and the safe end, m. A patch must contain
-/// this range.
+/// Returns the distance from T's origin to the farthest point of the head and the safe end, m. A patch (copy of the
+/// tissue around the tool) must contain this range.
 double near_reach(const Tool& tool);
 
 /// A sample point on the head's surface, with the surface area that it represents; deterministic.

@@ -9,7 +9,7 @@ struct FrictionLaw {
   double static_coefficient = 0.2;
   double dynamic_coefficient = 0.15;
   double stiffness = 1000;  // N/m, stiffness of the tangential spring
-  /// the adhesion point stays fixed below this fraction of the break-away displacement z_max
+  /// the adhesion point stays fixed while the displacement is below this fraction of z_max (break-away displacement)
   double stick_fraction = 0.5;
 };
 
@@ -41,8 +41,8 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
     z *= length > 0 ? kept / length : 0;
     state.w = x - z;
   } else if (length > law.stick_fraction * z_max) {
-    // Creep of the adhesion point. The factor α rises from 0 at the stick threshold to half of 1/z_max at break-away.
-    // It stays below 1/z_max, so z grows also in a slow motion until break-away; then the dynamic coefficient applies.
+    // Creep of the adhesion point; z: displacement from it. The factor α rises from 0 at the stick threshold to half of
+    // 1/z_max at break-away. So z grows even in a slow motion until break-away; then the dynamic coefficient applies.
     const double share = 0.5 * (length / z_max - law.stick_fraction) / (1 - law.stick_fraction);
     dvec3 step = x - previous;
     step -= glm::dot(step, n) * n;

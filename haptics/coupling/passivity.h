@@ -37,14 +37,14 @@ struct PassivityLaw {
   // Factor for a hand that does not reverse at once. As a margin, this factor times the mean velocity change is added
   // to the greatest recent change.
   double change_margin = 0.6;
-  /// ratio of the mean velocity change to the greatest change; below it (at the start or end of a single stroke), the
-  /// mean adds no margin
+  /// The mean velocity change adds a margin only if its ratio to the greatest change is at least this. The ratio is
+  /// smaller at the start or end of a single stroke.
   double start_fraction = 0.1;
   double mean_weight = 0.01;  // weight of one tick in the mean velocity change
-  // s, time in motion during which the greatest speed and the greatest change do not decay; time at rest does not count
+  // s, time in motion during which the greatest speed and velocity change do not decay; time at rest does not count
   double hold = 1;
   // s, time for which the greatest speed does not decay while the hand has no contact; shorter than `hold`, because the
-  // hand may approach fast and then land slowly
+  // hand may approach fast and then touch slowly
   double free_hold = 0.15;
   double fading = 0.5;  // s, time constant of the decay after the time `hold`
   double uneven = 1.5;  // factor on the longest recent tick, used if the clock is irregular
@@ -54,8 +54,8 @@ struct PassivityLaw {
   // ticks again
   double clock_memory = 10;
   double longest_gap = 5;  // ticks; a gap longer than this is a pause and does not count as the longest tick
-  // J, debt that the energy ledger may have in this law. A debt of 1 nJ would be allowed; the difference is a reserve
-  // for rounding errors and sudden reversals.
+  // J, debt that the energy ledger may have in this law. The guarantee of the controller is a debt of at most 1 nJ; the
+  // difference is a reserve for rounding errors and sudden reversals.
   double credit = 0.5e-9;
 };
 
@@ -77,9 +77,9 @@ struct PassivityState {
   double retreat = 0;
   double advance = 0;  // m per tick, greatest recent advance against the force
   dvec3 moved{0};      // m, displacement of the hand in the previous tick
-  double way = 0;      // m, length of `moved`
-  // decay_for: s, tick length for which the other three values were computed. per_second: 1/s, inverse of this length.
-  // decay: factor by which the recent retreats decay per tick. clock_decay: the same factor for the longest tick.
+  double way = 0;      // m, length of the displacement `moved` in the previous tick
+  // decay_for: s, tick length for which per_second, decay and clock_decay were computed. per_second: 1/s, its inverse.
+  // decay: factor by which the recent retreats decay per tick. clock_decay: factor by which the longest tick decays.
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
   RecentMaximum pace,
       change;  // m/s, greatest recent speed and greatest recent velocity change per tick, also without contact
@@ -93,7 +93,7 @@ struct PassivityState {
   dvec3 turned{0};
 };
 
-/// Returns the rotation vector (rad, W) that rotates `from` into `to`.
+/// Returns the rotation vector (rad, frame W) that rotates `from` into `to`.
 inline dvec3 rotation_vector(const dquat& from, const dquat& to) noexcept {
   const dquat q = to * glm::conjugate(from);
   const dvec3 v(q.x, q.y, q.z);

@@ -49,7 +49,7 @@ inline dvec3 vibration_force(const VibrationLaw& law, double band, double phase,
   const double once = band_weight(speed / (2 * kPi), band);
   const double tooth = band_weight(law.tooth_count * speed / (2 * kPi), band);
   if (once <= 0) return dvec3(0);
-  // The imbalance rotates with the spindle: m e ω² = m (e ω) ω.
+  // The force of the imbalance rotates with the spindle: m e ω² = m (e ω) ω; m: rotor mass, e: eccentricity.
   const dvec3 aside = std::abs(axis.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   const dvec3 u = glm::normalize(glm::cross(axis, aside)), v = glm::cross(axis, u);
   const double unbalance = law.rotor_mass * law.balance * std::abs(speed) * once;

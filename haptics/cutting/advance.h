@@ -1,5 +1,5 @@
-// Computes bounds of the speed at which a head approaches the samples near a point. With these bounds, the kernels
-// (vector functions) skip samples from which the head moves away. Private to haptics/cutting.
+// Computes bounds of the speed at which a head (the cutting end of a tool) approaches the samples near a point. The
+// kernels (vector functions) use them to skip samples from which the head moves away. Private to haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -10,9 +10,9 @@
 
 namespace typodont::haptics {
 
-/// Lower and upper bound of the speed at which the head approaches the samples within the distance `reach` of the point
-/// `center`. The bounds are the smallest and the largest n·w, where w is the motion in the head's frame T, and n are
-/// the normals of the meridian's neighbouring pieces from `first` to `last`. `rho`: distance of `center` from the axis.
+/// Lower and upper bound of the speed at which the head approaches the samples within `reach` of the point `center`:
+/// the smallest and the largest n·w, where w is the motion in the head's frame T and n any normal of the neighbouring
+/// pieces `first` to `last` of the head's outline. `rho`: distance of `center` from the head's axis.
 struct Advance {
   float slowest, fastest;
 };
@@ -28,10 +28,10 @@ inline Advance advance_beside(const MeridianPiece& first, const MeridianPiece& l
     if (!(round * cosine <= radial * sine)) most = radial * cosine + round * sine;
     if (!(round * cosine <= -radial * sine)) least = radial * cosine - round * sine;
   }
-  // Finds the largest n·w, where w is the motion and n is any normal of these pieces of the meridian. The normals
-  // rotate from the first piece's normal to the last piece's normal. At a tip, they rotate from the downward direction
-  // to the last piece's normal. If one of these normals has the direction of w, it gives the maximum, which is then
-  // |w|. Otherwise the first or the last normal gives it.
+  // Finds the largest n·w, where w is the motion and n is any normal of these pieces of the head's outline. The normals
+  // rotate from the first piece's normal to the last piece's normal. At a tip (the outline meets the axis), they begin
+  // with the downward direction instead. If w has the direction of one of these normals, the maximum is |w|. Otherwise
+  // it is the value for the first or for the last normal.
   const bool tip = first.ax == 0.0f && rho < reach + Sweep::kMargin;
   const float first_x = tip ? 0 : first.nax, first_z = tip ? -1 : first.naz;
   const auto greatest = [&](float away, float along) {

@@ -48,8 +48,8 @@ struct Work {
 };
 
 /// Raises the samples of some groups of eight samples along z. Each sample becomes max(old value, min(radius -
-/// distance, kInner)) if this is above -kMargin, where `distance` is the distance from the ball's centre. `narrow`:
-/// true if the rows of the block are shorter than a group.
+/// distance, kInner)) if this is above -kMargin, where `distance` is the distance from the ball's centre. kInner: 3
+/// voxels, kMargin: 3.5 voxels. `narrow`: true if the rows of the block are shorter than a group.
 template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
@@ -100,8 +100,8 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
       for (int i = 0; i < size_z; ++i) at[i] = now[i];
     }
     any_raised |= raised;
-    // Stores every group of samples, even if it has not changed. A branch that skips unchanged groups would often be
-    // mispredicted.
+    // Writes the result of every group of samples. The next group overwrites the result of an unchanged group. A branch
+    // that skips unchanged groups would often be mispredicted.
     moved_taken[moved] = eight::share_taken(old, now);
     moved_at[moved] = first;
     moved += any_of(moved_taken[moved] > 0);
@@ -165,8 +165,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
     if (!(reach2 > (px - mx) * (px - mx))) continue;
     const auto base_x = static_cast<std::int32_t>(static_cast<std::size_t>(x) * block.stride_x);
     for (int y0 = 0; y0 < block.size_y; y0 += 8) {
-      // For each of eight rows, computes which samples can change: the samples of an interval [low, high) without those
-      // in a hole. In the hole, the ball has already removed everything.
+      // For each of eight rows, computes which samples can change: those in an interval [low, high), except the samples
+      // in a hole that the ball has already emptied.
       const I8 y = y0 + counts;
       const F8 py = static_cast<float>(block.lo_y + y0) + steps - c.ay, qy = py - my;
       F8 half = reach2 - (px - mx) * (px - mx) - qy * qy;
@@ -240,8 +240,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
 }
 
 // Compiled for several instruction sets, one of which is chosen at run time. Each sample is computed independently, and
-// FMA is off for the whole program, so that every processor and every division of the work into rows gives the same
-// bits.
+// FMA is off for the whole program, so that the bits are the same on every processor and for every division of the work
+// into rows.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_capsule(const Block* block, const Capsule* capsule, RemovedVolume* removed) {
   return block->size_z < 8 ? carve_block<true, true>(*block, *capsule, removed)
@@ -253,14 +253,14 @@ bool carve_ball_ahead(const Block* block, const Capsule* capsule, RemovedVolume*
                            : carve_block<false, false>(*block, *capsule, removed);
 }
 
-/// The blocks of the active front around a ball, the path lengths at which they must be examined again, and the list of
-/// groups of samples that carve_due() fills.
+/// The active front around a ball: the blocks of samples that a cut may change, the path length of the head at which
+/// each block must be examined again, and the list of groups of samples that carve_due() fills.
 struct BallBlocks {
   BallFront f;
   const Tissue* tissue;  // pointer to the tissue label of the first voxel of the active front
   int stride_x, stride_y;
   glm::ivec3 lo, hi;            // box of the voxels that the sweep may change, enlarged by one voxel on each side
-  glm::ivec3 held_lo, held_hi;  // first and last voxel of the patch
+  glm::ivec3 held_lo, held_hi;  // first and last voxel of the patch (the copied tissue)
   float* due;  // pointer to the path length at which the front's first block of samples must be examined again
   int due_x, due_y;
   float way;    // path length that the head has covered at the end of this sweep
@@ -347,7 +347,8 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
   I8 any_raised = {};
   eight::Taken taken{removed};
   b.listed = 0;
-  // Prefetches the layer of samples in front of the head. These samples were last read many cuts ago.
+  // Prefetches the samples of one column of blocks, but only of blocks near the ball's surface. These samples were last
+  // read many cuts ago.
   const auto fetch_column = [&](int x0, int y0) {
     const float* const due = b.due + (x0 / kRows) * b.due_x + (y0 / kRows) * b.due_y;
     const float bx = static_cast<float>(f.origin.x + x0) + 1.5f - c.ax - c.abx;
@@ -425,8 +426,8 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             any_raised |= raised;
             const I8 lost = eight::share_taken(old, now);
             if (any_of(lost > 0)) taken.add(lost, b.tissue + first, at, 0, 8);
-            // If the head has already been at the position in which a sample is deepest inside it, this sample does not
-            // change any more.
+            // The slack is the distance that the head must still approach before its depth exceeds the sample's value.
+            // A sample that already has the largest value (kInner) never changes again.
             F8 slack = (raised ? now : least) - depth;
             slack = now >= Sweep::kInner ? F8{} + kNever : slack;
             least_slack = slack < least_slack ? slack : least_slack;

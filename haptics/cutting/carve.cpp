@@ -1,4 +1,5 @@
-// Cuts and fillings in a patch, and the transfer of changes from an old patch to a new one.
+// Cuts and fillings in a patch (a dense copy of the distance field around the tool), and the transfer of changes from
+// an old patch to a new one.
 #include "haptics/cutting/carve.h"
 
 #include <algorithm>
@@ -111,7 +112,7 @@ PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept
   patch.exact_outside = false;
   mark_written(patch, a + patch.lo - kRelabelled, b + patch.lo + kRelabelled);
   patch.filled_lo = glm::min(patch.filled_lo, a + patch.lo), patch.filled_hi = glm::max(patch.filled_hi, b + patch.lo);
-  // Filling only lowers distances, so it leaves all labels valid that existed before. Only its own new labels are
+  // Filling only reduces distances, so all labels that existed before remain valid. Only the new labels are
   // checked.
   const bool inside = std::min({a.x, a.y, a.z}) > 0 && std::max({b.x, b.y, b.z}) < patch.n - 1;
   if (!inside || !fresh.all()) {

@@ -42,23 +42,23 @@ namespace typodont::haptics {
 class CutFront;
 class VoxelStamp;
 
-/// Removes the swept head from the patch, and removes the label of a filling from voxels that become air. Returns the
-/// removed volume per tissue in voxels³ (for each voxel, the fraction inside the surface before the cut minus the
-/// fraction after it). Optional results: `changed` becomes true if any sample changed, even if only a distance in air;
-/// `hardened` is the removed volume weighted by each voxel's hardness, which determines the cost of the cut. `front` is
-/// the active front of this patch and tool.
+/// Removes the swept head from the patch (the servo's copy of the tissue), and removes the label of a filling from
+/// voxels that become air. Returns the removed volume per tissue in voxels³ (for each voxel, the fraction inside the
+/// surface before the cut minus the fraction after it). Optional results: `changed` becomes true if any sample changed,
+/// even if only a distance in air; `hardened` is the removed volume weighted by each voxel's hardness, which determines
+/// the cost of the cut. `front` is the active front of this patch and tool (the blocks that a cut may change).
 PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
-/// Removes whole voxels. The other parameters and the result are those of carve() for a Sweep.
+/// Removes the whole voxels of `stamp`. The other parameters and the result are those of carve() for a Sweep.
 PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
 
-/// Adds the filling to the patch. Returns the added volume per tissue in voxels³.
+/// Adds the filling to the patch (the servo's copy of the tissue). Returns the added volume per tissue in voxels³.
 PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept;
 
-/// Transfers the cuts in the inclusive box lo..hi (voxels) from `old`, a patch of the same size, to `patch`: each
-/// sample becomes the larger of its two distances. `filled`: true if the box was also filled; then all its samples are
-/// copied from `old`, labels included.
+/// Transfers the cuts in the inclusive box lo..hi (voxels) from `old`, an older copy of the tissue of the same size, to
+/// `patch`: each sample becomes the larger of its distances in both patches. `filled`: true if the box was also filled;
+/// then all its samples are copied from `old`, labels included.
 void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& lo, const glm::ivec3& hi,
            bool filled = false) noexcept;
 

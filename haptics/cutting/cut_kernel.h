@@ -77,7 +77,7 @@ struct Taken {
     label = group_label;
   }
   TYPODONT_KERNEL static std::int64_t sum_of_lanes(const Ints& v) {
-    std::int32_t apart[kLanes];  // a copy, so that the sums can stay in a register
+    std::int32_t apart[kLanes];  // copy of the lanes of v, so that the sums can stay in a register
     std::memcpy(apart, &v, sizeof apart);
     std::int64_t sum = 0;
     for (const std::int32_t part : apart) sum += part;

@@ -30,8 +30,8 @@ constexpr int kLanes = 8;
 constexpr float kLabelled = 1;
 constexpr float kSlip = 1e-3f;  // voxels, upper bound of the rounding error of a chord of the ball
 
-/// Eight samples of a row, one per lane. A sample outside the block gets a value for complete filling, so that the
-/// filling does not change it.
+/// Eight samples of a row, one per lane. A sample outside the block gets the value of a completely filled sample, so
+/// that the filling does not change it.
 struct Lanes {
   float* at;
   int from, to;  // range of the lanes that lie in the block
@@ -53,8 +53,8 @@ struct Lanes {
 };
 
 /// If the solid that limits the tool's filling is nearer than the ball, the solid determines the distance. The solid is
-/// evaluated for each sample in the mask `meant`, unless it is far from all eight samples. (Groups of eight are aligned
-/// like the volume's leaves, so that the result does not depend on the block.)
+/// evaluated for each sample in the mask `meant`, unless it is far from all eight samples. The groups of eight samples
+/// are aligned with the volume's blocks of 8³ samples, so that the result does not depend on the block that is filled.
 void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, F8& d) {
   constexpr double kHalf = (kLanes - 1) / 2.0;
   const double middle = filling.beyond_limit(dvec3(first) + dvec3(0, 0, kHalf));
@@ -68,8 +68,8 @@ void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, 
   }
 }
 
-// FMA is off for the whole program and each sample is computed independently, so that every processor and every block
-// of samples containing a sample gives the same bits.
+// FMA is off for the whole program and each sample is computed independently. So a sample gets the same bits on every
+// processor and in every block that contains it.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* added, FreshLabels* fresh) {
   const FillBall& ball = *ball_at;

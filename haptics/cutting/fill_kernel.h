@@ -15,9 +15,9 @@ class FreshLabels;
 /// A ball of filling. Positions are in voxels, relative to the base voxel of the head's pose.
 struct FillBall {
   HeadPose head;
-  // meridian pieces of the shape that no filling may enter: the head, and its path out of the tissue
+  // pieces of the outline of the shape that no filling may enter: the head, and its path out of the tissue
   MeridianPiece pieces[HeadField::kMaxPieces];
-  // a set that contains all pieces of the head's meridian: one bit for each piece of the head's meridian
+  // set of all pieces of this outline, one bit for each piece
   unsigned all_pieces;
   float x, y, z, radius;
   Tissue label;

@@ -30,7 +30,7 @@ struct HeadBlock {
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
   // the meridian piece that is nearest to all samples, if the nearest points lie between its ends; otherwise
-  // kManyPieces plus a set of pieces
+  // kManyPieces plus the set of pieces that can be nearest (one bit each)
   int kind;
   bool beside;  // true if some samples may have been deeper in the head during the motion than at its end
   // voxels, smallest distance by which the head approaches a sample of the block during the motion
@@ -49,7 +49,7 @@ struct HeadBlock {
 struct BlockSlack {
   // voxels, input: `live` marks the samples that may change before the head has moved this far
   float ahead = 0;
-  float slack = kNoEnd;  // voxels; while the head moves less, no processed sample of the block changes
+  float slack = kNoEnd;  // voxels; while the head moves less than this, no processed sample of the block changes
   // output, may be null: for each row, y fastest, one bit per sample, which is 1 if the sample may change
   std::uint64_t* live = nullptr;
   int shift = 0;         // position of the row's first bit in `live`
@@ -199,8 +199,8 @@ TYPODONT_KERNEL F8 root(const F8& v) {
   return eight::root(v);
 }
 
-/// Position of a point relative to a piece of the meridian: its distance beyond the ends of the piece, measured along
-/// the piece, and its depth below the piece. T is one float or eight floats.
+/// Position of a point relative to a piece of the meridian: its distances from both ends, measured along the piece and
+/// negative beyond an end, and its depth below the piece. T is one float or eight floats.
 template <class T>
 TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& z, T& from_a, T& from_b, T& depth) {
   if (piece.radius == 0) {
@@ -310,8 +310,8 @@ class HeadPass {
       return false;
     }
     slack = kNoEnd;
-    // At the other pose of the sweep, the block was deep inside the head. The head removed the tissue there, so the
-    // block is empty.
+    // If the block was deep inside the head at the other pose of the sweep, the head has already removed the block's
+    // tissue, so the block is empty.
     if (after_ && d < -(Sweep::kInner + kHalf + way)) return false;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
     block.distance = target.distance, block.tissue = target.tissue;
@@ -327,11 +327,11 @@ class HeadPass {
     return true;
   }
 
-  // kNone: the block need not be read. kLook: the block is only examined, because the head moves away from all its
-  // samples. kRaise: samples of the block are raised.
+  // kNone: the block need not be read. kLook: the block's samples are read but not raised, because the head moves away
+  // from all of them. kRaise: samples of the block are raised.
   enum class Work { kNone, kLook, kRaise };
-  /// Completes a block of samples for which near() returned true. Returns kNone and sets `slack` if no sample of the
-  /// block can change while the head moves by `ahead`.
+  /// Computes the other members of `block`, for a block of samples for which near() returned true. Returns kNone and
+  /// sets `slack` if no sample of the block can change while the head moves by `ahead`.
   Work what(int lane, HeadBlock& block, float& slack, bool clipped) const {
     const float d = seen_.distance[lane], way = after_ ? back_.longest : 0;
     // A quick test with the sample at the middle of the block. It shows whether the block is far from the surface,
@@ -451,8 +451,8 @@ class HeadBatch {
         BlockSlack found{.ahead = slip};
         changed |= carve_head_block(pass_.pose(), block_[lane], work_[lane] == HeadPass::Work::kRaise, tops,
                                     tops.removed, found);
-        // The slack (motion until a sample can change) of a block that lies only partly in the patch is 0, because
-        // nothing is known about its other part.
+        // The slack (motion until a sample can change) of a block that lies only partly in the patch (the copied
+        // tissue) is 0, because nothing is known about its other part.
         slack_[lane] = clipped_[lane] ? 0 : found.slack;
       }
       *due_[lane] = again ? way : way + (slack_[lane] - slip);
@@ -578,7 +578,8 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& t
               BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
               changed |=
                   carve_head_block(pass.pose(), block, work == HeadPass::Work::kRaise, tops, tops.removed, found);
-              // The slack (motion until a sample can change) of a block that lies partly outside the target is 0.
+              // The slack (motion until a sample can change) of a block that lies partly outside the target is 0,
+              // because nothing is known about its samples outside.
               slack = clipped ? 0 : found.slack;
               kinds[z - z0] = block.kind;
             }

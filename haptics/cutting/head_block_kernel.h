@@ -73,14 +73,14 @@ TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
         }
         depth = lesser(depth, inner);
         // The slack (motion until a sample can change) must be valid for every later motion, so it is computed from
-        // `depth`. The list is used only for the present kind of motion, so it is computed from `moving`. In a motion
-        // along the axis, `moving` treats the samples that do not change as samples outside the head.
+        // `depth`. The list of samples is used only for motions of the present kind, so it is computed from `moving`.
+        // In a motion along the axis, `moving` treats the samples that do not change as samples outside the head.
         const Floats moving = unless_still(depth, rho, z, tops.back.still_above, tops.back.still_beyond);
         const Mask raised = more(moving, least);
         room = pick(raised, zero, least - depth);
         room = pick(full | no_less(depth, inner), no_end, room);
         if (found.live) {
-          // loads labels into the cache; the list reads them soon
+          // loads labels into the cache; the list of groups reads them soon
           __builtin_prefetch(block.tissue + (row - block.distance));
           const Mask changes = more_where(more(all(near), room), moving, all(-kNoEnd));
           found.live[ix * kRows + iy] |= static_cast<std::uint64_t>(bits(changes)) << found.shift;

@@ -15,7 +15,7 @@
 #include <immintrin.h>
 #endif
 
-// All functions are inlined, so no vector is passed in registers that a baseline processor lacks.
+// GCC warns about vector arguments that baseline processors pass differently. Here, all functions are inlined.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace typodont::haptics {

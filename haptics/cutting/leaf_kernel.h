@@ -62,7 +62,7 @@ TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
   if (any(raised)) return {true, any(emptied), 0};
   Floats least_slack = never;
   for_each([&](const float* at, const Floats& depth, const Mask&) __attribute__((always_inline)) {
-    // When the head has been at the position in which a sample is deepest inside it, the sample cannot change any more.
+    // slack: distance that the head must still approach before the sample changes; a sample at kInner never changes
     const Floats now = load(at);
     least_slack = lesser(least_slack, pick(no_less(now, inner), never, greater(now, all(-Sweep::kMargin)) - depth));
   });

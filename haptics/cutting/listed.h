@@ -24,11 +24,11 @@ struct Capsule {
   bool continues;
 };
 
-/// A cut by a ball, and the active front of its patch (CutFront), as plain data. Positions are relative to the first
-/// voxel of the front's first block of samples.
+/// A cut by a ball, and the active front of its patch (samples that cuts can change, CutFront), as plain data.
+/// Positions are relative to the first voxel of the front's first block of samples.
 struct BallFront {
   Capsule c;
-  // position of the first block's first voxel, relative to the base voxel from which `c` is measured
+  // position of the first block's first voxel, relative to the base voxel of the capsule `c`
   glm::ivec3 origin;
   float* distance;  // pointer to the distance of the sample at the origin
   struct {          // tables of terms that depend only on the z coordinate of a sample; this coordinate is the index
@@ -48,13 +48,13 @@ struct BallFront {
   } wide, narrow;
 };
 
-/// A cut by a head that is not a ball, and the active front of its patch (CutFront), as plain data.
+/// A cut by a head that is not a ball, and the active front of its patch (samples that cuts can change), as plain data.
 struct HeadFront {
   HeadPose pose;
   const MeridianPiece* pieces;
   glm::ivec3 origin;  // origin of the positions of the groups of samples, relative to the base voxel of the pose
   float* distance;
-  // for each z coordinate of a sample: the terms of the sample's coordinates x, y, z in frame T that depend on it
+  // for each z coordinate of a sample: the z-dependent terms of the sample's coordinates x, y, z in the head's frame T
   float* along[3];
   CutFront::Listed groups;
   const CutFront::Run* runs;

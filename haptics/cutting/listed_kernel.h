@@ -170,7 +170,7 @@ struct BelowEnds {
   }
 };
 /// Computes the depth below the end of a drill that moves along its axis, including the rim. For samples that can
-/// change, the bits are the same as those of BelowAny.
+/// change, the bits are the same as with the general method, BelowAny.
 struct BelowRim {
   MeridianPiece end, flank;
   float above, beyond;
@@ -239,7 +239,7 @@ struct HeadSides {
     const Floats way_z = all(T[2]) * x + all(T[5]) * y + (all(T[8]) * z + all(back.shift[2]));
     store(rows.way_x + g, way_x - all(half * bend[0])), store(rows.way_y + g, way_y - all(half * bend[1]));
     store(rows.way_z + g, way_z - all(half * bend[2]));
-    // The direction perpendicular to the axis differs from sample to sample, so the bounds must hold for its whole
+    // The direction away from the head's axis differs from sample to sample, so the bounds must hold for its whole
     // range.
     const Floats inverse = all(1.0f) / greater(rho, all(1e-3f)), seen = all(off) * inverse;
     const Floats err = all(across) * pick(more(all(0.75f), seen), all(1.14f) * seen, all(2.0f));

@@ -17,7 +17,7 @@ class PlacedHead {
  public:
   PlacedHead(const Tool& tool, Tissue label, const Pose& X_WT, const VoxelFrame& frame);
 
-  /// Range of voxels (both ends included) within Sweep::kMargin voxels of the head.
+  /// First and last voxel of the box that contains all voxels within Sweep::kMargin (3.5) voxels of the head.
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 

@@ -13,7 +13,7 @@
 
 namespace typodont::haptics {
 
-/// Samples of a patch with hardness per voxel; the index of a sample is the same in all three arrays.
+/// Samples of a patch (copied tissue) with hardness per voxel; a sample has the same index in all three arrays.
 struct GradedSamples {
   const float* distance = nullptr;
   const Tissue* tissue = nullptr;          // labels of the samples; null: no sample is filled

@@ -1,6 +1,6 @@
 // Slack of the samples in a column of blocks: the distance that the head must move before a sample can change. A list
-// of these samples is valid for a short path of the head, which is divided into stages. This file also computes the
-// first stage in which a group of samples can change. Private to haptics/cutting.
+// of samples is valid while the head moves along a short path, which is divided into stages. This file also computes
+// the first stage in which a group of samples can change. Private to haptics/cutting.
 #pragma once
 
 #include <algorithm>

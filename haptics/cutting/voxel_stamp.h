@@ -18,7 +18,7 @@ class VoxelStamp {
  public:
   VoxelStamp(const Tool& tool, const Pose& X_WT, const VoxelFrame& frame);
 
-  /// Range of voxels (both ends included) around the head.
+  /// First and last voxel of the box of voxels around the head.
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 

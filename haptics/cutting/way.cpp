@@ -43,7 +43,7 @@ constexpr float kBesideSlip = 0.5f;
 /// point of the axis at the z coordinate `height`. Returns false if no block of samples remains.
 bool column_beside_axis(const glm::vec2& off, const glm::vec3& axis, float far, float height, int& lowest,
                         int& highest) {
-  // the condition |d|² - (d·a)² <= far² with d = (off, z) is quadratic in z
+  // the condition |d|² - (d·a)² <= far² with d = (off, z) is quadratic in z; a: unit vector of the head's axis
   const float along = off.x * axis.x + off.y * axis.y;
   const float a = 1 - axis.z * axis.z, b = -along * axis.z, c = glm::dot(off, off) - along * along - far * far;
   if (a < 1e-3f) return true;
@@ -189,7 +189,8 @@ TYPODONT_KERNEL Deepest deepest_below(const Straight& head, int line_index, cons
            B = from.x * way.x + from.y * way.y;
   F8 s = -B / A;
   if (line.naz != 0.0f) {
-    // the depth is -nax rho - naz z, and rho² = A t² + C, where t is the distance from the minimum of rho
+    // The depth is -nax rho - naz z plus a constant, where (nax, naz) is the line's normal. rho² = A t² + C, where t is
+    // the fraction of the path measured from the smallest rho.
     const F8 rises = -line.naz * way.z, steepest = line.nax * line.nax * A - rises * rises;
     const F8 C = eight::greater(from.x * from.x + from.y * from.y - B * B / A, none);
     const F8 t = rises * eight::root(C / eight::greater(A * steepest, least));
@@ -198,16 +199,17 @@ TYPODONT_KERNEL Deepest deepest_below(const Straight& head, int line_index, cons
   s = eight::greater(eight::lesser(s, one), none);
   const bool round = has_round_end(head.pieces, line_index);
   if (round) {
-    // The distance from a half-line is convex. So if the minimum for the centre of the end lies below this centre, it
-    // is valid; otherwise the minimum for the axis is valid.
+    // The distance from a half-line is convex along the path. So if the path comes closest to the centre of the round
+    // end at a point below this centre, this point is the result. Otherwise it is the point at which the path comes
+    // closest to the axis.
     const F8 above = from.z - line.az;
     F8 at_end = -(B + above * way.z) / eight::greater(across2 + way.z * way.z, least);
     at_end = eight::greater(eight::lesser(at_end, one), none);
     s = above + at_end * way.z <= 0.0f ? at_end : s;
   }
   Deepest found{s, {from.x + s * way.x, from.y + s * way.y, from.z + s * way.z}, none, none, none};
-  // The maximum was located on the straight line, so its location has an error. At a maximum, such an error has no
-  // first-order effect on the depth.
+  // The maximum was located on the straight line instead of the curved path, so its location has an error. At a
+  // maximum, such an error has no first-order effect on the depth.
   if (head.bent > 0) {
     const Points bend = bends_from(head, from);
     const F8 off = s * (s - 1.0f);
@@ -318,8 +320,9 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
   found->at = p, found->rho = rho;
 }
 
-/// Computes AtStart::recedes for eight centres at once. The method is that of advance_beside(), but only the smallest
-/// n·w is computed. `rounding`: voxels, rounding error of the component of a path along a normal.
+/// Computes AtStart::recedes for eight centres at once. Like advance_beside(), it bounds n·w, where n is the head's
+/// normal and w the motion, but computes only the smallest value. `rounding`: voxels, rounding error of a path's
+/// component along a normal.
 TYPODONT_KERNEL I8 receding(const Straight& way, const AtStart& at, float rounding) {
   const F8 x = at.at.x, y = at.at.y, none = {};
   const auto [wx, wy, wz] = paths_from(way, at.at);
@@ -350,7 +353,7 @@ TYPODONT_KERNEL I8 receding(const Straight& way, const AtStart& at, float roundi
   const F8 away = beside ? round * sine - radial * cosine : across, along = -wz;
   const I8 between = (first_x * along >= first_z * away) & (away * last_z >= along * last_x);
   const F8 ends = eight::greater(first_x * away + first_z * along, last_x * away + last_z * along);
-  // the largest n·w on the path back; its negative value is the smallest n·w of the motion
+  // the largest n·w on the path back (n: normal of the head, w: motion); its negative is the smallest n·w of the motion
   const F8 approach = between ? eight::root(away * away + along * along) : ends;
   return -approach >= way.turned * kHalf + rounding;
 }
@@ -385,8 +388,8 @@ TYPODONT_KERNEL void find_lines(const Straight& way, AtStart& at) {
   for (int lane = 0; lane < 8; ++lane) at.line[lane] = found[lane];
 }
 
-/// Computes the distance of each centre from each piece of the meridian. Most centres are outside the head. The
-/// function is called only if at least one of them is inside.
+/// Computes the distance of each centre from each piece of the meridian. The function is called only if at least one of
+/// the eight centres is inside the head, because for most blocks none is inside.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at_pieces(const Straight* way_at, AtStart* found, float rounding) {
   const Straight& way = *way_at;
@@ -462,8 +465,9 @@ void fetch(const WayBlock& block) {
   }
 }
 
-/// Sets each sample to max(sample, min(depth, kInner)); depths below -kMargin are ignored. Returns true if any sample
-/// changed. `slack`: distance in voxels that the head may still move before any sample of these rows can change.
+/// Sets each sample to max(sample, min(depth, kInner)); depths below -kMargin are ignored. kInner is 3 voxels, kMargin
+/// 3.5 voxels. Returns true if any sample changed. `slack`: distance in voxels that the head may still move before any
+/// sample of these rows can change.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVolume* removed, float* slack) {
   const Straight& way = *way_at;
@@ -597,8 +601,8 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   way.turned = static_cast<float>(std::sqrt(turned / 2));
   way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
-  // Upper bound of the error of a tangent. Its parts are the rounding error, twice the distance to a corner (near a
-  // corner), and the rounding error of the path's direction.
+  // Upper bound of the error of a tangent. Its parts are the rounding error, twice kNear (near a corner of the head's
+  // outline), and the rounding error of the path's direction.
   way.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * way.longest;
   return way;
 }
@@ -810,8 +814,8 @@ bool Sweep::carve_way(const HeadTarget& target, RemovedVolume* removed, const Du
   const double radius = static_cast<double>(radius_);
   const float rounding = 4e-6f * (static_cast<float>(reach_) + 8);
   const auto axis_of = [](const Pose& X) { return X.R * dvec3(0, 0, 1); };
-  // voxels, a cut can change samples up to this distance from the head, which includes one voxel for the error of a
-  // straight path
+  // voxels, distance from the head up to which a cut can change samples, plus one voxel for the error of a straight
+  // path
   const double beside = static_cast<double>(kMargin) + 1;
   const auto extent = [&](const Pose& X) {
     const dvec3 axis = axis_of(X), across = glm::sqrt(glm::max(dvec3(1) - axis * axis, dvec3(0)));

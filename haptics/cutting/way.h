@@ -56,13 +56,13 @@ inline constexpr float kTop = 5e-4f;  // voxels, tolerance of the computed large
 // voxels, for a motion of at most this length, only the head's final pose is cut, which saves a seventh of the
 // time
 inline constexpr float kSlow = 0.05f;
-// voxels; at a smaller distance from a corner of the meridian, rounding errors dominate the direction from the
+// voxels; nearer to a corner of the head's outline than this, rounding errors dominate the direction from the
 // corner
 inline constexpr float kNear = 0.01f;
 
 /// Returns a distance r from the axis. For a sample that is farther than r from the axis, the maximum of the depth
 /// along the path need not be searched. Reason: if one piece of the meridian is nearest on the whole path, the sample
-/// is deeper on the path than at both ends of it by at most about way² / (4 r).
+/// is deeper on the path than at both ends of it by at most about L² / (4 r); L is the length of the path.
 inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   const float least = way.longest * way.longest / (3.6f * kTop);
   // The margin of 4 voxels includes the depth of a cut, which is at most 3 voxels.

@@ -1,8 +1,8 @@
 // This file is included in namespaces of lane_ops.h, after depth_kernel.h. It computes how the depth of samples changes
 // along their path.
 
-/// Returns the given depths. Exception: if a motion along the axis does not change a sample (see
-/// Straight::still_above), its depth becomes that of a point far outside the head.
+/// Returns the given depths. Exception: a sample that a motion along the axis does not change (see
+/// Straight::still_above) gets the depth of a point far outside the head.
 TYPODONT_KERNEL Floats unless_still(Floats depth, Floats rho, Floats z, float above, float beyond) {
   return pick(more_where(more(z, all(above)), rho + z, all(beyond)), all(-kNoEnd), depth);
 }
@@ -117,15 +117,15 @@ TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigne
   return found;
 }
 
-/// Returns an upper bound of the speed at which the head approaches samples: the largest n·w over the normals n of some
-/// neighbouring pieces of the meridian. The samples' nearest points must lie on these pieces. `away`, `along`:
-/// components of w perpendicular to the axis and along it. `tip`: true if the nearest point may be a tip.
+/// Returns an upper bound of the speed at which the head approaches samples: the largest n·w, where w is the motion and
+/// n any normal of some neighbouring pieces of the meridian. The samples' nearest points must lie on them. `away`,
+/// `along`: components of w perpendicular to the axis and along it. `tip`: true if the nearest point may be a tip.
 TYPODONT_KERNEL Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
-  // Finds the largest n·w, where w is the motion and n is any normal of these pieces of the meridian. The normals
-  // rotate from the first piece's normal to the last piece's normal. At a tip, they rotate from the downward direction
-  // to the last piece's normal. If one of these normals has the direction of w, it gives the maximum, which is then
-  // |w|. Otherwise the first or the last normal gives it.
+  // Finds the largest n·w, where w is the motion and n is any normal of these pieces of the head's outline. The normals
+  // rotate from the first piece's normal to the last piece's normal. At a tip (the outline meets the axis), they begin
+  // with the downward direction instead. If w has the direction of one of these normals, the maximum is |w|. Otherwise
+  // it is the value for the first or for the last normal.
   const Floats none = all(0.0f), first_x = pick(tip, none, all(first.nax)),
                first_z = pick(tip, all(-1.0f), all(first.naz));
   const Mask between = no_less(first_x * along, first_z * away) & no_less(away * all(last.nbz), along * all(last.nbx));

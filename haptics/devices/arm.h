@@ -27,15 +27,15 @@ struct Arm {
   dvec3 origin{0};                 // m, origin of the workspace in the frame of the base
   dvec3 torque_constant{0};        // N·m/A, for each motor: torque per ampere
   std::array<double, 6> counts{};  // encoder counts per turn for A…F; 0 for D…F: the stylus has no encoders
-  std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // +1, or -1: the joint turns against its count
+  std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // +1, or -1 if the joint turns against its count
   std::array<std::int64_t, 6> home{};            // counts of the six encoders in the home position
   double current_limit = 3;                  // A, largest current of a motor; the firmware of the boards has no limit
   double force_limit = 5, stiffness = 1000;  // N, largest force; N/m, largest stiffness
   double continuous_force = 0;               // N, force that the motors can give permanently without overheating
   double vibration_band = 0;                 // Hz, largest vibration frequency that the arm can render
   double silence = 0;  // s, time without a write after which the watchdog sends zero force; 0: the default, 1.8 ms
-  // rad/s, largest angular speed of a joint: of a body A, B, C, and of an axis of the stylus; a faster change of an
-  // encoder's count is treated as an encoder error
+  // rad/s, largest angular speed of a joint: of a body A, B, C, and of an axis of the stylus; if an encoder's count
+  // changes faster than this, this is treated as an encoder error
   double joint_speed = 30;
   // Values for the gravity compensation of the bodies B and C: masses, and distances of their centres of mass from
   // their joints.

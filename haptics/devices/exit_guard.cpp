@@ -30,7 +30,7 @@ std::atomic<bool> forbidden{false};
 void keep_a_stack_for_handlers() {
   static std::array<std::byte, 64 * 1024> memory;
   stack_t now{};
-  // nothing to do if a sanitizer or a debugger has already set such a stack
+  // nothing to do if a sanitizer or a debugger has already set a separate stack for signal handlers
   if (::sigaltstack(nullptr, &now) != 0 || !(now.ss_flags & SS_DISABLE)) return;
   const stack_t stack{memory.data(), 0, memory.size()};
   ::sigaltstack(&stack, nullptr);

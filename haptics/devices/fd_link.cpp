@@ -90,7 +90,7 @@ Descriptor claim(const std::string& name, const std::string& where) {
   Descriptor fd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  const std::string whole = "typodont/" + name;  // a Linux abstract name: it begins with a zero byte and leaves no file
+  const std::string whole = "typodont/" + name;  // abstract socket name (begins with a zero byte), so no file is left
   whole.copy(address.sun_path + 1, sizeof address.sun_path - 1);
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + whole.size());
   if (fd.get() < 0 || ::bind(fd.get(), reinterpret_cast<const sockaddr*>(&address), size) != 0) {

@@ -15,7 +15,7 @@ namespace typodont::haptics {
 struct HaplyState {
   std::array<char, 40> id{};      // identifier of the Inverse3, zero-terminated
   dvec3 position{0};              // m, position of the handle in the device's frame
-  dquat orientation{1, 0, 0, 0};  // orientation of the Verse Grip, if one is connected
+  dquat orientation{1, 0, 0, 0};  // orientation of the handle (Verse Grip), if one is connected
   bool button = false;
 };
 /// Parses one message of the service. Returns no value if the message is invalid or is of another kind. Never

@@ -76,8 +76,8 @@ std::optional<PedalKind> pedal_kind(std::uint16_t vendor, std::uint16_t product,
 std::optional<double> pedal_value(const PedalKind& kind, std::span<const std::uint8_t> report) {
   switch (kind.type) {
     case PedalKind::Type::kKeyboard:
-      // In the report of a keyboard (boot protocol of HID), the keys follow a byte of modifiers and a reserved byte.
-      // Any pressed key counts as the pedal.
+      // In the report of a keyboard (boot protocol of HID), the keys come after a byte of modifiers and a reserved
+      // byte. Any pressed key counts as the pedal.
       if (report.size() < 3) return std::nullopt;
       return report[0] || std::any_of(report.begin() + 2, report.end(), [](std::uint8_t k) { return k != 0; }) ? 1 : 0;
     case PedalKind::Type::kInfinity:

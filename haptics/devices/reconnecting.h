@@ -18,7 +18,7 @@ class ReconnectingDevice : public HapticDevice {
     std::function<Nanos()> clock;            // returns the present time; if empty, now() is used
     std::function<void(Nanos)> sleep_until;  // waits until a time; if empty, sleep_until() is used
     std::chrono::milliseconds retry{500};
-    // Time in ns for which a device must rest if its encoders count from the rest position.
+    // Time in ns for which a device must rest when it is opened, if its encoders count from the rest position.
     Nanos rest = 2 * kNanosPerSecond;
   };
   /// `open` opens the device again. It throws while the device is missing.

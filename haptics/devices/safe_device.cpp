@@ -51,7 +51,7 @@ SafeDevice::SafeDevice(std::unique_ptr<HapticDevice> device, Options options)
         enter_realtime({.priority = 85, .core = -1, .lock_memory = false});
         while (!ending_.load()) {
           const Nanos t = options_.clock(), wake = watch(t);
-          // If the clock jumps, the computed time may be too long. So the sleep is never longer than planned.
+          // A jump of the clock can make the computed time too long. So the sleep is never longer than planned.
           const Nanos rest = std::clamp<Nanos>(wake - options_.clock(), 0, wake - t);
           std::this_thread::sleep_for(std::chrono::nanoseconds(rest));
         }
@@ -192,7 +192,7 @@ void SafeDevice::send(const dvec3& f, const dvec3& tau) noexcept {
   last_write_.store(options_.clock());
   force_out_.store(true);
   device_->write(f, tau);
-  // the watchdog sent zero force while this thread was sending a force
+  // the watchdog may have sent zero force before this force, so zero force is sent again
   if (tripped_.load() || forces_forbidden()) device_->release();
 }
 
@@ -217,8 +217,8 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   if (!armed_) {
     const bool free =
         !touching_ && glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
-    // s, time for which the motion of the hand is known; if the gap between two samples is longer, the motion in the
-    // rest of the gap is unknown
+    // s, time for which the motion of the hand is known; if the gap between two samples is longer than this, the motion
+    // in the remaining part of the gap is unknown
     const double seen = std::min(dt_, 2 / info_.rate);
     free_for_ = free && faults_ == 0 ? free_for_ + seen : 0;
     armed_ = free_for_ >= limits.free_time && !stop;

@@ -16,8 +16,8 @@ namespace typodont::haptics {
 class VendorDevices {
  public:
   /// Returns the list. `plain` contains what is known about each device without opening it. `ask` opens device i,
-  /// describes it and closes it again. If its result states a failure, the device's element in the list states that
-  /// access is not permitted, and the next call of list() asks again. If `ask` throws, list() throws the same
+  /// describes it and closes it again. If the result of `ask` states a failure, the device's element in the list states
+  /// that access is not permitted, and the next call of list() asks again. If `ask` throws, list() throws the same
   /// exception.
   std::vector<FoundDevice> list(std::vector<FoundDevice> plain, const std::function<FoundDevice(std::size_t)>& ask);
 

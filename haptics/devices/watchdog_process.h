@@ -1,8 +1,8 @@
-// A second process that sends zero force if the program is killed or stopped. device_safety.h handles every end that a
-// program can handle itself. But a program cannot handle SIGKILL, SIGSTOP or the kernel's out-of-memory killer. Then
-// the last force would stay until the device's own watchdog ends it (0.5 s on the open-hardware arms; unknown behind a
-// service). The watchdog process is a child process that keeps the device open. It waits until its parent ends or stops
-// writing, and then writes the command for zero force.
+// A second process that sends zero force if the program is killed or stopped. device_safety.h sends zero force if the
+// program ends in a way that it can handle itself. But it cannot handle SIGKILL, SIGSTOP or the kernel's out-of-memory
+// killer. In these cases, the last force would stay until the device's own watchdog ends it (0.5 s on the open-hardware
+// arms; unknown behind a service). The watchdog process is a child process that keeps the device open. It waits until
+// its parent ends or stops writing, and then writes the command for zero force.
 #pragma once
 
 #include <sys/types.h>

@@ -10,8 +10,8 @@
 
 namespace typodont::haptics {
 
-/// Properties of a board that the first contact with it has shown. The protocol of a HID board is recognised by the
-/// length of its reports, and that of a serial board by its lines.
+/// Properties of a board, found by the first exchange of messages with it. The protocol of a HID board is recognised by
+/// the length of its reports, and that of a serial board by its lines.
 struct ArmHello {
   ArmProtocol protocol = ArmProtocol::kHidV1;
   int model = 0;  // number of the arm's model that the board reports; 0 if it reports none

@@ -130,8 +130,8 @@ Sparse<float> ball_extreme(const Sparse<float>& g, double radius, const SparseMa
   return out;
 }
 
-// Finds the samples of a mask that are connected to given samples (flood fill). If a block is not stored, the fill
-// passes through it in one step. It also does so if all samples of the block are in the mask and samples are connected
+// Finds the samples of a mask that are connected to given samples (flood fill). A block that is not stored is visited
+// in one step. A stored block is also visited in one step if all its samples are in the mask and samples are connected
 // only over faces. An entry of the stack is the index of a sample, or −1 minus the index of a block.
 template <class Label>
 class Spread {
@@ -344,8 +344,8 @@ Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur) {
 
 double noise_left(double sigma, double blur) {
   const double c = sharpening(sigma, blur);
-  // To compute the norm of the kernel, integrals of products of two Gaussians are needed. Such an integral is the value
-  // (2π·variance)^(−3/2) at the centre of a Gaussian whose variance is the sum of the two variances.
+  // The norm of the kernel is computed from integrals of products of two Gaussians with the same centre. Such an
+  // integral is (2π·v)^(−3/2), where v is the sum of the two variances; at_centre() computes it for v = times · sigma².
   const auto at_centre = [&](double times) { return std::pow(2 * M_PI * times * sigma * sigma, -1.5); };
   return std::sqrt((1 + c) * (1 + c) * at_centre(2) - 2 * (1 + c) * c * at_centre(3) + c * c * at_centre(4));
 }
@@ -472,8 +472,9 @@ std::vector<Body> find_bodies(const Mask& mask) {
 }
 
 std::size_t main_body(const std::vector<Body>& bodies, double least_bright) {
-  // kSplinter: a body with fewer voxels than this fraction of the largest body's voxels is a splinter; kBright: a body
-  // has teeth if it has at least this fraction of the bright voxels of the brightest body
+  // kSplinter: a body with fewer voxels than this fraction of the largest body's voxels is a splinter. kBright: a body
+  // has teeth if its number of bright voxels is at least this fraction of the largest number of bright voxels of any
+  // body.
   constexpr double kSplinter = 0.02, kBright = 0.1;
   std::size_t most = 0, most_bright = 0;
   for (const Body& body : bodies) most = std::max(most, body.voxels);

@@ -1,5 +1,5 @@
-// Arrays that store samples only near a body. So the memory is proportional to the size of the body, and not to the
-// size of the box around it.
+// Arrays that store samples only near a body (a connected piece of tissue). So the memory is proportional to the size
+// of the body, and not to the size of the box around it.
 #pragma once
 
 #include <tbb/parallel_for.h>
@@ -52,11 +52,11 @@ struct BlockSet {
   }
 };
 
-/// Returns the marked blocks and all blocks that touch a marked block.
+/// Returns the blocks whose byte in `blocks` is not zero, and all blocks that touch such a block.
 std::vector<std::uint8_t> with_neighbours(const std::vector<std::uint8_t>& blocks, const glm::ivec3& count);
 
-/// An allocator that does not initialise elements. The first thread that writes to a page of memory is then the thread
-/// that uses it, which makes access faster.
+/// An allocator that does not initialise elements. So the thread that first writes to a page of memory is the thread
+/// that later uses it; the system then places the page near that thread's processor core, which makes access faster.
 template <class T>
 struct NoInitialValue : std::allocator<T> {
   template <class U>
@@ -172,9 +172,9 @@ inline constexpr std::uint8_t kBrightVoxel = 2;
 /// Returns the connected components of a dense mask. Samples are connected over faces.
 std::vector<Body> find_bodies(const Mask& mask);
 /// Returns the index of the body that is imported. It is the largest body, or the largest among those with teeth: a
-/// body has teeth if its number of bright voxels is at least a tenth of the largest such number, and this largest
-/// number is at least `least_bright`. Bodies that are much smaller than the largest one (splinters) are ignored.
-/// Returns 0 for no body.
+/// body has teeth if its number of bright voxels is at least a tenth of the largest such number of any body. If this
+/// largest number is less than `least_bright`, no body has teeth. Bodies that are much smaller than the largest body
+/// (splinters) are ignored. Returns 0 if there is no body.
 std::size_t main_body(const std::vector<Body>& bodies, double least_bright);
 
 /// Returns the fraction of the box's samples that lie in blocks with samples of the mask or next to such blocks.
@@ -195,7 +195,7 @@ SparseComponents components(const SparseMask& mask, bool corners = false);
 
 struct Reached {
   SparseMask samples;
-  // for each block that is not stored (indexed as BlockSet::slot): 1 if it is connected to the walls
+  // for each block that is not stored (indexed as BlockSet::slot): 1 if it is connected to the walls of the box
   std::vector<std::uint8_t> blocks;
 };
 /// Returns the part of the mask `open` that is connected to the walls of the box.

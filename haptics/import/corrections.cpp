@@ -127,7 +127,8 @@ BoxContent paint(Imported& imported, const LabelStroke& stroke) {
       if (t.tissue[at] != Tissue::kAir && capsule(p) <= 0) set_label(imported, stroke.kind, at);
     });
   } else {
-    // The tissue near the walls of the box would have no surface. So no tissue is added within kWall of the walls.
+    // Tissue that touches the walls of the box would have no surface there. So no tissue is added within kWall of the
+    // walls.
     constexpr double kWall = 3;  // voxels, width of the margin without added tissue
     for_each_in(box, [&](const glm::ivec3& p) {
       const std::size_t at = t.at(p.x, p.y, p.z);
@@ -176,7 +177,8 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
     for (const glm::ivec3& f : kFaces) {
       const glm::ivec3 q = p + f;
       if (!in_room(q) || part[q - room.lo] || !(t.distance[at(q)] < 0)) continue;
-      // A mesh has no grey values, so a part of a mesh is the connected region with the same label.
+      // A mesh has no grey values. In a mesh, the seed therefore corrects the connected region that has the seed's
+      // label.
       const bool similar =
           imported.grey.empty() ? t.tissue[at(q)] == t.tissue[at(start)] : std::abs(grey(q) - middle) <= limit;
       if (!similar) continue;
@@ -184,9 +186,9 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
       open.push_back(q);
     }
   }
-  // The grey values at the part's border are blurred. Therefore a sample next to the part is added to it if it has the
-  // same label as a sample of the part. Samples just outside the surface are added, too, because they have the labels
-  // of the tissue below.
+  // The grey values at the border of the corrected part are blurred. Therefore a sample next to this part is added to
+  // it if it has the same label as a sample of the part. Samples just outside the tissue's surface are added, too,
+  // because they have the labels of the tissue below.
   const Mask core = part;
   for_each_in(room, [&](const glm::ivec3& p) {
     if (core[p - room.lo] || !in_room(p) || !replaced[static_cast<std::size_t>(t.tissue[at(p)])]) return;
@@ -203,8 +205,8 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
     });
     return before;
   }
-  // Computes the signed distance to the part. The border lies half a voxel outside the samples of the part. It is
-  // smoothed, because the samples form steps.
+  // Computes the signed distance to the part that is removed. Its border lies half a voxel outside its samples. The
+  // distance is smoothed, because the samples form steps.
   const VoxelBox box = box_around(t, seed.point, seed.point, seed.reach + t.band);
   BoxContent before = copy_of(t, box);
   Mask inside(box.hi - box.lo + 1, 0), outside(inside.size, 1);

@@ -35,8 +35,8 @@ struct LabelStroke {
 /// from the point.
 struct LabelSeed {
   LabelKind kind = LabelKind::kBone;
-  dvec3 point{0};       // m, start of the part
-  double reach = 5e-3;  // m, largest distance from the point
+  dvec3 point{0};       // m, position from which the corrected part grows
+  double reach = 5e-3;  // m, largest distance of the corrected part from `point`
   double tolerance = 0.3;
 };
 

@@ -27,9 +27,9 @@ glm::ivec3 size_of(const Sparse<std::int32_t>& g) {
   return g.set->size;
 }
 
-// Passes features (points or triangles) from sample to sample. It starts from the samples in x_lo .. x_hi − 1 that have
-// a feature and are marked in `unpropagated`, in the order of their distances. The queue consists of buckets. Each
-// bucket contains the samples whose distances lie in one interval, whose width is a quarter of `step`. This order is
+// Passes the nearest feature (point or triangle) of each sample to its neighbours, within the planes x_lo to x_hi − 1.
+// Starts from the samples in `seeds`. The samples are processed in the order of their distances. The queue consists of
+// buckets: each bucket contains the samples whose distances lie in one interval of the width `step` / 4. This order is
 // precise enough, and an insertion takes constant time.
 template <class Features, class Distances, class Distance>
 void propagate_within(Features& feature, Distances& nearest, std::vector<std::uint8_t>& unpropagated, int x_lo,
@@ -134,7 +134,8 @@ bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x)
       x += onto;
       return true;
     }
-    // If (curvature × distance) is near one, the step in the tangent plane is too long. So it is reduced.
+    // The error hardly decreases if (curvature × distance) is near one: then the step in the tangent plane is too long.
+    // So it is reduced.
     if (error > 0.9 * before) damping *= 0.6;
     before = error;
     glm::dvec3 step = onto + damping * along;
@@ -253,8 +254,8 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   feature = {};
   std::vector<glm::vec3>().swap(points);
 
-  // Takes over the closest point of a neighbour if it is nearer to this sample than its own closest point: the
-  // neighbour may have found another part of the surface.
+  // Replaces the closest point of a sample by that of a neighbouring sample if the neighbour's point is nearer to the
+  // sample. This happens where the search from the sample has found another part of the surface.
   const auto bound = static_cast<float>(std::min(exact, band));
   for (int pass = 0; pass < 2; ++pass) {
     // Improved points are stored separately, because no thread may read a sample that another thread writes.

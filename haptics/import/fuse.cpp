@@ -192,8 +192,9 @@ class Crowns {
     }
   }
 
-  /// Finds the connected pieces of triangles for which covered_ has the value `covered`. If change(area, at border)
-  /// returns true for a piece, covered_ is inverted for its triangles.
+  /// Finds the connected pieces of triangles for which covered_ has the value `covered`. Calls change(area, at_border)
+  /// for each piece, where at_border states whether the piece touches the scan's border. If it returns true, covered_
+  /// is inverted for the triangles of the piece.
   template <class Change>
   void change_pieces(bool covered, Change change) {
     std::vector<bool> seen(scanned_, false);
@@ -320,7 +321,7 @@ class Crowns {
   std::vector<std::vector<std::size_t>> neighbours_;
   // For each triangle of the scan: true if it lies at the border, and true if it shows a crown.
   std::vector<bool> at_border_, covered_;
-  std::vector<double> weights_;  // weight of each point, see weigh_points()
+  std::vector<double> weights_;  // weight of the scan at each point: 0 at the rim of the crowns, 1 inside
   FuseReport report_;
   double largest_ = 0;  // m, largest distance between the crowns and the CT's surface
 };

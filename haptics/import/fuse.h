@@ -82,8 +82,8 @@ struct FuseOptions {
 struct FuseReport {
   double scanned_area = 0;  // m², area of the scanned surface
   double covered_area = 0;  // m², area of the part of the scan that replaces the CT's surface
-  // Signed distances from the part of the scan that replaces the CT's surface to this surface, in m, positive if the
-  // scan lies outside: their mean, and the median and the 95th percentile of their absolute values.
+  // Statistics of the signed distances (m, positive outside) from the CT's surface to the part of the scan that
+  // replaces it: their mean, and the median and the 95th percentile of their absolute values.
   double mean = 0, median_size = 0, most_size = 0;
 };
 

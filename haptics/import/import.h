@@ -71,8 +71,8 @@ struct ImportOptions {
   std::optional<ImportRegion> region;
   double mesh_unit = 1e-3;       // length in m of one unit of a mesh file
   Pose mesh_pose;                // pose of a mesh file's frame in the frame of the result
-  std::optional<double> shell;   // m, thickness of the dense outer tissue of a mesh
-  std::optional<double> crown;   // m, height of a crown below its cusps, for an arch without colours
+  std::optional<double> shell;   // m, thickness of the dense outer tissue of a mesh (enamel or cortical bone)
+  std::optional<double> crown;   // m, height of a crown from the gingiva to the cusps; for an arch without colours
   bool greys = true;             // if true, the scan's grey values are kept; write_preview() needs them
   std::optional<double> memory;  // bytes, largest memory that the import may use; if not given, the free memory
   /// Function that is called before the work begins, with the estimated memory in bytes. May be empty.
@@ -110,8 +110,8 @@ struct JawReport {
 struct KindGreys {
   double cortical = 0;  // lowest grey value of cortical bone
   double enamel = 0;    // lowest grey value of enamel
-  // Grey values from which the hardness of bone is computed: it is 0 at `soft`, and 1 at the own value of the bone
-  // tissue.
+  // Grey values from which the hardness of bone is computed. It is 0 at `soft`. It is 1 at own_cancellous in cancellous
+  // bone, and at own_cortical in cortical bone.
   double soft = 0, own_cancellous = 1, own_cortical = 1;
 };
 
@@ -128,7 +128,7 @@ struct ImportReport {
   int bodies_kept = 0;   // number of connected bodies of tissue in the result
   int pulp_parts = 0;    // number of connected pieces of pulp
   std::optional<double> false_dentin;  // fraction of a tooth crown's outer surface that is labelled dentin
-  // The following grey values exist only for scans.
+  // Grey values of a scan (0 for a mesh): surroundings, softer tissue, and the threshold between these two.
   double outside_grey = 0, soft_grey = 0, surface_grey = 0;
   std::optional<double> dense_level, dense_grey;
   KindGreys kinds;

@@ -123,10 +123,10 @@ dvec3 area_vector(const Mesh& mesh) {
   return sum;
 }
 
-/// Returns the normal of the plane in which most of a border lies. Where the border runs up over a crown, this does not
-/// tilt the plane, because the median is used: the normal is the direction within 45 degrees of `start` for which the
-/// border's points have the smallest mean distance from their median height. Points are weighted by the border's length
-/// along the plane.
+/// Returns the normal of the plane in which most of a border lies. It is the direction, within 45 degrees of `start`,
+/// in which the heights of the border's points differ least from their median (smallest mean difference). Because of
+/// the median, a part of the border that runs up over a crown does not tilt the plane. Points are weighted by the
+/// border's length along the plane.
 dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) {
   const std::size_t n = border.points.size();
   const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(border.points[k % n])]; };
@@ -177,7 +177,7 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
 /// contains most of its triangles.
 dvec3 away_from_base(const Mesh& mesh) {
   struct Face {
-    dvec3 normal, middle;  // normal: unit vector
+    dvec3 normal, middle;  // unit normal of the triangle, and centre of the triangle in m
     double area;
   };
   std::vector<Face> faces;
@@ -201,7 +201,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     f.area *= static_cast<double>(every);
     return next++ % every != 0;
   });
-  constexpr double kDeep = 1.5e-3;  // m, depth of grooves in a base
+  constexpr double kDeep = 1.5e-3;  // m; triangles at most this far inside the base plane (in grooves) are part of it
   // smallest cosine of the angle between the normals of the base and of a triangle that belongs to it
   constexpr double kSlope = 0.9;
   constexpr double kLeast = 0.08;    // smallest area of a base, as a fraction of the mesh's area
@@ -230,7 +230,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     }
   });
   const Side base = *std::ranges::max_element(sides, {}, &Side::area);
-  // a side belongs to the base if the cosine between its outward direction and that of the base is at least this
+  // a side belongs to the base if the cosine of the angle between its outward direction and the base's is at least this
   constexpr double kApart = 0.7;
   double other = 0;
   for (const Side& side : sides) {
@@ -306,8 +306,8 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
     foot.push_back(static_cast<int>(mesh.points.size()));
     mesh.points.push_back(q);
     if (!mesh.colors.empty()) mesh.colors.push_back(mesh.colors[static_cast<std::size_t>(i)]);
-    // The border runs in the direction in which its triangles list its edges. So, seen from below, the floor's
-    // triangles must have the opposite direction.
+    // The outline of the floor has the direction of the border, which is that of the surface's triangles. The floor
+    // faces down, so its triangles are added below in the opposite direction.
     outline.emplace_back(glm::dot(q, u), glm::dot(q, v));
   }
   double area = 0;
@@ -359,7 +359,7 @@ std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
 }
 
 /// Finds the threshold that divides values into the two most different groups (Otsu 1979). Returns no value if the
-/// values form a single group, which is so if the division explains less than 0.6 of the variance.
+/// values form a single group. This is the case if the division explains less than 0.6 of the variance.
 std::optional<double> bound_between(std::vector<double> values) {
   constexpr double kOneGroup = 0.6;
   std::ranges::sort(values);
@@ -400,7 +400,7 @@ std::vector<std::uint8_t> find_gum(const std::filesystem::path& file, const Mesh
   constexpr double kReach = 6e-3;
   const dvec3 u = glm::normalize(glm::cross(up, std::abs(up.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
   const dvec3 v = glm::cross(up, u);
-  constexpr double kFarBelow = 3e-3;  // m; a point that is farther than this below the crowns has no tooth nearby
+  constexpr double kFarBelow = 3e-3;  // m; a point more than crown + kFarBelow below the cusps' plane is gingiva
   std::map<std::pair<int, int>, double> highest;
   std::map<std::pair<int, int>, dvec3> cusps;  // for each cell: (u, v, height) of its highest point
   const auto cell = [&](const dvec3& p) {
@@ -562,7 +562,8 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
   bounds.add(mesh);
   check_length(file, bounds.extent(), options, "an arch or a part of one", kLeast, kMost);
 
-  // The vector `up` points from the border to the surface, because the surface's triangles face up.
+  // Closes small holes. Then the area vector of the mesh points from the longest border to the surface, because the
+  // surface's triangles face up.
   close_holes(mesh, kSmallHole, repairs);
   arch.scanned = mesh.corners.size();
   std::vector<Border> open = borders(mesh);

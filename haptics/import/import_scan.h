@@ -14,7 +14,7 @@ namespace typodont::haptics::importing {
 struct ScanGreys {
   Levels levels;
   JawGreys jaw;  // valid only for a jaw
-  // shading of the scan, only of a jaw; the grey values are those after it was removed
+  // error of the grey values that changes slowly across a jaw's scan; removed before the grey values were found
   std::optional<Shading> shading;
   std::vector<std::string> notes;
 };

@@ -128,7 +128,7 @@ glm::dvec3 eigenvalues(const glm::dmat3& a) {
   return {least, 3 * mean - most - least, most};
 }
 
-// Computes the matrix of second derivatives at a sample. It is zero at the walls of the box, because there is no body
+// Computes the matrix of second derivatives at a sample. It is zero at the walls of the box, because there is no tissue
 // there.
 glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
   glm::dmat3 h(0);
@@ -149,8 +149,8 @@ glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
 // grey value is used instead of the brightest value further inward.
 Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys) {
   constexpr double kSmooth = 0.8;  // voxels, standard deviation of the Gaussian that smooths the grey values
-  // Smallest contrast of a dark valley between bright tissues, per voxel². It is a third of the contrast of a ligament
-  // that is one voxel wide.
+  // Smallest second derivative of the grey value across a dark valley, per voxel² and as a fraction of the contrast
+  // between hard and soft tissue. A ligament that is one voxel wide has three times this value.
   constexpr double kValley = 0.1;
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
   const Sparse<float> smooth = gaussian(scan, set, kSmooth, s.grey.outside, s.grey.inside);
@@ -189,8 +189,9 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
                  SparseMask& canal, std::vector<JawCanal>& found) {
   // In m: radius of a tube, smallest length of a canal, distance between the points of a canal's centre line.
   constexpr double kRadius = 1.25e-3, kLeastLength = 8e-3, kEvery = 0.5e-3;
-  // smallest tube measure, which states how steeply the grey value rises across the tube, as a fraction of the
-  // contrast; a tube with the radius kRadius has about a third
+  // Smallest tube measure of a sample that can belong to a canal. The tube measure is the curvature of the grey value
+  // across the tube, as a fraction of the contrast between bone and canal. In a tube with the radius kRadius it is
+  // about 1/3.
   constexpr double kLeastTube = 0.15;
   const double sigma = 0.6 * kRadius / voxel;
   Sparse<float> field(grey.set, static_cast<float>(greys.cancellous), static_cast<float>(greys.cancellous));
@@ -232,8 +233,8 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
       lo = std::min(lo, t), hi = std::max(hi, t);
     }
     if ((hi - lo) * voxel < kLeastLength) continue;
-    // Computes the centre of each slice perpendicular to this direction. The samples are weighted by their tube
-    // measure.
+    // Divides the canal into slices perpendicular to its longest direction and computes the centre of each slice. The
+    // samples are weighted by their tube measure.
     const double every = kEvery / voxel;
     const auto slices = static_cast<std::size_t>((hi - lo) / every) + 1;
     std::vector<glm::dvec3> centre(slices, glm::dvec3(0));
@@ -260,18 +261,19 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
 }
 
 // Corrects the border between the pulp and the dentin of the teeth. The blur makes narrow canals appear too narrow, but
-// it does not change the sum of the missing grey value around a canal. So this sum is the canal's volume, if one sample
-// of pulp lacks the difference between dentin and pulp. In a ball around each sample near the border, the darkest
-// samples become pulp, as many as the ball contains volume of pulp. `scan` are the grey values of the scan, `smooth`
-// the smoothed ones, `tooth` marks the teeth with their cavities, and `to_crown` is the squared distance to enamel.
+// it does not change how much grey value, in total, is missing around a canal compared to dentin. This total, divided
+// by the difference between dentin and pulp, is the canal's volume in samples. It is computed in a ball around each
+// sample near the border, and as many of the ball's samples become pulp, the darkest first. `scan` and `smooth` are the
+// scan's grey values before and after smoothing, `tooth` marks the teeth with their cavities, and `to_crown` is the
+// squared distance to enamel.
 void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const SparseMask& tooth,
                     const Sparse<float>& to_crown, const JawGreys& greys, Sparse<Tissue>& tissue) {
-  // In voxels: distance from the canal up to which the blur changes the grey value, and beyond which it certainly does
-  // not; radius of the ball, which reaches beyond the far side of a canal.
+  // In voxels. kBlurred: distance from the canal up to which the blur changes the grey value. kUnblurred: distance
+  // beyond which it certainly does not. kBall: radius of the ball, which reaches beyond the far side of a canal.
   constexpr float kBlurred = 2.5, kUnblurred = 3;
   constexpr int kBall = 6;
   constexpr std::size_t kLeast = 20;    // smallest number of samples for a measured grey value
-  constexpr double kBrightest = -0.25;  // limits of a sample's fraction of pulp, which noise and enamel can change
+  constexpr double kBrightest = -0.25;  // smallest fraction of pulp in a sample; negative because of noise and enamel
   constexpr double kDarkest = 1.25;
   const std::shared_ptr<const BlockSet>& set = tissue.set;
   const SparseMask pulp = where(
@@ -338,13 +340,13 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   tissue = std::move(corrected);
 }
 
-// Finds the teeth in the mask of all teeth. The depth of a sample is its distance from the outside. From each deepest
-// place, a tooth grows to samples of decreasing depth. If two teeth meet, they are one tooth, unless the place where
-// they meet is much shallower than both (a contact between neighbouring teeth). Only teeth with samples of `crown` are
-// returned. Positions are in samples, volumes in samples.
+// Finds the teeth in the mask of all teeth. The depth of a sample is its distance from the outside. From each local
+// maximum of the depth, a tooth grows to samples of decreasing depth. If two teeth meet, they are one tooth, unless the
+// place where they meet is much shallower than both (a contact between neighbouring teeth). Only teeth with samples of
+// `crown` are returned. Positions are in samples, volumes in numbers of samples.
 std::vector<JawTooth> find_teeth(const SparseMask& teeth, const SparseMask& crown, double voxel, double least) {
-  // kDeepest: m, depth beyond which all samples count as equally deep; kContact: depth of a contact divided by the
-  // depth of the shallower tooth
+  // kDeepest: m, depth beyond which all samples count as equally deep. kContact: where two teeth meet, the depth
+  // divided by the depth of the shallower tooth must be below this ratio. Otherwise the two are one tooth.
   constexpr double kDeepest = 4e-3, kContact = 0.75;
   const std::shared_ptr<const BlockSet>& set = teeth.set;
   const SparseMask others = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !teeth.v[i]; });
@@ -467,7 +469,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   constexpr double kDenser = 1.3;
   // If the scan contains much bone of different density (a spine), the brightest class can contain bone, dentin and
   // enamel. In this case, the class is divided again, and only its brighter part is enamel.
-  constexpr double kLeastEnamel = 0.003;  // smallest fraction of the bright voxels that is enamel
+  constexpr double kLeastEnamel = 0.003;  // smallest amount of enamel, as a fraction of the bright voxels
   const auto crown = static_cast<std::size_t>(std::clamp((greys.crown() - lo) / width, 0.0, kBins - 1.0));
   std::size_t third = crown + 1;
   for (std::size_t c = crown + 1; c < kBins; ++c) {
@@ -484,7 +486,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   for (const float g : smoothed.v) {
     if (static_cast<double>(g) > least_metal) metal.push_back(g);
   }
-  constexpr std::size_t kLeastMetal = 40;  // smallest number of voxels; fewer bright voxels do not count as metal
+  constexpr std::size_t kLeastMetal = 40;  // smallest number of metal voxels; if there are fewer, the scan has no metal
   if (metal.size() >= kLeastMetal) {
     // The third quartile is used instead of the median, because many voxels at the borders of the metal are too
     // dark.
@@ -571,7 +573,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_reached = distance_squared_to(reached, 2);
   const auto in_tooth = [&](std::size_t i) { return tooth.v[i] || to_reached.v[i] > 1; };
 
-  // Finds the canals in the bone that remains.
+  // Finds the nerve canals in the bone that remains after the teeth were found.
   progress(0.8);
   const SparseMask cancellous = mask([&](std::size_t i, const glm::ivec3& p) {
     return s.surface.distance[p] < -2 && !in_tooth(i) && to_tooth.v[i] > 4 && !brighter(i, greys.bright());
@@ -599,7 +601,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   };
 
   // At the border of dentin, the grey value is halfway between dentin and soft tissue. If the soft layer is so thin
-  // that the blur fills it, the grey value at the border is higher.
+  // that the blur fills it, the grey value at the border is brighter than halfway.
   const SparseMask near_tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] <= 4 || in_tooth(i); });
   const LayerBound layer_bound;
@@ -615,7 +617,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   });
   const Sparse<float> to_metal = distance_squared_to(metal, 3);
 
-  constexpr double kLigament = 0.5e-3;  // m, largest width of the ligament
+  constexpr double kLigament = 0.5e-3;  // m, largest width of the periodontal ligament
   const auto ligament = static_cast<float>(kLigament * kLigament / (voxel * voxel));
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
     if (!body.v[i]) return;

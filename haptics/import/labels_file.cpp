@@ -109,7 +109,7 @@ std::string nifti_of(const Imported& imported) {
   for (std::size_t a = 3; a < 7; ++a) put(42 + 2 * a, std::int16_t{1});
   put(70, kUint8);
   put(72, kBits);
-  put(76, 1.0F);  // sign of the fourth axis in the format's field pixdim[0]
+  put(76, 1.0F);  // pixdim[0] of the format: 1 means that the third axis is not reversed
   put(108, static_cast<float>(kHeader));
   put(112, 1.0F);  // factor by which a stored number is multiplied to get the value
   put(123, kMillimetres);

@@ -150,7 +150,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   std::vector<Peak> peaks;
   for (const Hill& hill : hills) {
     if (hill.top < 0) continue;
-    // Computes the position of the peak's top more precisely than a bin, from a parabola through three points.
+    // Computes the position of the peak's top more precisely than one bin, from a parabola through three points.
     const auto t = static_cast<std::size_t>(hill.top);
     double shift = 0;
     if (t > 0 && t + 1 < kBins) {

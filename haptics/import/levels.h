@@ -18,8 +18,8 @@ struct Levels {
   bool fixed_dense = false;  // true if the user gave the threshold between the two tissues
   // true: a thin layer on the tissue that is as bright as `outside` counts as surroundings (soft tissue on a bone)
   bool fixed_surround = false;
-  // grey value above which a voxel belongs to a tooth; if a scan contains several bodies, the body with teeth is
-  // imported, even if a body without teeth (a spine) is larger; no value: the largest body is imported
+  // grey value above which a voxel belongs to a tooth. If a scan contains several bodies, the body with teeth is
+  // imported, even if a body without teeth (a spine) is larger. No value: the largest body is imported.
   std::optional<double> tooth;
   // m³; a body counts as a body with teeth only if its voxels brighter than `tooth` have at least this volume together
   static constexpr double kLeastTeeth = 8e-9;
@@ -44,8 +44,8 @@ struct Peak {
 /// noise in grey values.
 std::vector<Peak> peaks_of(const Grid<float>& greys, double blur);
 
-/// Finds the grey values. `smoothed` contains the values of `grey` after slight smoothing. Throws Error if no tissue is
-/// found.
+/// Finds the grey values of the surroundings and of the tissues. `smoothed` contains the values of `grey` after slight
+/// smoothing. Throws Error if no tissue is found.
 Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, const Grid<float>& smoothed,
                    const ImportOptions& options, std::vector<std::string>& notes);
 

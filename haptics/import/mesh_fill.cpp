@@ -38,7 +38,7 @@ class Skin {
  private:
   /// Adds those parts of a triangle that belong to the outer surface. Returns true if this is the whole triangle.
   bool add(const Triangle& t, std::vector<Triangle>& skin) {
-    constexpr double kSmall = 2;  // voxels; a smaller triangle is not split
+    constexpr double kSmall = 2;  // voxels; a triangle whose longest edge is at most this long is not split
     const dvec3* p[3] = {&t.a, &t.b, &t.c};
     int longest = 0;
     double length = 0;
@@ -63,9 +63,10 @@ class Skin {
     if (!(size > 0)) return false;
     // The test point is not the triangle's centre, because the centres of opposite faces can coincide on a diagonal.
     const dvec3 at = 0.3371 * t.a + 0.3187 * t.b + 0.3442 * t.c, n = normal / size;
-    // The triangle has the outside on one side if the winding numbers on both sides differ. The first test reads the
-    // samples at the distance kAround on both sides, whose winding numbers are already known. The second test computes
-    // the winding numbers at the distance kBeside. Both distances are in voxels.
+    // A triangle belongs to the outer surface if at least one of its two sides lies outside the body. First, the
+    // samples at the distance kAround on both sides are tested, because their winding numbers are already known. If
+    // both lie in the same part, the winding numbers at the distance kBeside on both sides are computed. Both distances
+    // are in voxels.
     constexpr double kAround = 1.5, kBeside = 1e-3;
     const auto part_at = [&](const dvec3& q) {
       const glm::ivec3 i(glm::round(q));
@@ -73,8 +74,8 @@ class Skin {
     };
     const std::uint8_t one = part_at(at + kAround * n), other = part_at(at - kAround * n);
     if (one == 0 || other == 0) return false;
-    // Between two different parts of the mesh there may be a crack, so the triangle counts as part of the outer
-    // surface.
+    // The two samples lie in different parts of the mesh. The triangle is buried between these
+    // parts.
     if (one != other) return true;
     if (!tree_) tree_ = std::make_unique<TriangleTree>(mesh_);
     return tree_->winding_sixths(at + kBeside * n) >= kInside && tree_->winding_sixths(at - kBeside * n) >= kInside;
@@ -86,7 +87,8 @@ class Skin {
 };
 
 /// Closes cracks. A sample is in a crack if it lies outside, on a grid line between two different parts that are at
-/// most three voxels apart. It then belongs to the part on its side with larger coordinates.
+/// most three voxels apart. The sample is then added to one of the two parts, the one with the larger coordinate on
+/// this line.
 void close_cracks(Mask& part) {
   const Mask before = part;
   constexpr int kReach = 2;
@@ -147,7 +149,7 @@ FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::iv
     }
   }
   const Grid<float> to_cap = filled.capped ? distance_squared_to(cap) : Grid<float>();
-  constexpr double kShell = 1;  // voxels, half of the thickness that a sheet gets
+  constexpr double kShell = 1;  // voxels, half of the thickness that a sheet (a mesh without volume) gets
   for (std::size_t i = 0; i < distance.v.size(); ++i) {
     double d = static_cast<double>(distance.v[i]);
     if (filled.capped) d = std::min(d, std::sqrt(static_cast<double>(to_cap.v[i])) + 0.5);

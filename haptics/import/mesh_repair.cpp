@@ -40,7 +40,7 @@ std::vector<EdgeUse> edges_of(const Mesh& mesh) {
   return edges;
 }
 
-/// Calls use(first, end) for each edge. This range of `edges` has one element for each triangle at the edge.
+/// Calls use(first, end) for each edge. The elements first to end − 1 of `edges` are the triangles at this edge.
 template <class Use>
 void for_each_edge(const std::vector<EdgeUse>& edges, Use use) {
   for (std::size_t first = 0; first < edges.size();) {

@@ -1,6 +1,6 @@
-// Reads MetaImage files (.mha, .mhd). The header consists of lines "Key = Value"; then follow numbers, plain or
-// compressed by zlib. The readers of the libraries ITK and VTK do not check the header. So this file checks the header
-// itself and uses only zlib.
+// Reads MetaImage files (.mha, .mhd). The header consists of lines "Key = Value". The voxels' numbers follow, either
+// plain or compressed by zlib. The readers of the libraries ITK and VTK do not check the header. So this file checks
+// the header itself and uses only zlib.
 #include <fmt/format.h>
 #include <zlib.h>
 

@@ -39,7 +39,7 @@ static void check_header(const std::filesystem::path& file) {
   constexpr std::size_t kLongest = 700, kLongestText = 100000;
   std::ifstream in(file, std::ios::binary);
   std::string line;
-  bool names = false;  // after "data file: LIST", file names follow until the end of the file
+  bool names = false;  // true after the line "data file: LIST": file names follow until the end of the file
   for (int number = 1; number < 100000; ++number) {
     line.clear();
     int c = in.get();

@@ -301,7 +301,8 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
     return b + 0.5F * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
   };
   for_each_slab(raw.size.z, [&](int k) {
-    // Computes value(i, j) = old(i + base − shift·k, …): first along the rows, then along the columns.
+    // In slice k: value(i, j) = old(i + base[0] − shift[0]·k, j + base[1] − shift[1]·k). Interpolates first along the
+    // rows, then along the columns.
     const double fx = base[0] - shift[0] * k, fy = base[1] - shift[1] * k;
     const int ix = static_cast<int>(std::floor(fx)), iy = static_cast<int>(std::floor(fy));
     const float tx = static_cast<float>(fx - ix), ty = static_cast<float>(fy - iy);

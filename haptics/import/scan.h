@@ -24,7 +24,7 @@ struct RawScan {
   bool has_spacing = false;          // true if the file states a spacing
   bool has_unit = false;             // true if the file states the unit of its spacing
   std::string spacing_place;         // where the file states the spacing, for messages
-  std::string space;                 // "LPS", "RAS" or empty: unknown
+  std::string space;                 // coordinate space: "LPS", "RAS" or empty (unknown)
   std::vector<std::string> notes;    // notes for the user
   glm::dvec3 origin{0};              // mm, position of the first voxel
 };
@@ -37,7 +37,7 @@ struct Scan {
   Grid<float> grey;
   glm::dvec3 spacing{0};  // m, distance between voxels along each axis
   glm::dvec3 origin{0};   // m, position of voxel (0,0,0)
-  std::string space;      // coordinate space, see RawScan
+  std::string space;      // coordinate space: "LPS", "RAS" or empty (unknown)
   glm::dmat3 world_rotation{1};
   std::vector<std::string> notes;
 };
@@ -78,7 +78,7 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
 /// corrected angle in rad.
 double undo_shear(const std::filesystem::path& file, RawScan& raw);
 
-// The next constants and functions are used by several readers.
+// Largest number of voxels of a scan. This limit and the functions below are used by the readers of several formats.
 inline constexpr double kMostVoxels = 1.0e9;
 
 /// Converts the numbers in a buffer to grey values. With `swap`, the bytes of each number are reversed.

@@ -24,7 +24,7 @@ class ScanVolume {
   dvec3 hi() const;  // returns the centre of the last voxel, m
   dvec3 spacing() const;
   const std::string& format() const;
-  const std::string& space() const;  // coordinate space, see ImportReport::space
+  const std::string& space() const;  // coordinate space of the file: "LPS", "RAS" or empty (unknown)
   const std::vector<std::string>& notes() const;
 
   /// Returns the grey value at p by trilinear interpolation. Outside the scan, the value at its nearest wall is

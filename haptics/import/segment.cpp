@@ -27,8 +27,8 @@ SparseMask above(const Sparse<float>& g, float bound) {
                [&](std::size_t i, const glm::ivec3&) { return g.v[i] > bound; });
 }
 
-// Decides which closed spaces in a bone are hollows and not marrow. These are spaces that contain air, and spaces that
-// are larger than the marrow space of any bone.
+// Decides which closed spaces in a bone are hollows. A hollow is a space that contains air, or a space that is larger
+// than the marrow space of any bone. All other closed spaces are marrow.
 class Hollows {
  public:
   /// `air`: a space with a lower grey value contains air; no value if the scale of the grey values is unknown. `voxel`
@@ -38,7 +38,7 @@ class Hollows {
 
   /// The result has one entry for each space: true if it is a hollow.
   std::vector<bool> operator()(const SparseComponents& spaces) const {
-    constexpr std::size_t kLeast = 30;  // voxels, a smaller space is noise
+    constexpr std::size_t kLeast = 30;  // voxels; a space with fewer voxels than this is noise
     std::vector<bool> hollow(spaces.voxels.size(), false);
     std::vector<std::vector<float>> greys(spaces.voxels.size());
     for (std::size_t i = 0; i < spaces.label.v.size(); ++i) {
@@ -56,7 +56,7 @@ class Hollows {
   }
 
  private:
-  // m³; the marrow of a whole femur is about 100 cm³
+  // m³; a space larger than this is a hollow, because the marrow of a whole femur has only about 100 cm³
   static constexpr double kLargestMarrow = 150e-6;
   const Sparse<float>& smooth_;
   std::optional<double> air_;
@@ -134,7 +134,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       const Contacts& f = faces[id];
       const bool narrow =
           parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
-      // A plug: this part only fills the mouth of a cavity that an earlier, smaller ball has found.
+      // True if this pocket only fills the mouth of a cavity that was found before with a smaller ball.
       const bool plug = 2 * f.cavity > f.mouth;
       if ((narrow || plug) && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }
@@ -142,7 +142,8 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
   return cavity;
 }
 
-// Returns the number of the part that is the body; 0 if there is no part. `tooth` is Levels::tooth.
+// Returns the number of the connected part that is the body to import; 0 if there is no part. `tooth` is the grey value
+// above which a voxel belongs to a tooth.
 std::int32_t body_of(const SparseComponents& parts, const Sparse<float>& smooth, const std::optional<double>& tooth,
                      double voxel) {
   if (parts.voxels.size() < 2 || !tooth) return parts.largest();
@@ -210,8 +211,8 @@ class Surround {
       sum_[cell] += static_cast<float>((static_cast<double>(grey[p]) - everywhere) / 64);
       weight_[cell] += 1.0F / 64;
     });
-    // Standard deviation of the smoothing in cells. Together with the cells and the interpolation, this gives about
-    // four samples.
+    // Standard deviation of the smoothing in cells. Together with the mean over a cell and the interpolation between
+    // cells, the smoothing then has a standard deviation of about four samples.
     constexpr double kSigma = 0.87;
     sum_ = gaussian(sum_, kSigma);
     weight_ = gaussian(weight_, kSigma);
@@ -298,7 +299,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   }
   SparseMask cavity, hollow;
   {
-    constexpr double kAir = -400;  // Hounsfield units; a darker space holds air
+    constexpr double kAir = -400;  // Hounsfield units; a space darker than this contains air
     SparseMask dense_mask(set, 0, 0);
     if (levels.dense) dense_mask = above(smooth, static_cast<float>(levels.denser()));
     cavity = find_cavities(
@@ -314,8 +315,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   solid = {};
   report(0.25);
 
-  // kWidestShell: largest value of `shell`, in voxels. kFirstExact: distance in voxels up to which distances are exact;
-  // the measurement of the edges' width needs this.
+  // In voxels. kWidestShell: largest distance from the surface at which the blurred edge is assumed to change grey
+  // values. kFirstExact: distance up to which distances are exact, as the measurement of the edges' width needs.
   constexpr double kWidestShell = 6, kFirstExact = 1.5;
   DistanceField first = signed_distance(over, size, {}, kWidestShell + 0.5, kFirstExact);
   over = {};

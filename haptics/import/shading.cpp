@@ -16,7 +16,7 @@ using Unknowns = std::array<double, kUnknowns>;
 
 /// A cell of the scan with uniform regions.
 struct Cell {
-  glm::dvec3 at;     // mean position of the uniform samples, relative to the scan (Shading::centre, Shading::half)
+  glm::dvec3 at;     // mean position of the uniform samples; -1 and 1 are the ends of the scan on each axis
   glm::dvec3 slope;  // median of the gradient of the grey values, per voxel
   double samples;
 };
@@ -36,11 +36,12 @@ double value(const Shading& s, const glm::dvec3& p) {
   return sum;
 }
 
-/// Finds the cells with uniform regions. A sample belongs to a uniform region if the grey value changes by less than
-/// `steepest` per voxel, and by less than twice as much two voxels farther on.
+/// Finds the cells with uniform regions. A sample belongs to a uniform region if the gradient of the grey value is less
+/// than `steepest` per voxel, and less than twice `steepest` at a distance of two voxels.
 std::vector<Cell> uniform_cells(const Grid<float>& g, const glm::dvec3& spacing, double steepest) {
   // kCell: m, edge of a cell; kMostCells: largest number of cells along an axis; kSamples: number of samples of a cell
-  // that are examined along an axis; kReach: voxels, distance from the centre of a central difference to its samples
+  // that are examined along an axis; kReach: voxels, half of the distance between the two samples of a central
+  // difference
   constexpr double kCell = 2.4e-3;
   constexpr int kMostCells = 24, kSamples = 8, kReach = 2;
   constexpr std::size_t kLeast = 20;  // smallest number of uniform samples in a cell that is used
@@ -82,7 +83,8 @@ std::vector<Cell> uniform_cells(const Grid<float>& g, const glm::dvec3& spacing,
           for (p.y = from.y; p.y < to.y; p.y += step.y) {
             for (p.z = from.z; p.z < to.z; p.z += step.z) {
               const glm::dvec3 d = slope(p);
-              // A gradient of exactly zero is not measured, but the scanner has cut off or filled in the grey values.
+              // A real gradient is never exactly zero. If it is zero, the scanner has clipped or filled in the grey
+              // values.
               if (d == glm::dvec3(0) || !(glm::dot(d, d) < steepest * steepest) || g[p] <= darkest || steep(p))
                 continue;
               for (int a = 0; a < 3; ++a) slopes[a].push_back(d[a]);
@@ -120,11 +122,12 @@ Unknowns solved(std::array<Unknowns, kUnknowns> a, Unknowns b) {
   return b;
 }
 
-/// Fits the polynomial to the gradients of the cells by least squares, whose weights are computed anew several times
+/// Fits the polynomial to the gradients of the cells by iteratively reweighted least squares. The weights are computed
 /// from the residuals (Cauchy's function).
 Unknowns fitted(const std::vector<Cell>& cells, const glm::dvec3& voxels) {
   constexpr int kRounds = 8;
-  // kLimit: residual at which the weight is a half, in standard deviations; kLeastSpread: grey values per voxel
+  // kLimit: residual at which the weight is a half, in standard deviations. kLeastSpread: grey values per voxel,
+  // smallest standard deviation. kRegular: relative size of the regularization.
   constexpr double kLimit = 1.5, kLeastSpread = 0.3, kRegular = 1e-9;
   struct Row {
     Unknowns of;
@@ -210,9 +213,10 @@ void Shading::remove_from(Scan& scan) const {
 }
 
 std::optional<Shading> find_shading(const Scan& scan, const Grid<float>& smooth, double noise) {
-  // kLeastRange: grey values, smallest shading that is removed; kSteepest and kPerNoise: the largest gradient of a
-  // uniform region per voxel, as a grey value and as a multiple of the noise; kLeastCells: smallest number of cells for
-  // a fit; kOuter: distance from the centre at which the outer part of the scan begins
+  // kLeastRange: grey values, smallest shading that is removed. kSteepest and kPerNoise: the largest gradient of a
+  // uniform region per voxel, as a grey value and as a multiple of the noise. kLeastCells: smallest number of cells for
+  // a fit. kOuter: distance from the centre at which the outer part of the scan begins, as a fraction of half the
+  // scan's extent. kDarkest: fraction of the cells that is excluded at each end when the range is computed.
   constexpr double kLeastRange = 100, kSteepest = 40, kPerNoise = 0.6, kOuter = 0.7, kDarkest = 0.02;
   constexpr std::size_t kLeastCells = 100;
   const std::vector<Cell> cells = uniform_cells(smooth, scan.spacing, std::max(kSteepest, kPerNoise * noise));

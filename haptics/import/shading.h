@@ -13,12 +13,12 @@ namespace typodont::haptics::importing {
 /// The error of the grey values as a polynomial in the position.
 struct Shading {
   static constexpr int kDegree = 4;
-  static constexpr std::size_t kTerms = 35;  // number of monomials up to this degree, with the constant
+  static constexpr std::size_t kTerms = 35;  // number of monomials up to the degree kDegree, with the constant
 
   glm::dvec3 centre{0},
       half{1};  // m, centre of the scan and half of its extent; the polynomial is in (p - centre) / half
   std::array<double, kTerms> coefficient{};  // in the order of Shading::powers()
-  double range = 0;                          // difference between the brightest and the darkest part of the scan
+  double range = 0;                          // grey values, difference between the largest and the smallest error
 
   /// Returns the exponents of the three coordinates in each term. The first term is the constant.
   static const std::array<glm::ivec3, kTerms>& powers();

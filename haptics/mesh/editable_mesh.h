@@ -131,7 +131,7 @@ class EditableMesh {
     return 2;
   }
 
-  /// The state of a search for the faces near a box, which may be made in parts.
+  /// The state of a search for the faces near a box. The search can be interrupted and continued.
   struct NearSearch {
     dvec3 lo_W, hi_W;          // m, corners of the box
     int level = 0;             // level of the grid at which the search continues
@@ -226,8 +226,8 @@ class EditableMesh {
   /// Returns the bucket of a cell. Cells that are neighbours along z have neighbouring buckets, so a search reads whole
   /// cache lines.
   std::size_t bucket_of(std::uint64_t key) const noexcept {
-    // The coordinates of a large flat surface lie on a regular grid; a single product would map many of them to the
-    // same buckets.
+    // The coordinates of a large flat surface lie on a regular grid. A hash of a single product would map many of them
+    // to the same buckets.
     std::uint64_t column = (key >> 20) * 0x9e3779b97f4a7c15u;
     column = (column ^ column >> 32) * 0xd6e8feb86659fd93u >> bucket_shift_;
     return static_cast<std::size_t>(column + (key & 0xfffff)) & (heads_.size() - 1);

@@ -99,7 +99,8 @@ std::vector<SurfacePiece> SurfacePieces::take_changed() {
   return pieces;
 }
 
-/// Computes the normals at the vertex v for all faces around it. Faces between the same two creases have one normal.
+/// Computes the normals at the vertex v for all faces around it. Faces between the same two creases (sharp edges) have
+/// one normal.
 void SurfacePieces::look_around(Index v) {
   struct Around {
     Index face;

@@ -157,7 +157,7 @@ void Servo::State::take_force(ContactTick& now) noexcept {
 }
 
 /// The normal force may change by at most P::waiting_slew (N/s). The change of the spring force at `depth` (m) uses a
-/// part of this tick's limit. Returns the rest (N), which is left for a new stiffness and for the damper.
+/// part of the limit in this tick. Returns the remaining part (N), which a new stiffness and the damper may use.
 double Servo::State::spare_change(const ContactTick& now, double depth) const noexcept {
   const double k = settings.stiffness * coupling.relative_stiffness;
   const dvec3 change = k * depth * now.normal - coupling.normal_force * coupling.normal;
@@ -287,8 +287,8 @@ void Servo::State::press_soft(ContactTick& now) noexcept {
 }
 
 /// Adds the spindle's vibration, computed from the same contact as the sound. The motor supplies the energy of the
-/// vibration, so the energy ledger counts it as energy of the spindle. The band is limited so that a period has at
-/// least five ticks.
+/// vibration, so the energy ledger counts it as energy of the spindle. The highest frequency is limited so that its
+/// period has at least five ticks.
 void Servo::State::vibrate(ContactTick& now) noexcept {
   now.teeth_force = now.spindle_force;
   if (!(settings.vibration.band > 0 && now.spindle.speed > 0)) return;

@@ -1,5 +1,5 @@
-// Energy of cutting. Force and spindle speed give the power at the cutting edges, and its energy removes a volume
-// according to the tissue's specific energy.
+// Energy of cutting. Force and spindle speed determine the power at the cutting edges. The energy of this power removes
+// a volume according to the tissue's specific energy.
 #include <algorithm>
 #include <cmath>
 

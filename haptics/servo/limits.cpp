@@ -28,7 +28,8 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
   const double k = settings.stiffness * coupling.relative_stiffness;
   const double beyond = std::max(0.0, change - P::spring_tolerance * k * glm::length(now.moved));
   if (glm::dot(now.moved, limits.last_force != dvec3(0) ? limits.last_force : now.force) > 0) {
-    // the hand retreats, so only the part of the change above both limits must wait for later ticks
+    // the hand retreats, so only the part of the change above both limits (drilling_slew, and the change by the hand's
+    // displacement) must wait for later ticks
     return std::min(over, beyond);
   }
   // The contact model "implant" limits the changes of its force itself, so they are not limited here. The exception is
@@ -42,8 +43,8 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
 void Servo::State::limit(ContactTick& now) noexcept {
   Limits& l = limits;
   now.unlimited = now.force != dvec3(0) ? glm::length(now.force) : 0;
-  // Limits the force change of a head that lands after a fall from a rim or through soft tissue, even if it lands in
-  // its own cut. The limit does not include the vibration, which the hand should feel.
+  // Limits the force change when a head meets tissue after a fall from a rim or through soft tissue, even if it meets
+  // the bottom of its own cut. The limit does not include the vibration, which the hand should feel.
   const bool goes_on = coupling.normal_force > 0 && l.last_force != dvec3(0);
   const bool begins_or_ends = lands(now) && (now.touching() || l.last_force != dvec3(0));
   if (now.in.cuts && !now.in.scrapes && (goes_on || begins_or_ends)) {
@@ -87,11 +88,11 @@ void Servo::State::limit(ContactTick& now) noexcept {
   }
 }
 
-/// Limits the force if the energy ledger holds far less energy than the coupling stores. This happens after a hard
-/// landing, or if a tool starts inside tissue. Without this limit, passive_fraction() would remove the force within a
-/// few ticks when the hand retreats, and restore it when the hand advances: the hand would bounce. From the first
-/// retreat of such a hand on, the force is at most that of a spring that stores the ledger's energy, so that spring and
-/// ledger become empty at the same time. Returns the fraction of the force that may stay.
+/// Limits the force if the energy ledger holds far less energy than the coupling stores. This happens after a fast
+/// first contact, or if a tool starts inside tissue. Without this limit, passive_fraction() would remove the force
+/// within a few ticks when the hand retreats, and restore it when the hand advances: the hand would bounce. From the
+/// first retreat of such a hand on, the force is at most that of a spring that stores the ledger's energy, so that
+/// spring and ledger become empty at the same time. Returns the fraction of the force that may stay.
 double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   Limits& l = limits;
   if (settings.laws < 2 || !(now.in.cuts || l.unpaid || now.contact.late)) return 1;
@@ -106,9 +107,9 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
 
 /// Returns the fraction of the force that may stay, 0..1 (from version 8 of the force laws on). It is so small that the
 /// ledger can pay for the hand's whole retreat, and not only for the retreat in the next tick. The ledger's energy E
-/// allows at most the force √(2 k E), with which a spring stores E. While the hand retreats by up to Δ per tick,
-/// passive_fraction() allows at most E / a, with a = Δ × margin. The result combines both limits, without a step in
-/// value or slope: √(2 k E - k² a²) for E > k a², and E / a for smaller E. `at_stake`: J, for the whole force.
+/// allows at most the force √(2 k E), at which a spring of the stiffness k stores E. While the hand retreats by up to Δ
+/// per tick, passive_fraction() allows at most E / a, with a = Δ × margin. The result combines both limits, without a
+/// step in value or slope: √(2 k E - k² a²) for E > k a², and E / a for smaller E. `at_stake`: J, for the whole force.
 double Servo::State::landing_fraction(const ContactTick& now, double at_stake) const noexcept {
   const Limits& l = limits;
   const double strength = glm::length(now.force);
@@ -135,10 +136,10 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
   return 1 - excess * largest_fraction(-excess * now.force, force_change(now), allowed);
 }
 
-/// Updates Coupling::teeth_fraction. The force that the hand feels presses the cutting edges against the tissue. If the
-/// hand has felt little of the coupling's force for rest_time, for example after a jump into the tissue, the fraction
-/// rises to 1. Otherwise a hand at rest would not cut and would give the ledger no energy, and the force would stay
-/// small.
+/// Updates Coupling::teeth_fraction, the fraction of the coupling's force that presses the cutting edges. The force
+/// that the hand feels presses the cutting edges against the tissue. If the hand has felt little of the coupling's
+/// force for rest_time, for example after a jump into the tissue, the fraction rises to 1. Otherwise a hand at rest
+/// would not cut and would give the ledger no energy, and the force would stay small.
 void Servo::State::press_teeth(const ContactTick& now) noexcept {
   double& rest = coupling.unfelt_for;
   coupling.teeth_fraction = 1;

@@ -26,8 +26,8 @@ struct MotionParameters {
 
 /// Energy that a bur earns and spends (cutting.cpp).
 struct CuttingParameters {
-  // s. A bur saves energy until a voxel yields, or until the bur lands again. It can save at most (present power × this
-  // time).
+  // s. A bur saves energy until it can remove a voxel, or until it touches tissue again. It can save at most (present
+  // power × this time).
   static constexpr double budget_time = 0.5;
   // s. This time replaces budget_time if the bur is at a wall, or if the hand draws an edge over the tissue.
   static constexpr double held_time = 0.05;
@@ -85,8 +85,8 @@ struct LimitParameters {
   // s; if a hand has felt little of the coupling's force for this time, the coupling's force presses the cutting edges
   // instead of the felt force; the pressing force also rises within this time
   static constexpr double rest_time = 0.1;
-  // A retreat along the recorded path moves the proxy and so changes the force of the spring. This change, multiplied
-  // by this factor, is subtracted from the rise that the slew limit allows.
+  // When the hand retreats, the proxy moves, too, and the force of the spring changes. This change, multiplied by this
+  // factor, is subtracted from the rise that the slew limit allows.
   static constexpr double retreat_weight = 3;
   // Largest ratio of a force change to the change that the hand's displacement causes in the coupling's
   // spring. A larger force change counts as a step. (Documents and tests use the limit 1.1, see

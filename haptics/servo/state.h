@@ -87,7 +87,7 @@ struct Servo::State {
     double speed = 0;   // rad/s, speed of the spindle without load
     double phase = 0;   // rad, angle of the spindle
     double budget = 0;  // J, energy that may be spent on removal; negative: tissue was removed in advance
-    // fraction of the power with which the head cut at a wall of harder tissue in the last tick; 0: no wall
+    // 0..1, power at a wall of harder tissue in the last tick, divided by the head's full power; 0: no wall
     double wall = 0;
     double wall_budget = 0;   // J, the part of the budget that may be spent at a wall of harder tissue
     double spindle_work = 0;  // J, total work of cutting so far
@@ -221,9 +221,9 @@ struct Servo::State {
   void earn(ContactTick& now) noexcept;
   void spend(ContactTick& now, double energy) noexcept;
 
-  // The next functions are defined in servo/coupling.cpp:
-  // Computes the forces of coupling, damper, friction and cutting edges. For a penalty method, takes its own force and
-  // adds friction and cutting edges.
+  // The next functions are defined in servo/coupling.cpp: Computes the forces of coupling, damper, friction
+  // and cutting edges. For a penalty method, takes the method's own force and adds friction and cutting
+  // edges.
   void feel(ContactTick& now) noexcept;
   /// Lets a sharp tip sink into softened tissue under a push, and stick there on withdrawal.
   void sink_tip(ContactTick& now) noexcept;

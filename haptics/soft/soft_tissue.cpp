@@ -15,7 +15,7 @@ struct SoftParameters {
   static constexpr int iterations = 3;
   static constexpr int newton_steps = 6;       // largest number of Newton steps for the tool's displacement
   static constexpr double strain_limit = 0.8;  // largest compression of the layer, as a fraction of its thickness
-  static constexpr double stop = 20;           // a point at its limit resists this many times as much as below it
+  static constexpr double stop = 20;           // factor: a point that has reached its limit is stiffer by this factor
   // N, largest force of the soft tissue on the tool; a stronger push passes through the layer
   static constexpr double most_force = 3;
   // N, largest change of the force per tick for causes other than the tool's own motion
@@ -29,13 +29,13 @@ struct SoftParameters {
   // surface exceeds this limit.
   static constexpr double full_weight = 0.5;
   static constexpr double least_cosine = 0.35;
-  static constexpr double wakes = 10e-6;  // m; a point with a larger displacement makes its neighbours active
-  static constexpr double sleeps = 2e-6;  // m; a point with a smaller displacement becomes inactive
+  static constexpr double wakes = 10e-6;  // m; a point displaced by more than this makes its neighbours active
+  static constexpr double sleeps = 2e-6;  // m; a point displaced by less than this becomes inactive
   // m, height above the end of the head at which the head's radius must be at least the spacing of the surface's
   // points. A thinner head is treated as thicker, because it would pass between the points.
   static constexpr double tip = 0.15e-3;
   static constexpr double shank = 10e-3;  // m, length of the part of the shank that can touch the tissue
-  // m, largest half distance between the centres of neighbouring bounding balls of the tool, which lie on its axis
+  // m, largest value of half the distance between neighbouring centres of the balls that enclose the tool
   static constexpr double largest_ball = 1e-3;
   // largest fraction of a point's displacement that the bur can cut away in one tick
   static constexpr double most_per_tick = 0.3;

@@ -8,9 +8,9 @@ namespace typodont::haptics {
 namespace {
 
 /// Computes for the samples in a box the distance (voxels) to the loose piece (`piece` is true) or to the remaining
-/// tissue (false). Distances that are not needed are not computed. The computation starts at the samples just below the
-/// surface, with their depths. It passes the vector to the start sample from neighbour to neighbour (Danielsson 1980),
-/// as long as this reduces a distance.
+/// tissue (false). Samples that are too far away keep a very large value. The computation starts at the samples just
+/// below the surface, with their depths. Each sample passes its nearest start sample on to its neighbours, as long as
+/// this reduces their distances (Danielsson 1980).
 std::vector<float> distances_to(bool piece, const PieceBox& box) {
   constexpr float kShell = 2;  // voxels; the start samples lie less than this below the surface
   const auto place = [&](std::int32_t i) {

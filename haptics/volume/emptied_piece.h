@@ -7,7 +7,7 @@
 
 namespace typodont::haptics {
 
-/// voxels; a sample of air that is farther than this from a piece is never assigned to the piece
+/// voxels; if a sample of air is farther than this from a loose piece, removing the piece does not change the sample
 inline constexpr int kPieceMargin = 4;
 
 /// A dense box of samples; z runs fastest: index (x·size.y + y)·size.z + z.

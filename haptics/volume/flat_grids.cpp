@@ -94,8 +94,8 @@ void add_place(Writer& out, const openvdb::Coord& at) {
   for (int axis = 0; axis < 3; ++axis) out.add(at[axis]);
 }
 
-/// Writes a tree: the background value; then the tiles that differ from the background, largest first; then the blocks
-/// of 8³ voxels.
+/// Writes a tree: first the background value, then the tiles (cubes with one value) that differ from the background,
+/// the largest first, and then the blocks of 8³ voxels.
 template <class Grid>
 void write_grid(Writer& out, const Grid& grid) {
   using Tree = typename Grid::TreeType;

@@ -33,7 +33,7 @@ class LeafFront {
   /// distances or replaces a leaf.
   void forget() noexcept { last_.reset(); }
 
-  /// Advances the head to the end of `sweep`, which reaches the leaves lo..hi, inclusive.
+  /// Advances the head to the end of `sweep`, which reaches the leaves (8³ samples) lo..hi, inclusive.
   void advance_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi);
   /// Returns the path length so far (voxels) of the point of the head that has moved farthest.
   float path() const noexcept { return static_cast<float>(path_); }
@@ -51,7 +51,7 @@ class LeafFront {
   }
 
  private:
-  // leaves; the window of leaves is larger than the sweep by this margin, so that it must be moved only rarely
+  // leaves (8³ samples); the window is larger than the sweep by this margin, so that it must be moved only rarely
   static constexpr int kRoom = 2;
   static constexpr double kLongest =
       512;  // voxels, path length after which counting restarts; a float then resolves 6e-5

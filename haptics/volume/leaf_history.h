@@ -18,7 +18,7 @@ class LeafHistory {
   using Leaf = typename Tree::LeafNodeType;
   using Value = typename Tree::ValueType;
 
-  /// The leaf before the stroke, or the tile (one value for the whole leaf) that was at its position.
+  /// The leaf (8³ voxels) before the stroke, or the tile (one value for the whole leaf) that was at its position.
   struct Kept {
     std::unique_ptr<Leaf> leaf;  // copy of the leaf; null: a tile was at this position
     Value tile{};
@@ -47,7 +47,7 @@ class LeafHistory {
     return kept;
   }
 
-  /// Swaps the kept leaves with the leaves in the tree. The same operation is used for undo and redo.
+  /// Swaps the stroke's copies of leaves (8³ voxels) with the tree's leaves. Undo and redo use the same operation.
   static void exchange(Tree& tree, Stroke& stroke) {
     for (auto& [origin, kept] : stroke) {
       std::unique_ptr<Leaf> there(tree.template stealNode<Leaf>(origin, kept.tile, kept.tile_on));
@@ -56,7 +56,7 @@ class LeafHistory {
     }
   }
 
-  /// The values of the voxels of one leaf.
+  /// The values of the voxels of one leaf (8³ voxels).
   struct Values {
     // values of the leaf's voxels; null: no leaf existed, and all voxels had the value of the tile
     const Value* samples = nullptr;
@@ -66,7 +66,7 @@ class LeafHistory {
     const Leaf* leaf = tree.probeConstLeaf(origin);
     return leaf ? Values{leaf->buffer().data(), {}} : Values{nullptr, tree.getValue(origin)};
   }
-  /// Returns the values of the leaf at `origin` before the stroke; nullopt if the stroke did not write to this leaf.
+  /// Returns the values of the leaf (8³ voxels) at `origin` before the stroke; nullopt if it was not written to.
   static std::optional<Values> before(const Stroke& stroke, const openvdb::Coord& origin) {
     const auto it = stroke.find(origin);
     if (it == stroke.end()) return std::nullopt;

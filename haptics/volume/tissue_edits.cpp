@@ -18,7 +18,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Sums the volume of each tissue in a set of leaves. Every voxel counts with its fraction inside the surface.
+/// Sums the volume of each tissue in a set of leaves (8³ voxels). Every voxel counts with its fraction inside the
+/// surface.
 class LeafVolumes {
  public:
   void add(const StrokeKept::Distance::Values& distance, const StrokeKept::Labels::Values& tissue) {
@@ -59,8 +60,8 @@ class LeafVolumes {
   std::array<std::int64_t, kTissueCount> units_{};
 };
 
-// Number of voxels that this thread has cut. The TLS model is set explicitly, because in a shared library
-// (libtypodont.so) the default model calls a function at each access.
+// Number of voxels that this thread has cut. The model of thread-local storage is set explicitly, because in a shared
+// library (libtypodont.so) the default model calls a function at each access.
 [[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_voxels_cut = 0;
 void count_voxels(const glm::ivec3& box) noexcept {
   t_voxels_cut += static_cast<std::uint64_t>(box.x * box.y * box.z);
@@ -124,7 +125,7 @@ void TissueVolume::Impl::forget_writes() {
 
 void TissueVolume::Impl::log_write(const glm::ivec3& key) {
   // largest number of blocks in the log of writes between two marks (TissueVolume::mark); copying more blocks would
-  // take as long as copying a whole patch
+  // take as long as copying a whole patch (the servo's copy of the tissue)
   constexpr std::size_t kMost = 4096;
   if (writes.empty()) return;
   std::vector<glm::ivec3>& blocks = writes.back().blocks;
@@ -134,7 +135,8 @@ void TissueVolume::Impl::log_write(const glm::ivec3& key) {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  // the writes since at most this many marks (numbered states of the tissue) are stored; a session has fewer patches
+  // the writes since at most this many marks (numbered states of the tissue) are stored; each patch needs one mark, and
+  // a session has fewer patches than this
   constexpr std::size_t kMost = 32;
   const bool unwritten = !v.writes.empty() && v.writes.back().box.empty() && v.writes.back().blocks.empty();
   if (unwritten) return v.marked;
@@ -186,8 +188,8 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
   }
 }
 
-/// Returns the leaf that a removal will write to; null in air far from any surface. `kept`: during a stroke, the copy
-/// of the leaf for undo.
+/// Returns the leaf (8³ voxels) that a removal will write to; null in air far from any surface. `kept`: during a
+/// stroke, the copy of the leaf for undo.
 openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::FloatGrid::Accessor& accessor,
                                                                   const openvdb::Coord& origin,
                                                                   LeafFront::Kept*& kept) {
@@ -203,7 +205,7 @@ openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::Float
   return leaf;
 }
 
-/// Must be called after a removal has written to a leaf.
+/// Must be called after a removal has written to a leaf (8³ voxels).
 void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept) {
   leaf.setValuesOn();
   if (kept) kept->changed = true;
@@ -211,7 +213,7 @@ void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, Le
 
 namespace {
 
-/// Extends `box` by the samples lo..hi of a leaf to which a removal wrote.
+/// Extends `box` by the samples lo..hi of a leaf (8³ voxels) to which a removal wrote.
 void add_to_box(const glm::ivec3& lo, const glm::ivec3& hi, VoxelBox& box) {
   count_voxels(hi - lo + 1);
   if (box.empty()) box = {lo, hi};
@@ -580,7 +582,7 @@ bool TissueVolume::undo() {
 
 bool TissueVolume::redo() {
   Impl& v = *impl_;
-  // No stroke is undone, and the last one is unfinished. So the last stroke continues.
+  // No stroke was undone, so there is nothing to redo. An unfinished stroke continues.
   if (v.done == v.strokes.size()) return false;
   v.exchange(v.strokes[v.done++], false);
   return true;

@@ -79,11 +79,11 @@ inline Tissue shown_in(std::int32_t value) {
   return shown(label_in(value));
 }
 
-/// Determines which samples of a leaf of distances are inside tissue.
+/// Determines which samples of a leaf (8³ distances) are inside tissue.
 SolidBits solid_bits(const float* samples);
 
-/// All changes of one stroke. These are the leaves before the stroke; after an undo of the stroke, they are the leaves
-/// after the stroke.
+/// All changes of one stroke, as copies of leaves (8³ voxels) from before the stroke. After an undo of the stroke, they
+/// are copies of the leaves from after the stroke.
 struct StrokeKept {
   using Distance = LeafHistory<openvdb::FloatTree>;
   using Labels = LeafHistory<openvdb::Int32Tree>;
@@ -111,8 +111,8 @@ struct TissueVolume::Impl {
   // The last box of bricks that a cut inserted into `changed` and `carved`, inclusive. Empty (lo > hi) at first, and
   // after bricks were removed from these sets.
   glm::ivec3 marked_lo{0}, marked_hi{-1};
-  LeafFront front;  // active leaves of the head that cuts
-  KeySet filled;    // keys of leaves that may contain labels of a filling, see label.h
+  LeafFront front;  // leaves (8³ voxels) that the next cuts of the present head can change
+  KeySet filled;    // keys of leaves (8³ voxels) that may contain labels of a filling, see label.h
   // Writes after each of the last marks (numbers of states, TissueVolume::mark), oldest first; the last mark is
   // `marked`. Empty: the writes before `marked` are unknown.
   std::deque<TissueVolume::Written> writes;
@@ -139,13 +139,13 @@ struct TissueVolume::Impl {
   openvdb::FloatTree::LeafNodeType* leaf_to_cut(openvdb::FloatGrid::Accessor& accessor, const openvdb::Coord& origin,
                                                 LeafFront::Kept*& kept);
   void leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept);
-  /// Logs that a leaf was written to.
+  /// Logs that a leaf (8³ voxels) was written to.
   void log_write(const glm::ivec3& key);
 
-  /// Drops copies of leaves that were not written to, and a stroke that changed nothing.
+  /// Drops copies of leaves (8³ voxels) that were not written to, and a stroke that changed nothing.
   void complete_stroke();
 
-  /// Adds the bricks of a box that a cut or a filling has written to `changed` and `carved`; lo > hi: an empty box.
+  /// Adds to `changed` and `carved` the bricks of the box lo..hi that a cut or a filling has changed; lo > hi: none.
   void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi);
 
   /// Copies every n-th sample as TissueVolume::copy_every() does, but only the samples from..to, inclusive.

@@ -439,8 +439,8 @@ namespace {
 
 constexpr int kLeafEdge = openvdb::FloatTree::LeafNodeType::DIM;
 
-/// Returns, for each row of eight samples of a leaf, the bits of the samples d with low <= d < high. Bit 0 is the first
-/// sample of the row.
+/// Returns, for each row of eight samples of a leaf (8³ samples), the bits of the samples d with low <= d < high. Bit 0
+/// is the first sample of the row.
 TYPODONT_DISPATCH("avx2", "default")
 void samples_within(const float* leaf, float low, float high, std::uint8_t* rows) {
   for (int row = 0; row < kLeafEdge * kLeafEdge; ++row, leaf += kLeafEdge) {
@@ -473,8 +473,8 @@ SolidBits solid_bits(const float* samples) {
 }
 
 std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
-  // A leaf contains surface if it has samples of both signs, or if it is next to a sample of the opposite sign. In
-  // both cases the leaf has a sample with |distance| <= 2.
+  // A leaf (8³ samples) contains surface if it has samples of both signs, or if it is next to a sample of the opposite
+  // sign. In both cases the leaf has a sample with |distance| <= 2.
   const float nearest = -2, farthest = std::nextafter(2.0f, 3.0f);
   KeySet keys;
   for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {

@@ -30,7 +30,7 @@ constexpr std::uint32_t kUuidBytes = 36;
 
 constexpr std::string_view kSeal = "TYPODONT";
 constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
-// bytes, largest length of a message; a longer output file contains truncated grids and no message
+// bytes, largest length of a message; an output file longer than this contains truncated grids and no message
 constexpr std::size_t kLongestMessage = 1000;
 constexpr std::uintmax_t kMostKept = 2ull << 30;  // bytes, largest total size of the grids that the cache keeps
 

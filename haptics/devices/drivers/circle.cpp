@@ -5,7 +5,8 @@
 //      sends the force, and release() sends zero force from any thread. None of them throws, allocates or locks.
 //   2. Open the device in a function that throws Error with a message that helps the user. Access hardware through
 //      Link (link.h), so that tests can connect an emulator.
-//   3. Define NAME_driver in drivers/NAME.cpp. The build finds it; `typodont devices` and --hand then know it.
+//   3. Define NAME_driver in drivers/NAME.cpp. The build adds the driver, and `typodont devices` and the option --hand
+//      then know it.
 //
 // open_hand() adds limits, watchdog, ramps, thermal model, pedal and the pose of the base from the rig.
 #include <charconv>

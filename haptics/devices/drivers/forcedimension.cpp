@@ -125,8 +125,8 @@ class ForceDimensionDevice : public HapticDevice {
     if (which < kMost) use_.is(found(which, info_));
     info_.vibration_band = 250;     // Hz, our low estimate for stiff arms whose controller runs at 4 kHz
     info_.position_step = 0.01e-3;  // m, value that the manufacturer states for the omega (not verified)
-    // If this process ends, the controller's own watchdog switches off the motors. Its time is in units of 125 µs (not
-    // verified), so 16 is 2 ms; 0 would disable the watchdog.
+    // If this process ends, the controller's own watchdog switches off the motors. The argument is the watchdog's time
+    // in units of 125 µs (not verified), so 16 is 2 ms; 0 would disable the watchdog.
     if (api_.watchdog) api_.watchdog(16, id_);
     wrist_ = api_.has_wrist && api_.has_wrist(id_);
     send(dvec3(0), dvec3(0));

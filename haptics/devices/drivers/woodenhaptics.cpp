@@ -145,7 +145,7 @@ class ArmDevice : public HapticDevice {
     return report;
   }
 
-  /// Uses a report. Returns false if its values are impossible.
+  /// Updates the encoders and faults from a report. Returns false if the report's values are impossible.
   bool take(const ArmReport& report, double dt) noexcept {
     using Step = Encoder::Step;
     // if the clock has jumped, any position is accepted that the arm can reach within 0.5 s

@@ -75,7 +75,8 @@ std::vector<fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
-/// Returns the file to which a DICOMDIR in `folder` refers. No value if its name leads outside the folder.
+/// Returns the file `name` to which a DICOMDIR in `folder` refers. Returns no value if the name leads out of the
+/// folder.
 std::optional<fs::path> referenced(const fs::path& folder, const std::string& name) {
   fs::path at = folder;
   for (const fs::path& part : fs::path(name)) {
@@ -216,9 +217,9 @@ struct SliceLevels {
   dvec3 step{0}, origin{0};  // mm, vector from one wanted slice to the next, and position of the first wanted slice
 };
 
-/// Computes the wanted slices. Distances between slices that differ by at most 2 % count as even. If they differ more,
-/// but are at most 1.5 times the median, the slices are interpolated to even distances. A larger distance is an error,
-/// because slices are missing.
+/// Computes the positions at which slices are wanted. Distances between slices that differ by at most 2 % count as
+/// even. If they differ more, but are at most 1.5 times the median, the slices are interpolated to even distances. A
+/// larger distance is an error, because slices are missing.
 SliceLevels levels_of(const std::string& name, const Stack& stack, std::vector<std::string>& notes) {
   constexpr double kEven = 0.02, kMissing = 1.5;
   const std::vector<Slice>& s = stack.slices;

@@ -292,8 +292,8 @@ int main(int argc, char** argv) {
     // File names may contain line ends, so each name ends with a zero byte.
     for (std::string name; std::getline(list, name, '\0');) names.push_back(name);
   }
-  // The memory limit is the sum of memory for the libraries and for copies of the image (file, decoded pixels, buffers
-  // of the codec).
+  // Limits of this process. Memory in bytes: kBase for the libraries, and kCopies times the size of the image for its
+  // copies (file, decoded pixels, buffers of the codec). kSeconds is the limit of the processor time.
   constexpr std::uint64_t kBase = 768ull << 20, kCopies = 5, kSeconds = 300;
   limit_process({.seconds = kSeconds,
                  .memory = kBase + kCopies * std::strtoull(argv[3], nullptr, 10),
@@ -303,7 +303,7 @@ int main(int argc, char** argv) {
   gdcm::Trace::ErrorOff();
   gdcm::Trace::DebugOff();
   for (std::uint32_t number = 0; number < names.size(); ++number) {
-    // this file has already been read by an earlier process, which then crashed on another file
+    // an empty name: an earlier process has already read this file, and then crashed on another file
     if (names[number].empty()) continue;
     say(DicomRecord::kBegins, number);
     try {

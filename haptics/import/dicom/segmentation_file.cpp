@@ -67,7 +67,7 @@ std::string new_identifier() {
   std::random_device random;
   std::array<std::uint32_t, 4> number{};  // the most significant word first
   for (std::uint32_t& word : number) word = random();
-  // The bits that state the version and the variant of a random number (RFC 4122).
+  // Sets the bits that state the version (4) and the variant of a random number (RFC 4122).
   number[1] = (number[1] & 0xffff0fffu) | 0x4000u;
   number[2] = (number[2] & 0x3fffffffu) | 0x80000000u;
   std::string digits;
@@ -83,7 +83,7 @@ std::string new_identifier() {
   return "2.25." + std::string(digits.rbegin(), digits.rend());
 }
 
-/// Returns a decimal number of at most 16 characters, the longest that the format permits.
+/// Returns the value as a decimal number of at most 16 characters, the longest that the format permits.
 std::string decimal(double value) {
   if (std::abs(value) < 1e-9) value = 0;
   std::string text;
@@ -130,7 +130,8 @@ std::string dicom_segmentation(const std::string& file, const Imported& imported
     }
     if (frames.size() > before) segments.push_back(static_cast<Tissue>(t));
   }
-  // The pixels of the frames follow each other bit by bit, without padding between frames.
+  // The pixels of the frames follow each other bit by bit, without padding between frames. A DICOM element holds at
+  // most kMostBytes bytes.
   constexpr std::size_t kMostBytes = 0xfffffffe;
   const std::size_t bytes = (frames.size() * slice + 7) / 8;
   if (frames.empty() || bytes > kMostBytes)
@@ -153,7 +154,7 @@ std::string dicom_segmentation(const std::string& file, const Imported& imported
   gmtime_r(&now, &utc);
   const std::string date = fmt::format("{:04}{:02}{:02}", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday),
                     time = fmt::format("{:02}{:02}{:02}", utc.tm_hour, utc.tm_min, utc.tm_sec);
-  constexpr const char* kClass = "1.2.840.10008.5.1.4.1.1.66.4";  // Segmentation Storage
+  constexpr const char* kClass = "1.2.840.10008.5.1.4.1.1.66.4";  // file class: Segmentation Storage
 
   std::vector<Elements> segment_items, frame_items;
   for (std::size_t k = 0; k < segments.size(); ++k) {
@@ -171,7 +172,7 @@ std::string dicom_segmentation(const std::string& file, const Imported& imported
   for (const Frame& f : frames) {
     const auto segment = static_cast<std::uint32_t>(f.segment + 1);
     Elements item;
-    // Frame content with the two dimension indices, position of the slice, number of the segment.
+    // Writes three groups: frame content with the two dimension indices, position of the slice, number of the segment.
     item.sequence(0x0020, 0x9111,
                   {Elements().long_numbers(0x0020, 0x9157, {segment, static_cast<std::uint32_t>(f.z + 1)})})
         .sequence(0x0020, 0x9113,
