@@ -99,8 +99,8 @@ class MeshLodModel final : public ContactModel {
   // m, vector from the hand to the position of the tool that was returned to the servo in the last tick
   dvec3 last_lag_{0};
   dquat last_R_{1, 0, 0, 0};  // orientation of the hand in the last tick
-  // Normal of the wall that stops the tool. After the tool has left the wall, the normal is kept until offset_ has
-  // faded.
+  // Normal of the wall that stops the tool. After the tool has left the wall, the normal is stored until offset_, the
+  // shrinking correction of the contact point, is zero.
   dvec3 wall_normal_{0};
   double wall_stiffness_ = 0;
 

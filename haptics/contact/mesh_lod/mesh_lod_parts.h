@@ -14,8 +14,8 @@ namespace typodont::haptics::mesh_lod {
 
 struct Parameters {
   LevelOptions levels;
-  // m/s, limits of the hand's speed, one between each two levels; above the k-th limit, the model uses the level after
-  // level k, which is coarser
+  // m/s, speeds of the hand at which the level of detail changes, in increasing order. Above the first speed the
+  // second-finest level is used, above the second speed the third-finest, and so on.
   std::vector<double> switch_speed{30e-3, 120e-3};
   double hysteresis = 0.1;  // hysteresis around each limit of the hand's speed, as a ratio to that limit
   // true: at a change of level, the contact point is mapped to the new mesh; false: it is computed again from the
@@ -25,8 +25,8 @@ struct Parameters {
   double wall_limit = 0.5;  // N, force at which a wall between two tissues yields
 };
 
-/// The tissue's surface for the servo. Before the first cut the servo uses the levels, which never change. After the
-/// first cut it uses the present faces around the tool.
+/// The tissue's surface for the servo. Before the first cut the servo uses the meshes of the levels of detail, which
+/// never change. After the first cut it uses the present faces around the tool.
 struct MeshSnapshot : Snapshot {
   std::shared_ptr<const Levels> levels;
   bool cut = false;                 // true if the tissue was cut; `local` is then used instead of `levels`
@@ -34,9 +34,9 @@ struct MeshSnapshot : Snapshot {
   dvec3 lo{0}, hi{0};               // m, corners of the box that contains the faces in `local`
   // m³, volume that all cuts in this snapshot have removed; cuts that were undone do not count
   PerTissue removed{};
-  // The contact points around the tool that made the last cut, if its whole head has contact. Null until then.
+  // Contact points around the tool of the last cut, if its whole head has contact; null before the first such cut.
   std::unique_ptr<HeadPoints> points;
-  std::uint32_t points_of = kNoTool;  // index of this tool; kNoTool: `points` is not valid
+  std::uint32_t points_of = kNoTool;  // the tool around which `points` lie; kNoTool: `points` is not valid
   static constexpr std::uint32_t kNoTool = ~0U;
 };
 

@@ -48,8 +48,8 @@ class SurfaceContact {
   /// Call this before a call with another grid than before, and after the faces of the grid have
   /// changed.
   virtual void mesh_changed() noexcept {}
-  /// Call it after mesh_changed() if the carver has listed the contact points around this tool in the new mesh. The
-  /// list may be exchanged with another one until the next mesh_changed().
+  /// Call it after mesh_changed() if the carver has listed the contact points around this tool in the new mesh. Until
+  /// the next mesh_changed(), this object may exchange the contents of the list for those of its own list.
   virtual void use_prepared(HeadPoints* /*points*/) noexcept {}
 
   /// Starts a contact with the contact shape's centre at p. Returns false if the tool overlaps tissue there.
@@ -59,8 +59,8 @@ class SurfaceContact {
   /// Transfers the contact to another mesh. The new position is the point outside that mesh that is nearest to the old
   /// position (SCP mapping, paper S3, section 3.2).
   virtual void map_to(const TriangleGrid& grid) noexcept = 0;
-  /// Follows the hand's position `hip` (haptic interface point). `give`: if the head overlaps faces, the tissue counts
-  /// as removed to the depth of the overlap.
+  /// Follows the hand's position `hip` (haptic interface point). `give` = true: where the head overlaps faces, the
+  /// tissue counts as removed to the depth of the overlap.
   virtual void follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept = 0;
   /// Moves the centre into the tissue. A following follow() with `give` = true then treats the overlapped tissue as
   /// removed.

@@ -36,8 +36,8 @@ class OffsetModel : public PatchModel {
   struct Head {
     Tool tool;
     ContactFinder finder;
-    NonCuttingContacts smooth;  // contacts of the parts that do not cut: the shank and the safe end
-    // voxels, distance from the head's centre to the farthest point of the head and the safe end
+    NonCuttingContacts smooth;  // contacts of the parts that do not cut: the shank and the safe end (a pin at the tip)
+    // voxels, distance from the head's centre to the farthest point of the head and of the safe end (non-cutting pin)
     double reach;
   };
 
@@ -54,12 +54,12 @@ class OffsetModel : public PatchModel {
     // voxels; if the proxy moves by this in one tick, the force changes at a rate of 1 N/s
     double pace_per_slew = 0;
     bool paced = false;  // true if the proxy's speed relative to the hand is limited in this tick
-    // unit vector opposite to the direction in which the hand falls (see FallParameters); zero if it does not fall
+    // unit vector opposite to a fall of the hand (motion because the tissue under the bur is gone); zero: no fall
     dvec3 fall_normal{0};
-    // voxels, largest distance that the head may move in the direction of the fall in this tick
+    // voxels, largest distance that the head may move in this tick in the direction in which the hand falls
     double fall_limit = 0;
-    // Voxels, vector from the hand to the position that the contacts and the energy debt (of cuts that the motor has
-    // not paid for) allow, without the speed limit; zero without contact.
+    // Voxels, vector from the hand to the position that the proxy would have without the speed limit; zero without
+    // contact. The contacts limit this position, and so does the energy debt (of cuts that the motor has not paid for).
     dvec3 held_off{0};
     ActivePlanes active{};  // indices of the contacts that hold the head (the active set)
     // These members have the same meaning as the members of Contact with the same names.
@@ -150,8 +150,8 @@ class OffsetModel : public PatchModel {
   // fraction 0..1 of its power that the head kept at a wall of harder tissue in the last tick; 0: no wall
   double wall_ = 0;
   bool breaking_through_ = false;
-  double lost_for_ = 0;  // s, time since the tool was last inside the patch
-  // N, force of the last contact; its plane replaces the tissue while a patch is late; 0: there is no such plane
+  double lost_for_ = 0;  // s, time since the tool was last inside the patch (copy of the field around it)
+  // N, force of the last contact. Its plane replaces the tissue until a late patch arrives; 0: there is no such plane
   double bridge_push_ = 0;
   dvec3 bridge_from_{0};  // voxels, the head's centre when it left the patch
   // s, remaining time in which the proxy returns smoothly to the surface, after a plane had replaced a missing patch
@@ -171,13 +171,13 @@ class OffsetModel : public PatchModel {
   } fall_;
 
   // The next members are the state of the removal between two ticks.
-  CutFront front_, coarse_front_;  // active fronts (cut_front.h) of the patch and of its coarse patch
+  CutFront front_, coarse_front_;  // blocks of samples (active fronts) that the head can still change
   Pose cut_end_;                   // pose at the end of the last cut
   std::uint32_t cut_tool_ = 0;     // tool of the last cut
-  // A cut in the coarse patch. It joins several cuts of the fine patch, and may wait for a tick with less work.
+  // A cut in the coarse patch (for the shank). It joins several cuts of the fine patch, and may wait for a later tick.
   struct CoarseCut {
     Pose X_WA, X_WB;         // poses of the head at the start and at the end of the cut
-    std::uint64_t cut = 0;   // index of the last cut of the fine patch that is joined
+    std::uint64_t cut = 0;   // index of the last cut of the fine patch that this cut includes
     std::uint32_t tool = 0;  // tool of the cut
     bool goes_on = false;    // true if the previous cut in the coarse patch ended at X_WA
     int waits = 0;           // number of ticks for which the cut has waited; 0: no cut waits

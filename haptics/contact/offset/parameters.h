@@ -42,9 +42,9 @@ struct SearchParameters {
   static constexpr int refining_rounds = 6;
   // The secant method is used only if the ratio of two successive steps is at most this.
   static constexpr double still_converges = 0.95;
-  // largest factor by which the secant method lengthens a step, with one contact
+  // largest factor by which the secant method lengthens a step, if there is only one contact
   static constexpr double most_gain = 10;
-  // largest factor by which the secant method lengthens a step, with several contacts
+  // the same factor if there are several contacts and one of them holds the head
   static constexpr double most_gain_of_many = 2;
   // Voxels, largest depth that one tick may cut. The contact planes describe the surface only up to this
   // depth.
@@ -130,10 +130,10 @@ struct RecoveryParameters {
   // s, time constant with which the overlap decays while the tool is led out of tissue
   static constexpr double recovery_time = 6e-3;
   static constexpr double least_overlap = 0.01;  // voxels; with a smaller overlap the tool counts as outside the tissue
-  // s; if the tool has been outside its patch for longer than this, the new patch counts as late
+  // s; if the tool has been outside its patch (field around it) for longer than this, the new patch counts as late
   static constexpr double patch_wait = 0.01;
-  // m. While the tool is outside the patch, a plane replaces the tissue. If the tool is farther than this outside the
-  // patch, the force of the plane decreases.
+  // m. While the tool is outside the patch (copy of the field), a plane replaces the tissue. If the tool is farther
+  // than this from where it left the patch, the force of the plane decreases.
   static constexpr double bridge_reach = 5e-3;
   // N; the plane that replaces a late patch yields if the force exceeds the force of the last contact by more than
   // this.
@@ -189,7 +189,7 @@ struct FillingParameters {
   static constexpr double look_step = 0.25;
   static constexpr double step = 0.25;    // voxels; a dome of filling may always grow by this much (radius) in one tick
   static constexpr double most_step = 1;  // voxels, largest growth of the radius of a dome of filling in one tick
-  // s; a dome may grow per tick by the delivered filling not placed yet, plus the amount that is delivered in this time
+  // s; limit of the growth per tick: a dome may grow by the filling that waits, plus the amount delivered in this time
   static constexpr double ahead = 0.01;
   static constexpr double least_step = 1e-3;
   // if the free fraction of the surface of a dome of filling is at most this, the dome stops growing

@@ -273,7 +273,8 @@ void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_f
   }
 }
 
-/// Searches the contacts of the head, the shank and the safe end, with the head's centre at c.
+/// Searches the contacts of the head, the shank and the safe end (non-cutting pin at the tip), with the head's centre
+/// at c.
 void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool center_inside) noexcept {
   const Pose X_VT{c, in.X_WT.R};
   finder().find(patch_, X_VT, Q::contact_range, contacts_);
@@ -317,8 +318,8 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   return next;
 }
 
-/// Approximate planes have selected the contacts that hold the head. This function replaces them by exact planes and
-/// projects again, because with the exact planes other contacts may hold the head.
+/// Approximate planes have determined which contacts hold the head. This function computes the exact planes of these
+/// contacts and projects again, because with the exact planes other contacts may hold the head.
 dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 next) noexcept {
   Step& p = step_;
   const int rounds = in.cuts ? 1 : Q::refining_rounds;
@@ -342,8 +343,8 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
 
 /// Accelerates the convergence by the secant method. Along a smooth curved surface, each step is a constant fraction of
 /// the previous step (negative in a concave surface). So one step can replace all remaining steps: it is multiplied by
-/// a gain, which is the sum of the geometric series. With two active planes, the gain is at most 1. The component of
-/// the step towards the tissue is not changed.
+/// a gain, which is the sum of the geometric series. If several contacts hold the head, the gain is at most 1. The
+/// component of the step towards the tissue is not changed.
 dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   const Step& p = step_;
   const double before2 = glm::dot(s.last_step, s.last_step);
@@ -397,8 +398,9 @@ bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcep
 /// Limits the change of the force of a bur. `carried` is the position that the bur would reach if it were rigidly
 /// connected to the hand; the new position must be at most `most` away from it. Among these positions, the one nearest
 /// to the hand is chosen. To find it, the bur is pulled to a point between `carried` and the hand. The lag behind the
-/// hand never grows, so a bur that passes a rim lands first and then catches up. `next`: on entry, the position that
-/// the contacts alone determine; on return, the new position. Returns the point to which the bur is pulled.
+/// hand never grows: a bur that passes a rim first meets the tissue behind the rim, and then catches up with the hand.
+/// `next`: on entry, the position that the contacts alone determine; on return, the new position. Returns the point to
+/// which the bur is pulled.
 dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept {
   double fraction = 1;
   dvec3 led_to = pulled_to;
@@ -536,11 +538,11 @@ bool OffsetModel::hand_has_left() const noexcept {
   return false;
 }
 
-/// Handles a tool outside its patch. Until a new patch arrives, the plane of the last contact replaces the tissue
-/// (intermediate surface: Adachi 1995, Mark 1996), and nothing is cut. If the patch is late, the plane yields to a
-/// force larger than that of the last contact, so that the plane never traps the hand. Its force falls to zero while
-/// the tool's distance from where it left the patch grows from one to two times bridge_reach. A tool that had no
-/// contact follows the hand. docs/safety.md has the measurements.
+/// Handles a tool outside its patch (copy of the field around the tool). Until a new patch arrives, the plane of the
+/// last contact replaces the tissue (intermediate surface: Adachi 1995, Mark 1996), and nothing is cut. If the patch is
+/// late, the plane yields to a force larger than that of the last contact, so that the plane never traps the hand. The
+/// plane's force falls to zero while the tool's distance from where it left the patch grows from one to two times
+/// bridge_reach. A tool that had no contact follows the hand. docs/safety.md has the measurements.
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;

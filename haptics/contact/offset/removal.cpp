@@ -1,4 +1,5 @@
-// Removes tissue in the servo's own patch, and repeats cuts in a new patch that lacks them.
+// Removes tissue in the servo's patch (copy of the field around the tool), and repeats cuts in a new patch that lacks
+// them.
 #include <algorithm>
 #include <cmath>
 
@@ -47,10 +48,10 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
   return true;
 }
 
-/// Makes a cut in the coarse patch, from pose A to pose B of the head. Several short cuts are joined into a longer one,
-/// because the coarse samples cannot resolve them. `may_wait`: true if the cut in the fine patch took long, so that the
-/// cut in the coarse patch may wait for one of the next ticks. It may wait because only the shank touches the coarse
-/// patch, and the shank follows the head.
+/// Makes a cut in the coarse patch (field around the shank), from pose A to pose B of the head. Several short cuts are
+/// joined into a longer one, because the coarse samples cannot resolve them. `may_wait`: true if the cut in the fine
+/// patch took long. The cut in the coarse patch may then wait for one of the next ticks, because only the shank touches
+/// the coarse patch, and the shank follows the head.
 void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept {
   if (patch_.wide.empty()) return;
   const bool goes_on = continues && coarse_.cut + 1 >= cut_count_;
