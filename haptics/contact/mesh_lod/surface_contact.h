@@ -45,7 +45,7 @@ class SurfaceContact {
 
   /// Sets the orientation of the tool for all following calls.
   virtual void turn_to(const dquat& /*R_WT*/) noexcept {}
-  /// Call this before a call with another grid than before, and after the faces of the grid have
+  /// Call this before a call with a grid that differs from the previous one, and after the faces of the grid have
   /// changed.
   virtual void mesh_changed() noexcept {}
   /// Call it after mesh_changed() if the carver has listed the contact points around this tool in the new mesh. Until

@@ -673,8 +673,9 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
   }
 }
 
-/// Removes a vertex that could not leave the head by merging it into a neighbour: the nearest possible one outside the
-/// head, or else the nearest possible one. Returns false if no neighbour is possible.
+/// Removes a vertex that could not leave the head by merging it into a neighbour: into the nearest suitable neighbour
+/// outside the head, or if there is none, into the nearest suitable neighbour. Returns false if no neighbour is
+/// suitable.
 bool MeshCutter::merge_into_any_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
                                           CutDone& done) noexcept {
   struct Neighbour {
