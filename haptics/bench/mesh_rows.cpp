@@ -28,7 +28,7 @@ using namespace mesh_lod;
 
 constexpr double kSpeed = 30e-3;   // m/s, speed of the hand
 constexpr double kDepth = 0.3e-3;  // m, depth of the hand below the surface
-// Radii of the sliding tips in m: almost a point, as in paper S3, and the tip of an explorer.
+// Radii of the sliding tips in m: almost a point, as in paper S3, and the tip of an explorer (a pointed dental probe).
 constexpr double kTips[] = {1e-9, 0.125e-3};
 constexpr int kTurn = 60;        // number of ticks after which the hand changes its direction
 constexpr int kSlidePasses = 6;  // number of passes over each mesh

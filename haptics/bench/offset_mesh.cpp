@@ -55,7 +55,7 @@ std::optional<OffsetMesh::Hit> OffsetMesh::first_hit(const dvec3& from, const dv
     const mesh_lod::Face& face = grid_.face(i);
     const dvec3 e = face.b - face.a, f = face.c - face.a, across = glm::cross(way, f);
     const double det = glm::dot(e, across);
-    if (!(det > 0)) return;  // the segment is parallel to the face, or leaves the ball through it
+    if (!(det > 0)) return;  // the segment is parallel to the face, or crosses it from inside to outside
     const dvec3 off = from - face.a;
     const double u = glm::dot(off, across) / det;
     if (u < 0 || u > 1) return;

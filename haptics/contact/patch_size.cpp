@@ -1,4 +1,4 @@
-// Computes the edge length of a patch, and the distance that a tool may move inside it.
+// Computes the edge length of a patch (the field around a tool), and the distance that a tool may move inside it.
 #include <algorithm>
 #include <cmath>
 

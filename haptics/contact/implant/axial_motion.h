@@ -28,9 +28,9 @@ inline double coupled_step(double ahead, double k, double mass, double drag, dou
   return state.speed * dt;
 }
 
-/// Applies eq. (7)–(9) in a corrected form: an obstacle limits the advance, but never the withdrawal. In the paper, the
-/// two cases of eq. (7) are exchanged, so a tool without an obstacle would not move. `wanted`: requested motion along
-/// the axis, positive inward, m; `free`: distance to the obstacle, m; `step`: largest step per tick, m.
+/// Applies eq. (7)–(9) of Zhao 2020 in a corrected form: an obstacle limits the advance, but never the withdrawal. In
+/// the paper, the two cases of eq. (7) are exchanged, so a tool without an obstacle would not move. `wanted`: requested
+/// motion along the axis, positive inward, m; `free`: distance to the obstacle, m; `step`: largest step per tick, m.
 inline double allowed_step(double wanted, double free, double step, bool has_obstacle, bool as_printed) noexcept {
   if (as_printed && !has_obstacle) return 0;
   if (wanted > 0 && !as_printed) wanted = std::min(wanted, std::max(free, 0.0));

@@ -42,7 +42,7 @@ struct Parameters {
   // rad (10 degrees), largest angle between the axes of tool and bed at which the tool may enter
   double axis_tolerance = 0.175;
   double enter_force = 0.3;  // N; criterion 4 requires that the force along the axis is larger than this
-  // m; the tool leaves the bed when its tip is this far outside the entry; the difference to the entry is a hysteresis
+  // m; hysteresis: the tool leaves the bed only when its tip is this far outside the entry
   double leave = 0.3e-3;
   double least_depth = 0.5e-3;  // m, smallest depth of a bed; a shallower hole does not count as a bed
   // Parameters of the motion in a bed.

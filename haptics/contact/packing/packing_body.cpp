@@ -33,7 +33,7 @@ constexpr std::size_t kMost = 50000;
 
 const dvec3 kNowhere(std::numeric_limits<double>::infinity());
 
-/// Returns the position that the tool's ball had when it overlapped the sphere `s` most deeply.
+/// Returns the position that the cutting ball (a sphere of the tool) had when it overlapped the sphere `s` most deeply.
 dvec3 ball_of(const CutSphere& s) {
   return s.base - (s.tool + s.base_radius - s.overlap) * s.away;
 }
@@ -138,7 +138,8 @@ void PackingBody::changed(int i, const CutSphere& before) {
   }
   if (remembers_) written_.push_back(i);
   const CutSphere& now = spheres_.sphere(i);
-  // A new cut of the sphere from another side begins. A note for the previous cut is stored first.
+  // A new cut of the sphere from another side begins. So the end of the previous cut is stored first, as a note from
+  // which the field will be updated.
   if (before.overlap > 0 && now.base != before.base && ball_of(before) != last_noted_[k]) note(i, before);
   const double moved = glm::distance(ball_of(now), last_noted_[k]);
   if (!(moved < kNoteEvery * volume_.frame().voxel) || !(spheres_.tree().radius(i) > 0)) note(i, now);

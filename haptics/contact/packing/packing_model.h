@@ -87,7 +87,7 @@ class PackingModel final : public ContactModel {
   } retreat_;
   SurfaceEstimate surface_;
   Pose X_estimated_;          // pose of the proxy for which surface_ was computed
-  double postponed_for_ = 0;  // s, time since the last cut for which postpones() was true; 0: no cut is postponed
+  double postponed_for_ = 0;  // s, time for which a cut has been postponed so far; 0: no cut is postponed
   CutBuffers buffers_;
   TriedCut tried_;
   // result of find_near(): one list for each sphere of the head, stored one after the other

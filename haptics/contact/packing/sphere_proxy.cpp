@@ -26,9 +26,9 @@ constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projectio
 constexpr double kArrived = 1e-10;
 // rad, largest rotation in one step; the chord of the step then deviates from the arc by less than 5e-5 of the reach
 constexpr double kLargestTurn = 0.02;
-constexpr double kMargin = 60e-6;          // m, smallest mean margin of the lists of spheres near a tool sphere
-constexpr double kLargestMargin = 300e-6;  // m, largest mean margin of the lists of spheres near a fast tool sphere
-constexpr double kAhead = 3;               // mean near-list margin of a fast tool, as a multiple of its motion per tick
+constexpr double kMargin = 60e-6;          // m, smallest mean margin (range) of the Verlet lists of a tool sphere
+constexpr double kLargestMargin = 300e-6;  // m, largest mean margin (range) of the Verlet lists of a fast tool sphere
+constexpr double kAhead = 3;               // margin of a fast sphere's Verlet list, as a multiple of motion per tick
 // m, search distance for the nearest sphere if no sphere lies within the margin
 constexpr double kLook = 2e-3;
 constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of a distance; it is added to all bounds
@@ -36,7 +36,8 @@ constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of 
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // smallest capacity of one near list, as a number of spheres
 constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all near lists, as a number of spheres
-// m, largest gap for which nearly all spheres in a long list are near the tool (see listed_near)
+// m; if the gaps in question are below this limit, the spheres of a long near list are used without a test of each one,
+// because nearly all of them are near the tool (see listed_near)
 constexpr double kFewOthers = 100e-6;
 constexpr std::size_t kLongList = 1024;  // smallest length of a long near list, as a number of spheres
 constexpr std::size_t kLanes = 8;        // number of spheres in a near list that are compared by one vector instruction
@@ -47,7 +48,7 @@ constexpr double kLeastMargin = 1e-6;  // m; a near list (spheres near a tool sp
 constexpr double kReduced = 0.8;       // if a near list would be too long, its margin is multiplied by this factor
 // parameters of near lists (tissue spheres near a tool sphere) that are made before they are needed (prepare_lists)
 constexpr double kLargestPrepared = 0.5e-3;  // m, largest mean margin of a near list that is made in advance
-constexpr double kTicksAhead = 10;           // mean list margin for a fast tool, as a multiple of its motion per tick
+constexpr double kTicksAhead = 10;           // mean margin of lists made in advance, as a multiple of motion per tick
 constexpr std::size_t kLeavesATick = 320;    // smallest number of leaves of the sphere tree that one tick searches
 // if a near list (tissue spheres near a tool sphere) is too long for its memory, the next try is after so many searches
 constexpr int kNotAgain = 64;

@@ -149,7 +149,7 @@ struct SampleBatches {
   static constexpr int kBatches = ContactSet::kMax / kBatch;
   int from[kBatches];                           // index of the first sample of the batch
   F8 qx[kBatches], qy[kBatches], qz[kBatches];  // voxels, positions of the samples on the head
-  // voxels, present positions of the points that are moved from there to the tissue's surface
+  // voxels, present positions of the points, which are moved from the samples to the tissue's surface
   F8 x[kBatches], y[kBatches], z[kBatches];
   // value (voxels) and gradient of the distance field at the present positions
   F8 value[kBatches], gx[kBatches], gy[kBatches], gz[kBatches];

@@ -123,8 +123,8 @@ struct SharpEdgeParameters {
   static constexpr double filled = 0.15;
 };
 
-/// Parameters of shanks and safe ends (NonCuttingContacts). The contacts of a shank are computed in the coarse patch.
-/// Lengths are in coarse voxels unless another unit is given.
+/// Parameters of shanks and safe ends (smooth pins at the tip), see NonCuttingContacts. Shank contacts are computed in
+/// the coarse patch (field around the shank). Lengths are in coarse voxels unless another unit is given.
 struct NonCuttingPartParameters {
   static constexpr double spacing = 0.25e-3;  // m, distance between two neighbouring samples of the coarse patch
   // Coarse voxels, upper bound of the error by which linear interpolation overestimates the distance.

@@ -1,7 +1,7 @@
-// Contacts of the parts of a tool that never cut. The contacts of the shank are computed in the coarse patch. At uncut
-// tissue they are exact. At cut tissue, the shank has contacts only where it is clearly wider than the head, because
-// the coarse patch cannot resolve small differences. The contacts of the safe end are computed in the same patch as
-// those of the head.
+// Contacts of the parts of a tool that never cut. The contacts of the shank are computed in the coarse patch (field
+// around the shank). At uncut tissue they are exact. At cut tissue, the shank has contacts only where it is clearly
+// wider than the head, because the coarse patch cannot resolve small differences. The contacts of the safe end (a pin
+// at the tip) are computed in the same patch as those of the head.
 #pragma once
 
 #include <algorithm>
