@@ -160,7 +160,8 @@ std::vector<BenchRow> bench_mesh_lod(const TissueMesh& arch, bool quick) {
     const std::vector<dvec3> path = path_over(reference->grids.front(), tip, ticks);
     std::vector<TissueMesh> meshes;
     for (const std::size_t size : sizes) meshes.push_back(base_mesh(arch, {size, {}}));
-    // The passes over the meshes alternate, so that other work on the machine does not change the ratios.
+    // The passes over the meshes alternate, so that other work on the machine does not change the ratios of their
+    // times.
     std::vector<std::vector<double>> least(sizes.size());
     for (int pass = 0; pass < (quick ? 1 : kSlidePasses); ++pass) {
       for (std::size_t k = 0; k < sizes.size(); ++k) slide(meshes[k], tip, path, least[k]);

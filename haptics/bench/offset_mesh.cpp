@@ -82,8 +82,9 @@ dvec3 OffsetMesh::follow(const dvec3& goal) noexcept {
     const glm::uvec3& corner = corners_[hit->face];
     shaded = glm::normalize((1 - hit->u - hit->v) * normals_[corner.x] + hit->u * normals_[corner.y] +
                             hit->v * normals_[corner.z]);
-    // Computes which part of the remaining motion the planes found so far allow. With one plane it is a motion in the
-    // plane, and with two planes a motion along their common edge. With three planes there is no motion.
+    // Computes which part of the remaining motion is allowed by the planes that were found so far. With one plane it is
+    // a motion in the plane, and with two planes a motion along their common edge. With three planes there is no
+    // motion.
     const dvec3 rest = goal - proxy_;
     if (planes == 0) {
       target = proxy_ + rest - glm::dot(rest, n[0]) * n[0];

@@ -16,14 +16,14 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr int kBlock = 8;  // voxels, edge length of the blocks in which the field is updated
-// voxels; when the ball of the tool that cuts a sphere has moved this far, PackingBody::changed() stores a note: the
-// index of the sphere, and the position and radius of the ball; rasterize() updates the field from the notes
+// Voxels. Each time the tool sphere that cuts a tissue sphere has moved this far, PackingBody::changed() stores its
+// position and radius as a note. rasterize() updates the field from the notes.
 constexpr double kNoteEvery = 0.03;
 // voxels; when a sphere is cut, the field is updated up to this distance beyond the sphere and its gaps, because
 // interpolation also reads neighbouring voxels
 constexpr double kAround = 1.8;
-// a gap between spheres belongs to a sphere up to this distance from it, as a multiple of the radius of the largest
-// hole in the packing
+// a gap between spheres belongs to a sphere if it is at most this far from the sphere, as a multiple of the radius of
+// the largest hole in the packing
 constexpr double kGapsAround = 2;
 // first version of the force laws in which a cut also reduces the gaps that belong to the cut sphere
 constexpr std::uint32_t kLawsOfReducedGaps = 7;

@@ -313,8 +313,8 @@ void PackingModel::take_tissue_from_contacts() noexcept {
   }
 }
 
-/// Sets μ_s and μ_d of eq. 13 according to the tissue in contact in the last tick. A rotating bur has no friction here,
-/// because the servo computes the tangential force of its cutting edges.
+/// Sets the friction coefficients μ_s and μ_d (paper S2, eq. 13) according to the tissue in contact in the last tick. A
+/// rotating bur has no friction here, because the servo computes the tangential force of its cutting edges.
 void PackingModel::set_friction(const ContactInput& in) noexcept {
   double fixed = 0, sliding = 0;
   if (settings_.friction && (!in.cuts || in.scrapes)) {
@@ -439,8 +439,8 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       changed = true;
       proxy().note_cut(tree, place, protrudes);
     };
-    // On a straight path, the tissue spheres listed for the tried cut (TriedCut) include all spheres that the cut
-    // reaches.
+    // On a straight path, the tissue spheres that were listed to compute the cost of the cut (TriedCut) include all
+    // spheres that the cut reaches.
     const bool straight = turn == dvec3(0) || (tool.head == 1 && tool.center_T[0] == dvec3(0));
     if (tried_share_ == most && straight && settings_.laws >= kLawsOfRings && tried_.complete() &&
         near_end_[tool.head - 1] < near_.size()) {

@@ -34,20 +34,20 @@ constexpr double kLook = 2e-3;
 constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of a distance; it is added to all bounds
 // This factor makes a motion slightly longer, so that contacts exactly at its end are found.
 constexpr double kPastTheEnd = 1.0000001;
-constexpr std::size_t kListed = 64;        // smallest capacity of one near list, as a number of spheres
-constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all near lists, as a number of spheres
-// m; if the gaps in question are below this limit, the spheres of a long near list are used without a test of each one,
-// because nearly all of them are near the tool (see listed_near)
+constexpr std::size_t kListed = 64;        // smallest capacity of one Verlet list (spheres near a tool sphere)
+constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all Verlet lists, as a number of spheres
+// m; if the gaps in question are below this limit, the spheres of a long Verlet list are used without a test of each
+// one, because nearly all of them are near the tool (see listed_near)
 constexpr double kFewOthers = 100e-6;
-constexpr std::size_t kLongList = 1024;  // smallest length of a long near list, as a number of spheres
-constexpr std::size_t kLanes = 8;        // number of spheres in a near list that are compared by one vector instruction
+constexpr std::size_t kLongList = 1024;  // smallest length of a long Verlet list, as a number of spheres
+constexpr std::size_t kLanes = 8;        // number of spheres in a Verlet list that one vector instruction compares
 // m, upper bound of the rounding error of a gap in single precision. It does not cover gaps below -10 mm, but such
 // spheres overlap so deeply that every comparison finds them.
 constexpr float kFloatRounding = 1e-9f;
-constexpr double kLeastMargin = 1e-6;  // m; a near list (spheres near a tool sphere) with a smaller margin is not made
-constexpr double kReduced = 0.8;       // if a near list would be too long, its margin is multiplied by this factor
+constexpr double kLeastMargin = 1e-6;  // m; a Verlet list (spheres near a tool sphere) with smaller margin is not made
+constexpr double kReduced = 0.8;       // if a Verlet list would be too long, its margin is multiplied by this factor
 // parameters of near lists (tissue spheres near a tool sphere) that are made before they are needed (prepare_lists)
-constexpr double kLargestPrepared = 0.5e-3;  // m, largest mean margin of a near list that is made in advance
+constexpr double kLargestPrepared = 0.5e-3;  // m, largest mean margin of a Verlet list that is made in advance
 constexpr double kTicksAhead = 10;           // mean margin of lists made in advance, as a multiple of motion per tick
 constexpr std::size_t kLeavesATick = 320;    // smallest number of leaves of the sphere tree that one tick searches
 // if a near list (tissue spheres near a tool sphere) is too long for its memory, the next try is after so many searches
@@ -547,8 +547,8 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       }
     }
 
-    // Moves the proxy along a part of the motion, with a collision test. Both the largest allowed rotation and the path
-    // that remains in this tick limit the length of this part.
+    // Coulomb friction (paper S2, eq. 10–13): the sum of the pushes limits how far the contacts let the proxy
+    // slide.
     const double angle = glm::length(turned), way = glm::length(by) + tool_.reach * angle;
     const double share = std::min({1.0, kLargestTurn / std::max(angle, 1e-300), path_left / std::max(way, 1e-300)});
     by *= share, turned *= share;

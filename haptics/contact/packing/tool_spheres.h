@@ -22,7 +22,7 @@ struct ToolSpheres {
   // Number of spheres of the head; they are the first spheres in the list. The remaining spheres belong to the shank
   // and the safe end (a non-cutting pin at the tip).
   std::size_t head = 0;
-  dvec3 com_T{0};         // m, the head's centre of mass (eq. 9) for uniform density
+  dvec3 com_T{0};         // m, the head's centre of mass (paper S2, eq. 9) for uniform density
   double reach = 0;       // m, distance from the origin of frame T to the farthest point of any sphere
   double head_reach = 0;  // m, distance from the origin of frame T to the farthest point of the head's spheres
 

@@ -49,9 +49,9 @@ class NonCuttingContacts {
     double z, half, neck, radius, taper;
   };
   struct Known {
-    ContactPlane plane;  // contact plane, in voxels of the part's patch
+    ContactPlane plane;  // contact plane, in voxels of the patch of this part (shank or safe end)
     bool shank;
-    double let;  // allowed overlap, in voxels of the part's patch
+    double let;  // allowed overlap, in voxels of the patch of this part (shank or safe end)
   };
   static constexpr int kMost = 5, kRoom = 8;  // kMost: largest number of contacts of one part; kRoom: of all parts
 
