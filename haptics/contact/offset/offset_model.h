@@ -171,7 +171,7 @@ class OffsetModel : public PatchModel {
   } fall_;
 
   // The next members are the state of the removal between two ticks.
-  CutFront front_, coarse_front_;  // blocks of samples (active fronts) that the head can still change
+  CutFront front_, coarse_front_;  // samples of patch and coarse patch that the head can still change (active fronts)
   Pose cut_end_;                   // pose at the end of the last cut
   std::uint32_t cut_tool_ = 0;     // tool of the last cut
   // A cut in the coarse patch (for the shank). It joins several cuts of the fine patch, and may wait for a later tick.

@@ -44,7 +44,7 @@ struct SearchParameters {
   static constexpr double still_converges = 0.95;
   // largest factor by which the secant method lengthens a step, if there is only one contact
   static constexpr double most_gain = 10;
-  // the same factor if there are several contacts and one of them holds the head
+  // largest factor by which the secant method lengthens a step, if only one of several contacts holds the head
   static constexpr double most_gain_of_many = 2;
   // Voxels, largest depth that one tick may cut. The contact planes describe the surface only up to this
   // depth.

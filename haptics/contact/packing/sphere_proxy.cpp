@@ -531,7 +531,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     dvec3 by, turned;
     project(move, turn, by, turned);
 
-    // Coulomb friction (eq. 10–13): the sum of the pushes limits how far the contacts let the proxy
+    // Coulomb friction (paper S2, eq. 10–13): the sum of the pushes limits how far the contacts let the proxy
     // slide.
     dvec3 pushed(0);
     for (std::size_t k = 0; k < count_; ++k) pushed += constraints_[k].multiplier * constraints_[k].n;
@@ -547,8 +547,8 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       }
     }
 
-    // Coulomb friction (paper S2, eq. 10–13): the sum of the pushes limits how far the contacts let the proxy
-    // slide.
+    // Moves the proxy along a part of the motion, with a collision test. Both the largest allowed rotation and the path
+    // that remains in this tick limit the length of this part.
     const double angle = glm::length(turned), way = glm::length(by) + tool_.reach * angle;
     const double share = std::min({1.0, kLargestTurn / std::max(angle, 1e-300), path_left / std::max(way, 1e-300)});
     by *= share, turned *= share;

@@ -29,8 +29,8 @@ struct FeelParameters {
   // Shortest displacement of the head that is cut in one step, as a ratio to the edge length. Shorter displacements are
   // collected; otherwise every tick would cut.
   static constexpr double sweep = 0.04;
-  // The limit `sweep` for a cutting edge that the hand draws without rotation. It is very short, because a dragged edge
-  // stores little energy.
+  // Shortest displacement that is cut in one step by an edge that the hand draws without rotation, as a ratio to the
+  // edge length of the mesh. It is very short, because a dragged edge stores little energy.
   static constexpr double scrape = 2e-5;
   // longest displacement of the head that is cut in one step, as a ratio to the edge length
   static constexpr double stride = 0.5;
@@ -55,7 +55,7 @@ struct FeelParameters {
   static constexpr double rest = 3, hurry = 0.08;
   // Largest effort of the contact and a cut in one tick, in units of 10 ns. A longer cut is divided over several ticks.
   static constexpr Effort most_effort = 6000;
-  // the same for a cut alone, in force laws 11; `more`: after a cut in which vertices stayed inside the head
+  // largest effort (unit: 10 ns) of a cut in a tick, force laws 11; `more`: after vertices stayed inside the head
   static constexpr Effort most_effort_before = 6000, more_effort_before = 8000;
   // Limit of the effort of all lists of contact points in one tick, in units of 10 ns. A fast head needs several lists.
   // If the next list would exceed the limit, the head continues its motion in the next tick.
