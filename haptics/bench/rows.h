@@ -34,7 +34,7 @@ void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dense, std::vector<BenchRow>& rows);
 
 /// Returns a lower bound, in ns, of the median time of a drilling tick. It is the sum of three times: the tick's cut
-/// alone, repeated in a separate patch; one query; and a scan of the samples that the cut reads and writes.
+/// alone, repeated in a separate copy of the field; one query; and a scan of the samples that the cut reads and writes.
 double drilling_floor(const DenseTissue& dense, const ServoSettings& settings, int ticks);
 
 /// Adds rows for a patch (the field around the tool) that is copied during drilling and passed to the servo. `scene` is

@@ -71,9 +71,9 @@ class CutLog {
   const Made& made(std::uint64_t index) const noexcept { return made_[index]; }
   std::uint64_t last() const noexcept { return made_.last(); }
   std::uint64_t first_after(std::uint64_t index) const noexcept { return made_.first_after(index); }
-  /// Sets `lo` and `hi` to the union of the boxes of all cuts after `index`, or the whole patch if some of these cuts
-  /// are no longer stored. Returns false if there is no cut after `index`. `filled`: true if one of these cuts may be a
-  /// filling.
+  /// Sets `lo` and `hi` to the union of the boxes of all cuts after `index`, or the whole patch (copy of the field) if
+  /// some of these cuts are no longer stored. Returns false if there is no cut after `index`. `filled`: true if one of
+  /// these cuts may be a filling.
   bool since(std::uint64_t index, glm::ivec3& lo, glm::ivec3& hi, bool& filled) const noexcept {
     if (index >= last()) return false;
     const bool all_known = last() - index < RecentCuts<Made>::kLength;

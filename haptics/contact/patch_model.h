@@ -23,7 +23,7 @@ class PatchModel : public ContactModel {
  protected:
   explicit PatchModel(const ServoSettings& settings);
   double voxel() const noexcept { return settings_.frame.voxel; }
-  /// Returns the specific energy in J/m³ at a point of the patch; `p_V` in voxels.
+  /// Returns the specific energy in J/m³ at a point of the patch (copy of the field); `p_V` in voxels.
   double specific_energy_at(const dvec3& p_V) const noexcept {
     const auto tissue = static_cast<std::size_t>(haptics::tissue_at(patch_, p_V));
     return settings_.materials[tissue].specific_energy * hardness_at(patch_, p_V);

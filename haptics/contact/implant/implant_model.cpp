@@ -448,8 +448,8 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   return remove_sweep(in, {contact.p_WG, contact.R_WG}, cut, energy);
 }
 
-/// Repeats a cut in the patch of a new snapshot, which does not yet contain it. Does nothing for a placed implant,
-/// because the new snapshot already contains it.
+/// Repeats a cut in the patch (field around the tool) of a new snapshot that lacks this cut. Does nothing for a placed
+/// implant, because the new snapshot already contains the implant.
 PerTissue ImplantModel::repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept {
   return made.fill_radius > 0 ? PerTissue{} : OffsetModel::repeat(made, index, fresh);
 }

@@ -84,11 +84,11 @@ class MeshLodModel final : public ContactModel {
   Parameters parameters_;
   MeshSnapshot snapshot_;
   std::vector<std::unique_ptr<SurfaceContact>> points_;  // for each tool: its contact with the mesh
-  std::vector<dvec3> ends_;                              // m, frame T, for each tool: centre of its contact shape
+  std::vector<dvec3> ends_;                              // m, frame T, for each tool: centre of its ball or other head
   std::uint32_t tool_ = 0;
   LevelBySpeed by_speed_;
   std::size_t level_ = 0;
-  bool placed_ = false;  // true if the contact shape is at the tool's present position
+  bool placed_ = false;  // true if the contact shape (ball or other head) is at the tool's present position
   // true: since the last tick, the servo has moved the tool without contact; placed_ is then false
   bool moved_freely_ = false;
   dvec3 hip_{0};  // m, position of the hand in the last tick ("haptic interface point")
@@ -107,7 +107,7 @@ class MeshLodModel final : public ContactModel {
   // Data that the servo stores for each of its cuts.
   struct Made {
     PerTissue removed{};  // m³, estimated removed volume of each tissue
-    dvec3 from{0};        // m, centre of the contact shape before the cut
+    dvec3 from{0};        // m, centre of the contact shape (ball or other head) before the cut
   };
   RecentCuts<Made> made_;
   dvec3 sunk_from_{0};    // m, start position of the first cut that the snapshot does not contain

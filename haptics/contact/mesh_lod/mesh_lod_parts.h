@@ -47,7 +47,7 @@ inline constexpr std::uint32_t kLawsOfParts = 12;
 /// Sizes and update rate of the snapshots in a session with a cutting tool.
 struct LocalParameters {
   static constexpr double travel = 2e-3;  // m, distance that the tool may move before the next snapshot is due
-  // m, additional width of a snapshot, beyond the tool's size and `travel`
+  // m, additional width of a snapshot, beyond the tool's size and its allowed motion `travel`
   static constexpr double margin = 0.5e-3;
   // displacement of the head for which the contact points that the carver lists are valid, as a ratio to its radius
   static constexpr double listed = 0.45;

@@ -56,8 +56,8 @@ void OffsetModel::constrain(const ContactInput& in, Contact& out) noexcept {
   if (!in.cuts) emptied_ = false;
 }
 
-/// Prepares the data of the tick. Reduces the overlap, at a rate at which the head can leave the tissue without a force
-/// step.
+/// Prepares the data of the tick. Reduces the overlap of head and tissue, at a rate at which the head can leave the
+/// tissue without a force step.
 void OffsetModel::begin_step(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& s = step_;
@@ -81,10 +81,11 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.paced = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
 }
 
-/// Limits the landing speed after a fall. If the tissue under the bur is removed, the hand accelerates. The bur then
-/// meets the next tissue at a high speed, which would cause a force step. A fall is detected if the push of the tissue
-/// decreases while the hand's speed against this push increases. The bur then sinks no faster than the allowed landing
-/// speed. A hand that draws the bur at constant speed does not fall, however steep its path is.
+/// Limits the speed at which the bur meets tissue after a fall. If the tissue under the bur is removed, the hand
+/// accelerates. The bur would then meet the next tissue at a high speed, which would cause a force step. A fall is
+/// detected if the push of the tissue decreases while the hand's speed against this push increases. The bur then sinks
+/// no faster than the allowed speed. A hand that draws the bur at constant speed does not fall, however steep its path
+/// is.
 void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   using F = FallParameters;
   if (!(step_.paced && in.cuts && !in.scrapes)) {
@@ -101,8 +102,8 @@ void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   smooth(fall_.hand_mean, v, F::speed_time);
   const dvec3 gained = fall_.hand_speed - fall_.hand_mean;
   const double gain = glm::length(gained);
-  // A fall is recognised by the hand's gain of speed. The gain must exceed F::gain / stiffness plus the noise of one
-  // encoder count of the position.
+  // A fall (the tissue under the bur was removed) is recognised by the hand's gain of speed. The gain must exceed
+  // F::gain / stiffness plus the noise of one encoder count of the position.
   if (gain < F::gain / settings_.stiffness + settings_.position_step / F::rough_time) return;
   const dvec3 n = -gained / gain;
   const double held_up = glm::dot(fall_.push_mean, n);
@@ -305,8 +306,8 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   dvec3 next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
   s.held_at = next;
   comes_free = p.active.count == 0;
-  // If the hand falls, an additional plane under the head limits the speed. The plane sinks at the allowed landing
-  // speed.
+  // If the hand falls (the tissue under the bur was removed), an additional plane under the head limits the speed. The
+  // plane sinks at the speed at which the bur may meet tissue.
   const bool falls = p.fall_normal != dvec3(0) && glm::dot(next - p.start, p.fall_normal) < -p.fall_limit &&
                      contacts_.add({p.c, p.fall_normal, glm::dot(p.c - p.start, p.fall_normal) + p.fall_limit});
   if (falls) next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
@@ -522,8 +523,8 @@ void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
 }
 
 /// Returns true if the hand has moved away. This is the case if the head can move on the straight line towards the hand
-/// without touching tissue, as far as the patch extends, or if the hand is too far away to be pressing the tool into
-/// tissue.
+/// without touching tissue, as far as the patch (copy of the field) extends, or if the hand is too far away to be
+/// pressing the tool into tissue.
 bool OffsetModel::hand_has_left() const noexcept {
   using R = RetreatParameters;
   const Step& p = step_;

@@ -72,7 +72,7 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
   if (!may_wait || coarse_.waits > CoarseParameters::most_waits) finish_coarse();
 }
 
-/// If a cut in the coarse patch waits, makes it.
+/// If a cut in the coarse patch (field around the shank) waits, makes it.
 void OffsetModel::finish_coarse() noexcept {
   if (coarse_.waits == 0) return;
   coarse_.waits = 0;
@@ -87,8 +87,9 @@ void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
   // After an undo or redo, the new snapshot contains every cut that is still valid, so a waiting cut is discarded.
   if (strokes_edited) emptied_ = false, coarse_.waits = 0;
   if (!known) front_.forget();
-  // The new coarse patch was copied from the carver's volume, which was cut in shorter steps than the old coarse patch.
-  // So the active front of the coarse patch (the samples that the next cuts can change) is not valid any more.
+  // The new coarse patch (field around the shank) was copied from the carver's volume, which was cut in shorter steps
+  // than the old coarse patch. So the active front of the coarse patch (the samples that the next cuts can change) is
+  // not valid any more.
   coarse_front_.forget();
   smooth().forget();
 }
@@ -106,7 +107,7 @@ PerTissue OffsetModel::repeat(const CutLog::Made& made, std::uint64_t index, Sur
   return carve(fresh, Sweep(with, made.X_WA, made.X_WB, settings_.frame, continues, settings_.laws));
 }
 
-/// Repeats the cuts that the coarse patch of a new snapshot lacks.
+/// Repeats the cuts that the coarse patch (field around the shank) of a new snapshot lacks.
 void OffsetModel::update_coarse(SurfacePatch& fresh, bool edited) noexcept {
   if (fresh.wide.empty()) return;
   SurfacePatch& coarse = fresh.wide.front();

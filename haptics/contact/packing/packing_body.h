@@ -46,7 +46,7 @@ class PackingBody final : public TissueBody {
   struct Kept {
     int sphere;
     CutSphere state;   // state of the sphere before the stroke; after an undo: its state after the stroke
-    dvec3 last_noted;  // m, position of the cutting tool sphere in the last Note of this sphere
+    dvec3 last_noted;  // m, position of the cutting tool sphere in the last Note (pending field update)
   };
   struct Stroke {
     std::vector<Kept> kept;
@@ -90,7 +90,7 @@ class PackingBody final : public TissueBody {
   PerTissue taken_back_{};
   bool remembers_ = false;
   std::vector<int> written_;       // spheres that changed since remember_writes(true) was called
-  std::vector<dvec3> last_noted_;  // m, for each sphere: position of the tool sphere in the last Note of this sphere
+  std::vector<dvec3> last_noted_;  // m, for each sphere: position of the tool sphere in its last Note (pending update)
   std::vector<Note> notes_;
   std::uint64_t paints_ = 0;  // number of brush strokes in volume_ that have already been applied to the spheres
   bool repainted_ = false;    // true if the tissue was painted since the last snapshot

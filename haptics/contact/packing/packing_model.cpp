@@ -218,7 +218,7 @@ bool PackingModel::lead_back(const ContactInput& in) noexcept {
   Pose X = proxy().pose();
   const double scale =
       settings_.laws >= kLawsOfLargeForces ? std::max(1.0, settings_.force_limit / kDentalForces) : 1.0;
-  // m, largest displacement of the tool per tick while it is led back
+  // m, largest displacement of the tool per tick while it is led back along its path
   const double pace = scale * R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));
   const bool near = glm::distance(in.X_WT.p, X.p) < R::far / 2;
   for (double left = pace; !near && left > 0 && retreat_.path.size() > retreat_.to;) {

@@ -201,7 +201,7 @@ void SphereProxy::use_list() noexcept {
   }
 }
 
-/// Makes the near list of one of the tool's spheres: finds the tissue's spheres around it.
+/// Makes the near list (Verlet list) of one of the tool's spheres: finds the tissue's spheres around it.
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
   const double needed = way + std::max(0.0, lists_[i].wider) + kRounding;
   if (!next_.active || next_.tool_sphere != i || !(next_.moved + needed < next_.margin)) {

@@ -126,7 +126,7 @@ struct SharpEdgeParameters {
 /// Parameters of shanks and safe ends (smooth pins at the tip), see NonCuttingContacts. Shank contacts are computed in
 /// the coarse patch (field around the shank). Lengths are in coarse voxels unless another unit is given.
 struct NonCuttingPartParameters {
-  static constexpr double spacing = 0.25e-3;  // m, distance between two neighbouring samples of the coarse patch
+  static constexpr double spacing = 0.25e-3;  // m, sample spacing of the coarse patch (field around the shank)
   // Coarse voxels, upper bound of the error by which linear interpolation overestimates the distance.
   static constexpr double overestimate = 0.5;
   // Coarse voxels, rounding tolerance: a distance that is this close to the largest stored distance (band) counts as

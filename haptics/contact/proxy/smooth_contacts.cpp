@@ -21,8 +21,8 @@ CoarseGrid coarse_grid_for(std::span<const Tool> tools, double voxel, double tra
   }
   if (reach == 0) return {};
   const int every = std::max(2, static_cast<int>(std::lround(P::spacing / voxel)));
-  // Half the edge of the coarse patch, in samples. The constant 6 is the space for the interpolation stencil and for
-  // the distance by which samples are moved.
+  // Half the edge of the coarse patch (field around the shank), in samples. The constant 6 is the space for the
+  // interpolation stencil and for the distance by which samples are moved.
   const double half = (reach / voxel + travel) / every + 6;
   return {every, 2 * static_cast<int>(std::ceil(half)) + 1};
 }

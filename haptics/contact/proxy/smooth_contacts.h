@@ -31,8 +31,8 @@ class NonCuttingContacts {
   /// Returns the distance in voxels that the tool may move from the pose X_VT before the shank can touch tissue. Valid
   /// only if it is positive.
   double room(const SurfacePatch& patch, const Pose& X_VT) noexcept;
-  /// Finds the contacts of the shank and the safe end whose gaps are below `near` (voxels), and adds them to `set`,
-  /// which contains the head's contacts. Shank and safe end may not sink into the tissue.
+  /// Finds the contacts of the shank and the safe end (pin at the tip) whose gaps are below `near` (voxels), and adds
+  /// them to `set`, which contains the head's contacts. Shank and safe end may not sink into the tissue.
   void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) noexcept;
   /// Adds the contacts of the last find() to `set` again, updated for a small motion of the tool to the pose X_VT.
   void relinearize(const Pose& X_VT, ContactSet& set) noexcept;
