@@ -55,7 +55,7 @@ void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       double left = 0;
       for (const double volume : last->carver.volume().volumes()) left += volume;
       // Compares two volumes: the volume that corresponds to the servo's work (work / specific energy), and the volume
-      // that the carver has removed.
+      // that the carver (owner of the tissue) has removed.
       error = std::abs(work / 8e9 / (whole - left) - 1);
       return run;
     });

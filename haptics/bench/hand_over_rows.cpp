@@ -35,8 +35,8 @@ void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>
                              scene.servo.adopt(fresh);
                            }),
                   "patch"});
-  // The servo makes further cuts while the carver copies a patch (field around the tool). As in a session
-  // (PatchExchange), the carver then adds these cuts to the new patch.
+  // The servo makes further cuts while the carver (owner of the tissue) copies a patch (field around the tool). As in a
+  // session (PatchExchange), the carver then adds these cuts to the new patch.
   std::vector<double> kept_up, handed_over;
   const double clock = clock_ns();
   for (int i = 0; i < 9; ++i) {

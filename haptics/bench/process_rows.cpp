@@ -1,5 +1,5 @@
-// Measures the CPU time of a tick, both for the servo alone and for the whole process, which includes the carver and
-// the transfer of patches.
+// Measures the CPU time of a tick, both for the servo alone and for the whole process, which includes the carver (owner
+// of the tissue) and the transfer of patches (copies of the field) to the servo.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The set-up in which contact and cutting are measured: simple solids, servo and carver in turn, a simulated hand.
+// The set-up in which contact and cutting are measured: simple solids, servo and carver (owner of the tissue), a hand.
 #pragma once
 
 #include <atomic>
@@ -47,7 +47,7 @@ class OtherThread {
   std::thread thread_;
 };
 
-/// Servo and carver, which run in turn. Snapshots of the tissue are taken on another core.
+/// Servo and carver (owner of the tissue), which run in turn. Snapshots of the tissue are taken on another core.
 struct Scene {
   LockStep steps;
   const ServoSettings& settings = steps.settings();

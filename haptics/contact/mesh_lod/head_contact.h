@@ -12,8 +12,8 @@ namespace typodont::haptics::mesh_lod {
 /// is valid, the next list is made, a part of it in each tick.
 class HeadContact final : public SurfaceContact {
  public:
-  /// `divides`: true: a list of contact points is made in parts, and lists that the carver has made are used; false: as
-  /// in the servo's force laws before version 12.
+  /// `divides`: true: a list of contact points is made in parts, and lists that the carver thread has made are used;
+  /// false: as in the servo's force laws before version 12.
   HeadContact(const Tool& tool, bool divides);
 
   double radius() const noexcept override { return head_.radius(); }
@@ -51,7 +51,7 @@ class HeadContact final : public SurfaceContact {
   HeadPoints list_;  // the present list
   HeadPoints next_;  // next list of contact points, which lister_ makes while list_ is valid
   bool listed_ = false;
-  HeadPoints* prepared_ = nullptr;  // contact points that the carver listed in the present mesh, or null
+  HeadPoints* prepared_ = nullptr;  // contact points that the carver thread listed in the present mesh, or null
 };
 
 }  // namespace typodont::haptics::mesh_lod

@@ -88,8 +88,8 @@ double MeshLodModel::travel() const noexcept {
 void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<MeshSnapshot&>(snapshot);
   if (fresh.cut) {
-    // The removed volume of each tissue is the volume that the carver measured, plus `lacking`, the estimated volume of
-    // the cuts that the snapshot does not contain yet.
+    // The removed volume of each tissue is the volume that the carver thread measured, plus `lacking`, the estimated
+    // volume of the cuts that the snapshot does not contain yet.
     PerTissue lacking{};
     const std::uint64_t first_lacking = made_.first_after(fresh.cuts);
     if (first_lacking <= made_.last()) sunk_from_ = made_[first_lacking].from;

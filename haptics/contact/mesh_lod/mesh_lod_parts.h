@@ -41,7 +41,7 @@ struct MeshSnapshot : Snapshot {
 };
 
 /// First version of the servo's force laws in which long searches are divided between ticks, and in which the carver
-/// lists the contact points around a head.
+/// thread lists the contact points around a head.
 inline constexpr std::uint32_t kLawsOfParts = 12;
 
 /// Sizes and update rate of the snapshots in a session with a cutting tool.
@@ -49,7 +49,7 @@ struct LocalParameters {
   static constexpr double travel = 2e-3;  // m, distance that the tool may move before the next snapshot is due
   // m, additional width of a snapshot, beyond the tool's size and its allowed motion `travel`
   static constexpr double margin = 0.5e-3;
-  // displacement of the head for which the contact points that the carver lists are valid, as a ratio to its radius
+  // displacement of the head for which contact points from the carver thread are valid, as a ratio to its radius
   static constexpr double listed = 0.45;
   // ns, time between two updates of the geometry (30 Hz, as in paper S3)
   static constexpr Nanos interval = 33'000'000;

@@ -10,7 +10,7 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// The stiffness of each tissue, N/m. A wall stands at each border from a softer to a stiffer tissue.
+/// The stiffness of each tissue, N/m. Each border from a softer to a stiffer tissue acts as a wall.
 using Stiffness = PerTissue;
 
 struct SurfaceOptions {

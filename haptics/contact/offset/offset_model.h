@@ -62,7 +62,7 @@ class OffsetModel : public PatchModel {
     // contact. The contacts limit this position, and so does the energy debt (of cuts that the motor has not paid for).
     dvec3 held_off{0};
     ActivePlanes active{};  // indices of the contacts that hold the head (the active set)
-    // These members have the same meaning as the members of Contact with the same names.
+    // Members with the same meaning as the members of Contact that have these names.
     bool touching = false, lost = false, deep = false, bridging = false, late = false;
   };
 

@@ -103,7 +103,7 @@ struct FallParameters {
   static constexpr double along = 0.3;
   // N/s; the bur may always meet tissue at a speed for which (speed × stiffness) is below this limit
   static constexpr double landing_slew = 12;
-  // The bur may also meet tissue at a speed of up to this factor times the hand's mean speed.
+  // The bur may always meet tissue at a speed of up to this factor times the hand's mean speed.
   static constexpr double growth = 1.2;
   // N/s, largest braking: (speed of the hand - speed allowed for meeting tissue) × stiffness is at most this.
   static constexpr double brake = 12;

@@ -48,8 +48,8 @@ constexpr double kFastest = 5;
 constexpr std::uint32_t kLawsOfPostponedCuts = 10;
 constexpr double kLargeArea = 10e-6;   // m², contact area above which cuts are postponed
 constexpr double kLeastStep = 0.1e-6;  // m; a postponed cut waits until the saved energy suffices for a step this long
-// First version of the force laws in which a postponed cut waits until the saved energy suffices for a longer step. In
-// soft bone, a head advances by more than kLeastStep in a tick.
+// First version of the force laws in which a postponed cut waits for the energy of a longer step (kLongStep). In soft
+// bone a head advances by more than the shorter kLeastStep in a tick, so no cut was postponed there.
 constexpr std::uint32_t kLawsOfLongSteps = 11;
 constexpr double kLongStep = 1e-6;        // m, longer step that replaces kLeastStep from kLawsOfLongSteps on
 constexpr double kLongestDelay = 4.5e-3;  // s, longest time for which a cut is postponed

@@ -28,7 +28,7 @@ constexpr double kArrived = 1e-10;
 constexpr double kLargestTurn = 0.02;
 constexpr double kMargin = 60e-6;          // m, smallest mean margin (range) of the Verlet lists of a tool sphere
 constexpr double kLargestMargin = 300e-6;  // m, largest mean margin (range) of the Verlet lists of a fast tool sphere
-constexpr double kAhead = 3;               // margin of a fast sphere's Verlet list, as a multiple of motion per tick
+constexpr double kAhead = 3;               // ratio of a Verlet list's margin to the tool sphere's motion per tick
 // m, search distance for the nearest sphere if no sphere lies within the margin
 constexpr double kLook = 2e-3;
 constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of a distance; it is added to all bounds
@@ -48,7 +48,7 @@ constexpr double kLeastMargin = 1e-6;  // m; a Verlet list (spheres near a tool 
 constexpr double kReduced = 0.8;       // if a Verlet list would be too long, its margin is multiplied by this factor
 // parameters of near lists (tissue spheres near a tool sphere) that are made before they are needed (prepare_lists)
 constexpr double kLargestPrepared = 0.5e-3;  // m, largest mean margin of a Verlet list that is made in advance
-constexpr double kTicksAhead = 10;           // mean margin of lists made in advance, as a multiple of motion per tick
+constexpr double kTicksAhead = 10;           // ratio of margin to motion per tick, for Verlet lists made in advance
 constexpr std::size_t kLeavesATick = 320;    // smallest number of leaves of the sphere tree that one tick searches
 // if a near list (tissue spheres near a tool sphere) is too long for its memory, the next try is after so many searches
 constexpr int kNotAgain = 64;

@@ -759,8 +759,8 @@ bool MeshCutter::work(EditableMesh& mesh, const KnownFaces& known, Effort& left)
   return stage_ == Stage::kDone;
 }
 
-/// Returns the approximate effort of the stages that run next without an interruption, 0 if it is counted elsewhere.
-/// The unit is the test of the vertices of one face.
+/// Returns the approximate computing effort of the stages that run next without an interruption, 0 if it is counted
+/// elsewhere. The unit is the test of the vertices of one face.
 std::size_t MeshCutter::effort_of_stage() const noexcept {
   switch (stage_) {
     case Stage::kFind:
@@ -778,7 +778,7 @@ std::size_t MeshCutter::effort_of_stage() const noexcept {
 }
 
 bool MeshCutter::work_in_stages(EditableMesh& mesh, const KnownFaces& known, std::size_t most) noexcept {
-  constexpr std::size_t kTest = 32;  // effort of one intersection test, in tests of a face's vertices
+  constexpr std::size_t kTest = 32;  // computing effort of one intersection test, in tests of a face's vertices
   std::size_t spent = 0;
   while (stage_ != Stage::kDone && (spent == 0 || spent + effort_of_stage() <= most)) {
     spent += std::max<std::size_t>(effort_of_stage(), 1);
@@ -798,7 +798,7 @@ bool MeshCutter::work_in_stages(EditableMesh& mesh, const KnownFaces& known, std
         const std::size_t tests = std::max<std::size_t>((most - std::min(most, spent)) / kTest, 1);
         for (std::size_t k = 0; k < tests && stage_ == Stage::kTest; ++k) {
           if (at_ < suspects_.size()) spent += kTest;
-          left_ = 1;  // remaining effort: enough for exactly one test
+          left_ = 1;  // remaining computing effort: enough for exactly one test
           run_stage(mesh, known);
         }
         left_ = kNoLimit;
@@ -815,7 +815,8 @@ bool MeshCutter::work_in_stages(EditableMesh& mesh, const KnownFaces& known, std
   return stage_ == Stage::kDone;
 }
 
-/// Continues one stage of the cut, for example the splitting of edges, until it is finished or the effort is used up.
+/// Continues one stage of the cut, for example the splitting of edges, until it is finished or `left_` (the allowed
+/// computing effort) is used up.
 void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept {
   const double edge = job_.edge;
   switch (stage_) {

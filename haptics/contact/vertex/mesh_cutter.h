@@ -108,10 +108,10 @@ class MeshCutter {
   /// edge length of the cut surface, m.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
-  /// Makes the same cut in parts: call begin(), then work() until it returns true, then done(). `head` must exist until
-  /// then, and nothing else may change the mesh. work() subtracts its effort from `left`, and stops when `left` is not
-  /// positive. Between the parts, the mesh is connected correctly, but vertices may have moved too far. Neither the
-  /// division into parts nor `known`, which saves a search of the mesh, changes the result.
+  /// Makes the same cut as cut(), but in parts: call begin(), then work() until it returns true, then done(). `head`
+  /// must exist until then, and nothing else may change the mesh. work() subtracts its computing effort from `left`,
+  /// and stops when `left` is not positive. Between the parts, the mesh is connected correctly, but vertices may have
+  /// moved too far. Neither the division into parts nor `known`, which saves a search, changes the result.
   void begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept;
   bool work(mesh::EditableMesh& mesh, const KnownFaces& known, Effort& left) noexcept;
   /// Continues the cut like work(), but stops only between its stages, as force laws 9 and 10 do. Stops before the
@@ -180,8 +180,8 @@ class MeshCutter {
   Placed place(const VertexHead& head, const Pose& X) const noexcept;
   void run_stage(mesh::EditableMesh& mesh, const KnownFaces& known) noexcept;
   std::size_t effort_of_stage() const noexcept;
-  /// Calls fn(i) for the indices from at_ to `count` - 1, until the effort is used up. `cost`: effort of one call.
-  /// Returns true after the last index.
+  /// Calls fn(i) for the indices from at_ to `count` - 1, until the computing effort left_ is used up. `cost`: effort
+  /// of one call. Returns true after the last index.
   template <class Fn>
   bool each(std::size_t count, Effort cost, Fn&& fn) noexcept {
     for (; at_ < count; ++at_) {
@@ -277,7 +277,7 @@ class MeshCutter {
   bool takes_known_ = false;               // true if the faces come from an earlier search with the number known_
   std::uint64_t known_ = 0;
   Stage stage_ = Stage::kDone;
-  Effort left_ = 0;               // effort that the present call of work() may still spend
+  Effort left_ = 0;               // computing effort that the present call of work() may still spend
   std::size_t at_ = 0;            // index at which the present stage continues
   std::size_t looking_away_ = 0;  // number of faces that face away from the head; suspects_ begins with them
   bool held_ = false;             // true if vertices were moved back in this round of the intersection test

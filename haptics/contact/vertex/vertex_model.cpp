@@ -23,9 +23,9 @@ constexpr std::uint32_t kLawsOfReuse = 11;
 // efforts of the loops that list points, for one face or point, in units of 10 ns; the values come from measurements
 constexpr Effort kFaceEffort = 2, kVisitEffort = 2, kVertexEffort = 2, kDistanceEffort = 2, kAreaEffort = 3,
                  kPartEffort = 2;
-// effort of the contact with one listed point, in units of 5 ns (half the usual unit of an effort)
+// computing effort of the contact with one listed point, in units of 5 ns (half the usual unit of an effort)
 constexpr Effort kContactEffort = 3;
-// effort of a distance that is computed instead of extrapolated, in units of 10 ns
+// computing effort of a distance that is computed instead of extrapolated, in units of 10 ns
 constexpr Effort kFreshEffort = 2;
 constexpr double kNextShell = 4;  // ratio of the widths of two successive search shells
 // upper limit of the number of parts into which an edge of a face is divided
@@ -116,14 +116,14 @@ void VertexModel::begin_list(const VertexHead& head, double edge, const Pose& X,
   listing_ = {Listing::Stage::kFaces, &head, edge, X, R_WT, margin, {X.p - half, X.p + half}, false, 0, 0};
 }
 
-/// Continues to list points until the list is complete or `left` is not positive. Subtracts the effort from `left`.
-/// Returns true if the list is complete. The list does not depend on the number of calls.
+/// Continues to list points until the list is complete or `left` is not positive. Subtracts its computing effort from
+/// `left`. Returns true if the list is complete. The list does not depend on the number of calls.
 bool VertexModel::list_points(PointList& list, Effort& left) noexcept {
   Listing& now = listing_;
   while (left > 0 && now.stage != Listing::Stage::kDone) {
     if (now.stage == Listing::Stage::kFaces) {
       const bool divides = divides_search() && left < kNoLimit;
-      // A search that cannot be divided begins only in a tick that has enough effort left.
+      // A search that cannot be divided begins only in a tick that has enough computing effort left.
       if (!divides && left < P::most_effort_before / 2) return false;
       if (!std::exchange(now.searches, true)) {
         list.points.clear(now.X);
@@ -211,7 +211,7 @@ void VertexModel::add_proposed(PointList& list) noexcept {
 void VertexModel::list_vertices(PointList& list, Index f) noexcept {
   const EditableMesh& mesh = snapshot_.mesh;
   for (const Index v : mesh.face(f).v) {
-    if (mesh.vertex(v).face != f) continue;  // takes each vertex only once, with the face that is stored in it
+    if (mesh.vertex(v).face != f) continue;  // lists each vertex once, for the face that the vertex stores
     propose(list, mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
   }
 }
@@ -579,7 +579,7 @@ Effort VertexModel::effort_for_cut() const noexcept {
 bool VertexModel::work_on_cut(const ContactInput& in, const Pose& proxy) noexcept {
   const bool divides = divides_anywhere() && !parameters_.as_printed;
   Effort left = divides ? effort_for_cut() - listed_ : kNoLimit;
-  if (left <= 0) return false;  // the lists of this tick have used up the effort
+  if (left <= 0) return false;  // the lists of this tick have used up the computing effort
   if (divides_in_stages() && !part_.finished) {
     if (!snapshot_.cutter.work_in_stages(snapshot_.mesh, known_faces(), P::most_faces)) return false;
     part_.done = snapshot_.cutter.done();

@@ -24,7 +24,7 @@ struct FeelParameters {
   // largest transverse force of the springs, as a ratio to their force along the pull (direction from the head to the
   // hand)
   static constexpr double most_aside = 0.25;
-  // N/s, largest rate of change of a bur's force while the hand does not move; and the same before force laws 12
+  // N/s, largest rate of change of a bur's force while the hand does not move; `ease_before`: before force laws 12
   static constexpr double ease = 6.5, ease_before = 15;
   // Shortest displacement of the head that is cut in one step, as a ratio to the edge length. Shorter displacements are
   // collected; otherwise every tick would cut.
@@ -57,8 +57,8 @@ struct FeelParameters {
   static constexpr Effort most_effort = 6000;
   // largest effort (unit: 10 ns) of a cut in a tick, force laws 11; `more`: after vertices stayed inside the head
   static constexpr Effort most_effort_before = 6000, more_effort_before = 8000;
-  // Limit of the effort of all lists of contact points in one tick, in units of 10 ns. A fast head needs several lists.
-  // If the next list would exceed the limit, the head continues its motion in the next tick.
+  // Limit of the computing effort of all lists of contact points in one tick, in units of 10 ns. A fast head needs
+  // several lists. If the next list would exceed the limit, the head continues its motion in the next tick.
   static constexpr Effort most_listed = 15000;
   // largest size of a cut in one tick for force laws 9 and 10, counted in faces whose vertices are tested once
   static constexpr std::size_t most_faces = 2000;
@@ -186,7 +186,7 @@ class VertexModel final : public ContactModel {
   PointList list_;
   PointList next_list_;  // list of points for the mesh after the cut in progress
   Listing listing_;
-  Effort listed_ = 0, last_list_ = 0;  // effort of all undivided lists of points in this tick, and of the last list
+  Effort listed_ = 0, last_list_ = 0;  // computing effort of all undivided lists in this tick, and of the last list
   bool found_ = false;                 // true if the mesh has not changed since list_ was made
   bool touching_ = false;              // true if the last constrain() found contact, at position touching_at_
   dvec3 touching_at_{0};               // m, position of the proxy at which the last constrain() found contact
