@@ -14,8 +14,8 @@ struct SearchParameters {
   // Voxels, longest step of one iteration with several contacts. It is shorter than contact_range, so that no contact
   // is missed.
   static constexpr double contact_step = 0.6;
-  // Voxels, longest step of one iteration with at most one contact. A step of this length cannot pass through tissue
-  // thicker than this.
+  // Voxels, longest step of one iteration with at most one contact. A step cannot pass through tissue that is thicker
+  // than the step is long.
   static constexpr double free_step = 1.5;
   // voxels; the found contacts are reused until the head has moved this far; then contacts are searched again
   static constexpr double reuse_distance = 0.3;
@@ -61,7 +61,7 @@ struct WallPlacementParameters {
   static constexpr double overlap = 0.1;
   // voxels, largest allowed overlap of the placed ball with the exact plane of another wall
   static constexpr double other_wall = 4e-3;
-  // if the cosine between two normals is above this limit, both planes belong to the same wall
+  // if the cosine between the normals of two planes is above this limit, both planes belong to the same wall
   static constexpr double same_wall = 0.9;
   // voxels, largest allowed overlap of the placed ball with another plane of the same wall
   static constexpr double same_wall_overlap = 0.02;

@@ -558,7 +558,7 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
       if (bridge_push_ == 0) bridge_push_ = in.normal_force, bridge_from_ = p.start;
       const double way = glm::length(p.start - bridge_from_) * voxel();
       const double most = std::clamp(2 - way / R::bridge_reach, 0.0, 1.0) * (bridge_push_ + R::bridge_yield) *
-                          // voxels, largest distance between head and hand; the plane that replaces the missing patch
+                          // voxels, largest distance between head and hand; the plane that replaces missing tissue data
                           // cannot hold the head farther from the hand than this
                           p.pace_per_slew / in.dt;
       under = std::min(under, most);

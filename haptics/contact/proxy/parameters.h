@@ -135,17 +135,17 @@ struct NonCuttingPartParameters {
   // Coarse voxels, tolerance: if the computed nearest point is farther than this from the surface, the field there is
   // not a true distance (as for an intersection of solids).
   static constexpr double edge_distance = 0.4;
-  // voxels of the head's patch; while the shank can move farther than this without contact, its contacts are not
-  // searched again
+  // voxels of the fine patch (field around the head); while the shank can move farther than this without contact, its
+  // contacts are not searched again
   static constexpr double enough_room = 3;
-  // voxels of the head's patch; if the shank cannot move this far without contact, its contacts are searched
+  // voxels of the fine patch (around the head); if the shank cannot move this far freely, its contacts are searched
   static constexpr double close_room = 0.8;
   // If the cosine between two contact normals at the same place is larger than this, the contacts are merged.
   static constexpr double same_direction = 0.985;
-  // Voxels of the part's patch; two contacts nearer than this count as being at the same place.
+  // Voxels of the patch of this part; two contacts nearer to each other than this count as being at the same place.
   static constexpr double same_place = 2;
-  // Voxels of the head's patch, largest overlap that one search corrects. A part that is deeper in tissue is moved out
-  // gradually.
+  // Voxels of the fine patch (field around the head), largest overlap that one search corrects. A part that is deeper
+  // in tissue is moved out gradually.
   static constexpr double led_out = 0.1;
 };
 
