@@ -35,7 +35,7 @@ constexpr std::size_t kFewBurs = 3;
 constexpr double kDeep = 1.5e-3;    // m, depth below the surface to which the bur sinks
 constexpr double kSpeed = 2e-6;     // m per tick, speed of the bur
 constexpr double kWiden = 0.7e-3;   // m, largest radius of the bur's circular path
-constexpr double kCircle = 0.5e-3;  // m, radius at which the circling bur has the speed kSpeed
+constexpr double kCircle = 0.5e-3;  // m; at this radius of its circular path, the bur has the speed kSpeed
 
 }  // namespace
 

@@ -55,7 +55,7 @@ void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       double left = 0;
       for (const double volume : last->carver.volume().volumes()) left += volume;
       // Compares two volumes: the volume that corresponds to the servo's work (work / specific energy), and the volume
-      // that the carver has removed.
+      // that the carver (owner of the tissue) has removed.
       error = std::abs(work / 8e9 / (whole - left) - 1);
       return run;
     });
@@ -67,7 +67,7 @@ void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       rows.push_back({name, knob, error, "volume against energy", slow, "tick", "its median", slow / median});
     }
     histogram_rows("drilling tick, histogram", knob, ticks, rows);
-    if (!by_default(options)) continue;  // the following rows measure the patches of the default model
+    if (!by_default(options)) continue;  // the following rows measure the default model's patches (dense fields)
     const double floor = drilling_floor(dense, settings, options.ticks);
     rows.push_back(
         {"floor: the tick's cut alone, a query, a scan of the same samples", knob, BenchRow::kNone, "", floor, "tick"});

@@ -28,7 +28,7 @@ using namespace mesh_lod;
 
 constexpr double kSpeed = 30e-3;   // m/s, speed of the hand
 constexpr double kDepth = 0.3e-3;  // m, depth of the hand below the surface
-// Radii of the sliding tips in m: almost a point, as in paper S3, and the tip of an explorer.
+// Radii of the sliding tips in m: almost a point, as in paper S3, and the tip of an explorer (a pointed dental probe).
 constexpr double kTips[] = {1e-9, 0.125e-3};
 constexpr int kTurn = 60;        // number of ticks after which the hand changes its direction
 constexpr int kSlidePasses = 6;  // number of passes over each mesh
@@ -81,7 +81,7 @@ constexpr Bur kBurs[] = {{"round 1.2 mm", HeadShape::kSphere, 1.2e-3, 1.2e-3},
                          {"cone 1.2 x 4 mm", HeadShape::kCone, 1.2e-3, 4e-3},
                          {"flame 1.0 x 4 mm", HeadShape::kFlame, 1.0e-3, 4e-3}};
 
-/// Measures the ticks of servo and carver while a bur sinks into the highest cusp and oscillates there.
+/// Measures servo and carver (owner of the tissue) while a bur sinks into the highest cusp and oscillates there.
 void cutting_rows(const TissueMesh& mesh, const Bur& bur, bool quick, std::vector<BenchRow>& rows) {
   const dvec3 top = *std::ranges::max_element(mesh.vertices, {}, &dvec3::z);
   ServoSettings settings;
@@ -160,7 +160,8 @@ std::vector<BenchRow> bench_mesh_lod(const TissueMesh& arch, bool quick) {
     const std::vector<dvec3> path = path_over(reference->grids.front(), tip, ticks);
     std::vector<TissueMesh> meshes;
     for (const std::size_t size : sizes) meshes.push_back(base_mesh(arch, {size, {}}));
-    // The passes over the meshes alternate, so that other work on the machine does not change the ratios.
+    // The passes over the meshes alternate, so that other work on the machine does not change the ratios of their
+    // times.
     std::vector<std::vector<double>> least(sizes.size());
     for (int pass = 0; pass < (quick ? 1 : kSlidePasses); ++pass) {
       for (std::size_t k = 0; k < sizes.size(); ++k) slide(meshes[k], tip, path, least[k]);

@@ -1,5 +1,5 @@
-// Default settings of the contact models, for measurements that do not vary the setting. These are the comparison of
-// models and the stress tests.
+// Default settings of the contact models, for measurements that do not vary the settings: the comparison of the models
+// and the stress tests.
 #pragma once
 
 #include <fmt/format.h>

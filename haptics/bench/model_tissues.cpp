@@ -86,7 +86,7 @@ std::vector<ModelTissue> analytic_tissues() {
                      {"halfspace": {"normal": [0.8660254037844387, 0, -0.5], "offset_mm": 1}},
                      {"halfspace": {"normal": [-0.8660254037844387, 0, -0.5], "offset_mm": 1}}]}]})"),
        dvec3(-2.0_mm, -1.0_mm, 1.0_mm), [](int i, const dvec3& c, const dvec3&) {
-         // The hand moves to and fro across the groove, and slowly along the groove.
+         // The hand moves back and forth across the groove, and slowly along the groove.
          const bool there = (i / 250) % 2 == 0;
          return dvec3(there ? 1 : -1, c.y < 1.5_mm ? 0.15 : 0, 0);
        }});

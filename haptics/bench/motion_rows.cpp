@@ -33,8 +33,8 @@ constexpr Motion kMotions[] = {{"holds still", 0, 0},
                                {"goes at 0.5 m/s", 0, 0.5},
                                {"turns at 20 rad/s and goes at 0.5 m/s", 20, 0.5}};
 
-/// A hand that first pushes the tool straight down and then oscillates. It rotates the tool about one axis across the
-/// shank, and moves the tool along another axis.
+/// A hand that first pushes the tool straight down and then oscillates. It rotates the tool about one axis
+/// perpendicular to the shank, and moves the tool along another axis.
 class MovingHand {
  public:
   MovingHand(const Tool& tool, const Motion& motion)

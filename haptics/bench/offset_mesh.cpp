@@ -55,7 +55,7 @@ std::optional<OffsetMesh::Hit> OffsetMesh::first_hit(const dvec3& from, const dv
     const mesh_lod::Face& face = grid_.face(i);
     const dvec3 e = face.b - face.a, f = face.c - face.a, across = glm::cross(way, f);
     const double det = glm::dot(e, across);
-    if (!(det > 0)) return;  // the segment is parallel to the face, or leaves the ball through it
+    if (!(det > 0)) return;  // the segment is parallel to the face, or crosses it from inside to outside
     const dvec3 off = from - face.a;
     const double u = glm::dot(off, across) / det;
     if (u < 0 || u > 1) return;
@@ -82,8 +82,9 @@ dvec3 OffsetMesh::follow(const dvec3& goal) noexcept {
     const glm::uvec3& corner = corners_[hit->face];
     shaded = glm::normalize((1 - hit->u - hit->v) * normals_[corner.x] + hit->u * normals_[corner.y] +
                             hit->v * normals_[corner.z]);
-    // Computes which part of the remaining motion the planes found so far allow. With one plane it is a motion in the
-    // plane, and with two planes a motion along their common edge. With three planes there is no motion.
+    // Computes which part of the remaining motion is allowed by the planes that were found so far. With one plane it is
+    // a motion in the plane, and with two planes a motion along their common edge. With three planes there is no
+    // motion.
     const dvec3 rest = goal - proxy_;
     if (planes == 0) {
       target = proxy_ + rest - glm::dot(rest, n[0]) * n[0];

@@ -1,5 +1,5 @@
-// Measures the CPU time of a tick, both for the servo alone and for the whole process, which includes the carver and
-// the transfer of patches.
+// Measures the CPU time of a tick, both for the servo alone and for the whole process, which includes the carver (owner
+// of the tissue) and the transfer of patches (copies of the field) to the servo.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -58,8 +58,8 @@ std::vector<ProcessCase> cases() {
           drilling("drilling, flame 1.2 x 4 mm", head(HeadShape::kFlame, 1.2e-3, 4e-3))};
 }
 
-/// Returns the mean CPU time of a tick, ns. Patches are passed as in a session (PatchExchange), which has four patches,
-/// while LockStep has two. Unlike measure(), this function does not read the clock within a tick.
+/// Returns the mean CPU time of a tick, ns. Patches are passed as in a session (PatchExchange, four patches), and not
+/// in the simpler way of LockStep (two patches). Unlike measure(), this function does not read the clock within a tick.
 double measure_session(const ProcessCase& c, const DenseTissue& dense, const ServoSettings& settings, int ticks) {
   double least = std::numeric_limits<double>::infinity();
   for (int run = 0; run < kRuns; ++run) {

@@ -75,7 +75,7 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     clear("removal, one voxel a tick", true);
 
     if (!by_default(options)) {
-      // Makes the same cuts in the body of the measured contact model.
+      // Makes the same cuts in the tissue of the measured contact model (its TissueBody).
       const auto body = options.method->make_body(TissueVolume(dense), std::span(&tool, 1));
       const auto held = [&] {
         double all = 0;
@@ -93,7 +93,7 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       continue;
     }
 
-    // Makes the cuts in the servo's patch, as a tick does.
+    // Makes the cuts in the servo's patch (copy of the field around the tool), as a tick does.
     Carver carver(TissueVolume(dense), std::span(&tool, 1));
     SurfacePatch patch;
     patch.resize(2 * static_cast<int>(2e-3 / dense.frame.voxel) + 1);

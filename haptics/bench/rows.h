@@ -25,7 +25,7 @@ void histogram_rows(const std::string& name, const std::string& knob, const std:
                     std::vector<BenchRow>& rows);
 
 /// Adds rows for a hand that drills into a block, with four different heads. They contain the times of ticks, of cuts
-/// alone, and of patches.
+/// alone, and of the copying and transfer of patches (the field around the tool).
 void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 /// Adds rows for the time of the cut in one tick. The time is compared with two lower bounds: reading and writing only
@@ -34,16 +34,16 @@ void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dense, std::vector<BenchRow>& rows);
 
 /// Returns a lower bound, in ns, of the median time of a drilling tick. It is the sum of three times: the tick's cut
-/// alone, repeated in a separate patch; one query; and a scan of the samples that the cut reads and writes.
+/// alone, repeated in a separate copy of the field; one query; and a scan of the samples that the cut reads and writes.
 double drilling_floor(const DenseTissue& dense, const ServoSettings& settings, int ticks);
 
-/// Adds rows for a patch that is copied during drilling and passed to the servo. `scene` is a drilling scene with the
-/// pedal pressed. The measurement makes the hole in the scene slightly deeper.
+/// Adds rows for a patch (the field around the tool) that is copied during drilling and passed to the servo. `scene` is
+/// a drilling scene with the pedal pressed. The measurement makes the hole in the scene slightly deeper.
 void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>& rows);
 
-/// Adds rows for sliding and drilling hands with several voxel sizes. They contain the mean time per tick of the whole
-/// process (servo, carver, transfer of patches as in LockStep and as in a session) and of the servo alone, and
-/// quantiles and a histogram of the servo's time. The means also include work that is done only once in many ticks.
+/// Adds rows for sliding and drilling hands with several voxel sizes: the servo's time per tick (quantiles, histogram,
+/// mean), and the mean time per tick of the process (servo, carver, and transfer of patches, in the simple way of
+/// LockStep and as in a session). The means also include work that is done only once in many ticks.
 void process_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 /// Adds rows for a ball that moves along the surface in steps and removes tissue. They contain the error of the removed

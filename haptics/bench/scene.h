@@ -1,4 +1,4 @@
-// The set-up in which contact and cutting are measured: simple solids, servo and carver in lock-step, a simulated hand.
+// The set-up in which contact and cutting are measured: simple solids, servo and carver (owner of the tissue), a hand.
 #pragma once
 
 #include <atomic>
@@ -26,8 +26,8 @@ Tool head(HeadShape shape, double diameter, double length);
 
 double degrees_between(const dvec3& a, const dvec3& b);
 
-/// A thread that copies patches instead of the carver's thread. As in a session, it runs on another core if there is
-/// one, so its memory accesses do not displace the servo's code and data from the caches.
+/// A thread that copies patches (the field around the tool) in place of the carver's thread. As in a session, it runs
+/// on another core if there is one, so its memory accesses do not displace the servo's code and data from the caches.
 class OtherThread {
  public:
   OtherThread();
@@ -47,7 +47,7 @@ class OtherThread {
   std::thread thread_;
 };
 
-/// Servo and carver in lock-step. Snapshots are taken on another core.
+/// Servo and carver (owner of the tissue), which run in turn. Snapshots of the tissue are taken on another core.
 struct Scene {
   LockStep steps;
   const ServoSettings& settings = steps.settings();
@@ -61,7 +61,7 @@ struct Scene {
   Scene(const DenseTissue& dense, const ServoSettings& settings);
   Scene(TissueVolume tissue, const ServoSettings& settings);
 
-  /// Returns the servo's patch, for contact models that use a distance field.
+  /// Returns the servo's patch (the field around the tool), for contact models that use a distance field.
   const SurfacePatch& patch() const { return dynamic_cast<const SurfacePatch&>(servo.snapshot()); }
   /// Takes a new snapshot if one is due, as at the start of every tick. The first snapshot has its centre at the hand.
   /// Returns true if a snapshot was taken.

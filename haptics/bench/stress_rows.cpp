@@ -58,7 +58,7 @@ struct Felt {
   }
 };
 
-/// Servo and carver with a hand, and the values that are measured.
+/// Servo and carver (owner of the tissue) with a hand, and the values that are measured.
 class Run {
  public:
   Run(TissueVolume tissue, const ServoSettings& settings)

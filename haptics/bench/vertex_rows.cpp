@@ -1,5 +1,5 @@
 // Measures the contact model "vertex" (vertex deformation, paper S4 in docs/papers.md): the times of ticks of a tool
-// that slides over the arch, and of a tool that cuts it, for several numbers of vertices.
+// that slides over a dental arch, and of a tool that cuts it, for several numbers of vertices.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Tricubic interpolation of a patch. Private to haptics/contact.
+// Tricubic interpolation of a patch (dense copy of the distance field). Private to haptics/contact.
 #pragma once
 
 #include <cstddef>

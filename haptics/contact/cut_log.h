@@ -48,17 +48,17 @@ struct MadeCut {
   PerTissue removed{};  // m³, removed volume of each tissue
 };
 
-/// Log of the cuts and fillings of a model that works in a SurfacePatch. Each entry includes the box of voxels that the
-/// cut may have changed.
+/// Log of the cuts and fillings of a model that works in a SurfacePatch (copy of the field around the tool). Each entry
+/// includes the box of voxels that the cut may have changed.
 class CutLog {
  public:
-  /// The data needed to repeat a cut in a patch that has changed.
+  /// The data needed to repeat a cut in another patch (copy of the field around the tool).
   struct Made {
     Pose X_WA, X_WB;
     std::uint32_t tool = 0;
     bool continues = false;
-    // m, radius of the added ball of filling with the centre X_WA.p, which ends at the head at X_WB; 0: the entry is a
-    // cut
+    // m, radius of the ball of filling that was added; its centre is X_WA.p, and the head at X_WB limits it; 0: the
+    // entry is a cut
     double fill_radius = 0;
     PerTissue removed{};  // voxels³, removed volume of each tissue; negative for a filling
   };
@@ -71,9 +71,9 @@ class CutLog {
   const Made& made(std::uint64_t index) const noexcept { return made_[index]; }
   std::uint64_t last() const noexcept { return made_.last(); }
   std::uint64_t first_after(std::uint64_t index) const noexcept { return made_.first_after(index); }
-  /// Sets `lo` and `hi` to the union of the boxes of all cuts after `index`, or the whole patch if some of these cuts
-  /// are no longer stored. Returns false if there is no cut after `index`. `filled`: true if one of these cuts may be a
-  /// filling.
+  /// Sets `lo` and `hi` to the union of the boxes of all cuts after `index`, or the whole patch (copy of the field) if
+  /// some of these cuts are no longer stored. Returns false if there is no cut after `index`. `filled`: true if one of
+  /// these cuts may be a filling.
   bool since(std::uint64_t index, glm::ivec3& lo, glm::ivec3& hi, bool& filled) const noexcept {
     if (index >= last()) return false;
     const bool all_known = last() - index < RecentCuts<Made>::kLength;

@@ -1,4 +1,4 @@
-// Interpolation of distances and labels in a patch (see surface_patch.h).
+// Interpolation of distances and labels in a patch, the copy of the field around the tool (see surface_patch.h).
 #include <cmath>
 
 #include "engine/base/dispatch.h"

@@ -1,4 +1,4 @@
-// Computes the edge length of a patch, and the distance that a tool may move inside it.
+// Computes the edge length of a patch (the field around a tool), and the distance that a tool may move inside it.
 #include <algorithm>
 #include <cmath>
 
@@ -20,7 +20,7 @@ int patch_edge_for(std::span<const Tool> tools, double voxel) {
   double half = 0;
   for (const Tool& tool : tools) {
     // A portion of filling grows beyond the end of the head. It can be added only if it lies completely inside the
-    // patch, so the reach includes it.
+    // patch (copy of the field), so the reach includes it.
     const double reach = std::max(near_reach(tool), tool.fill == Tissue::kAir ? 0.0 : tool.half() + tool.fill_reach);
     half = std::max(half, reach / voxel + Sweep::kMargin + 3 + travel_for(tool, voxel));
   }

@@ -82,7 +82,7 @@ void samples(const float* from, const std::int32_t* at, float* to) {
   }
 }
 /// Reads up to three bytes beyond the last requested byte. These bytes exist, because tool voxels never lie at the
-/// border of a patch.
+/// border of a patch (copy of the field around the tool).
 void bytes(const std::uint8_t* from, const std::int32_t* at, std::int32_t* to) {
   const __m512i none = _mm512_setzero_si512(), byte = _mm512_set1_epi32(0xff);
   for (std::size_t i = 0; i < kBlock; i += 16) {
@@ -137,7 +137,7 @@ struct alignas(64) Block {
   Flag touches[kBlock];                  // 1 if the voxel is in contact with bone
   Flag stops[kBlock];                    // 1 if the voxel touches bone that it cannot cut
   Real ahead[kBlock];                    // voxels, signed distance from bone at the point `beyond`
-  std::int32_t at[kBlock];               // index of the sample of the patch that is read for this voxel
+  std::int32_t at[kBlock];               // index of the tissue sample that is read for this voxel
   Flag label[kBlock];                    // tissue label at the point `beyond`
   std::int32_t byte[kBlock];             // hardness of the sample, stored as a byte (hardness.h)
   Real energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
@@ -374,7 +374,7 @@ void look_in_doubles(const Task<double>* task, EndLook* look) {
   look_at_all(*task, *look);
 }
 
-/// Copies the arguments of look_at_end() into plain data, with all positions relative to `origin`, a voxel of the patch
+/// Copies the arguments of look_at_end() into plain data, with all positions relative to `origin`, a voxel of the field
 /// near the tool.
 template <class Real>
 Task<Real> task_of(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,

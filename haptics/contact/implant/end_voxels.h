@@ -41,7 +41,7 @@ struct EndVoxels {
 struct EndLaw {
   // version of the force laws (contract/contact.h); versions before 6 round differently
   std::uint32_t laws = kServoLaws;
-  double voxel = 0;  // m, voxel size of the patch
+  double voxel = 0;  // m, voxel size of the patch (copy of the field around the tool)
   // m, radius around the tool's axis: a tool voxel that cannot cut stops the tool only if it is inside this radius
   double width = 0;
   bool cuts = false;         // true if tool voxels can cut; false for example if the spindle is stopped
@@ -66,10 +66,10 @@ struct EndLook {
 };
 
 /// Evaluates the cutting law and the obstacles over the voxels in front of the tool's end. `center_V`: centre of the
-/// head, in voxels; `R_WT`: orientation of the tool. The patch must contain all samples up to two voxels beyond the
-/// end. The weight of a tool voxel is one if bone touches the tool's surface there, and decreases to zero at a distance
-/// of one patch voxel, so that forces change continuously. The result has the same bits on all processors, because the
-/// order of the sums is fixed.
+/// head, in voxels; `R_WT`: orientation of the tool. The patch (copy of the field) must contain all samples up to two
+/// voxels beyond the end. The weight of a tool voxel is one if bone touches the tool's surface there, and decreases to
+/// zero at a distance of one patch voxel, so that forces change continuously. The result has the same bits on all
+/// processors, because the order of the sums is fixed.
 EndLook look_at_end(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
                     const dquat& R_WT) noexcept;
 

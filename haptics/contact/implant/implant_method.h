@@ -42,17 +42,17 @@ struct Parameters {
   // rad (10 degrees), largest angle between the axes of tool and bed at which the tool may enter
   double axis_tolerance = 0.175;
   double enter_force = 0.3;  // N; criterion 4 requires that the force along the axis is larger than this
-  // m; the tool leaves the bed when its tip is this far outside the entry; the difference to the entry is a hysteresis
+  // m; hysteresis: the tool leaves the bed only when its tip is this far outside the entry
   double leave = 0.3e-3;
   double least_depth = 0.5e-3;  // m, smallest depth of a bed; a shallower hole does not count as a bed
   // Parameters of the motion in a bed.
-  double mass = 0;              // kg, mass of the virtual tool in a bed, eq. (5); 0: the tool has no inertia
+  double mass = 0;              // kg, mass of the virtual tool in a bed (Zhao 2020, eq. 5); 0: the tool has no inertia
   double turn_stiffness = 1.0;  // N·m/rad, torsional stiffness that keeps the tool aligned with the bed's axis
   double switch_slew = 8;       // N/s, largest rate of change of the force after the tool has entered or left a bed
   // rad/s, largest rate of change of the orientation after the tool has entered or left a bed
   double turn_slew = 0.5;
   double sliding_drag = 2;  // N·s/m, viscous friction of a tool that slides in the bed
-  double steps = 1;         // largest advance per tick in voxels of the tissue, eq. (9)
+  double steps = 1;         // largest advance per tick in voxels of the tissue (Zhao 2020, eq. 9)
   // true: eq. (7) of Zhao 2020 as printed; a tool then does not move in a bed without an obstacle. false: the corrected
   // equation (README.md).
   bool as_printed = false;

@@ -18,8 +18,8 @@ constexpr double kTipContactCosine = 0.5;
 constexpr double kThreadGrips = 0.2e-3;  // m, depth in the bed at which a thread starts to engage
 // m, tolerance: an implant this close to its final depth, or to the bottom of the bed, is seated
 constexpr double kSeated = 0.05e-3;
-// fraction of the motor's largest torque; if the torque comes nearer than this to the largest torque, the motor slows
-// down, and at the largest torque it stops
+// Fraction of the motor's stall torque. Up to (1 - this fraction) × stall torque, the motor has its full speed; above,
+// the speed decreases linearly to zero at the stall torque.
 constexpr double kSpeedHeldUpTo = 0.1;
 constexpr double kTorqueTime = 4e-3;  // s, time constant of the low-pass filter for the torque about the axis
 // m, distance between the samples along a bed's axis by which the depth of the bed is measured
@@ -448,8 +448,8 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   return remove_sweep(in, {contact.p_WG, contact.R_WG}, cut, energy);
 }
 
-/// Repeats a cut in the patch of a new snapshot, which does not yet contain it. Does nothing for a placed implant,
-/// because the new snapshot already contains it.
+/// Repeats a cut in the patch (field around the tool) of a new snapshot that lacks this cut. Does nothing for a placed
+/// implant, because the new snapshot already contains the implant.
 PerTissue ImplantModel::repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept {
   return made.fill_radius > 0 ? PerTissue{} : OffsetModel::repeat(made, index, fresh);
 }

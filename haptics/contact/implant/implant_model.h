@@ -104,7 +104,7 @@ class ImplantModel final : public offset::OffsetModel {
   dvec3 offset_{0};  // m, translation of this jump
   dquat turn_{1, 0, 0, 0};
   Pose last_;              // pose of the tool in the last tick
-  bool blended_ = false;   // true if offset_ and turn_ were not yet zero in the last tick
+  bool blended_ = false;   // true if the fading jump (offset_, turn_) was not yet zero in the last tick
   bool switched_ = false;  // true if the tool left a bed in the last tick
 };
 

@@ -44,9 +44,9 @@ struct CuttingWrench {
   dvec3 torque{0};  // N·s, torque per feed speed
 };
 
-/// Adds the contribution of one voxel to eq. (2). `u`: specific cutting energy (J/m³); `along`: unit feed direction in
-/// T; `speed`: spindle speed (rad/s, about T's z); `alpha`: ratio of tangential to normal force. Adds nothing if the
-/// voxel does not face the feed.
+/// Adds the contribution of one voxel to eq. (2) of Zhao 2020. `u`: specific cutting energy (J/m³); `along`: unit feed
+/// direction in T; `speed`: spindle speed (rad/s, about T's z); `alpha`: ratio of tangential to normal force. Adds
+/// nothing if the voxel does not face the feed.
 inline void add_cutting(const ToolVoxel& voxel, double u, const dvec3& along, double speed, double alpha,
                         CuttingWrench& sum) noexcept {
   const dvec3 n(voxel.n), p(voxel.p);

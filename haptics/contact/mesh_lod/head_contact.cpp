@@ -12,11 +12,11 @@ constexpr double kOverlap = 1e-9;
 // Allowed overlap of a resting head with the tissue, as a ratio to the head's radius. Without it, a head with a sharp
 // rim could never re-enter the hole that it has cut, because the hole has exactly the head's width.
 constexpr double kSlack = 0.01;
-// Displacement of the head after which the next list is begun, as a ratio to the displacement for which the present
-// list is valid.
+// As a ratio to the displacement for which the present list of contact points is valid: when the head has moved this
+// far, the next list is begun.
 constexpr double kAhead = 0.4;
-constexpr int kMostListed = 600;     // effort of HeadLister::work() in a tick
-constexpr double kLiftReach = 2e-3;  // m, distance within which a point inside the tissue searches for the surface
+constexpr int kMostListed = 600;     // largest effort of HeadLister::work() in a tick; a face or a point counts 1
+constexpr double kLiftReach = 2e-3;  // m, search distance for the surface, from a point inside the tissue
 
 }  // namespace
 
@@ -26,7 +26,7 @@ double HeadContact::moved_since(const HeadPoints& list, const dvec3& c) const no
   return displacement_bound(list.points.listed_at(), {c, R_WT_}, head_.reach());
 }
 
-/// Makes sure that the list contains the points around the head at c.
+/// Makes sure that the list contains the contact points around the head at c.
 void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) noexcept {
   if (HeadPoints* const prepared = std::exchange(prepared_, nullptr);
       prepared && moved_since(*prepared, c) <= prepared->kept) {
@@ -45,7 +45,7 @@ void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) no
   listed_ = true;
 }
 
-/// Makes a part of the next list, if the head has moved so far that it may soon be needed.
+/// Makes a part of the next list of contact points, if the head has moved so far that this list may soon be needed.
 void HeadContact::list_ahead(const TriangleGrid& grid) noexcept {
   if (!divides_ || !listed_ || list_.points.empty()) return;
   if (!lister_.open()) {

@@ -8,12 +8,12 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Contact of a head that is not a ball, by the contact points around it (HeadLister). A new list is made while the
-/// previous one is still valid, a part of it in each tick.
+/// Computes the contact of a head that is not a ball from the contact points around it. While one list of these points
+/// is valid, the next list is made, a part of it in each tick.
 class HeadContact final : public SurfaceContact {
  public:
-  /// `divides`: true: lists are made in parts, and those of the carver are used; false: as in the servo's force laws
-  /// before version 12.
+  /// `divides`: true: a list of contact points is made in parts, and lists that the carver thread has made are used;
+  /// false: as in the servo's force laws before version 12.
   HeadContact(const Tool& tool, bool divides);
 
   double radius() const noexcept override { return head_.radius(); }
@@ -49,9 +49,9 @@ class HeadContact final : public SurfaceContact {
   vertex::HeadFollower follower_{distances_};
   HeadLister lister_;
   HeadPoints list_;  // the present list
-  HeadPoints next_;  // the list that lister_ makes ahead
+  HeadPoints next_;  // next list of contact points, which lister_ makes while list_ is valid
   bool listed_ = false;
-  HeadPoints* prepared_ = nullptr;  // list of the carver for the present mesh, or null
+  HeadPoints* prepared_ = nullptr;  // contact points that the carver thread listed in the present mesh, or null
 };
 
 }  // namespace typodont::haptics::mesh_lod

@@ -125,7 +125,7 @@ void HeadLister::list_points(const TriangleGrid& grid, const vertex::VertexHead&
     }
   };
   for (std::size_t first = 0, last = 0; first < near_.size(); first = last) {
-    // Computes the distances of the additional points on as many faces as fit into the buffer.
+    // Computes the distances of the additional points for as many faces as fit into the buffer.
     distances_.clear();
     std::uint32_t number = 0;
     for (last = first; last < near_.size(); ++last) {

@@ -31,7 +31,7 @@ struct LevelOptions {
   std::vector<std::size_t> levels;
 };
 
-/// The levels of detail, finest first. They never change, and carver and servo use the same object.
+/// The levels of detail, finest first. They never change, and the carver and servo threads use the same object.
 struct Levels {
   std::vector<TriangleGrid> grids;
   std::vector<std::size_t> vertices;  // number of vertices of each level, finest first

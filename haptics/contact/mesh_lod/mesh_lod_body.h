@@ -58,12 +58,12 @@ class MeshLodBody final : public TissueBody {
   double travel_, reach_ = 0;
   bool cut_ = false;            // true if the tissue was cut
   std::optional<Nanos> first_;  // time of the first cut since the last snapshot
-  // For the list of contact points around the head that made the last cut:
+  // true: lists the contact points around the head that made the last cut, so that the servo need not do it
   bool lists_points_ = true;
   std::vector<std::optional<vertex::VertexHead>> heads_;  // for each tool whose whole head has contact: its head
-  std::unique_ptr<HeadLister> lister_;                    // null if there is no such tool
+  std::unique_ptr<HeadLister> lister_;                    // lists contact points; null if no tool has head contact
   std::uint32_t tool_ = MeshSnapshot::kNoTool;            // the tool that made the last cut
-  Pose X_W_;                                              // its pose after this cut
+  Pose X_W_;                                              // pose of this tool after the last cut
 };
 
 /// Returns the distance that a tool may move before the next snapshot is due, m.

@@ -21,9 +21,9 @@ constexpr double kNearby = 0.2e-3;
 constexpr double kLeastStep = 1e-9;  // m, smallest step of a cut; a smaller step is skipped
 // weight of a new measurement in the low-pass filter of the ratio of measured to estimated removed volume
 constexpr double kMeasuredShare = 0.3;
-// While the snapshot lacks cuts of the servo, the bur sinks into the faces of the snapshot. Two upper limits of this,
-// as ratios to the bur's radius. kMostSunk: overlap of head and faces. kMostSunkAlong: distance that the bur may cut
-// without a new snapshot.
+// While the snapshot lacks cuts of the servo, the bur sinks into faces of the snapshot. Upper limits, as ratios to the
+// bur's radius. kMostSunk: overlap of head and faces. kMostSunkAlong: distance that the bur may cut without a new
+// snapshot.
 constexpr double kMostSunk = 0.5, kMostSunkAlong = 2;
 constexpr double kFastestCut = 0.02;  // m/s, largest speed at which a bur may sink into the tissue
 constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // limits of the ratio of measured to estimated volume
@@ -88,8 +88,8 @@ double MeshLodModel::travel() const noexcept {
 void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<MeshSnapshot&>(snapshot);
   if (fresh.cut) {
-    // The removed volume of each tissue is the volume that the carver measured, plus `lacking`, the estimated volume of
-    // the cuts that the snapshot does not contain yet.
+    // The removed volume of each tissue is the volume that the carver thread measured, plus `lacking`, the estimated
+    // volume of the cuts that the snapshot does not contain yet.
     PerTissue lacking{};
     const std::uint64_t first_lacking = made_.first_after(fresh.cuts);
     if (first_lacking <= made_.last()) sunk_from_ = made_[first_lacking].from;
@@ -258,7 +258,7 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
 }
 
 /// Limits the rate of change of a bur's force if the bur loses contact far from the hand, or if a new snapshot moves
-/// it.
+/// the bur.
 void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());
@@ -270,9 +270,9 @@ void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   last_lag_ = point().place() + offset_ - hip_;
 }
 
-/// Returns true if the faces of the snapshot still stop the head after it has moved to `to`. A face that overlaps the
-/// head stops it only until the head's axis has passed the face. If no new snapshot arrives for a long time, the bur
-/// could otherwise pass all faces.
+/// Returns true if the faces of the snapshot can still stop the head after it has moved to `to`. A face can stop a head
+/// that overlaps it only until the head's axis has passed the face. Without this test, a bur could pass all faces if no
+/// new snapshot arrives for a long time.
 bool MeshLodModel::may_sink_to(const dvec3& to) noexcept {
   const double most = kMostSunk * point().radius(), sunk = glm::distance(to, behind() ? sunk_from_ : point().place());
   if (sunk <= most) return true;
@@ -285,7 +285,8 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const double left = glm::length(way);
   if (!(left > 0)) return false;
   // The head moves towards the hand as far as the available energy allows. A step of length s removes the volume A s +
-  // π r s². A is the area in contact; the second term is the volume below the surface that the step newly touches.
+  // π r s², where A is the area in contact and r the head's radius. The second term is the volume below the part of the
+  // surface that the step newly touches.
   PerTissue area = point().engaged_area(grid(), way / left);
   double all = 0, work = 0;  // all: m², total contact area; work: J/m, energy that the cut needs per metre of the step
   for (std::size_t t = 1; t < area.size(); ++t) {

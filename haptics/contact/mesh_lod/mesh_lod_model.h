@@ -63,7 +63,7 @@ class MeshLodModel final : public ContactModel {
   std::size_t level_count(std::uint32_t tool) const noexcept {
     return whole_head(tool_set(settings_)[tool]) ? 1 : grids().size();
   }
-  /// Returns the distance in m that a tool at pose X may move before it touches the mesh of any of its levels.
+  /// Returns the distance in m that a tool at pose X may move before it touches a mesh of any of its levels of detail.
   double room_for(std::uint32_t tool, const Pose& X) noexcept;
   /// Returns true if the snapshot contains all faces within the distance `reach` (m) of the point p.
   bool holds(const dvec3& p, double reach) const noexcept;
@@ -84,11 +84,11 @@ class MeshLodModel final : public ContactModel {
   Parameters parameters_;
   MeshSnapshot snapshot_;
   std::vector<std::unique_ptr<SurfaceContact>> points_;  // for each tool: its contact with the mesh
-  std::vector<dvec3> ends_;                              // m, frame T, for each tool: centre of its contact shape
+  std::vector<dvec3> ends_;                              // m, frame T, for each tool: centre of its ball or other head
   std::uint32_t tool_ = 0;
   LevelBySpeed by_speed_;
   std::size_t level_ = 0;
-  bool placed_ = false;  // true if the contact shape is at the tool's present position
+  bool placed_ = false;  // true if the contact shape (ball or other head) is at the tool's present position
   // true: since the last tick, the servo has moved the tool without contact; placed_ is then false
   bool moved_freely_ = false;
   dvec3 hip_{0};  // m, position of the hand in the last tick ("haptic interface point")
@@ -99,15 +99,15 @@ class MeshLodModel final : public ContactModel {
   // m, vector from the hand to the position of the tool that was returned to the servo in the last tick
   dvec3 last_lag_{0};
   dquat last_R_{1, 0, 0, 0};  // orientation of the hand in the last tick
-  // Normal of the wall that stops the tool. After the tool has left the wall, the normal is kept until offset_ has
-  // faded.
+  // Normal of the wall that stops the tool. After the tool has left the wall, the normal is stored until offset_, the
+  // shrinking correction of the contact point, is zero.
   dvec3 wall_normal_{0};
   double wall_stiffness_ = 0;
 
   // Data that the servo stores for each of its cuts.
   struct Made {
     PerTissue removed{};  // m³, estimated removed volume of each tissue
-    dvec3 from{0};        // m, centre of the contact shape before the cut
+    dvec3 from{0};        // m, centre of the contact shape (ball or other head) before the cut
   };
   RecentCuts<Made> made_;
   dvec3 sunk_from_{0};    // m, start position of the first cut that the snapshot does not contain

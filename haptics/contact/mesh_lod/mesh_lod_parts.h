@@ -14,8 +14,8 @@ namespace typodont::haptics::mesh_lod {
 
 struct Parameters {
   LevelOptions levels;
-  // m/s, limits of the hand's speed, one between each two levels; above the k-th limit, the model uses the level after
-  // level k, which is coarser
+  // m/s, speeds of the hand at which the level of detail changes, in increasing order. Above the first speed the
+  // second-finest level is used, above the second speed the third-finest, and so on.
   std::vector<double> switch_speed{30e-3, 120e-3};
   double hysteresis = 0.1;  // hysteresis around each limit of the hand's speed, as a ratio to that limit
   // true: at a change of level, the contact point is mapped to the new mesh; false: it is computed again from the
@@ -25,8 +25,8 @@ struct Parameters {
   double wall_limit = 0.5;  // N, force at which a wall between two tissues yields
 };
 
-/// The tissue's surface for the servo. Before the first cut the servo uses the levels, which never change. After the
-/// first cut it uses the present faces around the tool.
+/// The tissue's surface for the servo. Before the first cut the servo uses the meshes of the levels of detail, which
+/// never change. After the first cut it uses the present faces around the tool.
 struct MeshSnapshot : Snapshot {
   std::shared_ptr<const Levels> levels;
   bool cut = false;                 // true if the tissue was cut; `local` is then used instead of `levels`
@@ -34,22 +34,22 @@ struct MeshSnapshot : Snapshot {
   dvec3 lo{0}, hi{0};               // m, corners of the box that contains the faces in `local`
   // m³, volume that all cuts in this snapshot have removed; cuts that were undone do not count
   PerTissue removed{};
-  // The contact points around the tool that made the last cut, if its whole head has contact. Null until then.
+  // Contact points around the tool of the last cut, if its whole head has contact; null before the first such cut.
   std::unique_ptr<HeadPoints> points;
-  std::uint32_t points_of = kNoTool;  // index of this tool; kNoTool: `points` is not valid
+  std::uint32_t points_of = kNoTool;  // the tool around which `points` lie; kNoTool: `points` is not valid
   static constexpr std::uint32_t kNoTool = ~0U;
 };
 
 /// First version of the servo's force laws in which long searches are divided between ticks, and in which the carver
-/// lists the contact points around a head.
+/// thread lists the contact points around a head.
 inline constexpr std::uint32_t kLawsOfParts = 12;
 
 /// Sizes and update rate of the snapshots in a session with a cutting tool.
 struct LocalParameters {
   static constexpr double travel = 2e-3;  // m, distance that the tool may move before the next snapshot is due
-  // m, additional width of a snapshot, beyond the tool's size and `travel`
+  // m, additional width of a snapshot, beyond the tool's size and its allowed motion `travel`
   static constexpr double margin = 0.5e-3;
-  // displacement of the head for which the contact points that the carver lists are valid, as a ratio to its radius
+  // displacement of the head for which contact points from the carver thread are valid, as a ratio to its radius
   static constexpr double listed = 0.45;
   // ns, time between two updates of the geometry (30 Hz, as in paper S3)
   static constexpr Nanos interval = 33'000'000;

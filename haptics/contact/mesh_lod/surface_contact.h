@@ -26,41 +26,41 @@ class SurfaceContact {
  public:
   virtual ~SurfaceContact() = default;
 
-  /// Returns the position of the contact shape's centre.
+  /// Returns the position of the centre of the contact shape (ball or other head).
   const dvec3& place() const noexcept { return c_; }
   bool touching() const noexcept { return count_ > 0; }
   int count() const noexcept { return count_; }
   const Hold& hold(int i) const noexcept { return holds_[static_cast<std::size_t>(i)]; }
-  /// Returns true if a wall yielded in the last follow() and the contact shape's centre moved past it.
+  /// Returns true if a wall yielded in the last follow() and the centre of the ball or other head moved past it.
   bool gave_way() const noexcept { return gave_way_; }
   /// Returns true if the last follow() moved the tool out of tissue that overlapped it.
   bool leading_out() const noexcept { return leading_out_; }
 
   /// Returns the radius of a ball, or the largest radius of another head, m.
   virtual double radius() const noexcept = 0;
-  /// Returns the distance from the contact shape's centre to its farthest point, m.
+  /// Returns the distance from the centre of the contact shape (ball or other head) to its farthest point, m.
   virtual double reach() const noexcept = 0;
-  /// Returns the search distance: faces within this distance of the contact shape's centre are examined, m.
+  /// Returns the search distance, m: faces within this distance of the centre of the ball or other head are examined.
   virtual double outlook() const noexcept = 0;
 
   /// Sets the orientation of the tool for all following calls.
   virtual void turn_to(const dquat& /*R_WT*/) noexcept {}
-  /// Call this before a call with another grid than before, and after the faces of the grid have
+  /// Call this before a call with a grid that differs from the previous one, and after the faces of the grid have
   /// changed.
   virtual void mesh_changed() noexcept {}
-  /// Call it after mesh_changed() if the carver has listed the contact points around this tool in the new mesh. The
-  /// list may be exchanged with another one until the next mesh_changed().
+  /// Call it after mesh_changed() if the carver has listed the contact points around this tool in the new mesh. Until
+  /// the next mesh_changed(), this object may exchange the contents of the list for those of its own list.
   virtual void use_prepared(HeadPoints* /*points*/) noexcept {}
 
-  /// Starts a contact with the contact shape's centre at p. Returns false if the tool overlaps tissue there.
+  /// Starts a contact with the centre of the ball or other head at p. Returns false if the tool overlaps tissue there.
   virtual bool put(const TriangleGrid& grid, const dvec3& p) noexcept = 0;
-  /// Moves the contact shape's centre to p. The tool must have no contact there.
+  /// Moves the centre of the contact shape (ball or other head) to p. The tool must have no contact there.
   virtual void put_free(const dvec3& p) noexcept = 0;
   /// Transfers the contact to another mesh. The new position is the point outside that mesh that is nearest to the old
   /// position (SCP mapping, paper S3, section 3.2).
   virtual void map_to(const TriangleGrid& grid) noexcept = 0;
-  /// Follows the hand's position `hip` (haptic interface point). `give`: if the head overlaps faces, the tissue counts
-  /// as removed to the depth of the overlap.
+  /// Follows the hand's position `hip` (haptic interface point). `give` = true: where the head overlaps faces, the
+  /// tissue counts as removed to the depth of the overlap.
   virtual void follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept = 0;
   /// Moves the centre into the tissue. A following follow() with `give` = true then treats the overlapped tissue as
   /// removed.

@@ -10,7 +10,7 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// The stiffness of each tissue, N/m. A wall stands at each border from a softer to a stiffer tissue.
+/// The stiffness of each tissue, N/m. Each border from a softer to a stiffer tissue acts as a wall.
 using Stiffness = PerTissue;
 
 struct SurfaceOptions {
@@ -73,7 +73,7 @@ class SurfacePoint final : public SurfaceContact {
   Tissue beyond_ = Tissue::kAir;  // the harder tissue of the wall that yielded
   // Indices and boxes of the collected faces, with one array per coordinate.
   static constexpr int kMostNear = 4096, kBatch = 8;
-  // limits in versions of the force laws before 12
+  // largest numbers of collected faces and of planes in versions of the force laws before 12
   static constexpr int kMostNearBefore12 = 2048, kMostPlanesBefore12 = 1024;
   struct Boxes {
     alignas(32) float lo_x[kMostNear + kBatch], lo_y[kMostNear + kBatch], lo_z[kMostNear + kBatch];
@@ -150,7 +150,7 @@ class SurfacePoint final : public SurfaceContact {
   };
   PlaneOfFace inner_of_;
   std::array<std::uint32_t, PlaneSet::kMost> above_{};
-  // number of faces that were tested in this call of follow(), plus a share of those that were collected
+  // effort of this call of follow(): number of tested faces, plus a quarter of the number of collected faces
   int tested_ = 0;
 };
 

@@ -66,10 +66,11 @@ TissueVolume::Copied whole(SurfacePatch& patch) {
 
 }  // namespace
 
-/// Moves a patch so that its first voxel is `lo`, and updates its samples from the volume. If `known` is false, all
-/// samples are copied. If it is true, written_ contains all changes of the volume since the last copy of the patch, and
-/// only three parts are copied: these changes, the samples that the servo wrote itself, and the slabs by which the
-/// patch has moved. copy_part(box) copies a box of samples; copy_written() copies the changes in written_.
+/// Moves a patch (dense copy of the field around the tool) so that its first voxel is `lo`, and updates its samples
+/// from the volume. If `known` is false, all samples are copied. If it is true, written_ contains all changes of the
+/// volume since the last copy, and only three parts are copied: these changes, the samples that the servo wrote itself,
+/// and the new samples on the sides to which the patch has moved. copy_part(box) copies a box; copy_written() copies
+/// the changes in written_.
 template <class CopyPart, class CopyWritten>
 void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, CopyPart copy_part,
                       CopyWritten copy_written) {
@@ -128,7 +129,7 @@ void FieldBody::bring_up_to_date(Snapshot& snapshot) {
   cut_out(snapshot);
 }
 
-/// Stores in the patch the boxes in which samples were cut or filled.
+/// Stores in the patch (the servo's copy of the field around the tool) the boxes in which samples were cut or filled.
 void FieldBody::mark_cut_boxes(SurfacePatch& patch) const {
   volume_.cut_box(patch.lo, patch.lo + patch.n - 1, patch.cut_lo, patch.cut_hi);
   volume_.filled_box(patch.lo, patch.lo + patch.n - 1, patch.filled_lo, patch.filled_hi);

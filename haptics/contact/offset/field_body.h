@@ -1,4 +1,4 @@
-// The tissue as a distance field, for all contact models that work in a SurfacePatch. Carver thread.
+// The tissue as a distance field, for the contact models that use a SurfacePatch (copy around the tool). Carver thread.
 #pragma once
 
 #include <memory>
@@ -51,10 +51,10 @@ class FieldBody : public TissueBody {
   std::vector<Tool> tools_;
   LoosePieces loose_pieces_;         // finds the pieces that a cut separates from the tissue
   std::vector<LoosePiece> pieces_;   // loose pieces that take_pieces() has not returned yet
-  TissueVolume::Written written_;    // changes of the volume since the last copy of the patch that is being updated
-  double travel_ = 0;                // m, distance that a head may move inside one patch
+  TissueVolume::Written written_;    // changes of the volume since the patch to update was last copied
+  double travel_ = 0;                // m, distance that a head may move inside one patch (copy around it)
   std::uint32_t laws_ = kServoLaws;  // version of the force laws of the servo whose cuts are repeated
-  // spacing and edge length of the coarse patch for the shank in each patch; edge 0: none, because no tool has a shank
+  // sample spacing and size of the coarse patch, the copy of the field around the shank; size 0: no tool has a shank
   CoarseGrid coarse_;
 };
 

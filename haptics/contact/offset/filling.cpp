@@ -109,7 +109,7 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
       continue;
     }
     if (instrument.is_limited() && instrument.beyond_limit(place) > -P::open) continue;
-    // There may be space for more filling at this place later. So the next search along this ray starts with this
+    // At this sample, there may be space for more filling later. So the next search along this ray starts with this
     // sample again.
     const double off = glm::length(place - filling_.center);
     const bool grows = filling_.center == filling_.root && off < reach && off > filling_.radius;
@@ -137,8 +137,8 @@ bool OffsetModel::begin_dome(const Pose& X_WH, double reach) noexcept {
   dvec3 center = end;
   if (at.value > 0 && slope >= P::one_surface) {
     center -= at.value / slope * at.gradient / slope;
-    // The end of the instrument is midway between walls, so the nearest wall is not well defined. So the dome of
-    // filling begins on the tissue in front of the instrument.
+    // The instrument's end is midway between walls, so no single wall is the nearest. The dome (deposit) of filling
+    // therefore begins on the tissue in front of the instrument.
   } else if (at.value > 0) {
     const dvec3 ahead = X_WH.R * dvec3(0, 0, -1);
     double way = 0;

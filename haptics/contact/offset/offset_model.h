@@ -36,8 +36,8 @@ class OffsetModel : public PatchModel {
   struct Head {
     Tool tool;
     ContactFinder finder;
-    NonCuttingContacts smooth;  // contacts of the parts that do not cut: the shank and the safe end
-    // voxels, distance from the head's centre to the farthest point of the head and the safe end
+    NonCuttingContacts smooth;  // contacts of the parts that do not cut: the shank and the safe end (a pin at the tip)
+    // voxels, distance from the head's centre to the farthest point of the head and of the safe end (non-cutting pin)
     double reach;
   };
 
@@ -54,15 +54,15 @@ class OffsetModel : public PatchModel {
     // voxels; if the proxy moves by this in one tick, the force changes at a rate of 1 N/s
     double pace_per_slew = 0;
     bool paced = false;  // true if the proxy's speed relative to the hand is limited in this tick
-    // unit vector opposite to the direction in which the hand falls (see FallParameters); zero if it does not fall
+    // unit vector opposite to a fall of the hand (motion because the tissue under the bur is gone); zero: no fall
     dvec3 fall_normal{0};
-    // voxels, largest distance that the head may move in the direction of the fall in this tick
+    // voxels, largest distance that the head may move in this tick along a fall (the tissue under the bur is gone)
     double fall_limit = 0;
-    // Voxels, vector from the hand to the position that the contacts and the energy debt (of cuts that the motor has
-    // not paid for) allow, without the speed limit; zero without contact.
+    // Voxels, vector from the hand to the position that the proxy would have without the speed limit; zero without
+    // contact. The contacts limit this position, and so does the energy debt (of cuts that the motor has not paid for).
     dvec3 held_off{0};
     ActivePlanes active{};  // indices of the contacts that hold the head (the active set)
-    // These members have the same meaning as the members of Contact with the same names.
+    // Members with the same meaning as the members of Contact that have these names.
     bool touching = false, lost = false, deep = false, bridging = false, late = false;
   };
 
@@ -118,10 +118,10 @@ class OffsetModel : public PatchModel {
   void bridge_missing_patch(const ContactInput& in) noexcept;
   void report(const ContactInput& in, Contact& out) noexcept;
 
-  // Functions that cut, and that repeat cuts in a new patch (removal.cpp).
+  // Functions that cut, and that repeat cuts in a new patch (copy of the field around the tool); see removal.cpp.
   bool carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept;
-  /// Removes the sweep of the head from in.X_WG to X_WB in the fine and the coarse patch. Returns true and sets `cut`
-  /// if any sample changed.
+  /// Removes the sweep of the head from in.X_WG to X_WB in the fine patch (field around the head) and in the coarse
+  /// patch (field around the shank). Returns true and sets `cut` if any sample changed.
   bool remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept;
   void carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept;
   void finish_coarse() noexcept;
@@ -150,11 +150,11 @@ class OffsetModel : public PatchModel {
   // fraction 0..1 of its power that the head kept at a wall of harder tissue in the last tick; 0: no wall
   double wall_ = 0;
   bool breaking_through_ = false;
-  double lost_for_ = 0;  // s, time since the tool was last inside the patch
-  // N, force of the last contact; its plane replaces the tissue while a patch is late; 0: there is no such plane
+  double lost_for_ = 0;  // s, time since the tool was last inside the patch (copy of the field around it)
+  // N, force of the last contact. Its plane replaces the tissue while tissue data are late; 0: there is no such plane
   double bridge_push_ = 0;
-  dvec3 bridge_from_{0};  // voxels, the head's centre when it left the patch
-  // s, remaining time in which the proxy returns smoothly to the surface, after a plane had replaced a missing patch
+  dvec3 bridge_from_{0};  // voxels, the head's centre when it left the patch (copy of the field)
+  // s, remaining time in which the proxy returns smoothly to the surface, after a plane had replaced late tissue data
   double rejoining_ = 0;
   struct Retreat {
     RetreatPath path;
@@ -171,15 +171,15 @@ class OffsetModel : public PatchModel {
   } fall_;
 
   // The next members are the state of the removal between two ticks.
-  CutFront front_, coarse_front_;  // active fronts (cut_front.h) of the patch and of its coarse patch
+  CutFront front_, coarse_front_;  // samples (of both patches) that the head can still change: active fronts
   Pose cut_end_;                   // pose at the end of the last cut
   std::uint32_t cut_tool_ = 0;     // tool of the last cut
-  // A cut in the coarse patch. It joins several cuts of the fine patch, and may wait for a tick with less work.
+  // A cut in the coarse patch (for the shank). It joins several cuts of the fine patch, and may wait for a later tick.
   struct CoarseCut {
     Pose X_WA, X_WB;         // poses of the head at the start and at the end of the cut
-    std::uint64_t cut = 0;   // index of the last cut of the fine patch that is joined
+    std::uint64_t cut = 0;   // index of the last cut of the fine patch (around the head) that this cut includes
     std::uint32_t tool = 0;  // tool of the cut
-    bool goes_on = false;    // true if the previous cut in the coarse patch ended at X_WA
+    bool goes_on = false;    // true if the previous cut in the coarse patch (around the shank) ended at X_WA
     int waits = 0;           // number of ticks for which the cut has waited; 0: no cut waits
   } coarse_;
 
@@ -192,12 +192,12 @@ class OffsetModel : public PatchModel {
     // voxels; center: centre of the dome (the growing deposit of filling); end: position of the instrument's free end
     // when the dome began
     dvec3 center{0}, end{0};
-    // voxels, place where the first dome of filling began; the search for open places starts here
+    // voxels, place where the first dome of filling began; the search for places open for filling starts here
     dvec3 root{0};
     bool idle = false;  // true if the dome of filling could hardly grow in the last tick
   } filling_;
-  // Search for open places along straight rays that start where the first dome began. All rays advance together, so the
-  // nearest open place is found first.
+  // Search for places that are open for filling, along straight rays that start where the first dome of filling began.
+  // All rays advance together, so the nearest open place is found first.
   struct OpenPlaceSearch {
     struct Ray {
       int next = 0;       // number of the next sample to examine on this ray
@@ -208,7 +208,7 @@ class OffsetModel : public PatchModel {
     std::size_t way = 0;  // index of the ray that is examined next
     std::array<Ray, FillingParameters::directions> rays{};
   } open_place_search_;
-  // unit vectors of the rays along which open places are searched; empty if no tool fills
+  // unit vectors of the rays along which places open for filling are searched; empty if no tool fills
   std::vector<glm::vec3> flow_directions_;
 };
 

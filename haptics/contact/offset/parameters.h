@@ -14,8 +14,8 @@ struct SearchParameters {
   // Voxels, longest step of one iteration with several contacts. It is shorter than contact_range, so that no contact
   // is missed.
   static constexpr double contact_step = 0.6;
-  // Voxels, longest step of one iteration with at most one contact. A step of this length cannot pass through tissue
-  // thicker than this.
+  // Voxels, longest step of one iteration with at most one contact. A step cannot pass through tissue that is thicker
+  // than the step is long.
   static constexpr double free_step = 1.5;
   // voxels; the found contacts are reused until the head has moved this far; then contacts are searched again
   static constexpr double reuse_distance = 0.3;
@@ -42,9 +42,9 @@ struct SearchParameters {
   static constexpr int refining_rounds = 6;
   // The secant method is used only if the ratio of two successive steps is at most this.
   static constexpr double still_converges = 0.95;
-  // largest factor by which the secant method lengthens a step, with one contact
+  // largest factor by which the secant method lengthens a step, if there is only one contact
   static constexpr double most_gain = 10;
-  // largest factor by which the secant method lengthens a step, with several contacts
+  // largest factor by which the secant method lengthens a step, if only one of several contacts holds the head
   static constexpr double most_gain_of_many = 2;
   // Voxels, largest depth that one tick may cut. The contact planes describe the surface only up to this
   // depth.
@@ -61,7 +61,7 @@ struct WallPlacementParameters {
   static constexpr double overlap = 0.1;
   // voxels, largest allowed overlap of the placed ball with the exact plane of another wall
   static constexpr double other_wall = 4e-3;
-  // if the cosine between two normals is above this limit, both planes belong to the same wall
+  // if the cosine between the normals of two planes is above this limit, both planes belong to the same wall
   static constexpr double same_wall = 0.9;
   // voxels, largest allowed overlap of the placed ball with another plane of the same wall
   static constexpr double same_wall_overlap = 0.02;
@@ -89,21 +89,21 @@ struct PaceParameters {
 };
 
 /// Parameters of a fall: the tissue under the bur was removed, so the hand accelerates until the bur meets tissue
-/// again. The parameters limit the speed of the bur when it lands (follow_fall).
+/// again. The parameters limit the speed at which the bur meets it (follow_fall).
 struct FallParameters {
   static constexpr double rough_time = 2e-3;  // s, time constant of the filter for the hand's present velocity
   static constexpr double speed_time = 0.1;   // s, time constant of the filter for the hand's mean velocity
-  // s, time constant of the filter for the tissue's push on the bur before the fall
+  // s, time constant of the filter for the tissue's push on the bur before a fall (the tissue under the bur is removed)
   static constexpr double push_time = 0.05;
-  // N/s; if (present velocity - mean velocity) × stiffness exceeds this limit, the hand's motion may be a
-  // fall
+  // N/s; if (present velocity - mean velocity) × stiffness exceeds this limit, the hand may be falling, because the
+  // tissue under the bur was removed
   static constexpr double gain = 5;
-  // smallest cosine of the angle between the tissue's mean push and the direction opposite to the fall for which a fall
-  // is detected
+  // A fall (motion because the tissue under the bur was removed) is detected only if the cosine between the tissue's
+  // mean push and the direction opposite to the hand's gain of velocity is at least this.
   static constexpr double along = 0.3;
   // N/s; the bur may always meet tissue at a speed for which (speed × stiffness) is below this limit
   static constexpr double landing_slew = 12;
-  // The bur may also meet tissue at a speed of up to this factor times the hand's mean speed.
+  // The bur may always meet tissue at a speed of up to this factor times the hand's mean speed.
   static constexpr double growth = 1.2;
   // N/s, largest braking: (speed of the hand - speed allowed for meeting tissue) × stiffness is at most this.
   static constexpr double brake = 12;
@@ -125,22 +125,22 @@ struct WallParameters {
   static constexpr int rounds = 4;
 };
 
-/// Recovery of a tool that is inside tissue, or outside its patch.
+/// Recovery of a tool that is inside tissue, or outside its patch (copy of the field around it).
 struct RecoveryParameters {
   // s, time constant with which the overlap decays while the tool is led out of tissue
   static constexpr double recovery_time = 6e-3;
   static constexpr double least_overlap = 0.01;  // voxels; with a smaller overlap the tool counts as outside the tissue
-  // s; if the tool has been outside its patch for longer than this, the new patch counts as late
+  // s; if the tool has been outside its patch (field around it) for longer than this, the new patch counts as late
   static constexpr double patch_wait = 0.01;
-  // m. While the tool is outside the patch, a plane replaces the tissue. If the tool is farther than this outside the
-  // patch, the force of the plane decreases.
+  // m. While the tool is outside the patch (copy of the field), a plane replaces the tissue. If the tool is farther
+  // than this from where it left the patch, the force of the plane decreases.
   static constexpr double bridge_reach = 5e-3;
-  // N; the plane that replaces a late patch yields if the force exceeds the force of the last contact by more than
-  // this.
+  // N; the plane that replaces a late patch (copy of the field) yields if the force exceeds the force of the last
+  // contact by more than this.
   static constexpr double bridge_yield = 0.5;
-  // s, for version 1 of the force laws: longest time for which a plane replaces the tissue of a late patch
+  // s, for version 1 of the force laws: longest time for which a plane replaces the tissue while tissue data are late
   static constexpr double bridge_time_of_laws_1 = 0.5;
-  // s, time in which the proxy returns smoothly to the tissue's surface after a plane replaced a missing patch
+  // s, time in which the proxy returns smoothly to the tissue's surface after a plane replaced late tissue data
   static constexpr double rejoin_time = 0.3;
   // first version of the force laws in which a jump of the hand's pose ends the smooth return (rejoin_time) at once
   static constexpr std::uint32_t laws_of_jumps = 9;
@@ -151,16 +151,16 @@ struct RecoveryParameters {
 struct RetreatParameters {
   // m; if the distance between hand and proxy exceeds this limit, the hand may have moved away
   static constexpr double far = 2e-3;
-  static constexpr double still = 0.3e-3;  // m; the proxy counts as held while it moves less than this
+  static constexpr double still = 0.3e-3;  // m; the proxy counts as held by contacts while it moves less than this
   // m; if the distance between hand and proxy exceeds this limit, the hand has certainly moved away, because at 1 N/mm
   // nobody presses so hard
   static constexpr double too_far = 5e-3;
-  static constexpr double patience = 0.3;    // s, time for which the proxy must be held before it is led back
+  static constexpr double patience = 0.3;    // s, time for which the proxy must be held before it retraces its path
   static constexpr double report_after = 1;  // s, hold time after which a fault reports that no path back was found
   // m; a point of the recorded path is used only if it is nearer to the hand than the proxy is, by at least this
   // distance
   static constexpr double gain = 0.1e-3;
-  static constexpr double slew = 14;  // N/s, largest rate of change of the force while the proxy is led back
+  static constexpr double slew = 14;  // N/s, largest rate of change of the force while the proxy retraces its path
   // m; if the distance between head and tissue exceeds this limit, the recorded path starts again
   static constexpr double outside = 1e-3;
   // voxels, distance between two samples on the line from the proxy to the hand
@@ -169,11 +169,11 @@ struct RetreatParameters {
 
 /// Updates of the coarse patch, which represents the tissue around the shank.
 struct CoarseParameters {
-  // coarse voxels; the coarse patch is cut each time the head has moved this far
+  // coarse voxels; the coarse patch (field around the shank) is cut each time the head has moved this far
   static constexpr double cut_step = 0.2;
-  // ticks; a cut of the coarse patch waits at most so long for a tick with less work
+  // ticks; a cut of the coarse patch (field around the shank) waits at most this time for a tick with less work
   static constexpr int most_waits = 4;
-  // first version of the force laws in which a cut of the coarse patch may wait
+  // first version of the force laws in which a cut of the coarse patch (field around the shank) may wait
   static constexpr std::uint32_t laws_of_waiting = 11;
 };
 
@@ -189,7 +189,7 @@ struct FillingParameters {
   static constexpr double look_step = 0.25;
   static constexpr double step = 0.25;    // voxels; a dome of filling may always grow by this much (radius) in one tick
   static constexpr double most_step = 1;  // voxels, largest growth of the radius of a dome of filling in one tick
-  // s; a dome may grow per tick by the delivered filling not placed yet, plus the amount that is delivered in this time
+  // s; limit of the growth per tick: a dome may grow by the filling that waits, plus the amount delivered in this time
   static constexpr double ahead = 0.01;
   static constexpr double least_step = 1e-3;
   // if the free fraction of the surface of a dome of filling is at most this, the dome stops growing
@@ -197,18 +197,18 @@ struct FillingParameters {
   // Voxels, smallest distance from tissue, from the head and from the limit of the search at which a place is open for
   // filling.
   static constexpr double open = 0.5;
-  // largest search distance for an open place, as a ratio to the instrument's reach
+  // largest search distance for a place that is open for filling, as a ratio to the instrument's reach
   static constexpr double flows_on = 3;
   static constexpr double flow_step = 0.5;  // voxels, distance between two samples along a ray
   // Largest allowed number of consecutive samples inside tissue on a ray. The voxels at a filled wall contain tissue
   // and filling, so a few such samples do not end the ray.
   static constexpr int thin = 3;
-  // Largest cost of one tick's search for an open place, in units of about 1 ns.
+  // Largest cost of one tick's search for a place that is open for filling, in units of about 1 ns.
   static constexpr int search_cost = 60000;
-  // Costs in the search for an open place, in units of about 1 ns: of a skipped ray, of a sample, and of the test
-  // whether filling fits at a sample.
+  // Costs in the search for a place that is open for filling, in units of about 1 ns: of a skipped ray, of a sample,
+  // and of the test whether filling fits at a sample.
   static constexpr int skip_cost = 1, sample_cost = 5, room_cost = 60;
-  static constexpr std::size_t directions = 2048;  // number of rays along which open places are searched
+  static constexpr std::size_t directions = 2048;  // number of rays along which places open for filling are searched
 };
 
 }  // namespace typodont::haptics::offset

@@ -56,8 +56,8 @@ void OffsetModel::constrain(const ContactInput& in, Contact& out) noexcept {
   if (!in.cuts) emptied_ = false;
 }
 
-/// Prepares the data of the tick. Reduces the overlap, at a rate at which the head can leave the tissue without a force
-/// step.
+/// Prepares the data of the tick. Reduces the overlap of head and tissue, at a rate at which the head can leave the
+/// tissue without a force step.
 void OffsetModel::begin_step(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& s = step_;
@@ -81,10 +81,11 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.paced = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
 }
 
-/// Limits the landing speed after a fall. If the tissue under the bur is removed, the hand accelerates. The bur then
-/// meets the next tissue at a high speed, which would cause a force step. A fall is detected if the push of the tissue
-/// decreases while the hand's speed against this push increases. The bur then sinks no faster than the allowed landing
-/// speed. A hand that draws the bur at constant speed does not fall, however steep its path is.
+/// Limits the speed at which the bur meets tissue after a fall. If the tissue under the bur is removed, the hand
+/// accelerates. The bur would then meet the next tissue at a high speed, which would cause a force step. A fall is
+/// detected if the push of the tissue decreases while the hand's speed against this push increases. The bur then sinks
+/// no faster than the allowed speed. A hand that draws the bur at constant speed does not fall, however steep its path
+/// is.
 void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   using F = FallParameters;
   if (!(step_.paced && in.cuts && !in.scrapes)) {
@@ -101,8 +102,8 @@ void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   smooth(fall_.hand_mean, v, F::speed_time);
   const dvec3 gained = fall_.hand_speed - fall_.hand_mean;
   const double gain = glm::length(gained);
-  // A fall is recognised by the hand's gain of speed. The gain must exceed F::gain / stiffness plus the noise of one
-  // encoder count of the position.
+  // A fall (the tissue under the bur was removed) is recognised by the hand's gain of speed. The gain must exceed
+  // F::gain / stiffness plus the noise of one encoder count of the position.
   if (gain < F::gain / settings_.stiffness + settings_.position_step / F::rough_time) return;
   const dvec3 n = -gained / gain;
   const double held_up = glm::dot(fall_.push_mean, n);
@@ -273,7 +274,8 @@ void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_f
   }
 }
 
-/// Searches the contacts of the head, the shank and the safe end, with the head's centre at c.
+/// Searches the contacts of the head, the shank and the safe end (non-cutting pin at the tip), with the head's centre
+/// at c.
 void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool center_inside) noexcept {
   const Pose X_VT{c, in.X_WT.R};
   finder().find(patch_, X_VT, Q::contact_range, contacts_);
@@ -304,8 +306,8 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   dvec3 next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
   s.held_at = next;
   comes_free = p.active.count == 0;
-  // If the hand falls, an additional plane under the head limits the speed. The plane sinks at the allowed landing
-  // speed.
+  // If the hand falls (the tissue under the bur was removed), an additional plane under the head limits the speed. The
+  // plane sinks at the speed at which the bur may meet tissue.
   const bool falls = p.fall_normal != dvec3(0) && glm::dot(next - p.start, p.fall_normal) < -p.fall_limit &&
                      contacts_.add({p.c, p.fall_normal, glm::dot(p.c - p.start, p.fall_normal) + p.fall_limit});
   if (falls) next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
@@ -317,8 +319,8 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   return next;
 }
 
-/// Approximate planes have selected the contacts that hold the head. This function replaces them by exact planes and
-/// projects again, because with the exact planes other contacts may hold the head.
+/// Approximate planes have determined which contacts hold the head. This function computes the exact planes of these
+/// contacts and projects again, because with the exact planes other contacts may hold the head.
 dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 next) noexcept {
   Step& p = step_;
   const int rounds = in.cuts ? 1 : Q::refining_rounds;
@@ -342,8 +344,8 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
 
 /// Accelerates the convergence by the secant method. Along a smooth curved surface, each step is a constant fraction of
 /// the previous step (negative in a concave surface). So one step can replace all remaining steps: it is multiplied by
-/// a gain, which is the sum of the geometric series. With two active planes, the gain is at most 1. The component of
-/// the step towards the tissue is not changed.
+/// a gain, which is the sum of the geometric series. If several contacts hold the head, the gain is at most 1. The
+/// component of the step towards the tissue is not changed.
 dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   const Step& p = step_;
   const double before2 = glm::dot(s.last_step, s.last_step);
@@ -397,8 +399,9 @@ bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcep
 /// Limits the change of the force of a bur. `carried` is the position that the bur would reach if it were rigidly
 /// connected to the hand; the new position must be at most `most` away from it. Among these positions, the one nearest
 /// to the hand is chosen. To find it, the bur is pulled to a point between `carried` and the hand. The lag behind the
-/// hand never grows, so a bur that passes a rim lands first and then catches up. `next`: on entry, the position that
-/// the contacts alone determine; on return, the new position. Returns the point to which the bur is pulled.
+/// hand never grows: a bur that passes a rim first meets the tissue behind the rim, and then catches up with the hand.
+/// `next`: on entry, the position that the contacts alone determine; on return, the new position. Returns the point to
+/// which the bur is pulled.
 dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept {
   double fraction = 1;
   dvec3 led_to = pulled_to;
@@ -520,8 +523,8 @@ void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
 }
 
 /// Returns true if the hand has moved away. This is the case if the head can move on the straight line towards the hand
-/// without touching tissue, as far as the patch extends, or if the hand is too far away to be pressing the tool into
-/// tissue.
+/// without touching tissue, as far as the patch (copy of the field) extends, or if the hand is too far away to be
+/// pressing the tool into tissue.
 bool OffsetModel::hand_has_left() const noexcept {
   using R = RetreatParameters;
   const Step& p = step_;
@@ -536,11 +539,11 @@ bool OffsetModel::hand_has_left() const noexcept {
   return false;
 }
 
-/// Handles a tool outside its patch. Until a new patch arrives, the plane of the last contact replaces the tissue
-/// (intermediate surface: Adachi 1995, Mark 1996), and nothing is cut. If the patch is late, the plane yields to a
-/// force larger than that of the last contact, so that the plane never traps the hand. Its force falls to zero while
-/// the tool's distance from where it left the patch grows from one to two times bridge_reach. A tool that had no
-/// contact follows the hand. docs/safety.md has the measurements.
+/// Handles a tool outside its patch (copy of the field around the tool). Until a new patch arrives, the plane of the
+/// last contact replaces the tissue (intermediate surface: Adachi 1995, Mark 1996), and nothing is cut. If the patch is
+/// late, the plane yields to a force larger than that of the last contact, so that the plane never traps the hand. The
+/// plane's force falls to zero while the tool's distance from where it left the patch grows from one to two times
+/// bridge_reach. A tool that had no contact follows the hand. docs/safety.md has the measurements.
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;
@@ -555,7 +558,7 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
       if (bridge_push_ == 0) bridge_push_ = in.normal_force, bridge_from_ = p.start;
       const double way = glm::length(p.start - bridge_from_) * voxel();
       const double most = std::clamp(2 - way / R::bridge_reach, 0.0, 1.0) * (bridge_push_ + R::bridge_yield) *
-                          // voxels, largest distance between head and hand; the plane that replaces the missing patch
+                          // voxels, largest distance between head and hand; the plane that replaces missing tissue data
                           // cannot hold the head farther from the hand than this
                           p.pace_per_slew / in.dt;
       under = std::min(under, most);

@@ -1,4 +1,5 @@
-// Removes tissue in the servo's own patch, and repeats cuts in a new patch that lacks them.
+// Removes tissue in the servo's patch (copy of the field around the tool), and repeats cuts in a new patch that lacks
+// them.
 #include <algorithm>
 #include <cmath>
 
@@ -47,10 +48,10 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
   return true;
 }
 
-/// Makes a cut in the coarse patch, from pose A to pose B of the head. Several short cuts are joined into a longer one,
-/// because the coarse samples cannot resolve them. `may_wait`: true if the cut in the fine patch took long, so that the
-/// cut in the coarse patch may wait for one of the next ticks. It may wait because only the shank touches the coarse
-/// patch, and the shank follows the head.
+/// Makes a cut in the coarse patch (field around the shank), from pose A to pose B of the head. Several short cuts are
+/// joined into a longer one, because the coarse samples cannot resolve them. `may_wait`: true if the cut in the fine
+/// patch took long. The cut in the coarse patch may then wait for one of the next ticks, because only the shank touches
+/// the coarse patch, and the shank follows the head.
 void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept {
   if (patch_.wide.empty()) return;
   const bool goes_on = continues && coarse_.cut + 1 >= cut_count_;
@@ -71,7 +72,7 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
   if (!may_wait || coarse_.waits > CoarseParameters::most_waits) finish_coarse();
 }
 
-/// If a cut in the coarse patch waits, makes it.
+/// If a cut in the coarse patch (field around the shank) waits, makes it.
 void OffsetModel::finish_coarse() noexcept {
   if (coarse_.waits == 0) return;
   coarse_.waits = 0;
@@ -86,8 +87,9 @@ void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
   // After an undo or redo, the new snapshot contains every cut that is still valid, so a waiting cut is discarded.
   if (strokes_edited) emptied_ = false, coarse_.waits = 0;
   if (!known) front_.forget();
-  // The new coarse patch was copied from the carver's volume, which was cut in shorter steps than the old coarse patch.
-  // So the active front of the coarse patch (the samples that the next cuts can change) is not valid any more.
+  // The new coarse patch (field around the shank) was copied from the carver's volume, which was cut in shorter steps
+  // than the old coarse patch. So the active front of the coarse patch (the samples that the next cuts can change) is
+  // not valid any more.
   coarse_front_.forget();
   smooth().forget();
 }
@@ -105,7 +107,7 @@ PerTissue OffsetModel::repeat(const CutLog::Made& made, std::uint64_t index, Sur
   return carve(fresh, Sweep(with, made.X_WA, made.X_WB, settings_.frame, continues, settings_.laws));
 }
 
-/// Repeats the cuts that the coarse patch of a new snapshot lacks.
+/// Repeats the cuts that the coarse patch (field around the shank) of a new snapshot lacks.
 void OffsetModel::update_coarse(SurfacePatch& fresh, bool edited) noexcept {
   if (fresh.wide.empty()) return;
   SurfacePatch& coarse = fresh.wide.front();

@@ -113,7 +113,7 @@ std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue
   return loose;
 }
 
-/// Runs a flood fill over the linked spheres from each seed. All seeds belonged to one body before the cut.
+/// Runs a flood fill over the linked spheres from each seed sphere. All seeds belonged to one body before the cut.
 void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds, std::vector<std::vector<int>>& loose) {
   ++search_;
   std::vector<Flood> floods(seeds.size());

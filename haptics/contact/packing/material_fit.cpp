@@ -26,7 +26,8 @@ struct Moment {
 };
 
 /// Returns the ratio of the tool's force to the cutting power, N/W. It is computed from the equation power = μ_c ·
-/// efficiency · F · R · ω (see `earn` in the servo). The motor's loss of speed under load is neglected.
+/// efficiency · F · R · ω with the cutting coefficient μ_c, the force F, and the radius R and angular speed ω of the
+/// tool (see `earn` in the servo). The motor's loss of speed under load is neglected.
 double newtons_per_watt(const ServoSettings& settings, const Pose& X_WT, const dvec3& feed) {
   const Tool& tool = settings.tool;
   const double along = glm::dot(glm::normalize(feed), X_WT.R * dvec3(0, 0, 1));

@@ -16,14 +16,14 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr int kBlock = 8;  // voxels, edge length of the blocks in which the field is updated
-// voxels; when the ball of the tool that cuts a sphere has moved this far, PackingBody::changed() stores a note: the
-// index of the sphere, and the position and radius of the ball; rasterize() updates the field from the notes
+// Voxels. Each time the tool sphere that cuts a tissue sphere has moved this far, PackingBody::changed() stores its
+// position and radius as a note. rasterize() updates the field from the notes.
 constexpr double kNoteEvery = 0.03;
 // voxels; when a sphere is cut, the field is updated up to this distance beyond the sphere and its gaps, because
 // interpolation also reads neighbouring voxels
 constexpr double kAround = 1.8;
-// a gap between spheres belongs to a sphere up to this distance from it, as a multiple of the radius of the largest
-// hole in the packing
+// a gap between spheres belongs to a sphere if it is at most this far from the sphere, as a multiple of the radius of
+// the largest hole in the packing
 constexpr double kGapsAround = 2;
 // first version of the force laws in which a cut also reduces the gaps that belong to the cut sphere
 constexpr std::uint32_t kLawsOfReducedGaps = 7;
@@ -33,7 +33,7 @@ constexpr std::size_t kMost = 50000;
 
 const dvec3 kNowhere(std::numeric_limits<double>::infinity());
 
-/// Returns the position that the tool's ball had when it overlapped the sphere `s` most deeply.
+/// Returns the position that the cutting ball (a sphere of the tool) had when it overlapped the sphere `s` most deeply.
 dvec3 ball_of(const CutSphere& s) {
   return s.base - (s.tool + s.base_radius - s.overlap) * s.away;
 }
@@ -138,7 +138,8 @@ void PackingBody::changed(int i, const CutSphere& before) {
   }
   if (remembers_) written_.push_back(i);
   const CutSphere& now = spheres_.sphere(i);
-  // A new cut of the sphere from another side begins. A note for the previous cut is stored first.
+  // A new cut of the sphere from another side begins. So the end of the previous cut is stored first, as a note from
+  // which the field will be updated.
   if (before.overlap > 0 && now.base != before.base && ball_of(before) != last_noted_[k]) note(i, before);
   const double moved = glm::distance(ball_of(now), last_noted_[k]);
   if (!(moved < kNoteEvery * volume_.frame().voxel) || !(spheres_.tree().radius(i) > 0)) note(i, now);

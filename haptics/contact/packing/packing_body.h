@@ -46,14 +46,14 @@ class PackingBody final : public TissueBody {
   struct Kept {
     int sphere;
     CutSphere state;   // state of the sphere before the stroke; after an undo: its state after the stroke
-    dvec3 last_noted;  // m, position of the tool's ball in the last Note of this sphere
+    dvec3 last_noted;  // m, position of the cutting tool sphere in the last Note (pending field update)
   };
   struct Stroke {
     std::vector<Kept> kept;
     // true if the stroke also changed the distance field and the labels (volume_), for example a brush stroke
     bool in_field = false;
   };
-  /// A ball of the tool that removed a part of a sphere. The note waits until the field is updated.
+  /// A ball (sphere of the tool) that removed a part of a tissue sphere. The note waits until the field is updated.
   struct Note {
     int sphere;
     dvec3 p_W;  // m, centre of the ball
@@ -90,7 +90,7 @@ class PackingBody final : public TissueBody {
   PerTissue taken_back_{};
   bool remembers_ = false;
   std::vector<int> written_;       // spheres that changed since remember_writes(true) was called
-  std::vector<dvec3> last_noted_;  // m, for each sphere: position of the tool's ball in the last Note of this sphere
+  std::vector<dvec3> last_noted_;  // m, for each sphere: position of the tool sphere in its last Note (pending update)
   std::vector<Note> notes_;
   std::uint64_t paints_ = 0;  // number of brush strokes in volume_ that have already been applied to the spheres
   bool repainted_ = false;    // true if the tissue was painted since the last snapshot

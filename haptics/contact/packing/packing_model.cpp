@@ -48,8 +48,8 @@ constexpr double kFastest = 5;
 constexpr std::uint32_t kLawsOfPostponedCuts = 10;
 constexpr double kLargeArea = 10e-6;   // m², contact area above which cuts are postponed
 constexpr double kLeastStep = 0.1e-6;  // m; a postponed cut waits until the saved energy suffices for a step this long
-// First version of the force laws in which a postponed cut waits until the saved energy suffices for a longer step. In
-// soft bone, a head advances by more than kLeastStep in a tick.
+// First version of the force laws in which a postponed cut waits for the energy of a longer step (kLongStep). In soft
+// bone a head advances by more than the shorter kLeastStep in a tick, so no cut was postponed there.
 constexpr std::uint32_t kLawsOfLongSteps = 11;
 constexpr double kLongStep = 1e-6;        // m, longer step that replaces kLeastStep from kLawsOfLongSteps on
 constexpr double kLongestDelay = 4.5e-3;  // s, longest time for which a cut is postponed
@@ -218,7 +218,7 @@ bool PackingModel::lead_back(const ContactInput& in) noexcept {
   Pose X = proxy().pose();
   const double scale =
       settings_.laws >= kLawsOfLargeForces ? std::max(1.0, settings_.force_limit / kDentalForces) : 1.0;
-  // m, largest displacement of the tool per tick while it is led back
+  // m, largest displacement of the tool per tick while it is led back along its path
   const double pace = scale * R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));
   const bool near = glm::distance(in.X_WT.p, X.p) < R::far / 2;
   for (double left = pace; !near && left > 0 && retreat_.path.size() > retreat_.to;) {
@@ -313,8 +313,8 @@ void PackingModel::take_tissue_from_contacts() noexcept {
   }
 }
 
-/// Sets μ_s and μ_d of eq. 13 according to the tissue in contact in the last tick. A rotating bur has no friction here,
-/// because the servo computes the tangential force of its cutting edges.
+/// Sets the friction coefficients μ_s and μ_d (paper S2, eq. 13) according to the tissue in contact in the last tick. A
+/// rotating bur has no friction here, because the servo computes the tangential force of its cutting edges.
 void PackingModel::set_friction(const ContactInput& in) noexcept {
   double fixed = 0, sliding = 0;
   if (settings_.friction && (!in.cuts || in.scrapes)) {
@@ -439,8 +439,8 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       changed = true;
       proxy().note_cut(tree, place, protrudes);
     };
-    // On a straight path, the tissue spheres listed for the tried cut (TriedCut) include all spheres that the cut
-    // reaches.
+    // On a straight path, the tissue spheres that were listed to compute the cost of the cut (TriedCut) include all
+    // spheres that the cut reaches.
     const bool straight = turn == dvec3(0) || (tool.head == 1 && tool.center_T[0] == dvec3(0));
     if (tried_share_ == most && straight && settings_.laws >= kLawsOfRings && tried_.complete() &&
         near_end_[tool.head - 1] < near_.size()) {

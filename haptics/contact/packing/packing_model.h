@@ -21,11 +21,11 @@ namespace typodont::haptics::packing {
 /// The contact model "packing" on the servo thread. constrain() runs passes 1 and 2 (first contact, material at the
 /// contact); cut() runs pass 3 (removal along the motion). If the packing has millions of spheres, the model compares
 /// CPU and GPU at the first snapshot. It uses the GPU if the GPU is faster and gives the same bits. The cutting speed
-/// of eq. 4 is v_d = v_b / ρ, with the base speed v_b and the density ρ relative to dentin. In this model, v_b is
-/// computed from the energy that the motor has delivered (the servo's energy budget). To remove the volume dV of tissue
-/// with the specific energy u costs the energy u dV. So a head with the contact area A that moves at v_d needs the
-/// power A u v_d. The motor delivers the power P at the cutting edges (specific cutting energy: Shaw, "Metal Cutting
-/// Principles"; the servo's `earn` computes P by Preston's law). So v_b = P / (A u_dentin). The area A is not
+/// (paper S2, eq. 4) is v_d = v_b / ρ, with the base speed v_b and the density ρ relative to dentin. In this model, v_b
+/// is computed from the energy that the motor has delivered (the servo's energy budget). To remove the volume dV of
+/// tissue with the specific energy u costs the energy u dV. So a head with the contact area A that moves at v_d needs
+/// the power A u v_d. The motor delivers the power P at the cutting edges (specific cutting energy: Shaw, "Metal
+/// Cutting Principles"; the servo's `earn` computes P by Preston's law). So v_b = P / (A u_dentin). The area A is not
 /// estimated: cut() finds the step that costs exactly the energy in the budget.
 class PackingModel final : public ContactModel {
  public:
@@ -87,10 +87,10 @@ class PackingModel final : public ContactModel {
   } retreat_;
   SurfaceEstimate surface_;
   Pose X_estimated_;          // pose of the proxy for which surface_ was computed
-  double postponed_for_ = 0;  // s, time since the last cut for which postpones() was true; 0: no cut is postponed
+  double postponed_for_ = 0;  // s, time for which a cut has been postponed so far; 0: no cut is postponed
   CutBuffers buffers_;
   TriedCut tried_;
-  // result of find_near(): one list for each sphere of the head, stored one after the other
+  // result of find_near(): for each sphere of the head, the list of tissue spheres near it, one list after the other
   std::vector<Place> near_;
   // fraction of the motion for which tried_ contains a computed cut; negative: tried_ contains no cut
   double tried_share_ = -1;

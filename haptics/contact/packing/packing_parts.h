@@ -22,18 +22,18 @@ struct Parameters {
   // Head of the first tool, made from a closed mesh; empty: the head has the shape in the tool table.
   std::optional<ToolSpheres> tool_mesh;
   std::size_t tool_spheres = 60;  // number of spheres of a head that is not a ball
-  /// m/s, fixed value of the base speed v_b in eq. 4, which is the cutting speed at density 1; it does not depend on
-  /// the force, as in paper S2. 0: v_b is computed from the motor's power (see class PackingModel).
+  /// m/s, fixed value of the base speed v_b in eq. 4 of paper S2, which is the cutting speed at density 1; it does not
+  /// depend on the force, as in the paper. 0: v_b is computed from the motor's power (see class PackingModel).
   double base_speed = 0;
-  double free_speed = 0.02;  // m/s, largest cutting speed; it limits eq. 4 in tissue of very low density
-  // Used only if base_speed is not 0. true: the cutting speed uses the density ρ of eq. 3, which grows with the contact
-  // area (for reaming); false: it uses the normalised density ρ̂.
+  double free_speed = 0.02;  // m/s, largest cutting speed; it limits eq. 4 of paper S2 in tissue of very low density
+  // Used only if base_speed is not 0. true: the cutting speed uses the density ρ of eq. 3 in paper S2, which grows with
+  // the contact area (for reaming); false: it uses the normalised density ρ̂.
   bool by_contact = false;
   double epsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the estimate of the tissue's surface
   // density of each tissue relative to dentin; a negative value means the ratio of the tissue's specific energy to that
   // of dentin
   PerTissue density = given();
-  std::filesystem::path material;              // file with the result of a material fit (eq. 14)
+  std::filesystem::path material;              // file with the result of a material fit (paper S2, eq. 14)
   std::optional<std::uint64_t> material_hash;  // hash of the tissue for which the material was fitted
   std::vector<float> fitted;                   // fitted hardness of every sphere; empty: no material was fitted
   Removal removal = Removal::kMended;

@@ -22,12 +22,12 @@ using packing::DepthField;
 
 // All lengths in this file are in voxels of the field, unless a comment says metres.
 
-constexpr int kEdge = 4;  // number of nodes along the edge of a block
+constexpr int kEdge = 4;  // number of grid nodes along the edge of a block of nodes
 constexpr int kNodes = kEdge * kEdge * kEdge;
 // The free radius of a grid node is the radius of the largest sphere that fits around it. Stored free radii are limited
-// to this multiple of the radius limit.
+// to this multiple of the radius limit (the largest allowed radius of a sphere).
 constexpr float kFullDepths = 2;
-constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid, as a ratio to the radius limit
+constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid, as a ratio to the largest allowed sphere radius
 // In grid spacings. When the largest sphere that still fits has at most this radius, a finer grid is made.
 constexpr double kFinest = 0.9;
 constexpr double kFiner = 1.5;  // ratio of the spacings of two successive grids
@@ -125,7 +125,7 @@ class Packer {
         continue;
       }
       // The sphere that fits at this node is now smaller than its stored free radius, so another node may have a larger
-      // one.
+      // free radius.
       if (found.r < kAsExpected * std::min(static_cast<double>(free), limit_)) {
         free = static_cast<float>(found.r);
         renew_key(b);

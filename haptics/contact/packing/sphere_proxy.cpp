@@ -26,28 +26,29 @@ constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projectio
 constexpr double kArrived = 1e-10;
 // rad, largest rotation in one step; the chord of the step then deviates from the arc by less than 5e-5 of the reach
 constexpr double kLargestTurn = 0.02;
-constexpr double kMargin = 60e-6;          // m, smallest mean margin of the lists of spheres near a tool sphere
-constexpr double kLargestMargin = 300e-6;  // m, largest mean margin of the lists of spheres near a fast tool sphere
-constexpr double kAhead = 3;               // mean near-list margin of a fast tool, as a multiple of its motion per tick
+constexpr double kMargin = 60e-6;          // m, smallest mean margin (range) of the Verlet lists of a tool sphere
+constexpr double kLargestMargin = 300e-6;  // m, largest mean margin (range) of the Verlet lists of a fast tool sphere
+constexpr double kAhead = 3;               // ratio of a Verlet list's margin to the tool sphere's motion per tick
 // m, search distance for the nearest sphere if no sphere lies within the margin
 constexpr double kLook = 2e-3;
 constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of a distance; it is added to all bounds
 // This factor makes a motion slightly longer, so that contacts exactly at its end are found.
 constexpr double kPastTheEnd = 1.0000001;
-constexpr std::size_t kListed = 64;        // smallest capacity of one near list, as a number of spheres
-constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all near lists, as a number of spheres
-// m, largest gap for which nearly all spheres in a long list are near the tool (see listed_near)
+constexpr std::size_t kListed = 64;        // smallest capacity of one Verlet list (spheres near a tool sphere)
+constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all Verlet lists, as a number of spheres
+// m; if the gaps in question are below this limit, the spheres of a long Verlet list are used without a test of each
+// one, because nearly all of them are near the tool (see listed_near)
 constexpr double kFewOthers = 100e-6;
-constexpr std::size_t kLongList = 1024;  // smallest length of a long near list, as a number of spheres
-constexpr std::size_t kLanes = 8;        // number of spheres in a near list that are compared by one vector instruction
+constexpr std::size_t kLongList = 1024;  // smallest length of a long Verlet list, as a number of spheres
+constexpr std::size_t kLanes = 8;        // number of spheres in a Verlet list that one vector instruction compares
 // m, upper bound of the rounding error of a gap in single precision. It does not cover gaps below -10 mm, but such
 // spheres overlap so deeply that every comparison finds them.
 constexpr float kFloatRounding = 1e-9f;
-constexpr double kLeastMargin = 1e-6;  // m; a near list (spheres near a tool sphere) with a smaller margin is not made
-constexpr double kReduced = 0.8;       // if a near list would be too long, its margin is multiplied by this factor
+constexpr double kLeastMargin = 1e-6;  // m; a Verlet list (spheres near a tool sphere) with smaller margin is not made
+constexpr double kReduced = 0.8;       // if a Verlet list would be too long, its margin is multiplied by this factor
 // parameters of near lists (tissue spheres near a tool sphere) that are made before they are needed (prepare_lists)
-constexpr double kLargestPrepared = 0.5e-3;  // m, largest mean margin of a near list that is made in advance
-constexpr double kTicksAhead = 10;           // mean list margin for a fast tool, as a multiple of its motion per tick
+constexpr double kLargestPrepared = 0.5e-3;  // m, largest mean margin of a Verlet list that is made in advance
+constexpr double kTicksAhead = 10;           // ratio of margin to motion per tick, for Verlet lists made in advance
 constexpr std::size_t kLeavesATick = 320;    // smallest number of leaves of the sphere tree that one tick searches
 // if a near list (tissue spheres near a tool sphere) is too long for its memory, the next try is after so many searches
 constexpr int kNotAgain = 64;
@@ -200,7 +201,7 @@ void SphereProxy::use_list() noexcept {
   }
 }
 
-/// Makes the near list of one of the tool's spheres: finds the tissue's spheres around it.
+/// Makes the near list (Verlet list) of one of the tool's spheres: finds the tissue's spheres around it.
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
   const double needed = way + std::max(0.0, lists_[i].wider) + kRounding;
   if (!next_.active || next_.tool_sphere != i || !(next_.moved + needed < next_.margin)) {
@@ -530,7 +531,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     dvec3 by, turned;
     project(move, turn, by, turned);
 
-    // Coulomb friction (eq. 10–13): the sum of the pushes limits how far the contacts let the proxy
+    // Coulomb friction (paper S2, eq. 10–13): the sum of the pushes limits how far the contacts let the proxy
     // slide.
     dvec3 pushed(0);
     for (std::size_t k = 0; k < count_; ++k) pushed += constraints_[k].multiplier * constraints_[k].n;

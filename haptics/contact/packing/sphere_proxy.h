@@ -17,10 +17,10 @@ namespace typodont::haptics::packing {
 class ComputePasses;
 
 struct ProxyOptions {
-  double stiffness = 1000;         // N/m, stiffness k of eq. 7
-  double damping = 0;              // N·s/m, damping ζ of eq. 7
-  double static_friction = 0.2;    // friction coefficient μ_s of eq. 13
-  double dynamic_friction = 0.15;  // friction coefficient μ_d of eq. 13, at most μ_s
+  double stiffness = 1000;         // N/m, stiffness k of eq. 7 in paper S2
+  double damping = 0;              // N·s/m, damping ζ of eq. 7 in paper S2
+  double static_friction = 0.2;    // friction coefficient μ_s of eq. 13 in paper S2
+  double dynamic_friction = 0.15;  // friction coefficient μ_d of eq. 13 in paper S2, at most μ_s
   // true: the projection onto the contacts starts with the pushes (multipliers) of the last tick, so it needs fewer
   // iterations; false: it starts with zero, as in the force laws before version 7
   bool starts_from_last = true;
@@ -54,11 +54,11 @@ class SphereProxy {
   /// Moves the proxy to the pose `X_W` without a collision test. Called after a cut has removed the tissue on this
   /// motion.
   void move_to(const Pose& X_W) noexcept;
-  /// Sets the friction coefficients μ_s and μ_d of eq. 13, which depend on the tissue in contact.
+  /// Sets the friction coefficients μ_s and μ_d (paper S2, eq. 13), which depend on the tissue in contact.
   void set_friction(double static_friction, double dynamic_friction) noexcept {
     options_.static_friction = static_friction, options_.dynamic_friction = dynamic_friction;
   }
-  /// Discards the near lists of all tool spheres. Needed when tissue spheres may have become larger or may exist again.
+  /// Discards the Verlet lists of all tool spheres. Needed when tissue spheres may have become larger or exist again.
   void forget_near() noexcept;
   /// Must be called for each tissue sphere that a cut changed. The near lists (tissue spheres near each tool sphere)
   /// remain valid if the sphere only shrank. But a cut that takes several ticks also moves the sphere, so its new
@@ -121,7 +121,7 @@ class SphereProxy {
 
  private:
   // m. After a cut, a sphere may protrude from its earlier state. If it protrudes by at most this length, the margin of
-  // all near lists is reduced by the protruding length. If it protrudes farther, only the margins of the near lists
+  // all Verlet lists is reduced by the protruding length. If it protrudes farther, only the margins of the Verlet lists
   // around this sphere are reduced.
   static constexpr double kStickOut = 1e-6;
 
@@ -138,18 +138,18 @@ class SphereProxy {
   /// Near list (Verlet 1967): the tissue's spheres near one tool sphere, in the tree's order. The list is valid until
   /// the tool sphere has moved by the list's margin. So the tree must be searched only once in many ticks.
   struct NearList {
-    // m; when this near list was made, every tissue sphere outside the list was at least this far from the tool
+    // m; when this Verlet list was made, every tissue sphere outside the list was at least this far from the tool
     // sphere
     double margin = 0;
-    // m, upper bound of the displacement of the tool sphere since this near list was made, plus the sum of `protrudes`
-    // over all cuts since then
+    // m, upper bound of the displacement of the tool sphere since this Verlet list was made, plus the sum of
+    // `protrudes` over all cuts since then
     double moved = 0;
     // m, largest distance in the present cut by which a changed tissue sphere protrudes from the unchanged sphere
     double protrudes = 0;
     // m, distance from the tool sphere to the nearest sphere of the tissue when the list was made; negative if they
     // overlap
     double free = 0;
-    // m, distance by which near_here() may enlarge the tool sphere without a new near list; negative: the list has no
+    // m, distance by which near_here() may enlarge the tool sphere without a new Verlet list; negative: the list has no
     // memory for so many spheres, so near_here() searches the tree
     double wider = 0;
     std::size_t count = 0;  // number of spheres in the list
@@ -209,17 +209,17 @@ class SphereProxy {
   std::array<Constraint, kMostContacts> constraints_;
   std::size_t count_ = 0;
   std::vector<double> arm_;      // m, for each tool sphere: distance from the frame's origin
-  std::vector<NearList> lists_;  // near lists, one for each tool sphere
+  std::vector<NearList> lists_;  // Verlet lists, one for each tool sphere
   std::size_t room_;             // number of entries for which each list has memory; a multiple of 8
-  std::vector<Place> listed_;    // entries of all near lists, one list after the other
+  std::vector<Place> listed_;    // entries of all Verlet lists, one list after the other
   std::vector<float> gap_;       // m, for each entry: its gap to the tool sphere when listed; infinite: unused entry
   NextList next_;
-  std::vector<double> moved_before_;         // m, for each near list: value of `moved` at the end of the last tick
+  std::vector<double> moved_before_;         // m, for each Verlet list: value of `moved` at the end of the last tick
   std::vector<SweptBall> swept_;             // balls of one search on the GPU, with their motions
   std::vector<std::size_t> sphere_of_ball_;  // for each ball in swept_: index of its tool sphere
-  // m, largest protrusion of a cut sphere since the last end_notes(), if it is at most kStickOut
+  // m, largest protrusion of a cut sphere from its earlier surface since the last end_notes(), if at most kStickOut
   double protrudes_ = 0;
-  bool noted_ = false;  // true: a cut sphere has protruded since the last end_notes()
+  bool noted_ = false;  // true: a cut sphere has protruded from its earlier surface since the last end_notes()
   double pushed_ = 0;   // m, sum of the pushes of all contacts (distances by which they hold the proxy back)
   dvec3 n_W_{0};
   bool sticks_ = false;

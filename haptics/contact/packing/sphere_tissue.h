@@ -46,7 +46,7 @@ class SphereTissue {
   const CutSphere& sphere(Place place) const noexcept { return spheres_[static_cast<std::size_t>(place)]; }
   const CutSphere& sphere(int i) const noexcept { return sphere(tree_.place_of(i)); }
   /// Returns the hardness of a sphere as a fraction of its tissue's own hardness (hardness.h). It can exceed 1 if a
-  /// density was fitted to a measurement (eq. 14).
+  /// density was fitted to a measurement (paper S2, eq. 14).
   double hardness(Place place) const noexcept { return hardness_[static_cast<std::size_t>(place)]; }
   double hardness(int i) const noexcept { return hardness(tree_.place_of(i)); }
   /// Returns true if the hardness of any sphere differs from 1.

@@ -10,17 +10,17 @@
 namespace typodont::haptics::packing {
 
 struct SurfaceEstimate {
-  dvec3 n_W{0};       // unit normal, pointing out of the tissue (eq. 2); zero if there is no tissue nearby
+  dvec3 n_W{0};       // unit normal, pointing out of the tissue (paper S2, eq. 2); zero if there is no tissue nearby
   double volume = 0;  // m³, sum of the overlaps between spheres of the tool and of the tissue
-  // density ρ of eq. 3, computed with the volume in mm³; it grows with the contact volume, so a larger contact cuts
-  // more slowly
+  // density ρ of eq. 3 in paper S2, computed with the volume in mm³; it grows with the contact volume, so a larger
+  // contact cuts more slowly
   double density = 0;
-  double normalised = 0;  // normalised density ρ̂ of eq. 3; depends on the material but not on the size of the contact
+  double normalised = 0;  // normalised density ρ̂ (paper S2, eq. 3); independent of the size of the contact
   PerTissue share{};      // for each tissue: fraction 0..1 of `volume` that belongs to it; the sum is 1
   PerTissue hardness{};   // for each tissue: mean hardness of its spheres in contact (SphereTissue::hardness)
 };
 
-/// Sums the overlaps of eq. 2 and 3 over pairs of spheres. The order of the pairs affects the last bits of the result.
+/// Sums the overlaps of paper S2, eq. 2 and 3, over pairs of spheres. The order of the pairs affects the last bits.
 class OverlapSum {
  public:
   OverlapSum(const SphereTissue& tissue, const PerTissue& density) : tissue_(tissue), density_(density) {}
@@ -40,15 +40,15 @@ class OverlapSum {
   double weighted_ = 0;  // m³, sum of overlap × density
 };
 
-/// Sums the overlaps (eq. 2, 3) between the tissue and the head's spheres near the contact, which are enlarged by
-/// `epsilon` (m). `density`: density of each tissue; it is multiplied by the hardness of each sphere, and 0 means no
-/// resistance. `scratch`: buffer for the places (indices in the tree) of the spheres near one tool sphere.
+/// Sums the overlaps (paper S2, eq. 2, 3) between the tissue and the head's spheres near the contact, which are
+/// enlarged by `epsilon` (m). `density`: density of each tissue; it is multiplied by the hardness of each sphere, and 0
+/// means no resistance. `scratch`: buffer for the places (indices in the tree) of the spheres near one tool sphere.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP,
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
                                  std::span<Place> scratch) noexcept;
 
 /// Computes the same estimate as the other estimate_surface(), with the same bits, but finds the tissue spheres in the
-/// lists that `proxy` keeps for each tool sphere.
+/// Verlet lists of `proxy`, one for each tool sphere.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC, double epsilon,
                                  const PerTissue& density, std::span<Place> scratch) noexcept;
 

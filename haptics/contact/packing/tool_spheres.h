@@ -20,9 +20,9 @@ struct ToolSpheres {
   std::vector<dvec3> center_T;
   std::vector<double> radius;
   // Number of spheres of the head; they are the first spheres in the list. The remaining spheres belong to the shank
-  // and the safe end.
+  // and the safe end (a non-cutting pin at the tip).
   std::size_t head = 0;
-  dvec3 com_T{0};         // m, the head's centre of mass (eq. 9) for uniform density
+  dvec3 com_T{0};         // m, the head's centre of mass (paper S2, eq. 9) for uniform density
   double reach = 0;       // m, distance from the origin of frame T to the farthest point of any sphere
   double head_reach = 0;  // m, distance from the origin of frame T to the farthest point of the head's spheres
 
@@ -36,8 +36,8 @@ enum class HeadSpheres {
 };
 
 /// Returns a tool with a head from the tool table. A head that is a ball becomes one sphere; any other head becomes
-/// about `spheres` spheres. `seed`: used only for kPacked. Shank and safe end become chains of inscribed spheres on the
-/// tool's axis.
+/// about `spheres` spheres. `seed`: used only for kPacked. The shank and the safe end (non-cutting pin at the tip)
+/// become chains of inscribed spheres on the tool's axis.
 ToolSpheres tool_spheres(const Tool& tool, std::size_t spheres, std::uint64_t seed,
                          HeadSpheres kind = HeadSpheres::kRings);
 /// Packs a closed solid with spheres, for example a mesh (read_mesh_solid). The solid is in the tool's frame T. Throws

@@ -47,7 +47,7 @@ class ContactFinder {
   /// Finds the contacts of the head whose gap is below `near` (voxels, at most about one). `X_VT`: pose of the head
   /// (frame T) in the voxel grid (frame V), with the translation in voxels. In general, each surface sample of the head
   /// near tissue gives one contact. For a ball on a smooth offset surface, there is a single exact contact instead. The
-  /// patch must contain the head.
+  /// patch (copy of the field) must contain the head.
   void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept;
 
   /// Computes the final position of a ball that is pulled from `c` to the hand's position `target` (voxels), if one

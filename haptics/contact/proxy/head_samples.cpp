@@ -99,7 +99,7 @@ TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const
 
 /// The distance field around the head. Its coordinates are relative to the same voxel as those of FlatHead.
 struct FlatField {
-  const float* samples;  // sample at the origin of these coordinates, which may lie outside the patch
+  const float* samples;  // sample at the origin of these coordinates, which may lie outside the stored field
   int sx, sy;
   float lo[3], hi[3];  // voxels, bounds of the region in which the field may be sampled
 };
@@ -149,7 +149,7 @@ struct SampleBatches {
   static constexpr int kBatches = ContactSet::kMax / kBatch;
   int from[kBatches];                           // index of the first sample of the batch
   F8 qx[kBatches], qy[kBatches], qz[kBatches];  // voxels, positions of the samples on the head
-  // voxels, present positions of the points that are moved from there to the tissue's surface
+  // voxels, present positions of the points, which are moved from the samples to the tissue's surface
   F8 x[kBatches], y[kBatches], z[kBatches];
   // value (voxels) and gradient of the distance field at the present positions
   F8 value[kBatches], gx[kBatches], gy[kBatches], gz[kBatches];

@@ -35,8 +35,9 @@ int most_along(const RoughPlanes* planes, int count, const float* n) {
   return index[best];
 }
 
-/// Returns the index of the most violated plane. `d` is the displacement of the head; a plane is violated if n·d + room
-/// < -slip. Returns -1 if no plane is violated. If several planes are equally violated, returns the first of them.
+/// Returns the index of the most violated plane, or -1 if no plane is violated. `d` is the displacement of the head. A
+/// plane is violated if n·d + room < -slip, where `room` is the distance that the head may move against n, and `slip`
+/// is a tolerance. If several planes are equally violated, returns the first of them.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int most_violated(const RoughPlanes* planes, int count, const float* d, float overlap, float slack, bool only_no_deeper,
                   float slip) {

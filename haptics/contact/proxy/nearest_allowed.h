@@ -21,9 +21,9 @@ void held_by(const ContactSet& set, const ActivePlanes& active, HeldBy& held) no
 ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept;
 
 /// Computes the position p of the head's centre that is nearest to `target` and satisfies n_i·(p - c) ≥ -(gap_i +
-/// overlap + slack yields_i) for all contact planes i. If no such position exists (a head that is wedged in its own
-/// slot), the planes that the head overlaps only prevent a deeper overlap. `active`: on entry, a guess of the active
-/// planes in the same search, or none; on return, the active planes.
+/// overlap + slack yields_i) for all contact planes i, where c is the present centre. If no such position exists (a
+/// head that is wedged in its own slot), the planes that the head overlaps only prevent a deeper overlap. `active`: on
+/// entry, a guess of the active planes in the same search, or none; on return, the active planes.
 dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double slack, const dvec3& target,
                       ActivePlanes& active) noexcept;
 

@@ -123,10 +123,10 @@ struct SharpEdgeParameters {
   static constexpr double filled = 0.15;
 };
 
-/// Parameters of shanks and safe ends (NonCuttingContacts). The contacts of a shank are computed in the coarse patch.
-/// Lengths are in coarse voxels unless another unit is given.
+/// Parameters of shanks and safe ends (smooth pins at the tip), see NonCuttingContacts. Shank contacts are computed in
+/// the coarse patch (field around the shank). Lengths are in coarse voxels unless another unit is given.
 struct NonCuttingPartParameters {
-  static constexpr double spacing = 0.25e-3;  // m, distance between two neighbouring samples of the coarse patch
+  static constexpr double spacing = 0.25e-3;  // m, sample spacing of the coarse patch (field around the shank)
   // Coarse voxels, upper bound of the error by which linear interpolation overestimates the distance.
   static constexpr double overestimate = 0.5;
   // Coarse voxels, rounding tolerance: a distance that is this close to the largest stored distance (band) counts as
@@ -135,17 +135,17 @@ struct NonCuttingPartParameters {
   // Coarse voxels, tolerance: if the computed nearest point is farther than this from the surface, the field there is
   // not a true distance (as for an intersection of solids).
   static constexpr double edge_distance = 0.4;
-  // voxels of the head's patch; while the shank can move farther than this without contact, its contacts are not
-  // searched again
+  // voxels of the fine patch (field around the head); while the shank can move farther than this without contact, its
+  // contacts are not searched again
   static constexpr double enough_room = 3;
-  // voxels of the head's patch; if the shank cannot move this far without contact, its contacts are searched
+  // voxels of the fine patch (around the head); if the shank cannot move this far freely, its contacts are searched
   static constexpr double close_room = 0.8;
   // If the cosine between two contact normals at the same place is larger than this, the contacts are merged.
   static constexpr double same_direction = 0.985;
-  // Voxels of the part's patch; two contacts nearer than this count as being at the same place.
+  // Voxels of the patch of this part; two contacts nearer to each other than this count as being at the same place.
   static constexpr double same_place = 2;
-  // Voxels of the head's patch, largest overlap that one search corrects. A part that is deeper in tissue is moved out
-  // gradually.
+  // Voxels of the fine patch (field around the head), largest overlap that one search corrects. A part that is deeper
+  // in tissue is moved out gradually.
   static constexpr double led_out = 0.1;
 };
 

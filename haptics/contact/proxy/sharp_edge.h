@@ -14,8 +14,8 @@ namespace typodont::haptics {
 bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foot, double distance,
                      dvec3& nearest) noexcept;
 
-/// The flat walls of a groove or inner corner. Each wall has a unit normal. `height`: distance of the point c from each
-/// wall, in voxels.
+/// The flat walls of a groove or inner corner. Each wall has a unit normal. `height`: distance of each wall, in voxels,
+/// from the point for which the walls were searched.
 struct FlatWalls {
   static constexpr int kMost = 3;
   int count = 0;

@@ -21,8 +21,8 @@ CoarseGrid coarse_grid_for(std::span<const Tool> tools, double voxel, double tra
   }
   if (reach == 0) return {};
   const int every = std::max(2, static_cast<int>(std::lround(P::spacing / voxel)));
-  // Half the edge of the coarse patch, in samples. The constant 6 is the space for the interpolation stencil and for
-  // the distance by which samples are moved.
+  // Half the edge of the coarse patch (field around the shank), in samples. The constant 6 is the space for the
+  // interpolation stencil and for the distance by which samples are moved.
   const double half = (reach / voxel + travel) / every + 6;
   return {every, 2 * static_cast<int>(std::ceil(half)) + 1};
 }
@@ -49,7 +49,8 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
   if (!shank_ || patch.wide.empty()) return 1e300;
   const Part& shank = *shank_;
   if (known_) {
-    // Upper bound of the angle by which the tool rotated since the last search: 2 acos |q·q'| ≤ 2.3 √(2 - 2 |q·q'|).
+    // Upper bound of the angle by which the tool rotated since the last search: 2 acos |q·q'| ≤ 2.3 √(2 - 2 |q·q'|),
+    // where q and q' are its two orientations.
     const double turned = 2.3 * std::sqrt(std::max(0.0, 2 - 2 * std::abs(glm::dot(X_VT.R, at_.R))));
     const double left = free_ - glm::length(X_VT.p - at_.p) - turned * (shank.z + shank.half);
     if (left > std::max(P::close_room, std::min(P::enough_room, free_ / 2))) return left;
@@ -73,8 +74,9 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
     // chord between two samples.
     const double blurred = around > wide.band - P::at_band ? 3 / (8 * wide.band) : P::overestimate;
     const double clear = (around - blurred) * every_ - radius;
-    // At the distance s farther along the shank's axis, the free distance is at least clear - s (1 + slope). With a
-    // step of about a third of the free distance, this bound does not become much too small.
+    // At the distance s farther along the shank's axis, the free distance is at least clear - s (1 + slope), where
+    // `slope` is the growth of the shank's radius per length. With a step of about a third of the free distance, this
+    // bound does not become much too small.
     const double step = std::max(0.3 * clear / (1 + slope), least_step);
     if (tolerated_overlap(radius, wide, p) < every_) least = std::min(least, clear - step * (1 + slope) / 2);
     if (least <= 0 || u >= top) break;

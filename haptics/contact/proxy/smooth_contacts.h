@@ -1,7 +1,7 @@
-// Contacts of the parts of a tool that never cut. The contacts of the shank are computed in the coarse patch. At uncut
-// tissue they are exact. At cut tissue, the shank has contacts only where it is clearly wider than the head, because
-// the coarse patch cannot resolve small differences. The contacts of the safe end are computed in the same patch as
-// those of the head.
+// Contacts of the parts of a tool that never cut. The contacts of the shank are computed in the coarse patch (field
+// around the shank). At uncut tissue they are exact. At cut tissue, the shank has contacts only where it is clearly
+// wider than the head, because the coarse patch cannot resolve small differences. The contacts of the safe end (a pin
+// at the tip) are computed in the same patch as those of the head.
 #pragma once
 
 #include <algorithm>
@@ -31,8 +31,8 @@ class NonCuttingContacts {
   /// Returns the distance in voxels that the tool may move from the pose X_VT before the shank can touch tissue. Valid
   /// only if it is positive.
   double room(const SurfacePatch& patch, const Pose& X_VT) noexcept;
-  /// Finds the contacts of the shank and the safe end whose gaps are below `near` (voxels), and adds them to `set`,
-  /// which contains the head's contacts. Shank and safe end may not sink into the tissue.
+  /// Finds the contacts of the shank and the safe end (pin at the tip) whose gaps are below `near` (voxels), and adds
+  /// them to `set`, which contains the head's contacts. Shank and safe end may not sink into the tissue.
   void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) noexcept;
   /// Adds the contacts of the last find() to `set` again, updated for a small motion of the tool to the pose X_VT.
   void relinearize(const Pose& X_VT, ContactSet& set) noexcept;
@@ -49,9 +49,9 @@ class NonCuttingContacts {
     double z, half, neck, radius, taper;
   };
   struct Known {
-    ContactPlane plane;  // contact plane, in voxels of the part's patch
+    ContactPlane plane;  // contact plane, in voxels of the patch of this part (shank or safe end)
     bool shank;
-    double let;  // allowed overlap, in voxels of the part's patch
+    double let;  // allowed overlap, in voxels of the patch of this part (shank or safe end)
   };
   static constexpr int kMost = 5, kRoom = 8;  // kMost: largest number of contacts of one part; kRoom: of all parts
 

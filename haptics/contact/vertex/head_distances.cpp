@@ -107,9 +107,10 @@ struct KnownDistances {
   std::size_t count;
 };
 
-/// Extrapolates the distances of points that move by change·p + shift in frame T. Writes the indices and the distances
-/// of the points whose distance, minus the positive component of `motion` along the gradient, is then at most `far`
-/// metres. Returns their number. `change`: column by column.
+/// Extrapolates the distances of points p that are displaced by change·p + shift (frame T). From each distance, the
+/// positive component of `motion` along the gradient is subtracted. Writes the indices and extrapolated distances of
+/// the points for which the difference is at most `far` metres. Returns their number. `change`: 3 × 3 matrix, column by
+/// column.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t extrapolate_near(const KnownDistances& known, const float* change, const float* shift, const float* motion,
                              float far, std::uint32_t* at, double* distance) {
@@ -183,7 +184,7 @@ void HeadDistances::find_pushed(const VertexHead& head, const mesh::NearPoints& 
   extrapolate(X_WG, 0, motion_W);
 }
 
-/// Computes the distances from which others are extrapolated, unless the head has moved little since it was done.
+/// Computes the distances from which find() extrapolates, unless they were computed at a pose near the present one.
 void HeadDistances::know(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept {
   if (known_list_ == points.number() && known_ == points.size() &&
       displacement_bound(known_at_, X_WG, head.reach()) <= reuse_ * head.radius()) {
@@ -208,8 +209,8 @@ void HeadDistances::compute_all(const VertexHead& head, const mesh::NearPoints& 
   computed_ += size_;
 }
 
-/// Finds the points that are at most `far` metres from a head at X_WG, or from a head that moves on by `motion_W`, from
-/// the stored distances.
+/// Extrapolates the stored distances. Finds the points that are at most `far` metres from a head at X_WG, or from the
+/// same head after a further motion `motion_W`.
 void HeadDistances::extrapolate(const Pose& X_WG, double far, const dvec3& motion_W) noexcept {
   const glm::dmat3 R_WT(glm::mat3_cast(X_WG.R)), R_TW = glm::transpose(R_WT);
   const glm::mat3 change(R_TW * glm::dmat3(glm::mat3_cast(known_at_.R)) - glm::dmat3(1));

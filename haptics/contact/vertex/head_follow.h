@@ -18,7 +18,7 @@ struct FollowParameters {
   // contact point limits the displacement only by a linear approximation.
   static constexpr double step = 0.15;
   static constexpr int looks = 2;  // number of iterations after which the near points are listed again
-  // Largest number of times that points are listed in one tick; the head can then move by at most 4.8 radii per tick.
+  // Largest number of times that points are listed in one tick; it limits the head's motion to 4.8 radii per tick.
   static constexpr int rounds = 16;
   // Convergence tolerance: the iterations end when a displacement is shorter than this fraction of
   // `step`.

@@ -28,18 +28,19 @@ constexpr double kRounding = 1e-6;
 // Upper limit of the number of rounds in which vertices are moved back to make the mesh valid. If the mesh is still not
 // valid then, the whole step is cancelled.
 constexpr int kMostRounds = 8;
-// Limit of the cosine between a face's normal and the direction from the head's centre. Above it, the face may be on
-// the far side of a thin wall.
+// Limit of the cosine between a face's normal and the direction from the head's centre to the face. Above it, the face
+// may be on the far side of a thin wall.
 constexpr double kLooksAway = -0.2;
 
-// A cosine is certainly negative if it is below this (with respect to the sum of the components), whatever the
-// rounding.
+// Ratio to |a.x| + |a.y| + |a.z|: if the scalar product of a unit vector with the vector a is below minus this value,
+// it is certainly negative, whatever the rounding.
 constexpr double kClearlyInward = 1e-12;
 // Quick tests compare squares. kLarger excludes cases that rounding could decide; kTiny2 (m⁴) excludes squares that may
 // be denormal.
 constexpr double kLarger = 1 + 1e-12, kTiny2 = 1e-100;
 
-/// Efforts of the loops of a cut for one face, one vertex or one test. They are measured.
+/// Efforts of one face, one vertex or one test in the loops of a cut, in units of 10 ns. The values come from
+/// measurements.
 struct Costs {
   static constexpr Effort kGather = 2, kSort = 1, kVisit = 2, kRefine = 1, kDistance = 5, kSplit = 40, kFind = 1,
                           kDistances = 2, kPush = 10, kCollect = 6, kUnfold = 2, kSettle = 4, kSelect = 2, kBall = 1,
@@ -65,9 +66,10 @@ double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
 }
 
 constexpr std::size_t kBatch = 8;
-// Number of overlapping bounding balls above which the table of the crowd is used. A usual cut has at most about 60.
+// If more bounding balls than this overlap, the faces are first compared in the table crowd_. A usual cut has at most
+// about 60 overlapping balls.
 constexpr std::size_t kCrowd = 100;
-// Largest number of faces in the table of the crowd.
+// Largest number of faces in the table crowd_, which is used only if very many bounding balls overlap.
 constexpr std::size_t kMostInCrowd = 1 << 15;
 
 /// Finds the bounding balls of faces that overlap the ball with centre p and radius r. Writes their indices to `at` and
@@ -93,7 +95,7 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
   return found;
 }
 
-/// Returns the largest number of faces near a head with which edges are split.
+/// Returns the limit of the number of faces near a head: edges are split only while there are fewer faces.
 std::size_t most_faces(const VertexHead& head, double edge) noexcept {
   const dvec3 half = head.half_box({0, 0, 1});
   const double area = 4 * kPi * half.x * (head.is_ball() ? half.x : 0.5 * half.x + half.z);
@@ -144,18 +146,19 @@ void MeshCutter::add_if_near(const EditableMesh& mesh, Index f) noexcept {
   }
 }
 
-/// Returns true if the known faces include all faces within the margin of the head.
+/// Returns true if the faces that an earlier search found (`known`) include all faces within the margin of the head.
 bool MeshCutter::covers(const KnownFaces& known) const noexcept {
-  // Bound of the distance by which a ball near the head comes nearer when the head moves, as a ratio to the motion of
-  // the head. It is above 1, because a ball near the head may be farther from the head's centre than the head reaches.
+  // When the head moves, its distance from a bounding ball nearby decreases by at most this factor times the largest
+  // displacement of a point of the head. The factor is above 1, because the ball may be farther from the head's centre
+  // than all points of the head, so that a rotation moves it more.
   constexpr double kMotion = 1.5;
   const double reach = head_.head->is_ball() ? 0 : head_.head->reach();
   const double moved = displacement_bound(known.X_W, head_.X_W, reach);
   return margin_ + kMotion * moved + kRounding <= known.within;
 }
 
-/// Continues to gather the faces near the head, from the known faces or by a search of the mesh, until the effort is
-/// used up. Returns true if all faces are gathered.
+/// Continues to gather the faces near the head, from the faces of an earlier search (`known`) or from the mesh, until
+/// the allowed effort is used up. Returns true if all faces are gathered.
 bool MeshCutter::gather_in_part(const EditableMesh& mesh, const KnownFaces& known) noexcept {
   if (takes_known_ && known.number != known_) {  // other faces are known now
     begin_search(head_, margin_);
@@ -423,7 +426,8 @@ void MeshCutter::list_balls(const EditableMesh& mesh, double edge) noexcept {
   crowded_ = false;
 }
 
-/// Copies the corners of the faces near the head into the table of the crowd, in the order of the slices.
+/// Copies the corners of the faces near the head into the table crowd_, in the same order as the bounding balls. The
+/// table is used only if very many bounding balls overlap.
 void MeshCutter::list_crowd(const EditableMesh& mesh) noexcept {
   for (std::size_t slot = 0; slot < near_.size(); ++slot) {
     const Index f = near_[ball_at_[slot]];
@@ -433,7 +437,7 @@ void MeshCutter::list_crowd(const EditableMesh& mesh) noexcept {
   crowded_ = true;
 }
 
-/// Updates the table of the crowd for the faces around a vertex that has moved.
+/// Updates the table crowd_ (the corners of the faces near the head) for the faces around a vertex that has moved.
 void MeshCutter::update_crowd(const EditableMesh& mesh, Index v) noexcept {
   mesh.around(v, [&](Index f, int) {
     const std::uint32_t slot = slot_of_[f];
@@ -457,8 +461,8 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t slot = from + overlapping_[i];
-      // A pair that was tested with its other face has no crossing. A face that was moved back may have another ball,
-      // so that the other face was not compared with it.
+      // Skips a face that was already tested in this round and crossed no other face, because that test included f.
+      // After a face was moved back (held_), this is not certain: its bounding ball may have changed.
       if (!held_ && tested_in_[near_[ball_at_[slot]]] == edge_look_) continue;
       overlapping_[kept++] = static_cast<std::uint32_t>(slot);
     }
@@ -517,13 +521,14 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
   dvec3 out;  // direction from the nearest point of the head to the face
   if (!head.head->is_ball() && head.distance(way + head.X_W.p, out) > within) return;
   thin_ = true;
-  // Seen from the centre of a long head, the walls of its hole are oblique. So the nearest point of the head decides.
+  // From the centre of a long head, the direction to the walls of the hole is oblique, so the test above is not
+  // conclusive. The direction from the nearest point of the head decides.
   if (follows_laws_12_ && !head.head->is_ball() && glm::dot(n, out) < kLooksAway * glm::length(n)) return;
   suspects_.push_back(f);
   for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
 }
 
-/// Tests a suspect for intersection, and moves the vertices of intersecting faces back.
+/// Tests a face that may intersect others, and moves the vertices of intersecting faces back.
 void MeshCutter::test_suspect(EditableMesh& mesh, Index f) noexcept {
   if (!held_ && tested_in_[f] == edge_look_) return;  // the face is listed twice
   const Index g = crossed_near(mesh, f);
@@ -561,8 +566,9 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   if (mesh.vertex(kept).on_border() || !mesh.may_collapse(f, i, keeps_first)) return false;
   const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
   const double longest2 = longest * longest * edge * edge;
-  // Limits of the shape that a face may get. At a tiny edge, a face whose shape is bad already may keep a shape of this
-  // kind. Otherwise tiny faces would never be removed once they have collected in one place.
+  // Limits of the shape of the faces after the collapse. If the collapsed edge is tiny, a face that already exceeds a
+  // limit may stay about as bad as it is. Otherwise tiny faces would never be removed once they have collected in one
+  // place.
   const bool accepts_bad = accepts_bad_faces_ && glm::dot(to - from, to - from) < P::tiny * P::tiny * edge * edge;
   const auto least_area = [&](const dvec3& before) {
     const double least = P::least_area * edge * edge;
@@ -667,8 +673,9 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
   }
 }
 
-/// Removes a vertex that could not leave the head by merging it into a neighbour: the nearest possible one outside the
-/// head, or else the nearest possible one. Returns false if no neighbour is possible.
+/// Removes a vertex that could not leave the head by merging it into a neighbour: into the nearest suitable neighbour
+/// outside the head, or if there is none, into the nearest suitable neighbour. Returns false if no neighbour is
+/// suitable.
 bool MeshCutter::merge_into_any_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
                                           CutDone& done) noexcept {
   struct Neighbour {
@@ -737,7 +744,8 @@ CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& 
 void MeshCutter::begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept {
   constexpr double kMostSteps = 100'000;
   const double way = displacement_bound(X_WA, X_WB, head.reach());
-  // The longest cut of the servo is as long as a step, up to rounding.
+  // The servo's longest cut has exactly the length of one step. The factor below 1 prevents that rounding makes two
+  // steps of it.
   const double steps = way / (P::step * edge) * (follows_laws_12_ ? 1 - 1e-6 : 1);
   job_ = {&head, X_WA, X_WB, edge, static_cast<int>(std::min(std::ceil(steps), kMostSteps)), 0};
   done_ = {};
@@ -751,8 +759,8 @@ bool MeshCutter::work(EditableMesh& mesh, const KnownFaces& known, Effort& left)
   return stage_ == Stage::kDone;
 }
 
-/// Returns the approximate effort of the next stages, in faces whose vertices are tested once, if the cut may be
-/// divided before them.
+/// Returns the approximate computing effort of the stages that run next without an interruption, 0 if it is counted
+/// elsewhere. The unit is the test of the vertices of one face.
 std::size_t MeshCutter::effort_of_stage() const noexcept {
   switch (stage_) {
     case Stage::kFind:
@@ -770,7 +778,7 @@ std::size_t MeshCutter::effort_of_stage() const noexcept {
 }
 
 bool MeshCutter::work_in_stages(EditableMesh& mesh, const KnownFaces& known, std::size_t most) noexcept {
-  constexpr std::size_t kTest = 32;  // effort of the test of one suspect, in faces
+  constexpr std::size_t kTest = 32;  // computing effort of one intersection test, in tests of a face's vertices
   std::size_t spent = 0;
   while (stage_ != Stage::kDone && (spent == 0 || spent + effort_of_stage() <= most)) {
     spent += std::max<std::size_t>(effort_of_stage(), 1);
@@ -790,7 +798,7 @@ bool MeshCutter::work_in_stages(EditableMesh& mesh, const KnownFaces& known, std
         const std::size_t tests = std::max<std::size_t>((most - std::min(most, spent)) / kTest, 1);
         for (std::size_t k = 0; k < tests && stage_ == Stage::kTest; ++k) {
           if (at_ < suspects_.size()) spent += kTest;
-          left_ = 1;  // enough for one test
+          left_ = 1;  // remaining computing effort: enough for exactly one test
           run_stage(mesh, known);
         }
         left_ = kNoLimit;
@@ -807,7 +815,8 @@ bool MeshCutter::work_in_stages(EditableMesh& mesh, const KnownFaces& known, std
   return stage_ == Stage::kDone;
 }
 
-/// Continues the present stage of a cut until it is finished or the effort is used up.
+/// Continues one stage of the cut, for example the splitting of edges, until it is finished or `left_` (the allowed
+/// computing effort) is used up.
 void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept {
   const double edge = job_.edge;
   switch (stage_) {
@@ -817,7 +826,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       const double part = static_cast<double>(i) / job_.steps;
       begin_search(place(*job_.head, i == job_.steps ? job_.X_WB : interpolate(job_.X_WA, job_.X_WB, part)),
                    P::longest * edge);
-      // The first step changes the mesh, so the known faces are only used in this step.
+      // The faces of an earlier search are used only in the first step, because each step changes the mesh.
       takes_known_ = i == 1 && covers(known), known_ = known.number;
       if (follows_laws_12_) return go_to(Stage::kSearch);
       const Effort left = std::exchange(left_, kNoLimit);

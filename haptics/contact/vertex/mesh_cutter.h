@@ -25,11 +25,11 @@ namespace typodont::haptics::vertex {
 struct CutParameters {
   // Longest allowed edge, in target edge lengths; a longer edge is split (Botsch & Kobbelt 2004).
   static constexpr double longest = 4.0 / 3;
-  static constexpr double shortest = 0.35;  // shortest allowed edge; a shorter edge is collapsed
-  // Longest step of the head. It is so short that no face rotates far in one step.
+  static constexpr double shortest = 0.35;  // shortest allowed edge in target edge lengths; a shorter edge is collapsed
+  // Longest step of the head, in target edge lengths. It is so short that no face rotates far in one step.
   static constexpr double step = 0.5;
-  // Largest displacement of a vertex in one step. A vertex that would move farther belongs to another wall, and does
-  // not move.
+  // Largest displacement of a vertex in one step, in target edge lengths. A vertex that would move farther belongs to
+  // another wall, and does not move.
   static constexpr double farthest = 3;
   // smallest allowed cosine between the normals of a face before and after a step
   static constexpr double least_turn = 0.2;
@@ -41,20 +41,20 @@ struct CutParameters {
   static constexpr double same_way = 0.6;
   // smallest ratio of a triangle's height to its longest edge; a flatter triangle is a sliver
   static constexpr double flattest = 0.12;
-  // Length below which an edge is tiny. A tiny edge may be collapsed even if a face next to it keeps a bad shape.
+  // In target edge lengths: a shorter edge is tiny. It may be collapsed even if a face next to it keeps a bad shape.
   static constexpr double tiny = 0.1;
   // smallest allowed area of a face after an edge is collapsed, as a ratio to half the square of the edge length
   static constexpr double least_area = 1e-6;
   // first version of the servo's force laws in which an edge next to a face of bad shape may be collapsed
   static constexpr std::uint32_t laws_of_bad_faces = 11;
-  // First version in which a vertex that could not leave the head is also merged if this makes edges longer than
-  // `longest`, in which a face that faces the nearest point of the head is not tested for intersection, and in which
-  // the search for the faces near the head is divided. Since this version, `most_faces` limits the faces near the head.
+  // First version with these rules: a vertex that cannot leave the head is merged even if this makes edges longer than
+  // `longest`. A face that faces the nearest point of the head is not tested for intersection. The search for the faces
+  // near the head is divided between ticks. `most_faces` limits the number of faces near the head.
   static constexpr std::uint32_t laws_12 = 12;
-  // longest edge after such a merge; the next cut splits it
+  // longest edge, in target edge lengths, after a vertex was merged into a neighbour; the next cut splits it
   static constexpr double longest_merged = 2;
-  // Since version 12: largest number of faces near the head with which edges are split, as a ratio to the number of
-  // faces of this edge length on the head's surface. A usual cut has at most about twice as many faces. More faces
+  // Since version 12: edges are split only while the number of faces near the head, divided by the number of faces of
+  // this edge length on the head's surface, is below this ratio. A usual cut reaches a ratio of about two. More faces
   // collect only at the rim of a membrane, where each split would be followed by others.
   static constexpr double most_faces = 4;
   // m, tolerance: a vertex that overlaps the head by less than this counts as on its surface
@@ -89,7 +89,7 @@ struct KnownFaces {
   std::span<const mesh::Index> faces;  // contains at least all faces within the distance `within` of the head at X_W
   Pose X_W;
   double within = 0;         // m; 0: no faces are known
-  std::uint64_t number = 0;  // differs between the lists that are known during one cut
+  std::uint64_t number = 0;  // identifies the list: two different lists have different numbers
 };
 
 /// Cuts meshes. Buffers are allocated in the constructor. The result is deterministic.
@@ -108,14 +108,14 @@ class MeshCutter {
   /// edge length of the cut surface, m.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
-  /// Makes the same cut in parts: call begin(), then work() until it returns true, then done(). `head` must exist until
-  /// then, and nothing else may change the mesh. work() subtracts its effort from `left`, and stops when `left` is not
-  /// positive. Between the parts, the mesh is connected correctly, but vertices may have moved too far. Neither the
-  /// division into parts nor `known`, which saves a search of the mesh, changes the result.
+  /// Makes the same cut as cut(), but in parts: call begin(), then work() until it returns true, then done(). `head`
+  /// must exist until then, and nothing else may change the mesh. work() subtracts its computing effort from `left`,
+  /// and stops when `left` is not positive. Between the parts, the mesh is connected correctly, but vertices may have
+  /// moved too far. Neither the division into parts nor `known`, which saves a search, changes the result.
   void begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept;
   bool work(mesh::EditableMesh& mesh, const KnownFaces& known, Effort& left) noexcept;
-  /// Divides the cut only between its stages, as force laws 9 and 10 do. Stops before the effort exceeds `most`, which
-  /// is counted in faces whose vertices are tested once.
+  /// Continues the cut like work(), but stops only between its stages, as force laws 9 and 10 do. Stops before the
+  /// effort exceeds `most`. The unit of this effort is the test of the vertices of one face.
   bool work_in_stages(mesh::EditableMesh& mesh, const KnownFaces& known, std::size_t most) noexcept;
   const CutDone& done() const noexcept { return done_; }
   /// Makes a cut by the algorithm that is printed in paper S4: vertices inside the head at B move away from its centre
@@ -180,8 +180,8 @@ class MeshCutter {
   Placed place(const VertexHead& head, const Pose& X) const noexcept;
   void run_stage(mesh::EditableMesh& mesh, const KnownFaces& known) noexcept;
   std::size_t effort_of_stage() const noexcept;
-  /// Calls fn(i) for the indices from at_ to `count` - 1, until the effort is used up. `cost`: effort of one call.
-  /// Returns true after the last index.
+  /// Calls fn(i) for the indices from at_ to `count` - 1, until the computing effort left_ is used up. `cost`: effort
+  /// of one call. Returns true after the last index.
   template <class Fn>
   bool each(std::size_t count, Effort cost, Fn&& fn) noexcept {
     for (; at_ < count; ++at_) {
@@ -246,7 +246,7 @@ class MeshCutter {
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
   std::vector<std::uint32_t> place_of_;  // for each vertex that moves in the present step: its index in moved_
   std::uint32_t edge_look_ = 0;
-  // for each vertex: number of the last search that found a face of it that faces away from the head
+  // for each vertex: last round of the intersection test in which one of its faces faced away from the head
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, sorted_, suspects_;
   HeadDistances distances_{kMostTogether};
@@ -262,8 +262,8 @@ class MeshCutter {
   // happens at the rim of a hole, where many tiny faces collect, because a cut cannot remove the membrane between the
   // two sides of a sheet.
   mesh::TriangleTable crowd_;
-  bool crowded_ = false;                // true if the table is valid in this round
-  std::vector<std::uint32_t> slot_of_;  // index: number of a face; value: its index in the table, if it is there
+  bool crowded_ = false;                // true if crowd_ was filled in this round
+  std::vector<std::uint32_t> slot_of_;  // for each face: its index in crowd_; valid only if the face is in crowd_
   // for each face: number of the last round in which it was tested and crossed no other face
   std::vector<std::uint32_t> tested_in_;
   std::vector<Moved> moved_;
@@ -274,12 +274,12 @@ class MeshCutter {
   Placed head_;                            // head of the present step
   mesh::EditableMesh::NearSearch search_;  // search for the faces near head_
   double margin_ = 0;                      // m, distance from the head within which faces are gathered
-  bool takes_known_ = false;               // true if the faces are taken from the known ones with the number known_
+  bool takes_known_ = false;               // true if the faces come from an earlier search with the number known_
   std::uint64_t known_ = 0;
   Stage stage_ = Stage::kDone;
-  Effort left_ = 0;               // effort that the present call of work() may still spend
+  Effort left_ = 0;               // computing effort that the present call of work() may still spend
   std::size_t at_ = 0;            // index at which the present stage continues
-  std::size_t looking_away_ = 0;  // number of faces to test that face away from the head
+  std::size_t looking_away_ = 0;  // number of faces that face away from the head; suspects_ begins with them
   bool held_ = false;             // true if vertices were moved back in this round of the intersection test
   int rounds_ = 0;                // number of rounds of the intersection test in this step
   bool unfold_held_ = false;      // true if vertices were moved back in this round of the unfolding (keep_unfolded())

@@ -10,7 +10,8 @@ namespace typodont::haptics::vertex {
 namespace {
 
 /// Returns the index of the bound that a step violates most, by more than `tolerance` (m), or -1. If several bounds are
-/// violated equally, returns the first. `only_no_deeper`: as in nearest_step().
+/// violated equally, returns the first. `only_no_deeper`: true: a point that overlaps the head limits only a deeper
+/// overlap.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int find_worst(const StepBounds& bounds, const double* step, bool only_no_deeper, double tolerance) {
   constexpr std::size_t kBatch = 8;
@@ -57,7 +58,7 @@ class BoundPlanes {
     return glm::dot(plane.n, step) + (only_no_deeper_ ? std::max(plane.gap, 0.0) : plane.gap);
   }
   int worst(const dvec3& step, const int* active, int count) const noexcept {
-    constexpr double kTolerance = 1e-12;  // m, by which a bound may be violated
+    constexpr double kTolerance = 1e-12;  // m, tolerance by which a bound may be violated
     const int worst = find_worst(bounds_, &step.x, only_no_deeper_, kTolerance);
     return std::find(active, active + count, worst) == active + count ? worst : -1;
   }

@@ -98,8 +98,8 @@ void VertexBody::fill(const Cut&) {
   TYPODONT_CHECK(false);
 }
 
-/// Adds new brush strokes to the list of strokes. Brush strokes exist only in the field (rasterize()); in the list they
-/// are placed between the strokes of the mesh, for undo.
+/// Adds new brush strokes (tissue that the user painted) to the list of strokes. Brush strokes exist only in the field
+/// (rasterize()); in the list they are placed between the strokes of the mesh, for undo.
 void VertexBody::count_painted() {
   const std::size_t kept = volume_.strokes().done - strokes_before_;
   auto known = static_cast<std::size_t>(std::ranges::count_if(done_, &Stroke::painted));
@@ -194,7 +194,8 @@ void VertexBody::remember_writes(bool wanted) {
   written_.clear();
 }
 
-/// Applies the recorded cuts to the snapshot in the same order, so that its mesh has the same bits.
+/// Repeats the recorded cuts on the mesh of the snapshot, in their original order, so that this mesh gets the same bits
+/// as the carver's mesh.
 void VertexBody::bring_up_to_date(Snapshot& snapshot) {
   auto& copy = static_cast<VertexSnapshot&>(snapshot);
   for (const Cut& cut : written_) make(copy.mesh, copy.cutter, cut);

@@ -16,7 +16,7 @@ struct Parameters {
   bool as_printed = false;  // true: uses the rules that are printed in paper S4 (README.md)
   // parameters of the force filter of paper S4, figure 5; empty: the force is not filtered
   std::optional<ForceFilterLaw> filter;
-  std::size_t spare = 200'000;  // number of additional vertices for which memory is reserved; cuts may add so many
+  std::size_t spare = 200'000;  // number of additional vertices for which memory is reserved; cuts may add no more
 
   double edge_for(const Tool& tool) const { return edge > 0 ? edge : tool.radius() / 6; }
 };

@@ -18,14 +18,14 @@ using P = FeelParameters;
 namespace {
 
 constexpr std::size_t kMostFaces = 1 << 17;  // upper limit of the number of faces near the head
-// first version that extrapolates the distances of points
+// first version of the servo's force laws that extrapolates the distances of points
 constexpr std::uint32_t kLawsOfReuse = 11;
-// efforts of the loops that list points, for one face or point; they are measured
+// efforts of the loops that list points, for one face or point, in units of 10 ns; the values come from measurements
 constexpr Effort kFaceEffort = 2, kVisitEffort = 2, kVertexEffort = 2, kDistanceEffort = 2, kAreaEffort = 3,
                  kPartEffort = 2;
-// twice the effort of the contact with one listed point
+// computing effort of the contact with one listed point, in units of 5 ns (half the usual unit of an effort)
 constexpr Effort kContactEffort = 3;
-// effort of a distance that is computed instead of extrapolated
+// computing effort of a distance that is computed instead of extrapolated, in units of 10 ns
 constexpr Effort kFreshEffort = 2;
 constexpr double kNextShell = 4;  // ratio of the widths of two successive search shells
 // upper limit of the number of parts into which an edge of a face is divided
@@ -92,13 +92,13 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   }
   std::swap(fresh, snapshot_);
   found_ = touching_ = false;
-  part_.open = false;  // the new mesh lacks an unfinished cut, of which nobody else knows
+  part_.open = false;  // an unfinished cut is discarded: it existed only in the old mesh
 }
 
 /// Lists the vertices within `margin` of a head. For faces larger than `edge`, also lists the vertices that a
 /// refinement would add.
 void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
-  // Versions 9 and 10 of the force laws finish an open cut before they read the mesh.
+  // Versions 9 and 10 of the force laws finish a cut in progress before they read the mesh.
   if (Effort left = kNoLimit; part_.open && !divides_anywhere()) continue_cut(left);
   part_.lists = false;
   begin_list(head, edge, X, margin);
@@ -116,14 +116,14 @@ void VertexModel::begin_list(const VertexHead& head, double edge, const Pose& X,
   listing_ = {Listing::Stage::kFaces, &head, edge, X, R_WT, margin, {X.p - half, X.p + half}, false, 0, 0};
 }
 
-/// Continues to list points until the list is complete or `left` is not positive. Subtracts the effort from `left`.
-/// Returns true if the list is complete. A division has no effect on the list.
+/// Continues to list points until the list is complete or `left` is not positive. Subtracts its computing effort from
+/// `left`. Returns true if the list is complete. The list does not depend on the number of calls.
 bool VertexModel::list_points(PointList& list, Effort& left) noexcept {
   Listing& now = listing_;
   while (left > 0 && now.stage != Listing::Stage::kDone) {
     if (now.stage == Listing::Stage::kFaces) {
       const bool divides = divides_search() && left < kNoLimit;
-      // A search that is not divided begins in a tick that has enough effort left.
+      // A search that cannot be divided begins only in a tick that has enough computing effort left.
       if (!divides && left < P::most_effort_before / 2) return false;
       if (!std::exchange(now.searches, true)) {
         list.points.clear(now.X);
@@ -182,7 +182,7 @@ bool VertexModel::list_near_faces(Effort& left) noexcept {
   });
 }
 
-/// Takes a point into the list if it is within the margin.
+/// Adds a point to the list if it is within the margin.
 void VertexModel::propose(PointList& list, const dvec3& p_W, const Sample& sample) noexcept {
   const Listing& now = listing_;
   const VertexHead& head = *now.head;
@@ -211,7 +211,7 @@ void VertexModel::add_proposed(PointList& list) noexcept {
 void VertexModel::list_vertices(PointList& list, Index f) noexcept {
   const EditableMesh& mesh = snapshot_.mesh;
   for (const Index v : mesh.face(f).v) {
-    if (mesh.vertex(v).face != f) continue;  // takes each vertex only once, with the face that is stored in it
+    if (mesh.vertex(v).face != f) continue;  // lists each vertex once, for the face that the vertex stores
     propose(list, mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
   }
 }
@@ -269,8 +269,9 @@ double VertexModel::short_list_length() const noexcept {
   return std::min(soon, complete_list_length());
 }
 
-/// Lists the points near the head at X, unless the present list is still valid. A head that `cuts` gets a short list,
-/// because it moves little before it changes the mesh. A list without points is always a complete one.
+/// Lists the points near the head at X, unless the present list is still valid. A head that `cuts` gets a short list
+/// (only points very near the head), because it moves little before it changes the mesh. If the short list is empty, a
+/// complete list is made.
 void VertexModel::list_where_needed(const Pose& X, bool cuts) noexcept {
   const double radius = head().radius();
   if (found_ && moved_since_listing(X) <= FollowParameters::kept * radius) return;
@@ -280,9 +281,9 @@ void VertexModel::list_where_needed(const Pose& X, bool cuts) noexcept {
   found_ = true;
 }
 
-/// Completes a short list that does not contain all points within the distance `far` (m) of the head at X. The complete
-/// list belongs to the same pose of the head, so the length of a list has no effect on the contact. But an open cut is
-/// finished before a list is completed, because the mesh must be read.
+/// Completes a short list (only points very near the head) if it lacks points within the distance `far` (m) of the head
+/// at X. The complete list is made for the same pose of the head as the short list, so the contact is the same with
+/// either list. Before force laws 11, a cut in progress is finished first, because the list is made from the mesh.
 void VertexModel::complete_list(const Pose& X, double far) noexcept {
   const double complete = (FollowParameters::margin + P::probe) * head().radius();
   if (list_.within >= complete || moved_since_listing(X) + far <= list_.within) return;
@@ -372,9 +373,9 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   return sum;
 }
 
-/// Returns the force after a limit of its rate of change. The limit applies to a bur that loses contact far from the
-/// hand, or that continues where the mesh could not yield. The force then changes only slightly faster than the motion
-/// of the hand changes it.
+/// Returns the force after a limit of its rate of change. The limit prevents a force step when a bur loses contact far
+/// from the hand, or continues where the mesh could not yield. In contact, the force may change by the amount that the
+/// hand's motion alone causes (stiffness × motion), plus a small amount (rate P::ease × time).
 dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
@@ -428,8 +429,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   distances_.count_anew();
   const auto may_go_on = [&] { return !divides_anywhere() || listed_ + last_list_ <= P::most_listed; };
   out.p_WG = follower_.follow(head(), list_.points, in.X_WG.p, in.X_WT, slack, in.cuts, list, complete, may_go_on);
-  // In force laws 11, the head stays where it is during a cut after one in which vertices stayed inside it. Then it can
-  // be stuck, because the next cut meets the same vertices.
+  // In force laws 11 only: if vertices stayed inside the head in the previous cut, the head does not move while the
+  // next cut is in progress. The head can get stuck by this rule, because the next cut meets the same vertices.
   const bool stops = divides_anywhere() && !moves_on();
   if (stops && part_.open && part_.stayed && out.p_WG != in.X_WT.p) out.p_WG = in.X_WG.p;
   out.leading_out = !list_.points.empty() && follower_.led_out();
@@ -521,8 +522,8 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   return true;
 }
 
-/// Returns true if the end of the open cut is nearer to the hand than the head at `proxy`. If the cut took several
-/// ticks, the hand may have moved the head away in the meantime.
+/// Returns true if the end of the cut in progress is nearer to the hand than the head at `proxy`. If the cut took
+/// several ticks, the hand may have moved the head away in the meantime.
 bool VertexModel::is_ahead(const dvec3& proxy, const ContactInput& in) const noexcept {
   return glm::distance(part_.to.p, in.X_WT.p) < glm::distance(proxy, in.X_WT.p);
 }
@@ -538,7 +539,8 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     const double depth = glm::length(pull), bought = in.budget / in.specific_energy / (springs_.across * met_);
     const double stride = P::stride * edge(), way = std::min({bought, depth, stride});
     if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
-    // In force laws 11, the next cut does not wait if vertices stayed inside the head.
+    // A new cut waits for some ticks after the last one. In force laws 11, it does not wait if vertices stayed inside
+    // the head in the last cut.
     const bool waits = divides_anywhere() && (moves_on() || !part_.done.held);
     const double hurry = P::hurry * springs_.across / (head().radius() * head().radius()) * edge();
     if (waits && part_.rest < P::rest * part_.ticks * (1 - way / hurry)) return false;
@@ -550,7 +552,7 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
   return true;
 }
 
-/// Continues the open cut until it is finished or `left` is not positive. Returns true if it is finished.
+/// Continues the cut in progress until it is finished or `left` is not positive. Returns true if the cut is finished.
 bool VertexModel::continue_cut(Effort& left) noexcept {
   if (part_.finished) return true;
   MeshCutter& cutter = snapshot_.cutter;
@@ -572,12 +574,12 @@ Effort VertexModel::effort_for_cut() const noexcept {
   return part_.stayed ? P::more_effort_before : P::most_effort_before;
 }
 
-/// Continues the open cut, and then lists the points around the head after the cut. `proxy`: present pose of the head.
-/// Returns true if both are complete.
+/// Continues the cut in progress, and then lists the points around the head after the cut. `proxy`: present pose of the
+/// head. Returns true if both the cut and the list are complete.
 bool VertexModel::work_on_cut(const ContactInput& in, const Pose& proxy) noexcept {
   const bool divides = divides_anywhere() && !parameters_.as_printed;
   Effort left = divides ? effort_for_cut() - listed_ : kNoLimit;
-  if (left <= 0) return false;  // points were listed in this tick
+  if (left <= 0) return false;  // the lists of this tick have used up the computing effort
   if (divides_in_stages() && !part_.finished) {
     if (!snapshot_.cutter.work_in_stages(snapshot_.mesh, known_faces(), P::most_faces)) return false;
     part_.done = snapshot_.cutter.done();

@@ -24,13 +24,13 @@ struct FeelParameters {
   // largest transverse force of the springs, as a ratio to their force along the pull (direction from the head to the
   // hand)
   static constexpr double most_aside = 0.25;
-  // N/s, largest rate of change of a bur's force while the hand does not move; and the same before force laws 12
+  // N/s, largest rate of change of a bur's force while the hand does not move; `ease_before`: before force laws 12
   static constexpr double ease = 6.5, ease_before = 15;
   // Shortest displacement of the head that is cut in one step, as a ratio to the edge length. Shorter displacements are
   // collected; otherwise every tick would cut.
   static constexpr double sweep = 0.04;
-  // The same limit for a cutting edge that does not rotate. It is very short, because a dragged edge stores little
-  // energy.
+  // Shortest displacement that is cut in one step by an edge that the hand draws without rotation, as a ratio to the
+  // edge length of the mesh. It is very short, because a dragged edge stores little energy.
   static constexpr double scrape = 2e-5;
   // longest displacement of the head that is cut in one step, as a ratio to the edge length
   static constexpr double stride = 0.5;
@@ -48,17 +48,17 @@ struct FeelParameters {
   static constexpr double short_list = 0.05;
   // Distances of points are extrapolated until the head has moved by this ratio of its radius.
   static constexpr double reuse = 0.02;
-  // After a cut, the next cut waits for up to `rest` times as many ticks as the cut took, so that most ticks do
-  // not cut. The wait is shorter if the energy pays for a larger displacement. It is zero for a displacement of
-  // `hurry` × (cut area / radius²) edge lengths. A thin head slides between the vertices if it advances far at
-  // once.
+  // After a cut, the next cut waits for up to `rest` times as many ticks as the cut took, so that most ticks do not
+  // cut. The larger the displacement that the energy pays for, the shorter is the wait. It is zero at a displacement of
+  // `hurry` × (cut area / radius²) edge lengths. This limit is small for a thin head, which would slide between the
+  // vertices if it advanced far at once.
   static constexpr double rest = 3, hurry = 0.08;
-  // Effort of the contact and of a cut in one tick. A longer cut is divided over several ticks.
+  // Largest effort of the contact and a cut in one tick, in units of 10 ns. A longer cut is divided over several ticks.
   static constexpr Effort most_effort = 6000;
-  // effort of a cut in one tick for force laws 11, and after a cut in which vertices stayed inside the head
+  // largest effort (unit: 10 ns) of a cut in a tick, force laws 11; `more`: after vertices stayed inside the head
   static constexpr Effort most_effort_before = 6000, more_effort_before = 8000;
-  // Effort of the lists of a tick in which a fast head needs several lists. If the next list would exceed it, the head
-  // follows in the next tick.
+  // Limit of the computing effort of all lists of contact points in one tick, in units of 10 ns. A fast head needs
+  // several lists. If the next list would exceed the limit, the head continues its motion in the next tick.
   static constexpr Effort most_listed = 15000;
   // largest size of a cut in one tick for force laws 9 and 10, counted in faces whose vertices are tested once
   static constexpr std::size_t most_faces = 2000;
@@ -87,12 +87,12 @@ class VertexModel final : public ContactModel {
  private:
   static constexpr std::size_t kMostSamples = 1 << 16;
   static constexpr std::size_t kMostProposed = 64;  // largest number of points whose distances are computed at once
-  // versions of the force laws that first divided a long cut over several ticks: between its stages (9), and anywhere
-  // (11)
+  // first versions of the force laws that divide a long cut over several ticks: only between its stages (kStages), and
+  // anywhere (kFineParts)
   static constexpr std::uint32_t kStages = 9, kFineParts = 11;
-  // First version in which a cut in which vertices stayed inside the head has no effect on the motion of the head and
-  // on the wait before the next cut. The force changes more slowly, and the search for the faces near a head is
-  // divided, too.
+  // First version in which vertices that stay inside the head during a cut neither stop the head nor cancel the wait
+  // before the next cut. The force also changes more slowly, and the search for the faces near a head is divided over
+  // several ticks.
   static constexpr std::uint32_t kMovesOn = 12;
   /// A contact point near the head: a vertex, or a point that a refinement of a large face would add.
   struct Sample {
@@ -126,7 +126,7 @@ class VertexModel final : public ContactModel {
     double across = 0;   // m², area that the vertices represent, projected along the pull (from the head to the hand)
     double sum = 0;      // N·m², sum of the magnitudes of the forces
     double weight = 0;   // m³, sum of (area × depth) over the vertices in contact
-    PerTissue tissue{};  // m³, the same sum for the vertices of each tissue
+    PerTissue tissue{};  // m³, sum of (area × depth) over the vertices in contact, for each tissue
     int count = 0;
   };
 
@@ -140,8 +140,8 @@ class VertexModel final : public ContactModel {
   bool moves_on() const noexcept { return settings_.laws >= kMovesOn; }
   bool divides_search() const noexcept { return settings_.laws >= kMovesOn; }
   bool divides_anywhere() const noexcept { return settings_.laws >= kFineParts; }
-  /// Returns true if a cut is divided only between its stages. This is so in versions 9 and 10 of the force laws,
-  /// except for an edge that the hand draws, and except after a cut in which vertices stayed inside the head.
+  /// Returns true if a cut is divided only between its stages: in versions 9 and 10 of the force laws, unless the hand
+  /// draws the cutting edge, or vertices stayed inside the head in the previous cut.
   bool divides_in_stages() const noexcept {
     return settings_.laws >= kStages && !divides_anywhere() && !parameters_.as_printed && !part_.scrapes &&
            !part_.stayed;
@@ -149,7 +149,7 @@ class VertexModel final : public ContactModel {
   KnownFaces known_faces() const noexcept {
     return {near_, list_.points.listed_at(), found_ ? list_.within : 0, list_.points.number()};
   }
-  // m, distance from the head within which a list contains all points: a complete list, and a list while the head cuts
+  // m, distance from the head within which points are listed: in a complete list, and in the list while the head cuts
   double complete_list_length() const noexcept;
   double short_list_length() const noexcept;
   void forget() noexcept;
@@ -184,9 +184,9 @@ class VertexModel final : public ContactModel {
   dquat last_R_{1, 0, 0, 0};       // orientation of the hand in the last tick
   std::vector<mesh::Index> near_;  // faces near the head in the last search for points
   PointList list_;
-  PointList next_list_;  // list of points after an unfinished cut
+  PointList next_list_;  // list of points for the mesh after the cut in progress
   Listing listing_;
-  Effort listed_ = 0, last_list_ = 0;  // effort of the undivided lists of points in this tick and in the last tick
+  Effort listed_ = 0, last_list_ = 0;  // computing effort of all undivided lists in this tick, and of the last list
   bool found_ = false;                 // true if the mesh has not changed since list_ was made
   bool touching_ = false;              // true if the last constrain() found contact, at position touching_at_
   dvec3 touching_at_{0};               // m, position of the proxy at which the last constrain() found contact
@@ -196,7 +196,7 @@ class VertexModel final : public ContactModel {
   double met_ = 1;  // for an edge that the hand drags: low-pass filtered ratio of removed volume to (area × path)
   /// A cut that may take several ticks. Until it is finished, the contact is computed from the points listed before it.
   struct PartialCut {
-    bool open = false;  // true from the begin of the cut until the servo knows of it
+    bool open = false;  // true from the start of the cut until cut() has returned its result
     bool scrapes = false;
     bool stayed = false;  // true if vertices stayed inside the head in the previous cut
     std::uint32_t tool = 0;
