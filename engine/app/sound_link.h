@@ -1,5 +1,5 @@
-// Converts ticks to sound. Contains the sound synthesizer of a scene and the output for its samples. Application
-// thread.
+// Converts ticks to sound. Contains the sound synthesizer of a scene and the output for its samples. Application thread
+// only, unless stated.
 #pragma once
 
 #include <array>
@@ -32,7 +32,7 @@ class SoundLink {
   SoundLink(const SoundLink&) = delete;
   SoundLink& operator=(const SoundLink&) = delete;
 
-  /// Passes a tick to the sound. Servo thread (or the only thread of a deterministic run). Wait-free.
+  /// Passes a tick to the sound. Called by the servo thread (or the only thread of a deterministic run). Wait-free.
   void push(const ServoTick& tick) noexcept;
   /// Sets the pose of the listener's head: the midpoint between the eyes in m, and the unit vector from the left to the
   /// right eye. Called by the thread that knows the pose. Wait-free. Used only for binaural sound. Before the first

@@ -25,8 +25,8 @@
 
 namespace typodont {
 
-/// A list of changed bricks (blocks of the tissue's mesh). The carver meshes the bricks; the renderer uploads them and
-/// then deletes the list.
+/// A list of changed bricks (blocks of the tissue's mesh). The carver thread meshes the bricks. The renderer uploads
+/// them and then deletes the list.
 using MeshBatch = std::vector<render::MeshUpdate>;
 
 /// Settings that may change during a session. They change the input and the output of the servo. The recorded ticks
@@ -216,7 +216,7 @@ struct Wiring {
       /// zero; 0: the session has not begun
       0};
   std::atomic<bool> stop{false};  // From any thread to all threads: end the session
-  /// To the recorder thread, set after all other threads have ended: the rings contain all data
+  /// To the recorder and the stream thread, set after all other threads have ended: no more data will come
   std::atomic<bool> nothing_more{false};
   std::atomic<bool> servo_ended{
       false};  // From the servo thread to the render thread: the hand was disconnected, or its script has ended

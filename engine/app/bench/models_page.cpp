@@ -353,8 +353,8 @@ std::string measured_on(const std::string& machine) {
   return items;
 }
 
-/// Returns a section with the figures of other libraries in `file`, which `./run peers` writes. Empty if there is no
-/// such file.
+/// Returns a section with the values measured for other libraries. `./run peers` writes these values to `file`. Empty
+/// if there is no such file.
 std::string peers_section(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) return {};
   const std::map<std::string, std::vector<BenchRow>> rows = stored_rows(file.string());

@@ -38,7 +38,7 @@ struct Lead {
   static constexpr double ahead = 0.06e-3;
   // m, tolerance: during a cut, the target point moves on only while the tool is nearer to the planned line than this
   static constexpr double beside = 0.022e-3;
-  // m, as `beside`, for a coarse tool that removes the bulk, whose lines lie away from the final surface
+  // m, tolerance as `beside`, but for a coarse tool that removes the bulk: its lines lie away from the final surface
   static constexpr double rough_beside = 0.05e-3;
   // m, a cut is finished when the tool is nearer than this to the end of the stroke
   static constexpr double there = 0.01e-3;
@@ -71,11 +71,14 @@ struct Lead {
   // wanted force for the bulk with a coarse tool, as a fraction of the task's mean force; a coarse tool needs less
   // energy per volume than the tissue's specific energy
   static constexpr double coarse_force = 2.7;
-  // 1/s, gain with which an error of the force changes the largest allowed lead
+  // 1/s, gain with which a force error changes the largest allowed lead (distance of the hand ahead of the target
+  // point)
   static constexpr double lead_per_force = 15;
-  // smallest and largest value of the limit of the lead, as ratios to the lead that gives the task's mean force
+  // limits of the largest allowed lead (distance of the hand ahead of the target point), as ratios to the lead that
+  // gives the task's mean force
   static constexpr double least_most_lead = 0.6, most_lead = 3;
-  // m; the limit of the lead may always grow to this value, because soft bone needs a longer lead than a tooth
+  // m; the largest allowed lead (distance of the hand ahead of the target point) may always grow to this value, because
+  // soft bone needs a longer lead than a tooth
   static constexpr double always_allowed_lead = 2e-3;
   // largest force of a cut, as a fraction of the largest force that the task accepts
   static constexpr double below_most_force = 0.9;
@@ -134,7 +137,8 @@ struct ToolChoice {
                           // pass: distance between two passes, as a fraction of the tool's diameter; least_pass,
                           // most_pass: m, its bounds
       most_pass = 0.5e-3;
-  // the same for a coarse tool, whose round end leaves ridges of 0.04 mm between passes 0.6 mm apart
+  // coarse_pass, most_coarse_pass: distance between passes and its upper bound for a coarse tool, as a fraction of its
+  // diameter and in m; at 0.6 mm, its round end leaves ridges of 0.04 mm
   static constexpr double coarse_pass = 0.26, most_coarse_pass = 0.6e-3;
   // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, so it keeps a distance:
   // if it touched enamel, the enamel would bear the force, and the filling beside it would hardly be cut.
@@ -150,8 +154,8 @@ struct ToolChoice {
   // Ratio of the tissue that another tool would leave to the tissue that the chosen tool leaves. If it is below this
   // limit, the other tool makes the finish.
   static constexpr double hardly_less = 0.6;
-  // Conditions for the use of another tool. The error is the volume that differs from the ideal. The tool must leave
-  // less than the fraction needed_reduction of the present error, and reduce the error by at least the fraction
+  // Conditions for the use of another tool. The error is the volume that differs from the ideal result. The tool must
+  // leave less than the fraction needed_reduction of the present error, and reduce the error by at least the fraction
   // least_gain of the error at the task's start.
   static constexpr double needed_reduction = 0.9, least_gain = 0.012;
   static constexpr std::size_t most_tools = 3, most_tried = 5;
@@ -210,7 +214,7 @@ struct Filling {
 /// Parameters that decide when the work ends.
 struct Rounds {
   // Another round of cutting is planned only if the last round reduced the error (the volume that differs from the
-  // ideal) to less than this fraction.
+  // ideal result) to less than this fraction.
   static constexpr double still_left = 0.5;
   static constexpr int most_cuts = 4;  // largest number of rounds of cutting
   // m; the first carving leaves excess filling that is not thicker than this
@@ -221,7 +225,7 @@ struct Rounds {
   static constexpr int most_vain = 3;
 };
 
-/// Returns the volume (m³) in which the tissue differs from the task's ideal.
+/// Returns the volume (m³) in which the tissue differs from the task's ideal result.
 double remaining_difference(const session::Preparation& in) {
   double sum = 0;
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
@@ -400,7 +404,7 @@ class Plan {
   }
   /// Plans portions of filling. `coarser`: index of the instrument; instrument 0 is the finest. If no portion improves
   /// the result, the plan stays empty. `over`: true in the second pass, in which the instrument may be higher above the
-  /// contour and excess filling costs less.
+  /// contour, and excess filling costs less, than in the first pass.
   void fill(std::size_t coarser, bool over) {
     over_ = over;
     std::vector<std::uint32_t> by_reach;
@@ -414,7 +418,7 @@ class Plan {
 
   struct Candidate {
     std::size_t tool = 0;
-    double left = 0;  // m³, volume that differs from the ideal after the planned cuts
+    double left = 0;  // m³, volume that differs from the ideal result after the planned cuts
     std::vector<Stroke> strokes;
   };
   std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand, bool finish,
@@ -427,8 +431,8 @@ class Plan {
                         around_, finish, grip_.size,
                         by_hand ? least_thickness : std::max(least_thickness, grip_.size * ToolChoice::least_cut));
   }
-  /// Appends the steps for some strokes. `bulk_force`: force of the strokes in the bulk, as a fraction of the task's
-  /// mean force.
+  /// Appends to the plan the steps that carry out these strokes. `bulk_force`: force of the strokes in the bulk, as a
+  /// fraction of the task's mean force.
   void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain, double bulk_force) {
     double run = 0;  // m, length of the present run (consecutive strokes of a hand instrument)
     for (std::size_t i = 0; i < strokes.size(); ++i) {
@@ -879,7 +883,7 @@ class Plan {
   }
 
   const ExpertGrip grip_;
-  double whole_;  // m³, volume that differed from the ideal at the task's start
+  double whole_;  // m³, volume that differed from the ideal result at the task's start
   std::vector<FilledSpot>& filled_;
   const SurroundingsShape* around_;
   std::span<const haptics::Tool> tools_;
@@ -913,8 +917,8 @@ Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   Plan plan(scene_, grip_, now, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
-  // Chooses the instrument. If the last layers hardly reduced the missing volume, the next instrument, which reaches
-  // farther, is used.
+  // Chooses the instrument. If the last layers hardly reduced the missing volume, the next instrument is used, which
+  // reaches farther than this one.
   const double missing = missing_in(judge_.preparation(now));
   useless_layers_ = missing > missing_ - Rounds::least_layer ? useless_layers_ + 1 : 0;
   missing_ = std::min(missing_, missing);
@@ -1105,8 +1109,8 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
               : dvec3(0);
   const double size = glm::length(wanted), most = scrapes ? Lead::most_scrape_lead : most_lead_;
   if (size > most) wanted *= most / size;
-  // In soft tissue, a longer lead is needed for the same force. So the limit of the lead is adjusted until the force
-  // equals the planned force of the step.
+  // In soft tissue, a longer lead (distance of the hand ahead of the target point) is needed for the same force. So the
+  // limit of the lead is adjusted until the force equals the planned force of the step.
   const double too_little = leg.force - glm::length(seen_.f_T_W);  // N, planned force minus measured force
   if (leg.kind == Kind::kCut && (size > most || too_little < 0))
     most_lead_ = std::clamp(most_lead_ + grip_.lead * dt_ * Lead::lead_per_force * too_little / grip_.force,

@@ -33,7 +33,8 @@ constexpr double kRow = 0.6;  // ratio: distance between two rows of strokes in 
 constexpr double kSameLevel = 10e-6;
 // m²; if a flat part of the cavity's floor is smaller than this, the tool makes no pass along its walls
 constexpr double kLeastFlat = 0.1e-6;
-// limit as kLeastFlat, as a fraction of the head's cross-section; the larger limit is used
+// a flat part of the floor also gets no pass along its walls if it is smaller than this fraction of the head's
+// cross-section
 constexpr double kFlatShare = 0.15;
 // Ratio: distance between the end of a row and a wall to the head's diameter. Another pass cuts along the wall.
 constexpr double kFromWall = 0.45;
@@ -43,9 +44,10 @@ constexpr double kLeastTaken = 0.05;     // voxels; no stroke is planned for tis
 constexpr double kOnLine = 2e-6;
 // m; a part of a pass that removes nothing is kept if it is shorter than this, so that the tool need not be lifted
 constexpr double kBridged = 1e-3;
-// m, as kBridged, for a coarse tool, which crosses finished surface faster than it is lifted over it
+// m; with a coarse tool, a part of a pass that removes nothing is kept if shorter than this, because lifting takes
+// longer
 constexpr double kCoarseBridged = 3e-3;
-// m, length of a connection between two passes; a longer connection goes over the tissue, not straight
+// m; a connection between two passes that is longer than this leads up over the tissue instead of straight
 constexpr double kStraight = 3e-3;
 constexpr double kHop = 0.3e-3;  // m, height step of the search for a free path between two strokes
 // m; a row of strokes that is longer than this begins with a ramp, on which the bur enters the tissue
@@ -225,8 +227,9 @@ class StrokePlanner {
     }
     return least;
   }
-  /// Finds the position near p, at the same height, at which the head has the largest clearance to the ideal. It
-  /// searches in eight directions, and halves the step when no direction increases the clearance.
+  /// Finds the position near p, at the same height, at which the head has the largest clearance to the ideal (the
+  /// tissue that must remain). It searches in eight directions, and halves the step when no direction increases the
+  /// clearance.
   dvec3 centered(dvec3 p) const {
     constexpr std::array<glm::dvec2, 8> kDirections{
         {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};
@@ -242,8 +245,8 @@ class StrokePlanner {
     }
     return p;
   }
-  /// Returns a straight path for a head that fits the ideal exactly, for example a reamer with the diameter of the cup.
-  /// For such a head, the grid contains no free position. Empty for other heads.
+  /// Returns a straight path for a head that fits the ideal (the tissue that must remain) exactly, for example a reamer
+  /// with the diameter of the cup. For such a head, the grid contains no free position. Empty for other heads.
   std::optional<Chain> close_fit() const {
     dvec3 p = centered({lo_ + 0.5 * grid_ * glm::dvec2(count_ - 1), top_});
     const auto down_to = [&](double height) {
@@ -349,8 +352,8 @@ class StrokePlanner {
     for (std::size_t k = 0; k + 1 < line.size(); ++k) add(line[k], line[k + 1], k + 2 < line.size());
   }
   /// Adds a connection from the end of the last stroke to `to`: a straight line, or a path up, across and down. The
-  /// head must not touch the ideal on it. If there is no such connection, nothing is added, and the hand will lift the
-  /// tool.
+  /// head must not touch the ideal (the tissue that must remain) on it. If there is no such connection, nothing is
+  /// added, and the hand will lift the tool.
   void go_to(const dvec3& to) {
     if (!last_) return;
     const dvec3 from = *last_;
@@ -668,7 +671,7 @@ class StrokePlanner {
   dquat R_WT_;
   glm::dmat3 axes_;          // the axes u, v, w as columns
   double step_;              // m, distance between neighbouring passes of the tool
-  double allowed_;           // voxels, depth to which the head may enter the ideal
+  double allowed_;           // voxels, depth to which the head may enter the ideal (the tissue that must remain)
   std::vector<dvec3> head_;  // voxels, points on the head relative to its centre
   std::vector<Points> head_groups_, shank_groups_;
   glm::dvec2 lo_{0};  // m along u and v, origin of the grid

@@ -1,5 +1,5 @@
-// Plans strokes that cut the tissue down to a task's ideal and spare the remaining tissue. Used by the expert hand and
-// by tests.
+// Plans strokes that cut the tissue down to a task's ideal (the tissue that must remain) and spare the remaining
+// tissue. Used by the expert hand and by tests.
 #pragma once
 
 #include <vector>

@@ -42,8 +42,8 @@ constexpr double kFullForce = 3;  // N, force at which the controller vibrates m
 constexpr double kSlowest = 60, kFastest = 320;
 // rad/s, speed of the spindle at which the controller vibrates with its highest frequency
 constexpr double kFastSpindle = 400 * kKrpm;
-// Limits for a controller and for an arm. The tip counts as still if it moves less than this distance (m) for this time
-// (s).
+// Limits for a controller and for an arm: time (s) and distance (m). The tip counts as still if it moves less than this
+// distance during this time.
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
 // s; if a frame takes longer than this, the GPU is assumed to hang; software rendering on a slow CPU takes less
 constexpr double kLongestFrame = 20;
@@ -74,7 +74,8 @@ void end_hard_at_exit() {
 
 }  // namespace
 
-/// All data of the headset's thread except the wiring. It continues to exist if the thread hangs and is abandoned.
+/// All data of the headset's thread except the channels to other threads (Wiring). This object continues to exist if
+/// the thread hangs and is abandoned.
 struct XrSession::Thread {
   display::DisplayRig rig;
   haptics::ServoSettings servo;

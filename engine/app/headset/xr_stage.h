@@ -30,7 +30,7 @@ class XrStage {
   XrStage& operator=(const XrStage&) = delete;
 
   void show(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
-  /// Adds the static surroundings. Call it before the first bricks of the tissue are added.
+  /// Adds the static surroundings. Call it before the first bricks (mesh blocks) of the tissue are added.
   void surround(const Surroundings& around);
   void set_quality(const render::Quality& quality);
   /// Updates the picture of the film of water and debris on the surfaces. Null: there is no film.

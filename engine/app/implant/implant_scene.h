@@ -53,9 +53,9 @@ void require_greys(const haptics::TissueVolume& tissue, const std::filesystem::p
 void check_plan(const session::ImplantTask& task, const haptics::TissueVolume& tissue,
                 const std::filesystem::path& file);
 
-/// Adds the measures that are computed from the final tissue: diameter and ovality of the bed, openings in its wall,
-/// and contact of the implant with bone. If the scene lists no neighbouring roots, it also adds the distance to the
-/// nearest tooth.
+/// Adds the measures that are computed from the final tissue: diameter and ovality of the bed (drilled hole), openings
+/// in its wall, and contact of the implant with bone. If the scene lists no neighbouring roots, it also adds the
+/// distance to the nearest tooth.
 void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& after,
                  session::ImplantMeasures& measures);
 

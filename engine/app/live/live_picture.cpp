@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 
 // ns; if the GPU device is lost again within this time, it counts as broken
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
-// ns, time between two searches for changed bricks while the pictures are drawn by the CPU
+// ns, time between two searches for changed bricks (mesh blocks) while the pictures are drawn by the CPU
 constexpr Nanos kProcessorMeshInterval = 33'000'000;
 constexpr Nanos kBriefWait = 4'000'000;     // ns, time between two checks for motion while nothing is drawn
 constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between two pictures from the free viewpoint
@@ -241,7 +241,7 @@ void LivePicture::record_water() {
   if (session_.wiring.water_to_recorder.push(present)) water_ = present;
 }
 
-/// Stores which pictures show the tissue. The carver meshes tissue only if a picture shows it.
+/// Stores which pictures show the tissue. The carver thread meshes tissue only if a picture shows it.
 void LivePicture::update_tissue_visibility() {
   const auto sees = [&](Eyes eyes, const PictureStage* stage) {
     session_.wiring.tissue_in_sight[static_cast<std::size_t>(eyes)] = stage && stage->in_sight(reach_);
@@ -377,8 +377,8 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
   // With software rendering, the CPU also composes and presents the picture. The cost of a frame must include this
   // work, so it is measured as the time between two consecutive frames.
   const bool on_end = std::exchange(drew_last_, true) && stage_->device().processor && !options_.embedded;
-  // While the picture is at rest, only a few bricks are redrawn per frame. The short time of such a frame must not
-  // raise the quality. Otherwise the quality would rise and fall again and again.
+  // While the picture is at rest, only a few bricks (mesh blocks) are redrawn per frame. The short time of such a frame
+  // must not raise the quality. Otherwise the quality would rise and fall again and again.
   const bool refined = stats.redrawn < 1 && stage_->tool_at_rest() && tick.cuts == ladder_cuts_;
   ladder_cuts_ = tick.cuts;
   if (!refined && ladder_.frame_took(on_end && dt > ladder_.slow() ? std::max(dt, took.cost()) : took.cost())) {

@@ -1,5 +1,5 @@
 // Draws the user interface (Dear ImGui's draw lists) with Vulkan: one pipeline, dynamic rendering, two frames in
-// flight. If the image to draw on still contains an earlier frame, only the parts that differ are drawn. Render thread.
+// flight. If the image still contains an earlier frame, draws only the parts that differ. Render thread only.
 #pragma once
 
 #include <array>

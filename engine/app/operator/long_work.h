@@ -1,5 +1,5 @@
 // Runs one long task at a time while the window stays usable. When the task is done, executes an action in the window's
-// thread. Main thread.
+// thread. Main thread only.
 #pragma once
 
 #include <functional>

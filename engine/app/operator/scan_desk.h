@@ -1,5 +1,5 @@
 // Shows a scan in the window before its import. Reads the scan, computes the labels that the review requests, and draws
-// its sections. Main thread.
+// its sections. Main thread only.
 #pragma once
 
 #include <memory>
@@ -31,7 +31,7 @@ class ScanDesk {
   bool look();
   /// Draws the sections again if they have changed. Call it before the page is drawn.
   void follow();
-  /// Makes an exercise of the scan's region with the user's corrections, and selects the new scene.
+  /// Makes an exercise from the selected region of the scan, with the user's corrections, and selects the new scene.
   void import(Choices& choices);
   /// Frees the GPU memory of the pictures, for example after the GPU was lost. The next follow() creates them again.
   void destroy();

@@ -1,5 +1,5 @@
 // The state of the operator's window, as plain data. The pages draw the state and add requests to it. The Operator
-// executes the requests between two frames. Main thread.
+// executes the requests between two frames. Main thread only.
 #pragma once
 
 #include <fmt/format.h>
@@ -117,17 +117,17 @@ struct RuleChoice {
   bool from_ideal = true;  // true: the target is the value that the ideal shape has, if there is an ideal
   float target = 0, tolerance = 1, weight = 10;
 };
-/// Source of the ideal in a new exercise: the base scene, the drilled tissue, or a mesh file.
+/// Source of the ideal result in a new exercise: the base scene, the drilled tissue, or a mesh file.
 enum class IdealFrom { kBase, kDrilled, kMesh };
 struct ExerciseForm {
   bool fresh = true;  // true: the form has not yet been filled with the values of the session
   std::array<char, 96> name{};
   std::array<char, 512> goal{};
-  std::array<char, 1024> steps{};  // text of the steps, one per line
+  std::array<char, 1024> steps{};  // text of the exercise's steps, one step per line
   IdealFrom ideal = IdealFrom::kDrilled;
-  bool base_aims = false;  // true: the base scene has an ideal
+  bool base_aims = false;  // true: the base scene has an ideal result
   bool aims() const { return ideal != IdealFrom::kBase || base_aims; }
-  std::array<char, 512> mesh{};  // path of the mesh file that contains the ideal of the exercise
+  std::array<char, 512> mesh{};  // path of the mesh file that contains the ideal result of the exercise
   FileChooser chooser;
   float mesh_unit_mm = 1;
   std::vector<RuleChoice> rules;
@@ -234,11 +234,11 @@ struct Outcome {
   WorkbenchSummary summary;
   std::filesystem::path recording, report;  // files of the session; empty if they do not exist
   session::Score score;
-  bool scored = false;  // true: the score is final; before, no score is shown
-  // Picture of the final surface. If there is an ideal, it shows the difference to the ideal. Empty if the surface is
-  // unknown.
+  bool scored = false;  // true: the score is final; until then, no score is shown
+  // Picture of the final surface. If there is an ideal result, it shows the difference to the ideal. Empty if the
+  // surface is unknown.
   render::Picture picture;
-  bool compared = false;  // true: the picture shows the difference to the ideal
+  bool compared = false;  // true: the picture shows the difference to the ideal result
   std::string failure;
 };
 
@@ -269,7 +269,7 @@ struct OperatorState {
   std::string real_time_refused;  // reason why the system refuses real-time scheduling; empty if it allows it
   /// true: the user accepts a device with motors although real-time scheduling is refused
   bool no_real_time = false;
-  /// true: authoring mode, in which tissue is painted and the ideal is set; such sessions are not recorded
+  /// true: authoring mode, in which tissue is painted and the ideal result is set; such sessions are not recorded
   bool author = false;
   std::vector<gpu::Image> pictures;
 

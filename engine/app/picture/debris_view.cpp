@@ -9,7 +9,7 @@ namespace typodont {
 
 namespace {
 
-// m, grid spacing of the distance field from which chips bounce off; they need no fine detail of a cavity
+// m, grid spacing of the distance field from which chips bounce off; bouncing needs no fine detail of a cavity
 constexpr double kCoarse = 4e-4;
 // m, grid spacing of the distance field on which the film flows; a cavity must be several cells wide
 constexpr double kFilm = 3e-4;

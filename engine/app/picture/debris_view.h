@@ -1,5 +1,5 @@
 // Chips, water and slurry in the picture. Cuts create chips, which bounce off a coarse copy of the tissue. The spray of
-// a handpiece wets the tissue. Render thread.
+// a handpiece wets the tissue. Render thread only.
 #pragma once
 
 #include <optional>
@@ -61,8 +61,8 @@ class DebrisView {
   void add(const Cut& cut, const haptics::Tool& tool);
   /// Replaces a loose piece of tissue by chips at its position.
   void add(const LoosePiece& piece);
-  /// Creates the chips of all cuts that a live session made since the last call. `tray`: the session's tool set; the
-  /// cuts contain indices in it.
+  /// Creates the chips of all cuts that a live session made since the last call. `tray`: the session's tool set; a cut
+  /// states its tool as an index in this set.
   void follow(Wiring& wiring, std::span<const haptics::Tool> tray);
   /// Sets the suction nozzle. Empty: the suction is off.
   void suck(const std::optional<debris::Suction>& suction);
@@ -97,8 +97,8 @@ class DebrisView {
     debris::SpraySource source;
     bool bur = false;        // true: the bur is the source of the spray, and `source` is valid
     double since_shown = 0;  // s, time since the film's picture was last updated
-    // uncut: pose of the head at the latest cut, if this cut has not yet been applied to the water's distance field;
-    // cut_at: pose of the head at the latest cut that has been applied to it
+    // uncut: pose of the head at the latest cut, if the water's distance field does not yet include this cut; cut_at:
+    // pose of the head at the latest cut that this field includes
     std::optional<Pose> uncut, cut_at;
     std::optional<std::uint32_t> tool;  // index of the tool for which `head` and `reach` were computed
     haptics::HeadField head;

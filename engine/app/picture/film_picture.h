@@ -1,4 +1,4 @@
-// Converts the film of water and slurry to texels for the renderer. Render thread.
+// Converts the film of water and slurry to texels for the renderer. Render thread only.
 #pragma once
 
 #include <cstdint>

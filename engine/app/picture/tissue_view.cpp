@@ -73,8 +73,8 @@ constexpr int kSearchDepth = 14;
 // near.
 constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
-    // number of bricks that one update meshes again; they take some milliseconds, so that the carver's next copy of the
-    // tissue for the servo is not delayed
+    // number of bricks (mesh blocks) that one update meshes again; they take some milliseconds, so that the carver
+    // thread's next copy of the tissue for the servo is not delayed
     32;
 
 /// Returns the largest depth (m) at which the colour of an inner tissue is visible through this tissue. The colours of
@@ -104,7 +104,7 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   const double voxel = volume.frame().voxel;
   // voxels, distance between two test points on a line into the tissue; it is smaller than a usual gap in the tissue
   constexpr float kProbe = 3.5f;
-  constexpr float kBeside = 2;  // voxels, distance of four more test points from the line through the test points
+  constexpr float kBeside = 2;  // voxels, distance of four additional test points from each line of test points
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
   for (render::Vertex& v : update.vertices) {
     if (!translucent(v.tissue[0]) && !translucent(v.tissue[1])) continue;
@@ -165,7 +165,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
       // smoothed fractions of both tissues are equal.
       const dvec3 at = dvec3(v.p) / voxel - dvec3(lo);
       const glm::ivec3 nearest(glm::floor(at + 0.5));
-      float weight[3][5];  // weights exp(−0.6 r²), computed as a product of one factor per axis
+      float weight[3][5];  // weights exp(−0.6 r²), computed as a product of one factor per axis; r: distance in voxels
       for (int axis = 0; axis < 3; ++axis)
         for (int k = 0; k < 5; ++k) {
           const auto away = static_cast<float>(nearest[axis] + k - 2 - at[axis]);

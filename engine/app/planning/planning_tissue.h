@@ -40,8 +40,8 @@ class PlanningTissue {
   std::vector<NerveCanal> canals() const;
 
  private:
-  /// Returns the index of the sample that is nearest to the position. Outside the tissue's box, it is the number of
-  /// samples.
+  /// Returns the index of the sample that is nearest to the position. For a position outside the tissue's box, returns
+  /// the number of samples.
   std::size_t index(const dvec3& p_W) const;
   std::size_t index(const glm::ivec3& p) const {
     return (static_cast<std::size_t>(p.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(p.y)) *

@@ -1,7 +1,7 @@
 // A scan that a user examines before its import: three sections with a crosshair, the region that is imported, its
 // labels as a preview, and corrections of the labels with undo. This class has no window and no thread; the caller
-// computes the labels that it requests. Main thread. Positions are in m, in the coordinates of the scan's file (frame
-// F).
+// computes the labels that it requests. Main thread only. Positions are in m, in the coordinates of the scan's file
+// (frame F).
 #pragma once
 
 #include <array>

@@ -44,7 +44,8 @@ std::filesystem::path recorded_file(const std::filesystem::path& path, const Sce
 /// Checks the files to which a recording refers. Throws Error if a file has changed, because the replay would use other
 /// tissue than the session.
 void require_same_files(const session::SessionHeader& header, const ScenePlace& place) {
-  // The first file is the scene, and the last is the rig. They are not compared, because the session contains both.
+  // The first file is the scene, and the last is the display rig. They are not compared, because the session contains
+  // both.
   const std::size_t end = header.files.size() - (header.rig_json.empty() || header.files.empty() ? 0 : 1);
   for (std::size_t i = 1; i < end; ++i) {
     const session::SourceFile& file = header.files[i];
@@ -72,8 +73,8 @@ std::vector<std::filesystem::path> folders_of(const std::filesystem::path& sessi
   return folders;
 }
 
-/// Applies the next cut. After a gap in the recording, the numbers of the cuts are not consecutive. So the carver
-/// assigns new numbers.
+/// Applies the next cut. After a gap in the recording, the numbers of the cuts are not consecutive. But the carver
+/// (owner of the tissue) expects consecutive numbers, so the cut gets a new number.
 void apply_next(haptics::Carver& carver, Cut cut) {
   cut.index = carver.cuts() + 1;
   carver.apply(cut);

@@ -445,7 +445,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
         [&](auto& mesh) { paint(mesh, box.lo, matter, under, beneath); });
   };
   const auto plain = [](const dvec3&) { return 0.0; };
-  // Computes how deep a point lies in the mouth; the mucosa is darker there.
+  // Computes how deep a point lies in the mouth. The deeper it lies, the darker is the mucosa.
   const auto deep = [&](const dvec3& p) {
     const Jaw::Place at = shape.jaw.place(p);
     return 0.35 * smooth_step(3e-3, 22e-3, shape.jaw.rim(at) - at.z);
