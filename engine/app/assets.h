@@ -19,7 +19,7 @@ struct ScenePlace {
   // Allowed folders: a file, with its symbolic links followed, must lie in one of them or in assets/. Empty: every
   // folder is allowed.
   std::vector<std::filesystem::path> within;
-  /// number of recordings that had to be opened to find this scene, because each one continues another one; limited
+  /// number of recordings, each continuing another one, that were opened to reach this scene; it has an upper limit
   int recordings = 0;
 
   ScenePlace() = default;

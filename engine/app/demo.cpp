@@ -59,7 +59,7 @@ class TimeLeft {
   bool known() const { return explored_ > kUntimed + kTimed || measured(); }
   /// True from the moment at which the time of pictures with a working drill is measured, not assumed.
   bool measured() const { return drilled_ > kUntimed + kRemembered; }
-  /// Returns the time left, s. `left`: s of session that remain.
+  /// Returns the time left, s. `left`: s, remaining duration of the session.
   double seconds(double left) const {
     const double each = measured() ? drilling_ : kDrillingCost * exploring_;
     return left * fps_ * each + (kMoments - moments_) * pictures_ + kEnding * exploring_;

@@ -36,8 +36,8 @@ class HapticLoop {
 
   haptics::Carver& carver() { return steps_.carver(); }
   haptics::Servo& servo() { return steps_.servo(); }
-  /// Returns the snapshot of the tissue that the servo began to use before the last tick; null if it kept the old
-  /// snapshot.
+  /// Returns the snapshot of the tissue that the servo began to use before the last tick; null if the servo still uses
+  /// the old snapshot.
   const PatchUse* fresh_patch() const { return steps_.fresh_snapshot(); }
 
  private:

@@ -53,7 +53,7 @@ struct Scene {
   std::optional<debris::Suction> suction;
   bool suction_on = false;       // true: the suction is on at the start
   SuctionTip suction_tip;        // suction tip at its initial pose; its opening is 0 if none is drawn
-  std::optional<Nozzles> spray;  // the handpiece's water; empty: the scene has no water and no film
+  std::optional<Nozzles> spray;  // the handpiece's water; empty: the scene has no water and no film of water
   bool spray_on = false;         // true: the spray is on at the start
   /// true: sound models may be reduced to the lowest order that loses no part of the sound
   bool sound_lower_order = false;

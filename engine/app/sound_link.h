@@ -1,5 +1,5 @@
 // Converts ticks to sound. Contains the sound synthesizer of a scene and the output for its samples. Application thread
-// only, unless stated.
+// only, unless a comment names another thread.
 #pragma once
 
 #include <array>
@@ -42,10 +42,10 @@ class SoundLink {
   /// Sets the state of the water and of the suction. `spray`: true if the handpiece's water is switched on; it flows
   /// only while the pedal is pressed. `suction_flow`: m³/s; 0: off. Takes effect in the next block. For any thread.
   void water(bool spray, double suction_flow) noexcept;
-  /// Computes the sound up to the time t. Application thread; call it at least ten times per second after the session's
-  /// clock has started. `t`: present time on this clock; for a sound file, the time of the latest tick. The sound
-  /// starts at the first call. A tick with time t is heard in the sample with time t. A file contains the session from
-  /// its beginning.
+  /// Computes the sound up to the time t. Application thread only; call it at least ten times per second after the
+  /// session's clock has started. `t`: present time on this clock; for a sound file, the time of the latest tick. The
+  /// sound starts at the first call. A tick with time t is heard in the sample with time t. A file contains the session
+  /// from its beginning.
   void advance(Nanos t);
   /// Ends the sound. A sound file is complete only after this call. Throws Error if the file cannot be written.
   void stop(Nanos t);

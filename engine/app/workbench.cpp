@@ -583,7 +583,7 @@ void Workbench::Impl::end() {
   s.wiring.stop = true;
   for (std::jthread* thread : {&servo, &left, &carver})
     if (thread->joinable()) thread->join();
-  // If a part fails to end, the run counts as failed, but the other parts are still ended.
+  // If a part of the session fails to end, the run counts as failed, but the other parts are still ended.
   const auto try_to = [&](const auto& part) {
     try {
       part();

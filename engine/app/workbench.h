@@ -163,7 +163,7 @@ class Workbench {
   /// Returns the views of the running session; null if the session is not shown to an operator.
   LiveViews* views();
   /// Shows a second picture from a free viewpoint, on the operator's GPU device. If both pictures would be in one
-  /// window, it replaces the trainee's picture. A size of 0 switches it off.
+  /// window, the second one replaces the trainee's picture. A size of 0 switches it off.
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
   /// Returns the picture from the free viewpoint; null if it is not drawn.
   const gpu::Image* own_picture() const;

@@ -180,8 +180,8 @@ void start_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
   const bool desktop = display::has_desktop();
   for (int i = 0; i < kTimes; ++i) {
     nothing = std::min(nothing, time("--version").end);
-    // Reads times that the live session itself measured: until its first finished tick, and until its first frame on
-    // the screen.
+    // Reads two times that the live session itself measured: from the command to its first finished tick, and to its
+    // first frame on the screen.
     const auto live = [&](double seconds, const char* rig, const char* key) {
       if (!std::isfinite(time(fmt::format("run '{}' --hand script:{} --audio none: --seconds {} --json {}", scene,
                                           hand.string(), seconds, rig))

@@ -94,8 +94,8 @@ double microseconds_of(const BenchRow& row) {
   return row.time_ns * 1e-3;
 }
 
-/// Finds the row that answers a question for a model and a tissue. If the model has several resolutions, it is the row
-/// with the finest one, which is the last. Null if there is no such row.
+/// Finds the row that answers a question for a model and a tissue. If the model was measured at several resolutions,
+/// this is the last row, which has the finest resolution. Null if there is no such row.
 const BenchRow* answer(const std::vector<ModelFigure>& figures, const Question& q, const std::string& model,
                        const std::string& tissue) {
   const BenchRow* row = nullptr;
@@ -215,7 +215,7 @@ constexpr Tabled kTabled[] = {
      error_of}};
 
 /// A task in the table of recommendations. A model fails if a tick exceeds the time limit or if the hand passes through
-/// the tissue. The best model is the model with the smallest value among those that do not fail.
+/// the tissue. The best model is the one with the smallest score() among those that do not fail.
 struct Task {
   const char* task;
   Question question;

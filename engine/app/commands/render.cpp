@@ -224,8 +224,8 @@ void run(const Options& options) {
   }
   if (options.magnify > 0) rig.magnify = options.magnify;
   rig = magnified_for(rig, volume);
-  // A carver (the object that cuts the tissue) is needed in two cases: the picture shows a moment of a session, or the
-  // surface of a contact model that has its own triangles. Otherwise the picture shows the volume of the file.
+  // A carver (the object that cuts the tissue) is needed if the picture shows a moment of a session, or the triangles
+  // or spheres of a contact model. Otherwise the picture shows the volume of the file.
   std::unique_ptr<haptics::Carver> carver;
   const bool spheres_wanted = options.view == "spheres";
   if (session) {

@@ -137,8 +137,8 @@ struct ToolChoice {
                           // pass: distance between two passes, as a fraction of the tool's diameter; least_pass,
                           // most_pass: m, its bounds
       most_pass = 0.5e-3;
-  // coarse_pass, most_coarse_pass: distance between passes and its upper bound for a coarse tool, as a fraction of its
-  // diameter and in m; at 0.6 mm, its round end leaves ridges of 0.04 mm
+  // For a coarse tool. coarse_pass: distance between two passes, as a fraction of the tool's diameter;
+  // most_coarse_pass: m, upper bound of this distance. At this bound, the tool's round end leaves ridges of 0.04 mm.
   static constexpr double coarse_pass = 0.26, most_coarse_pass = 0.6e-3;
   // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, so it keeps a distance:
   // if it touched enamel, the enamel would bear the force, and the filling beside it would hardly be cut.
@@ -164,7 +164,7 @@ struct ToolChoice {
 /// Parameters of filling. Filling is added in portions. A portion is a dome of filling. It grows from the surface point
 /// that is nearest to the instrument's free end.
 struct Filling {
-  // m, height above the tissue at which the instrument moves to the place of the next portion
+  // m, height above the tissue at which the instrument moves to the place of the next portion of filling
   static constexpr double hop_over = 0.3e-3;
   static constexpr double grid = 0.15e-3;  // m, distance between the instrument positions that are evaluated
   static constexpr int head_points = 120;
@@ -202,12 +202,12 @@ struct Filling {
   static constexpr double rim = 0;
   // m; filling counts as a gain only up to this height above the lowest missing voxel
   static constexpr double layer = 0.6e-3;
-  // voxels; a voxel counts as filled only if its centre lies at least this deep inside the dome
+  // voxels; a voxel counts as filled only if its centre lies at least this deep inside the dome of filling
   static constexpr double whole_voxel = 0.9;
-  // m³, smallest portion: the volume that the instrument fills in one tick
+  // m³, smallest portion of filling: the volume that the instrument fills in one tick
   static constexpr double least_volume = 0.004e-9;
   static constexpr int at_once = 1;  // number of portions of filling that one plan adds
-  // A portion is abandoned after `longer` times its nominal duration, plus `least_time` (s).
+  // A portion of filling is abandoned after `longer` times its nominal duration, plus `least_time` (s).
   static constexpr double longer = 1.2, least_time = 0.1;
 };
 
@@ -330,7 +330,8 @@ class Terrain {
 
 class Plan {
  public:
-  /// Begins a plan. `filled`: positions of all portions that earlier plans filled; this plan adds its own positions.
+  /// Begins a plan. `filled`: positions of all portions of filling that earlier plans added; this plan adds its own
+  /// positions.
   Plan(const Scene& scene, const ExpertGrip& grip, const haptics::TissueVolume& now, const TaskEvaluator& judge,
        const SurroundingsShape* around, double whole, std::vector<FilledSpot>& filled)
       : grip_(grip),
@@ -352,7 +353,7 @@ class Plan {
   }
 
   /// Plans the cutting with one tool after the other, as long as the next tool reduces the error enough (ToolChoice).
-  /// Tissue thinner than `least_thickness` (m) is left.
+  /// Tissue thinner than `least_thickness` (m) is not cut.
   void cut(bool by_hand, double least_thickness = 0) {
     std::vector<bool> used(tools_.size());
     for (std::size_t round = 0; round < ToolChoice::most_tools; ++round) {
@@ -519,8 +520,8 @@ class Plan {
     if (lifts) add(ExpertLeg::Kind::kMove, raised(legs_.back().to));
     add(ExpertLeg::Kind::kMove, raised(to));
   }
-  /// Moves up to `height`, then sideways, then down to `to`, so that the instrument does not touch the portion that was
-  /// just filled.
+  /// Moves up to `height`, then sideways, then down to `to`, so that the instrument does not touch the portion of
+  /// filling that was just added.
   void hop(const Pose& to, double height) {
     Pose up = legs_.back().to, across = to;
     up.p += (height - glm::dot(up.p, axis_)) * axis_;
@@ -563,7 +564,7 @@ class Plan {
   /// A candidate portion: a pose of the instrument, and the dome of filling that it adds there.
   struct Portion {
     Pose X_WT;
-    dvec3 center;  // m, centre of the dome (the portion's curved surface)
+    dvec3 center;  // m, centre of the dome (the curved surface of a portion of filling)
     // A portion is a dome of filling. excess[k]: cost of the unwanted filling in a dome with a radius of k + 1 voxels.
     // wanted: for each k and each height level, the number of missing voxels in the dome up to this level.
     std::vector<double> excess, wanted;
@@ -574,7 +575,7 @@ class Plan {
           std::clamp((height - lowest) / step, 0.0, 2.0 * static_cast<double>(excess.size()) - 1));
     }
   };
-  /// A position of the instrument's axis (m along u and v), and the portion that would be filled there.
+  /// A position of the instrument's axis (m along u and v), and the portion of filling that would be added there.
   struct Spot {
     double a = 0, b = 0;
     std::optional<Portion> portion;
@@ -598,7 +599,7 @@ class Plan {
       const glm::ivec3 v(q);
       // Skips a voxel that a portion of filling in this plan already fills.
       if (!to_fill(layer, layer.after.at(v.x, v.y, v.z))) continue;
-      double radius = 0;  // voxels, radius of the dome
+      double radius = 0;  // voxels, radius of the dome of filling
       const Portion* const best = best_for(q, layer, instrument, spots, radius);
       if (!best) continue;
       const Portion portion = *best;
@@ -699,7 +700,7 @@ class Plan {
     return Filling::portion_radius * instrument.tool.fill_reach / in.frame.voxel;
   }
 
-  /// Adds the dome to the planned tissue. Returns the added volume, m³.
+  /// Adds the dome of filling to the planned tissue. Returns the added volume, m³.
   static double put(const haptics::Fill& dome, session::Preparation& layer) {
     const glm::ivec3 from = glm::max(dome.lo(), glm::ivec3(0)), to = glm::min(dome.hi(), layer.after.size - 1);
     if (glm::any(glm::lessThan(to, from))) return 0;
@@ -732,8 +733,8 @@ class Plan {
     return spots;
   }
 
-  /// Lowers the instrument at the position (a, b) until it touches tissue, then lifts it by the height of a portion.
-  /// Returns the portion that it fills there.
+  /// Lowers the instrument at the position (a, b) until it touches tissue, then lifts it by the height of a portion of
+  /// filling. Returns the portion that it adds there.
   std::optional<Portion> portion_at(const Instrument& instrument, const session::Preparation& layer, double a,
                                     double b) const {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
@@ -782,10 +783,10 @@ class Plan {
     return portion_standing(instrument, layer, a, b, c);
   }
 
-  /// Returns the portion that the instrument adds when its centre is at the coordinates (a, b, c) along the
-  /// instrument's axes. The dome's centre is the point that the servo would choose. This is the surface point nearest
-  /// to the free end or, if the end is midway between two walls, the point below the end. Empty if the instrument
-  /// reaches no surface.
+  /// Returns the portion of filling (a dome) that the instrument adds when its centre is at the coordinates (a, b, c)
+  /// along the instrument's axes. The dome's centre is the point that the servo would choose. This is the surface point
+  /// nearest to the free end or, if the end is midway between two walls, the point below the end. Empty if the
+  /// instrument reaches no surface.
   std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
                                           double b, double c) const {
     const double reach = instrument.tool.fill_reach;
@@ -862,8 +863,8 @@ class Plan {
     return in.before.sample(below) > 0 ? over_ ? Filling::overfilled : Filling::carved_again : Filling::flash;
   }
 
-  /// Returns true if filling is missing in sample i: the sample is empty, lies inside the ideal, and belongs to the
-  /// volume that the task changes.
+  /// Returns true if filling is missing in sample i: the sample is empty, lies inside the ideal result, and belongs to
+  /// the volume that the task changes.
   static bool to_fill(const session::Preparation& in, std::size_t i) {
     return in.after.distance[i] > 0 && in.ideal.distance[i] < 0 && in.ideal.distance[i] < in.before.distance[i] - 0.2f;
   }

@@ -48,8 +48,8 @@ struct ExpertGrip {
   double most_force = std::numeric_limits<double>::infinity();  // N, largest force of a cut
 };
 
-/// Position of a filled portion, m along the two axes perpendicular to the preparation's axis. The instrument leaves a
-/// hole there. It can enter this hole again only at exactly the same position.
+/// Position of a portion of filling, m along the two axes perpendicular to the preparation's axis. The instrument
+/// leaves a hole there. It can enter this hole again only at exactly the same position.
 struct FilledSpot {
   std::uint32_t tool = 0;
   double a = 0, b = 0;

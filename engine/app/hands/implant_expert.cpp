@@ -25,7 +25,8 @@ constexpr double kWithdrawal = 15e-3;  // m/s, speed of the hand out of the bed 
 constexpr double kSweepPace = 7e-3;    // m/s, speed of the smoothing bur
 // m, length of the ridge (the edge of the jaw) that is smoothed on each side of the implant's axis
 constexpr double kSweepReach = 3.0e-3;
-// m, depth of the hand below the planned ridge while smoothing; the coupling yields, so the bur is higher than the hand
+// m, depth of the hand below the planned ridge (edge of the jaw) while it smooths this ridge; the coupling yields, so
+// the bur is higher than the hand
 constexpr double kSweepBelow = 0.1e-3;
 constexpr double kSweepApart = 1.0e-3;  // m, distance between two strokes of the smoothing bur
 // N, forces for drilling, for cutting a thread, for checking the depth, and for marking
@@ -115,8 +116,8 @@ void ImplantExpert::work(haptics::HandSample& sample) {
   sample.pedal = implant.speed > 0 && top > 0 ? std::min(1.0, implant.speed / top) : 0;
   switch (phase().deed) {
     case ImplantAction::kSmooth: {
-      // Smooths the ridge: moves to and fro, with the bur's lowest point at the height of the planned entry point.
-      // Lifts the bur while the bone is too hot.
+      // Smooths the ridge (edge of the jaw): moves to and fro, with the bur's lowest point at the height of the planned
+      // entry point. Lifts the bur while the bone is too hot.
       const double level_depth = phase().depth + kSweepBelow;
       const double goal = must_cool() ? -kNear : level_depth;
       depth_ += std::clamp(goal - depth_, -kLanding * dt_, kLanding * dt_);
@@ -180,7 +181,8 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
   };
   if (waited_ > kPatience) {
     gave_up_ = true;
-    // If the hand cannot even leave the bone, or does not get its tool, it ends the session.
+    // The stage has taken too long. In the stage kWork, the hand leaves the bone before it ends the session. In any
+    // other stage (for example because the servo does not change the tool), it ends the session at once.
     if (stage_ != Stage::kWork) stage_ = Stage::kOver;
   }
   switch (stage_) {

@@ -27,7 +27,7 @@ std::filesystem::path implant_exercise_file();
 session::ImplantTask read_implant(const Json& implant, const Json& tissue, std::span<const haptics::Tool> tools,
                                   const ScenePlace& place);
 
-/// m, depth below the implant's platform; above this depth, an implant need not be surrounded by bone everywhere
+/// m, depth below the implant's upper end; above this depth, an implant need not be surrounded by bone everywhere
 inline constexpr double kCrest = 1.5e-3;
 
 /// Calls visit(p_W, depth) for points on the surface of the planned implant's thread, from the depth kCrest down to the

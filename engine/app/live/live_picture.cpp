@@ -187,8 +187,8 @@ void LivePicture::show_next_view(const ServoTick& tick) {
 }
 
 /// Returns a section plane through an axis, along the arch or across it. The axis is that of the drill if the drill is
-/// in its bed, otherwise that of the planned implant. (x points along the arch and y to the tongue; docs/interface.md,
-/// "bone".)
+/// in its bed (drilled hole), otherwise that of the planned implant. (x points along the arch and y to the tongue;
+/// docs/interface.md, "bone".)
 glm::dvec4 LivePicture::section_through_implant(const ServoTick& tick) const {
   const bool in_bed = tick.level != session::implant_level::kFree && tick.level != session::implant_level::kPlaced;
   const dvec3 axis = in_bed ? tick.X_WG.R * dvec3(0, 0, -1) : scene_.implant->plan.axis_W;
@@ -198,7 +198,7 @@ glm::dvec4 LivePicture::section_through_implant(const ServoTick& tick) const {
   return {side * n, -side * glm::dot(n, through)};
 }
 
-/// Updates the section plane when a drill enters or leaves a bed, or moves in it.
+/// Updates the section plane when a drill enters or leaves its bed (the drilled hole), or moves in it.
 void LivePicture::follow_implant(const ServoTick& tick) {
   if (!scene_.implant || !stage_ || options_.operated) return;
   Look look = views_->look(Eyes::kTrainee);

@@ -43,12 +43,12 @@ class RuleRefused : public Error {
   RuleRefused(const Error& why, std::string name, bool without_target)
       : Error(why), rule(std::move(name)), no_target(without_target) {}
   std::string rule;  // name of the invalid rule (see session::known_score_names())
-  // The fault of the rule. true: neither the rule nor the ideal preparation states a target value. false: a number of
-  // the rule is out of range.
+  // The fault of the score rule. true: neither the rule nor the ideal preparation states a target value. false: a
+  // number of the rule is out of range.
   bool no_target;
 };
 
-/// Lists the available rules. A rule has the values of the base scene, or default values if the base scene lacks it.
+/// Lists the available score rules. A rule has the values of the base scene, or default values if the scene lacks it.
 std::vector<RuleChoice> rule_choices(const Scene& base);
 
 /// Makes the scene's JSON text. `ideal_file`: ideal result, path relative to the scene; empty: the base scene's ideal.

@@ -1,4 +1,4 @@
-// The picture on the result page. It shows the final surface from a fixed direction. Main thread except
+// The picture on the result page. It shows the final surface from a fixed direction. Main thread only, except
 // picture_of_result().
 #pragma once
 

@@ -148,8 +148,8 @@ struct ImportForm {
 };
 /// Action of the left mouse button in a section of a scan.
 enum class ScanTool { kLook, kBrush, kSeed };
-/// Data of the page that shows a scan before its import. The page changes the review. ScanDesk computes the labels and
-/// draws the sections between two frames.
+/// Data of the page that shows a scan before its import. The page changes the ScanReview. ScanDesk computes the labels
+/// and draws the sections between two frames.
 struct ScanForm {
   ScanReview* review = nullptr;  // owned by ScanDesk; null until the scan is read
   std::size_t large = 0;         // index of the section that is shown larger than the others
@@ -164,8 +164,8 @@ struct ScanForm {
   std::array<const gpu::Image*, kScanSections> pictures{};  // pictures of the sections; null until they are drawn
   std::uint64_t drawn = 0;                                  // number of times that the sections were drawn
 };
-/// Data of the page on which an intraoral scan is aligned with a CBCT. The page changes the fusion. FuseDesk registers
-/// and draws the surfaces.
+/// Data of the page on which an intraoral scan is aligned with a CBCT. The page changes the ScanFusion. FuseDesk
+/// registers and draws the surfaces.
 struct FuseForm {
   std::array<char, 512> file{};  // path of the mesh file of the intraoral scan
   FileChooser chooser;

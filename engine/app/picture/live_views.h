@@ -58,8 +58,8 @@ class LiveViews {
   bool has_surroundings() const { return !around_.meshes.empty(); }
   const dvec3& middle() const { return middle_W_; }
 
-  /// Returns the result of the last evaluation of the tissue; empty before the first one. Its member `hand` is set by
-  /// the caller.
+  /// Returns the result of the last evaluation of the tissue; empty before the first one. The caller must set its
+  /// member `hand`.
   const std::optional<session::ScoreInput>& judged() const { return judged_; }
   /// Returns true after the first evaluation of the tissue, or if no evaluation is possible.
   bool score_known() const { return judged_ || !judging_; }
@@ -95,7 +95,7 @@ class LiveViews {
     Look look;
     /// the Look (settings of the picture) that was requested from the computing thread
     Wish wish;
-    bool made = true;                    // true: the computing thread has answered the request for this Look
+    bool made = true;                    // true: the computing thread has answered the request for these settings
     int stages = 0;                      // number of PictureStage objects that have drawn the picture so far
     bool replaced = false;               // true: another body replaces the tooth's bricks (mesh blocks)
     std::vector<std::uint64_t> pending;  // bricks (mesh blocks) that were not yet passed to the picture

@@ -186,7 +186,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     }
     const float reach = reach_of(v);
     if (reach == 0) continue;
-    // Within the loaded blocks of labels, all coordinates are positive, so the conversion to integers rounds down.
+    // Within the loaded blocks of tissue labels, all coordinates are positive, so the conversion to integers rounds
+    // down.
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
     const auto seen_at = [&](float way) { return labels_.at(glm::ivec3(start + way * inward)); };
     const Tissue outside = own(v);

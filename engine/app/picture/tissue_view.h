@@ -46,8 +46,8 @@ class TissueView {
   /// Returns all bricks (mesh blocks) in the first call, and later the bricks that have changed since the last call.
   /// Positions are in m from the volume's origin.
   std::vector<render::MeshUpdate> update(haptics::TissueVolume& volume);
-  /// Returns all bricks (mesh blocks) in the first call, and later the changed bricks, for the tissue of a carver (its
-  /// owner). If this tissue is a mesh, its own triangles are used.
+  /// Returns all bricks in the first call, and later the changed bricks, for the tissue of a carver (its owner). If
+  /// this tissue is a mesh, its own triangles are used.
   std::vector<render::MeshUpdate> update(haptics::Carver& carver);
 
   /// Sets another tolerance. Each later call of update() meshes some of the existing bricks (mesh blocks) again.

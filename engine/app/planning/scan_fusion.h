@@ -24,9 +24,9 @@ struct ScanRegistration {
   calibration::SurfaceRegistration fine;
 };
 
-/// Registers a scan. A first pose comes from pairs of equal points (m), the final pose from the surfaces of the teeth.
-/// For messages: `place` states where the pairs come from, and `file` is the name of the scan. Throws Error if the
-/// pairs do not give a pose, or if the result cannot be trusted.
+/// Registers a scan. A first pose comes from pairs of corresponding points (m), the final pose from the surfaces of the
+/// teeth. For messages: `place` states where the pairs come from, and `file` is the name of the scan. Throws Error if
+/// the pairs do not give a pose, or if the result cannot be trusted.
 ScanRegistration register_scan(const haptics::IntraoralScan& scan, const haptics::DenseTissue& ct,
                                const std::vector<dvec3>& points_S, const std::vector<dvec3>& points_C,
                                const std::string& place, const std::string& file);

@@ -165,8 +165,8 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   Fnv1a force_hash;
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();
-  // Applies the edits (undo and redo) that were made before the carver created the patch (copy of the tissue) with the
-  // number `patches` + 1.
+  // Applies the edits (undo and redo) that were made before the carver (owner of the tissue) created the patch (copy of
+  // the tissue) with the number `patches` + 1.
   const auto edit_through = [&](std::uint32_t patches) {
     for (; edit != edits.end() && edit->patches <= patches; ++edit) {
       steps.apply_cuts(edit->cuts);

@@ -40,7 +40,7 @@ constexpr double kReach = 3e-3;  // m, the distance field of a tooth is computed
 // m, the gum reaches into the working tooth by this length, so that no gap between them is visible
 constexpr double kGumInside = 0.4e-3;
 constexpr double kCoveredBelow = 0.6e-3;  // m, below this depth under the gum's edge, the gum hides the root
-// m, width over which the collar (the gum around a tooth) blends into the ridge
+// m, width over which the collar (the gum around a tooth) blends into the jaw's ridge
 constexpr double kCollarBlend = 1.0e-3;
 constexpr double kCollarFrom = 4e-3;  // m, distance from a tooth at which its collar of gum ends
 // m, cell sizes of the face of a section through a tooth, and through the gum
@@ -417,8 +417,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   soft(near, plan.dam ? kDamVoxel : kGumVoxel, true, distance, everywhere);
   if (plan.row) {
     const double voxel = plan.dam ? kFarDamVoxel : kFarGumVoxel;
-    // The coarse bricks overlap the fine bricks by up to one brick. In this region, the coarse surface is lowered below
-    // the fine surface, so that it is hidden.
+    // The coarse bricks (mesh blocks) overlap the fine bricks by up to one brick. In this region, the coarse surface is
+    // lowered below the fine surface, so that it is hidden.
     const auto below = [&](const dvec3& p) {
       const dvec3 inside = glm::min(p - near.lo, near.hi - p);
       return distance(p) + kCoarseBelow * smooth_step(0, 2e-3, std::min({inside.x, inside.y, inside.z}));

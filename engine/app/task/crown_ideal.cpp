@@ -11,7 +11,7 @@ namespace typodont {
 
 namespace {
 
-// cosine of the angle between a surface's normal and the axis; above it, the surface counts as occlusal
+// cosine of the angle between a surface's normal and the axis; above this value, the surface counts as occlusal
 constexpr double kOcclusal = 0.5;
 // m, cell size of the grid on which the tooth's outline at the margin is computed
 constexpr double kCell = 0.1e-3;
