@@ -78,7 +78,7 @@ struct BrushMove {
   bool begins = false;  // true: this part begins a new stroke
 };
 
-/// An undo or redo of a stroke. Its position among the cuts and patches is recorded, so that a replay is exact.
+/// An undo or redo of a stroke. Its position among cuts and patches (tissue copies) is recorded for an exact replay.
 struct StrokeEdit {
   Nanos t = 0;
   bool redo = false;

@@ -557,7 +557,7 @@ void Workbench::Impl::edit_tissue(const display::UserInput& input) {
   }
 }
 
-/// Passes every tick to the meters, and updates the faults of the last second.
+/// Passes every tick to the meters of the score, and updates the faults of the last second.
 void Workbench::Impl::score_ticks() {
   ServoTick next;
   while (session->wiring.ticks_to_score.pop(next)) {

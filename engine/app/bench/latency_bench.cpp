@@ -33,7 +33,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace literals;
 
-constexpr double kTouchTime = 0.4;  // s, time at which the hand's stepwise motion reaches the tissue
+constexpr double kTouchTime = 0.4;  // s, time at which the hand steps onto the tissue
 constexpr const char* kBaseline = "a tenth of a second, which people notice";
 
 BenchRow row(std::string name, std::string knob, double seconds, const char* per) {

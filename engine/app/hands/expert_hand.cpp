@@ -38,7 +38,8 @@ struct Lead {
   static constexpr double ahead = 0.06e-3;
   // m, tolerance: during a cut, the target point moves on only while the tool is nearer to the planned line than this
   static constexpr double beside = 0.022e-3;
-  // m, tolerance as `beside`, but for a coarse tool that removes the bulk: its lines lie away from the final surface
+  // m, tolerance: while a coarse tool removes the bulk, the target point moves on only while the tool is nearer to the
+  // planned line than this
   static constexpr double rough_beside = 0.05e-3;
   // m, a cut is finished when the tool is nearer than this to the end of the stroke
   static constexpr double there = 0.01e-3;
@@ -106,7 +107,7 @@ struct Joining {
   static constexpr double joined = 0.6e-3;
   // m, height of the tool above the highest obstacle on the way between two strokes
   static constexpr double hop = 0.5e-3;
-  static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank, which must not touch obstacles either
+  static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank, which must not touch obstacles
   // m, smallest horizontal distance between the tool and obstacles on the way to the next stroke
   static constexpr double beside = 0.3e-3;
   static constexpr double above = 1.0e-3;  // m, height above the highest tissue at which the tool travels
@@ -172,7 +173,7 @@ struct Filling {
   // The instrument is lowered in steps. A step is at most this fraction of the free distance below the instrument.
   static constexpr double trusted = 0.7;
   static constexpr double free = 0.03;  // voxels, smallest distance between the filling instrument and the tissue
-  // height and radius of a portion, as fractions of the distance that the filling instrument can reach
+  // height and radius of a portion of filling, as fractions of the distance that the filling instrument can reach
   static constexpr double portion_height = 0.6, portion_radius = 0.98;
   static constexpr double below_wall =
       // ratio to the instrument's radius: largest height of the instrument above the cavity's floor; at a larger

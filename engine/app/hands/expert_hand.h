@@ -59,7 +59,7 @@ struct FilledSpot {
 /// come nearest to this result. Cavities, crowns and caries are cut. Fillings are added in layers and then carved.
 class Expert {
  public:
-  /// `start`: the tissue at the session's start. Throws Error if the task has no ideal.
+  /// `start`: the tissue at the session's start. Throws Error if the task has no ideal result.
   Expert(const Scene& scene, const haptics::TissueVolume& start);
   /// Makes the next plan for the present tissue: one layer of filling, or all cutting and carving. Returns an empty
   /// plan if no plan would improve the result. Throws Error if no tool of the scene can begin the task.

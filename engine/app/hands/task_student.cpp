@@ -614,9 +614,9 @@ class StrokePlanner {
   std::vector<double> floors() {
     struct Level {
       int columns = 0;
-      double highest = 0;  // m, height of the highest point of the floor
+      double highest = 0;  // m, height of the highest point of the cavity's floor
     };
-    std::map<long, Level> levels;  // flat parts of the floor, sorted by height
+    std::map<long, Level> levels;  // flat parts of the cavity's floor, sorted by height
     const glm::ivec2 extent = count_;
     const bool along_x = extent.x >= extent.y;
     const double length = (along_x ? extent.x : extent.y) * grid_, across = (along_x ? extent.y : extent.x) * grid_;

@@ -70,7 +70,7 @@ class XrStage {
   haptics::Spindle spindle_;
   HandpieceView handpieces_;
   Pose X_GH_;          // pose of the handpiece relative to the tool
-  bool open_ = false;  // copied to render::ToolState::open: the handpiece is not drawn where it hides the working point
+  bool open_ = false;  // true: the handpiece is not drawn where it hides the working point (render::ToolState::open)
   std::uint32_t shown_tool_ = 0;
   bool shown_placed_ = false;  // true after an implant was placed; its head then stays visible in the tissue
   double angle_ = 0;

@@ -62,7 +62,7 @@ class DrawListPainter {
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   std::array<gpu::Buffer, kSlots> vertices_, indices_;
   std::vector<Texture> textures_;
-  std::map<VkImage, std::vector<std::uint64_t>> holds_;  // content of each target: one hash per tile
+  std::map<VkImage, std::vector<std::uint64_t>> holds_;  // content of each target image: one hash per tile
 };
 
 }  // namespace typodont

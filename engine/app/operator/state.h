@@ -157,7 +157,7 @@ struct ScanForm {
   int kind = 0;  // kind of label that the tool makes, a haptics::LabelKind as a number
   float radius_mm = 1;
   bool only_tissue = true;
-  float reach_mm = 5, tolerance = 0.3f;  // for a seed: distance limit from the click; limit of the grey difference
+  float reach_mm = 5, tolerance = 0.3f;  // for a seed (clicked point): limits of distance and grey difference
   glm::ivec3 walls{0};                   // dragged face of the region's box per axis: −1 lower, +1 upper, 0 none
   dvec3 mouse_F{0};                      // m, frame of the scan, position of the brush in the last frame
   ScanPlanes planes;
@@ -316,7 +316,7 @@ struct OperatorState {
 
   // Data of the result page.
   Outcome outcome;
-  const gpu::Image* result_picture = nullptr;  // picture of the outcome on the GPU
+  const gpu::Image* result_picture = nullptr;  // picture of the session's result, on the GPU
   ExerciseForm exercise;
 
   // Data of the page of recorded sessions.

@@ -139,7 +139,7 @@ void DebrisView::follow(Wiring& wiring, std::span<const haptics::Tool> tray) {
   while (wiring.pieces_to_debris.pop(piece)) add(piece);
 }
 
-/// Applies a cut to the coarse field, so that water flows into the cavity.
+/// Applies a cut to the coarse distance field, so that water flows into the cavity.
 void DebrisView::carve(const Cut& cut, const haptics::Tool& tool) {
   Water& water = *water_;
   if (water.tool != cut.tool) {

@@ -14,7 +14,7 @@ class FilmPicture {
   /// `field`: distance field with the grid of the film of water.
   explicit FilmPicture(const debris::CoarseField& field);
 
-  /// Updates the texels of the cells that have changed visibly since the last call.
+  /// Updates the texels of those cells of the film of water that have changed visibly since the last call.
   void update(debris::Film& film);
 
   const render::FilmGrid& grid() const { return grid_; }

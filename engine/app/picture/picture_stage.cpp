@@ -202,7 +202,7 @@ render::ToolMesh PictureStage::tool_triangles() const {
 }
 
 PictureStage::~PictureStage() {
-  vkDeviceWaitIdle(device_.device);  // also returns if the device is lost
+  vkDeviceWaitIdle(device_.device);  // this call also returns if the device is lost
   output_.reset();
   compositor_.reset();
   renderer_.reset();

@@ -31,7 +31,7 @@ struct DrawnTool {
   render::ToolMesh tool;
   Handpiece handpiece;  // has no parts if the tool has no handpiece
   Pose X_GH;            // pose of the handpiece relative to the tool
-  /// copied to render::ToolState::open: the handpiece is not drawn where it hides the working point
+  /// true: the handpiece is not drawn where it hides the working point (see render::ToolState::open)
   bool open = false;
 };
 /// Makes the drawn form of a tool. `placed`: true if the tool's head (an implant) stays in the tissue, so that only its
@@ -220,7 +220,7 @@ class PictureStage {
   double pixel_ = 0;                         // m, width of a pixel at the tooth in the last frame
   std::vector<render::Particle> with_dots_;  // particles of the debris, followed by the dots of the cursor
   double angle_ = 0;
-  bool open_ = false;  // copied to render::ToolState::open: the handpiece is not drawn where it hides the working point
+  bool open_ = false;  // true: the handpiece is not drawn where it hides the working point (render::ToolState::open)
   Pose X_GH_;          // pose of the handpiece relative to the tool
   Pose shown_at_;      // pose of the tool in the last frame
   bool at_rest_ = false;

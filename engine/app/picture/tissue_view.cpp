@@ -119,7 +119,8 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
     // the four test points around the path are also empty.
     const auto all_empty_at = [&](float way) {
       const glm::vec3 axis = std::abs(v.n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
-      // The four test points are the corners of a square around `place`. Its sides are oblique to the voxel grid.
+      // The four test points are the corners of a square around `place`. The sides of the square are oblique to the
+      // voxel grid.
       const glm::vec3 level = glm::normalize(glm::cross(v.n, axis));
       const glm::vec3 along = kBeside * (level + 0.5f * glm::cross(v.n, level)), across = glm::cross(v.n, along);
       const glm::vec3 place = start - way * v.n;

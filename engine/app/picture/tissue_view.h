@@ -1,6 +1,6 @@
-// Converts the changed bricks (mesh blocks) of the carver's tissue to triangles for the renderer. A tissue that is a
-// triangle mesh itself (contact models mesh_lod and vertex) provides its own triangles. Other tissue is meshed from the
-// distance field. For the thread that owns the tissue.
+// Converts the changed bricks (mesh blocks) of the tissue to triangles for the renderer. A tissue that is a triangle
+// mesh itself (contact models mesh_lod and vertex) provides its own triangles. Other tissue is meshed from the distance
+// field. For the thread that owns the tissue.
 #pragma once
 
 #include <filesystem>

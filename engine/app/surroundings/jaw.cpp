@@ -32,7 +32,7 @@ constexpr double kTongueFrom = 9.0e-3, kTongueBelow = 3.5e-3, kTongueDome = 5.5e
 constexpr double kCheekFrom = 11.5e-3, kCheekOver = 6.5e-3, kLipBelow = 1.5e-3, kCheekRound = 7e-3;
 constexpr double kLipFrom = 18e-3, kLipRadius = 3.4e-3, kFaceTo = 36e-3, kFaceFall = 14,
                  kFaceThick = 4e-3;  // kFaceFall: 1/m, curvature of the face; the other values are lengths in m
-// m, height of the lip above the rim, and depth of the face below the rim
+// m, height of the lip above the rim of the mouth, and depth of the face below this rim
 constexpr double kLipOver = 0.4e-3, kFaceBelow = 1.6e-3;
 
 }  // namespace

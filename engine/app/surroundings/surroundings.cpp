@@ -299,7 +299,8 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
   std::uint64_t body = 0;
   const auto add = [&](std::vector<render::MeshUpdate> of_body) {
     for (render::MeshUpdate& update : of_body) {
-      // The index of the body is written into the brick's number, so that bricks of two bodies have different numbers.
+      // The index of the body is written into the number of the brick (mesh block), so that bricks of two bodies have
+      // different numbers.
       update.brick |= body << 60;
       face.push_back(std::move(update));
     }
@@ -396,7 +397,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   if (!plan.gum) return result;
   result.covered = glm::dvec4(plan.margin_normal, kCoveredBelow - glm::dot(plan.margin_normal, plan.margin));
 
-  // Meshes the gum or the dam. The mesh is fine near the working tooth, and coarse along the rest of the row.
+  // Meshes the gum or the rubber dam. The mesh is fine near the working tooth, and coarse along the rest of the row.
   const auto distance = [&](const dvec3& p) { return plan.dam ? shape.dam(p) : shape.gum(p); };
   const auto soft = [&](const Box& box, double voxel, bool fine, const auto& surface, const auto& wanted) {
     add(box, voxel, kGumTolerance, fine, surface, gum_label, wanted, [&](auto& mesh) {

@@ -84,7 +84,8 @@ void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
   }
 }
 
-/// Sets the ideal to the inside of a closed mesh. Tissue that lies more than a voxel outside the mesh must be removed.
+/// Sets the ideal result to the inside of a closed mesh. Tissue that lies more than a voxel outside the mesh must be
+/// removed.
 void take_mesh(const Json& json, const ScenePlace& place, DenseCopy& copy) {
   json.allow_only({"file", "unit_mm"});
   haptics::ImportOptions options;
