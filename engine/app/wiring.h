@@ -147,8 +147,8 @@ struct Wiring {
   // From the carver thread to the planner thread of the expert (live_expert.h): copies of the tissue for planning. Used
   // if the hand is an expert.
   Ring<haptics::TissueVolume*> copies_to_expert{2};
-  // From the render thread (window) to the servo thread: the pose of the hand by the mouse. Used if the hand is the
-  // mouse.
+  // From the render thread (window) to the servo thread: the pose of the hand that the mouse determines. Used if the
+  // hand is the mouse.
   Latest<haptics::HandSample> pointer;
   // From the user interface to the carver thread: moves of the brush with which an instructor paints tissue
   Ring<BrushMove> paint_to_carver{1 << 10};

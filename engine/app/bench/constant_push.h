@@ -23,7 +23,7 @@ struct PushHand {
   double push = 0;  // N, force of the push, along -z of frame W
   haptics::HandPath path;
 };
-/// Returns the names of all tools in the assets that rotate, sorted.
+/// Returns the sorted names of all rotating tools in the assets.
 std::vector<std::string> turning_tools();
 /// Returns the hand that belongs to a seed. It pushes with 0.2 to 0.8 N, is tilted by up to 0.5 rad, moves at up to 8
 /// mm/s sideways, and falls from a height of 0.2 to 4 mm onto the occlusal face. The seed also selects one of

@@ -75,8 +75,8 @@ Course theory(double stiffness, const Clock& clock) {
       stiffness, clock, [&](double z, double) { return -stiffness * z; }, [] { return 0.0; });
 }
 
-/// A flat wall and a ball of 2 mm that presses on it. `press` moves the ball to a height in m; at height 0 the ball
-/// first touches the wall.
+/// A flat wall and a ball with a diameter of 2 mm that presses on it. `press` moves the ball to a height in m; at
+/// height 0 the ball first touches the wall.
 class Wall {
  public:
   Wall(double stiffness, double rate, bool controller) : loop_(make(stiffness, rate, controller)) {}

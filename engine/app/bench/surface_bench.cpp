@@ -202,8 +202,8 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
     row("molar at 0.05 mm, whole, triangles", tolerance, triangles, "whole", mesher.triangle_count());
     const double whole = picture_time(repeats, tolerance, carver.volume(), view);
     row("molar at 0.05 mm, whole, picture", tolerance, whole, "whole", view.mesher().triangle_count());
-    // Drills with a bur of 1.2 mm at 6 mm/s and draws 60 pictures per second. Half of the bur lies below the top of the
-    // crown.
+    // Drills with a bur of 1.2 mm diameter at 6 mm/s and draws 60 pictures per second. Half of the bur lies below the
+    // top of the crown.
     glm::ivec3 lo, hi;
     volume.bounds(lo, hi);
     const VoxelFrame frame = volume.frame();

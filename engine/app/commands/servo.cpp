@@ -84,7 +84,7 @@ std::optional<double> length_of(const Options& options, const Scene& scene) {
 void check_room(const Options& options, double seconds) {
   constexpr double kBytesPerRow = 280;   // bytes, size of a row of the CSV table, measured with and without contact
   constexpr double kBytesPerTick = 240;  // bytes, size of a tick in a compressed session file
-  // bytes; if the expected size of the output is larger than this, it is reported to the user
+  // bytes; if the expected size of the output is larger than this, this size is reported to the user
   constexpr double kWorthSaying = 500 << 20;
   const bool session = std::string_view(options.out).ends_with(".h5");
   const double bytes = seconds * options.rate * (session ? kBytesPerTick : kBytesPerRow);

@@ -145,8 +145,8 @@ struct ToolChoice {
   // if it touched enamel, the enamel would bear the force, and the filling beside it would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
   static constexpr double allowance = 0.005e-3;  // m, depth to which a bur may enter tissue that must stay
-  // m; no bur stroke is planned for tissue that is thinner than this; it is less than the 0.02 mm that the score
-  // tolerates
+  // m; no bur stroke is planned for tissue that is thinner than this; this limit is less than the 0.02 mm that the
+  // score tolerates
   static constexpr double least_cut = 0.015e-3;
   // Of the tools that remove enough, the widest is chosen, because it is the fastest. A tool removes enough if it
   // removes at least the fraction 1 - tolerated_loss of the volume that the best tool removes.
@@ -177,7 +177,7 @@ struct Filling {
   static constexpr double portion_height = 0.6, portion_radius = 0.98;
   static constexpr double below_wall =
       // ratio to the instrument's radius: largest height of the instrument above the cavity's floor; at a larger
-      // height, it would be nearer to a wall than to the floor
+      // height, the instrument would be nearer to a wall than to the floor
       0.8;
   static constexpr double near_wall = 0.2e-3,
                           // m; an instrument that is nearer than near_wall to a wall of the cavity is moved to this
@@ -582,8 +582,8 @@ class Plan {
     std::optional<Portion> portion;
   };
 
-  /// Plans portions for the lowest missing voxels. Deep voxels are filled first, because later filling would make them
-  /// unreachable.
+  /// Plans portions of filling for the lowest missing voxels. Deep voxels are filled first, because later filling would
+  /// make them unreachable.
   void fill_with(std::uint32_t which) {
     const haptics::Tool& tool = tools_[which];
     session::Preparation layer = judge_.preparation(state_);

@@ -36,7 +36,7 @@ struct ExpertLeg {
   /// m/s, speed at the end of this stroke; the next step starts with the same speed. 0: the hand stops
   double end_pace = 0;
   double force = 0;     // N, force with which the hand pushes during a cut
-  bool coarse = false;  // true: a coarse tool cuts; it need not meet a corner between two strokes exactly
+  bool coarse = false;  // true: a coarse tool cuts; the tool need not meet a corner between two strokes exactly
   bool rough = false;   // true: a coarse tool removes the bulk; its path may deviate more from the planned line
 };
 

@@ -15,11 +15,11 @@ namespace typodont {
 
 namespace {
 
-// voxels, tolerance: the tool's head may enter the ideal (the tissue that must remain) to this depth; it equals the
-// error of the distance field
+// voxels, tolerance: the tool's head may enter the ideal (the tissue that must remain) to this depth; this depth equals
+// the error of the distance field
 constexpr double kClear = 0.05;
-// voxels, tolerance: if the head fits the ideal (the tissue that must remain) exactly, as a reamer does, it may enter
-// the ideal to this depth
+// voxels, tolerance: if the head fits the ideal (the tissue that must remain) exactly, as a reamer does, the head may
+// enter the ideal to this depth
 constexpr double kExact = 0.02;
 constexpr double kGrid = 0.1e-3;  // m, distance between the head positions that the planner evaluates
 constexpr double kLayer =
@@ -52,7 +52,7 @@ constexpr double kStraight = 3e-3;
 constexpr double kHop = 0.3e-3;  // m, height step of the search for a free path between two strokes
 // m; a row of strokes that is longer than this begins with a ramp, on which the bur enters the tissue
 constexpr double kRamp = 0.8e-3;
-// slope (height per length) of a floor; where the floor is steeper than this, it is divided into pieces
+// slope (height per length) of a floor; where the floor is steeper than this, the floor is divided into pieces
 constexpr double kSteep = 2;
 constexpr double kAlongShank = 6e-3;     // m, length of the shank, measured from the head, that is checked for contact
 constexpr double kDown = 0.1e-3;         // m, step of the search for the lowest head position above a grid point
@@ -122,7 +122,7 @@ class StrokePlanner {
     std::vector<std::uint8_t> in;  // 1 for a grid position that the tool's head can reach from above, otherwise 0
   };
 
-  /// A group of points that lie close together, and a ball that contains them; voxels.
+  /// A group of points that lie close together, and a ball that contains them; lengths in voxels.
   struct Points {
     dvec3 center{0};
     double radius = 0;

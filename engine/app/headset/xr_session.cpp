@@ -99,7 +99,8 @@ struct XrSession::Thread {
   std::atomic<std::uint64_t> frames{0};
 
   enum class Phase { kOpening, kAwake, kOver };
-  // The mutex protects the members below. They are read a hundred times per second and written only three times.
+  // The mutex protects the members below. These members are read a hundred times per second and written only three
+  // times.
   std::mutex mutex;
   std::condition_variable changed;
   Phase phase = Phase::kOpening;
@@ -107,7 +108,7 @@ struct XrSession::Thread {
   std::vector<std::string> explanations;
   std::vector<Touch> touches;
   std::optional<DebrisBalance> debris_mass;
-  WorkCounts work;  // counters of the thread's work; only the thread uses them until it ends
+  WorkCounts work;  // counters of the thread's work; only the thread uses them until the thread ends
 
   std::thread thread;
 

@@ -137,7 +137,7 @@ void LivePicture::color(Tissue tissue, const dvec3& color) {
 /// Switches the suction on or off. The suction nozzle lies beside the tooth.
 void LivePicture::suck(bool on) {
   sucking_ = on;
-  // m, distance of the nozzle from the tooth; it lies behind the tooth as the trainee sees it
+  // m, distance of the nozzle from the tooth; the nozzle lies behind the tooth as the trainee sees it
   constexpr double kBeside = 9e-3;
   debris::Suction nozzle = scene_.suction.value_or(debris::Suction{.p_W = above_ + dvec3(0, kBeside, 0)});
   if (left_hand_ && hand_holds_suction(scene_) && session_.wiring.suction_tip.front().opening > 0)

@@ -136,7 +136,7 @@ class LivePicture {
   bool sucking_ = false;
   std::optional<WaterSwitch> water_;  // state of water and suction that was recorded last
   std::optional<PictureStage> stage_, own_stage_;
-  std::unique_ptr<LiveViews> views_;  // declared after the pictures, because it holds references to them
+  std::unique_ptr<LiveViews> views_;  // declared after the pictures, because this object refers to them
 
   Viewpoint own_from_;
   glm::ivec2 own_size_{0};  // pixels, size of the picture from the free viewpoint; 0: it is not drawn

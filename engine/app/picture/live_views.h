@@ -95,7 +95,7 @@ class LiveViews {
     Look look;
     /// the Look (settings of the picture) that was requested from the computing thread
     Wish wish;
-    bool made = true;                    // true: the computing thread has answered the request for these settings
+    bool made = true;                    // true: the computing thread has answered the request `wish`
     int stages = 0;                      // number of PictureStage objects that have drawn the picture so far
     bool replaced = false;               // true: another body replaces the tooth's bricks (mesh blocks)
     std::vector<std::uint64_t> pending;  // bricks (mesh blocks) that were not yet passed to the picture

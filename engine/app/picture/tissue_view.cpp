@@ -102,7 +102,8 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   const haptics::NaturalSurface* const natural = volume.natural_surface().get();
   const dvec3& origin = volume.frame().origin;
   const double voxel = volume.frame().voxel;
-  // voxels, distance between two test points on a line into the tissue; it is smaller than a usual gap in the tissue
+  // voxels, distance between two test points on a line into the tissue; this distance is smaller than a usual gap in
+  // the tissue
   constexpr float kProbe = 3.5f;
   constexpr float kBeside = 2;  // voxels, distance of four additional test points from each line of test points
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
@@ -162,8 +163,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   const glm::ivec3 lo = labels_.origin();
   for (render::Vertex& v : update.vertices) {
     if (v.tissue[0] != v.tissue[1] && v.tissue[0] != Tissue::kAir) {
-      // Each voxel has one label, so the boundary between two tissues has steps. To avoid them, it is drawn where the
-      // smoothed fractions of both tissues are equal.
+      // Each voxel has one label, so the boundary between two tissues has steps. To avoid these steps, the boundary is
+      // drawn where the smoothed fractions of both tissues are equal.
       const dvec3 at = dvec3(v.p) / voxel - dvec3(lo);
       const glm::ivec3 nearest(glm::floor(at + 0.5));
       float weight[3][5];  // weights exp(−0.6 r²), computed as a product of one factor per axis; r: distance in voxels

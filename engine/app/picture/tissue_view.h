@@ -21,13 +21,13 @@
 namespace typodont {
 
 /// Meshes the whole surface, with shared vertices. `tolerance`: voxels, largest distance of the mesh from the surface.
-/// `progress` receives the completed fraction 0..1; it may throw an exception to stop the work.
+/// `progress` receives the completed fraction 0..1; this function may throw an exception to stop the work.
 surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance,
                                  const std::function<void(double)>& progress = {});
 /// Makes the whole surface from the tissue's own triangles (TissueSurface::mesh). Positions are in voxels of `frame`.
 surface::WholeMesh whole_surface(const haptics::TissueMesh& mesh, const VoxelFrame& frame);
 
-/// A copy of the tissue, which can be saved while the carver continues.
+/// A copy of the tissue, which can be saved while the carver thread continues to work.
 struct TissueCopy {
   haptics::TissueVolume volume;
   std::optional<haptics::TissueMesh> own;  // the tissue's own triangles, if it is a mesh

@@ -56,7 +56,7 @@ class ScanFusion {
   /// Registers the scan by picked points and surfaces. Any thread, while no other call changes it. Throws Error.
   ScanRegistration registered() const;
   /// Shows a registration: the scan over the CT, coloured by the distance between them. Picking another point discards
-  /// it.
+  /// the registration.
   void show(ScanRegistration registration);
   const std::optional<ScanRegistration>& registration() const { return registration_; }
   /// Replaces the CT's crowns by the scan. Requires a registration. For any thread, while no other call changes this

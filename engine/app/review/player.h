@@ -42,8 +42,8 @@ class SessionPlayer {
   std::span<const Cut> fresh_cuts() const { return fresh_; }
   /// Returns the pose of the second hand at the present time; empty if the session has none.
   std::optional<OtherHand> other_hand() const;
-  /// Returns the state of water and suction at the present time. If it was not recorded, it is the state at the start
-  /// of the scene.
+  /// Returns the state of water and suction at the present time. If this state was not recorded, returns the state at
+  /// the start of the scene.
   WaterSwitch water() const;
   const haptics::TissueVolume& tissue() const { return carver_->volume(); }
   /// Sets the tolerance of the mesh, voxels. All bricks (mesh blocks) are then meshed again.

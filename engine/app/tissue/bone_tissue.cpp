@@ -19,7 +19,7 @@ namespace {
 
 // m, width of the zone below the shell in which the grey value changes from cortical to cancellous bone
 constexpr double kEndosteum = 0.5e-3;
-// m, length over which grey values vary; it equals several distances between trabeculae
+// m, length over which grey values vary; this length equals several distances between trabeculae
 constexpr double kGrain = 1.2e-3;
 constexpr double kMostVoxels = 2e8;
 
