@@ -103,7 +103,7 @@ fs::path user_folder() {
 
 namespace {
 
-/// Returns true if `path` lies in `folder`. Symbolic links are followed, even if only the first folders of `path`
+/// Returns true if `path` lies in `folder`, after all symbolic links are resolved. The last parts of `path` need not
 /// exist.
 bool lies_in(const fs::path& path, const fs::path& folder) {
   std::error_code code;

@@ -19,7 +19,7 @@ struct ScenePlace {
   // Allowed folders: a file, with its symbolic links followed, must lie in one of them or in assets/. Empty: every
   // folder is allowed.
   std::vector<std::filesystem::path> within;
-  /// length of the chain of recordings from which the scene is resumed (each is resumed from the one before); limited
+  /// number of recordings, each continuing another one, that were opened to reach this scene; it has an upper limit
   int recordings = 0;
 
   ScenePlace() = default;

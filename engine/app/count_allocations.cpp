@@ -1,6 +1,7 @@
-// Replaces operator new in the program typodont. The replacement counts allocations. If memory runs out, it frees a
-// reserve and throws. The reserve is needed because the destructors of OpenVDB's trees allocate memory, and end the
-// program if this fails. This file is not in the library, because the tests have their own operator new.
+// Replaces operator new in the program typodont. The replacement counts allocations. If memory runs out, the
+// replacement frees a reserve and throws. The reserve is needed because the destructors of OpenVDB's trees allocate
+// memory, and end the program if this fails. This file is not in the library, because the tests have their own operator
+// new.
 #include <atomic>
 #include <cstdlib>
 #include <new>

@@ -49,16 +49,18 @@ class TimeLeft {
   void drew(double seconds, bool drilling) {
     double& each = drilling ? drilling_ : exploring_;
     int& count = drilling ? drilled_ : explored_;
-    // The first pictures of each kind include set-up, and the encoder of the film buffers them.
+    // The first pictures of each kind (with and without a working drill) include set-up, and the encoder of the film
+    // buffers them.
     if (++count <= kUntimed) return;
     each += (seconds - each) / std::min(count - kUntimed, kRemembered);
   }
-  /// Adds the time (s) of the pictures in the best quality at one moment. They are taken three times.
+  /// Adds the time (s) of drawing one of the kMoments moments at which the demonstration saves pictures in the best
+  /// quality.
   void took_pictures(double seconds) { ++moments_, pictures_ = seconds; }
   bool known() const { return explored_ > kUntimed + kTimed || measured(); }
   /// True from the moment at which the time of pictures with a working drill is measured, not assumed.
   bool measured() const { return drilled_ > kUntimed + kRemembered; }
-  /// Returns the time left, s. `left`: s of session that remain.
+  /// Returns the time left, s. `left`: s, remaining duration of the session.
   double seconds(double left) const {
     const double each = measured() ? drilling_ : kDrillingCost * exploring_;
     return left * fps_ * each + (kMoments - moments_) * pictures_ + kEnding * exploring_;
@@ -66,15 +68,15 @@ class TimeLeft {
 
  private:
   static constexpr int kUntimed = 30, kTimed = 15, kRemembered = 100, kMoments = 3;
-  // As measured, relative to the time of a picture without a working drill: the time of a picture with a working drill,
-  // and the time of the report and of the films' end.
+  // Measured costs, in multiples of the time of a picture without a working drill. kDrillingCost: a picture with a
+  // working drill; kEnding: the report and the completion of the films.
   static constexpr double kDrillingCost = 1.7, kEnding = 60;
   double fps_, exploring_ = 0, drilling_ = 0, pictures_ = 0;
   int explored_ = 0, drilled_ = 0, moments_ = 0;
 };
 
-/// Returns the quality of the film. The best level would take too long for thousands of full-HD frames. The handpiece
-/// fills a large part of a frame, and its highlights are lost on large triangles.
+/// Returns the quality of the film. The best level would take too long for thousands of full-HD frames. Only the
+/// handpiece has the best level: it fills a large part of a frame, and large triangles would spoil its highlights.
 render::Quality film_quality() {
   render::Quality quality = render::kQualityLadder[2];
   quality.handpiece_side = render::kQualityLadder[0].handpiece_side;

@@ -31,7 +31,7 @@ HandpiecePart read_part(const Json& json) {
   }
   if (part.rings.size() < 2 || part.rings.size() > kMostRings)
     rings.fail(fmt::format("{} rings", part.rings.size()), fmt::format("2 to {} rings", kMostRings));
-  double length = 0;  // mm, length of the line through the middles of the rings
+  double length = 0;  // mm, length of the line through the middles of the handpiece's rings
   for (std::size_t i = 1; i < part.rings.size(); ++i)
     length += std::hypot(part.rings[i].x - part.rings[i - 1].x, part.rings[i].z - part.rings[i - 1].z) / kMillimetre;
   if (!(length > 0)) rings.fail("rings with one middle", "a path with a length");

@@ -32,7 +32,7 @@ HapticLoop::HapticLoop(const Scene& scene, haptics::TissueVolume tissue, double 
     : HapticLoop(scene, std::move(tissue), ideal_hand(rate)) {}
 
 bool HapticLoop::tick(const haptics::HandSample& hand, ServoTick& out, Cut& cut) {
-  // Stalls the carver once per second. The first stall begins half a second after the start.
+  // Stalls the carver (which updates the tissue) once per second. The first stall begins half a second after the start.
   steps_.stall(held_ || std::fmod(to_seconds(hand.t) + 0.5, 1.0) < stall_);
   return steps_.tick(hand, out, cut);
 }

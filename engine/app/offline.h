@@ -17,7 +17,7 @@ namespace typodont {
 /// The hand does not wait for the real time of its samples. Throws Error.
 std::unique_ptr<haptics::HapticDevice> open_offline_hand(const Scene& scene, const std::string& address, double rate);
 
-/// Loads the scene's tissue, and sets up servo and carver for this hand. Throws Error.
+/// Loads the scene's tissue. Sets up servo and carver (which updates the tissue) for this hand. Throws Error.
 haptics::LockStep load_lock_step(const Scene& scene, const haptics::DeviceInfo& hand);
 
 /// Writes a session file (.h5). The file exists only after finish() has succeeded.

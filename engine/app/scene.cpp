@@ -38,8 +38,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Loads the file of a scene's model {"packing": {"file": "P.h5"}}. The program does this, because the module haptics
-/// does not link HDF5.
+/// Registers the function that loads the packing (tissue as spheres) of a scene's model {"packing": {"file": "P.h5"}}.
+/// The program does this, because the module haptics does not link HDF5.
 const haptics::PackingLoaderRegistration kPackings{session::load_packing};
 const haptics::ToolMeshReaderRegistration kToolMeshes{haptics::read_mesh_solid};
 
@@ -317,7 +317,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
   }
   if (const auto rig = json.find("rig")) {
     scene.rig = rig->string();
-    (void)usual_rig(scene, "closeup");  // reports a rig that does not exist
+    (void)usual_rig(scene, "closeup");  // reports a display rig that does not exist
   }
   if (const auto mirror = json.find("mouth_mirror")) scene.mouth_mirror = read_mouth_mirror(*mirror);
   if (const auto suction = json.find("suction")) {
@@ -361,7 +361,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
 }
 
 void choose_model(Scene& scene, const std::string& name) {
-  // The scene's own model keeps its parameters.
+  // The scene already has this contact model, so the parameters of its model are kept.
   if (name.empty() || (scene.servo.method && scene.servo.method->name() == name)) return;
   scene.servo.method = haptics::contact_method(name, "--model");
   auto json = nlohmann::ordered_json::parse(scene.text);

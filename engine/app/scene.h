@@ -53,12 +53,12 @@ struct Scene {
   std::optional<debris::Suction> suction;
   bool suction_on = false;       // true: the suction is on at the start
   SuctionTip suction_tip;        // suction tip at its initial pose; its opening is 0 if none is drawn
-  std::optional<Nozzles> spray;  // the handpiece's water; empty: the scene has no water and no film
+  std::optional<Nozzles> spray;  // the handpiece's water; empty: the scene has no water and no film of water
   bool spray_on = false;         // true: the spray is on at the start
   /// true: sound models may be reduced to the lowest order that loses no part of the sound
   bool sound_lower_order = false;
 
-  std::string rig;  // name of the rig that shows the scene; empty: the usual rigs, which show a tooth
+  std::string rig;  // name of the display rig that shows the scene; empty: the usual display rigs, which show a tooth
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };
@@ -106,7 +106,7 @@ std::string_view model_name(const Scene& scene);
 /// Returns true if pictures show triangles of the contact model, not of the volume's surface.
 bool draws_own_surface(const Scene& scene);
 
-/// Names of the scene's tools, in the order of the scene.
+/// Returns the names of the scene's tools, in the order of the scene.
 std::vector<std::string> tool_names(const Scene& scene);
 
 /// Loads a tool from assets/tools/ or a motor from assets/motors/ by its name. Throws Error that lists the available

@@ -105,7 +105,8 @@ void SoundLink::render(void* self, std::span<float> samples, Nanos t_first) noex
     link->tool_W_ = tick.X_WG.p;
     link->seen_tool_ = heard = true;
   }
-  // If a tick arrives after the sample of its own time was played, it takes effect from the first sample of this block.
+  // If a tick arrives after the sample of its own time was played, the tick takes effect from the first sample of this
+  // block.
   if (heard && link->live_)
     link->latency_.store(to_seconds(now() - link->zero_ - std::min(tick.t, t_first)) + link->device_latency_,
                          std::memory_order_relaxed);

@@ -1,5 +1,5 @@
-// Converts ticks to sound. Contains the sound synthesizer of a scene and the output for its samples. Application
-// thread.
+// Converts ticks to sound. Contains the sound synthesizer of a scene and the output for its samples. Application thread
+// only, unless a comment names another thread.
 #pragma once
 
 #include <array>
@@ -32,20 +32,20 @@ class SoundLink {
   SoundLink(const SoundLink&) = delete;
   SoundLink& operator=(const SoundLink&) = delete;
 
-  /// Passes a tick to the sound. Servo thread (or the only thread of a deterministic run). Wait-free.
+  /// Passes a tick to the sound. Called by the servo thread (or the only thread of a deterministic run). Wait-free.
   void push(const ServoTick& tick) noexcept;
   /// Sets the pose of the listener's head: the midpoint between the eyes in m, and the unit vector from the left to the
   /// right eye. Called by the thread that knows the pose. Wait-free. Used only for binaural sound. Before the first
   /// call, the source is straight ahead.
   void listen(const dvec3& eyes_W, const dvec3& right_W) noexcept;
   bool binaural() const { return ears_.has_value(); }
-  /// Sets the state of the water and of the suction. `spray`: true if the handpiece's water is switched on; it flows
-  /// only while the pedal is pressed. `suction_flow`: m³/s; 0: off. Takes effect in the next block. For any thread.
+  /// Sets the state of the water and of the suction. `spray`: true if the handpiece's water is on; the water flows only
+  /// while the pedal is pressed. `suction_flow`: m³/s; 0: off. Takes effect in the next block. For any thread.
   void water(bool spray, double suction_flow) noexcept;
-  /// Computes the sound up to the time t. Application thread; call it at least ten times per second after the session's
-  /// clock has started. `t`: present time on this clock; for a sound file, the time of the latest tick. The sound
-  /// starts at the first call. A tick with time t is heard in the sample with time t. A file contains the session from
-  /// its beginning.
+  /// Computes the sound up to the time t. Application thread only; call it at least ten times per second after the
+  /// session's clock has started. `t`: present time on this clock; for a sound file, the time of the latest tick. The
+  /// sound starts at the first call. A tick with time t is heard in the sample with time t. A file contains the session
+  /// from its beginning.
   void advance(Nanos t);
   /// Ends the sound. A sound file is complete only after this call. Throws Error if the file cannot be written.
   void stop(Nanos t);

@@ -25,8 +25,8 @@
 
 namespace typodont {
 
-/// A list of changed bricks (blocks of the tissue's mesh). The carver meshes the bricks; the renderer uploads them and
-/// then deletes the list.
+/// A list of changed bricks (blocks of the tissue's mesh). The carver thread meshes the bricks. The renderer uploads
+/// them and then deletes the list.
 using MeshBatch = std::vector<render::MeshUpdate>;
 
 /// Settings that may change during a session. They change the input and the output of the servo. The recorded ticks
@@ -78,7 +78,7 @@ struct BrushMove {
   bool begins = false;  // true: this part begins a new stroke
 };
 
-/// An undo or redo of a stroke. Its position among the cuts and patches is recorded, so that a replay is exact.
+/// An undo or redo of a stroke. Its position among cuts and patches (tissue copies) is recorded for an exact replay.
 struct StrokeEdit {
   Nanos t = 0;
   bool redo = false;
@@ -147,8 +147,8 @@ struct Wiring {
   // From the carver thread to the planner thread of the expert (live_expert.h): copies of the tissue for planning. Used
   // if the hand is an expert.
   Ring<haptics::TissueVolume*> copies_to_expert{2};
-  // From the render thread (window) to the servo thread: the pose of the hand by the mouse. Used if the hand is the
-  // mouse.
+  // From the render thread (window) to the servo thread: the pose of the hand that the mouse determines. Used if the
+  // hand is the mouse.
   Latest<haptics::HandSample> pointer;
   // From the user interface to the carver thread: moves of the brush with which an instructor paints tissue
   Ring<BrushMove> paint_to_carver{1 << 10};
@@ -194,7 +194,7 @@ struct Wiring {
   /// From the carver thread to the computing thread of LiveViews: number that increases whenever the tissue changes
   std::atomic<std::uint64_t> tissue_version{0};
   std::atomic<std::uint32_t> saved{0},
-      /// from the carver's saving thread to the user interface: number of successful and of failed saves of the tissue
+      /// from the thread that saves the tissue to the user interface: number of successful and of failed saves
       not_saved{0};
   // From the render thread to the carver thread: tolerance of the tissue's mesh, voxels (picture/detail.h)
   std::atomic<float> tolerance{0.1f};
@@ -216,7 +216,7 @@ struct Wiring {
       /// zero; 0: the session has not begun
       0};
   std::atomic<bool> stop{false};  // From any thread to all threads: end the session
-  /// To the recorder thread, set after all other threads have ended: the rings contain all data
+  /// To the recorder and the stream thread, set after all other threads have ended: no more data will come
   std::atomic<bool> nothing_more{false};
   std::atomic<bool> servo_ended{
       false};  // From the servo thread to the render thread: the hand was disconnected, or its script has ended

@@ -19,10 +19,10 @@ struct WorkCounts {
   // Counts of the surface and of the pictures.
   std::uint64_t bricks_meshed = 0, triangles_made = 0;
   std::uint64_t frames = 0, passes = 0, triangles_drawn = 0;
-  /// number of bricks that were not drawn, because they are culled, face away or are covered
+  /// number of bricks (mesh blocks) that were not drawn, because they are culled, face away or are covered
   std::uint64_t bricks_skipped = 0;
   std::uint64_t pipelines = 0;         // largest number of graphics pipelines that existed at the same time
-  std::uint64_t turns = 0;             // number of passes of the drawing loop; most of them draw nothing
+  std::uint64_t turns = 0;             // number of passes of the drawing loop; most passes draw nothing
   std::uint64_t desktop_requests = 0;  // number of requests to the desktop
   std::uint64_t samples = 0;           // number of sound samples that were computed
   std::uint64_t particles_stepped = 0;

@@ -309,7 +309,8 @@ void Workbench::Impl::start_headset(const std::string& hand_address) {
 }
 
 void Workbench::Impl::start() {
-  // The carver offers the first patch (copy of the tissue around the tool) before the servo's first tick.
+  // The carver thread (which updates the tissue) offers the first patch (copy of the tissue around the tool) before the
+  // servo's first tick.
   LiveSession& s = *session;
   tick.X_WT.p = tick.X_WG.p = above;
   s.wiring.patch.offer(s.carver, above);
@@ -425,7 +426,7 @@ void Workbench::Impl::report_hand() {
   }
 }
 
-/// If the tool has not followed the hand for kStuckTime, the distance between them, m; otherwise 0.
+/// Returns the distance (m) between tool and hand if the tool has not followed the hand for kStuckTime; otherwise 0.
 double Workbench::Impl::caught() const {
   return tick.t - followed > kStuckTime ? tick.depth : 0;
 }
@@ -453,8 +454,8 @@ std::string Workbench::Impl::hint() const {
       parts.push_back(words(record.complete ? "disk_low" : "gaps"));
     }
     if (implant && picture && !options.operated) {
-      // The line is too short for the present phase and all keys. The phase is more important, so some keys are
-      // omitted.
+      // The line is too short for the texts of the present phase and of all keys. The phase is more important, so some
+      // keys are omitted.
       parts.insert(parts.end(), {implant_line(), words("implant_keys"), words("view")});
     } else {
       if (pointer) parts.push_back(words("mouse", short_number(pointer->wheel_step() / kMillimetre, 3, language)));
@@ -556,7 +557,7 @@ void Workbench::Impl::edit_tissue(const display::UserInput& input) {
   }
 }
 
-/// Passes every tick to the meters, and updates the faults of the last second.
+/// Passes every tick to the meters of the score, and updates the faults of the last second.
 void Workbench::Impl::score_ticks() {
   ServoTick next;
   while (session->wiring.ticks_to_score.pop(next)) {
@@ -582,7 +583,7 @@ void Workbench::Impl::end() {
   s.wiring.stop = true;
   for (std::jthread* thread : {&servo, &left, &carver})
     if (thread->joinable()) thread->join();
-  // If a part fails to end, the run counts as failed, but the other parts are still ended.
+  // If a part of the session fails to end, the run counts as failed, but the other parts are still ended.
   const auto try_to = [&](const auto& part) {
     try {
       part();
@@ -592,7 +593,7 @@ void Workbench::Impl::end() {
   };
   const bool carved = s.carver_failure.empty();
   if (!carved && failure.empty()) failure = "the tissue cannot be kept up with the hand: " + s.carver_failure;
-  Cut last_cut;  // a cut that the servo made after the carver had ended
+  Cut last_cut;  // a cut that the servo made after the carver thread had ended
   while (carved && s.wiring.cuts_to_carver.pop(last_cut)) s.carver.apply(last_cut);
   if (meter) {  // computes the score up to the last tick, so that it equals the recording's score
     score_ticks();

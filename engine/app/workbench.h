@@ -25,11 +25,11 @@ namespace typodont {
 
 struct WorkbenchOptions {
   std::string rig;  // rig file or name of a rig; empty: a window if there is a desktop, otherwise no picture
-  /// address of the hand; empty: the hand that the rig states, otherwise the mouse if there is a window
+  /// address of the hand; empty: the hand that the rig file states, otherwise the mouse if there is a window
   std::string hand;
-  /// address of the second hand; empty: the hand that the rig states, otherwise there is no second hand
+  /// address of the second hand; empty: the hand that the rig file states, otherwise there is no second hand
   std::string left_hand;
-  /// the foot pedal: "auto", "none", a path or a serial number; empty: the pedal that the rig states, otherwise "auto"
+  /// foot pedal: "auto", "none", a path or a serial number; empty: the pedal in the rig file, otherwise "auto"
   std::string pedal;
   double rate = 1000;            // Hz, servo rate for hands without a fixed rate
   std::string audio;             // address of the sound output; empty: a sound card if there is one
@@ -41,7 +41,7 @@ struct WorkbenchOptions {
   // File for point pairs, measured with a controller and an arm, for `calibrate register`.
   std::filesystem::path touches;
   std::string quality;         // name of the picture's quality level; empty: chosen from the drawing times of frames
-  double magnify = 0;          // ratio of magnification of the picture; 0: the rig's value
+  double magnify = 0;          // ratio of magnification of the picture; 0: the rig file's value
   double seconds = 1e18;       // s, time after which the session ends
   bool no_real_time = false;   // true: allows a device with motors without real-time scheduling
   bool explain = false;        // true: prints which features are active, and why others are not active
@@ -163,9 +163,9 @@ class Workbench {
   /// Returns the views of the running session; null if the session is not shown to an operator.
   LiveViews* views();
   /// Shows a second picture from a free viewpoint, on the operator's GPU device. If both pictures would be in one
-  /// window, it replaces the trainee's picture. A size of 0 switches it off.
+  /// window, the second one replaces the trainee's picture. A size of 0 switches it off.
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
-  /// The picture from the free viewpoint; null if it is not drawn.
+  /// Returns the picture from the free viewpoint; null if it is not drawn.
   const gpu::Image* own_picture() const;
   /// Returns the final tissue. Call it once, after stop().
   haptics::TissueVolume take_tissue();
@@ -199,10 +199,10 @@ class Workbench {
 
   /// Switches the emergency stop on or off. While it is on, drill and force are off (see hands/hands.h).
   void hold(bool on) noexcept;
-  /// Requests undo, redo or saving of the tissue. The carver executes the request in the next pass of its loop. Drawing
-  /// thread.
+  /// Requests undo, redo or saving of the tissue. The carver thread executes the request in the next pass of its loop.
+  /// Render thread only.
   void ask(TissueCommand command);
-  /// Number of strokes that can be undone, and number of strokes that can be redone.
+  /// Returns the number of strokes that can be undone, and the number that can be redone.
   haptics::TissueVolume::Strokes strokes();
   bool held() const;
   /// Sends zero force, joins all threads and completes the recording. Throws RunFailure if the session failed.

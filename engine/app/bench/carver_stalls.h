@@ -9,12 +9,12 @@
 
 namespace typodont {
 
-/// Laws for the force while the carver is late. kServo is the program's own law; the other laws exist for comparison.
-/// The other laws change the force after the servo has computed it, depending on the tick's fault bits. So the servo's
-/// energy ledger does not include their effect.
+/// Laws for the force while the carver (the thread that updates the tissue) is late. kServo is the program's own law.
+/// The other laws exist for comparison. They change the force after the servo has computed it, depending on the tick's
+/// fault bits. So the servo's energy ledger does not include their effect.
 enum class StallLaw {
   kServo,  // the force that the servo computes, unchanged
-  /// the force falls (time constant 0.1 s) while Fault::kStalePatch is set, then rises to its full value within 0.25 s
+  /// the force falls (time constant 0.1 s) during Fault::kStalePatch; 0.25 s after its end, it has its full value
   kFadeOnStale,
   kZeroAtEdge,   // the force is zero while Fault::kPatchEdge is set
   kFadeAndZero,  // the laws kFadeOnStale and kZeroAtEdge together
@@ -23,7 +23,7 @@ inline constexpr StallLaw kStallLaws[] = {StallLaw::kServo, StallLaw::kFadeOnSta
                                           StallLaw::kFadeAndZero};
 const char* name_of(StallLaw law);
 
-/// Motion of the hand during the stall.
+/// Motion of the hand during the stall of the carver thread.
 enum class StallGesture {
   kSlide,     // the tool moves to and fro on the surface under a constant force, with the drill off
   kDrill,     // the tool moves to and fro on the surface with the drill on
@@ -37,7 +37,7 @@ const char* name_of(StallGesture gesture);
 
 struct StallRun {
   StallGesture gesture = StallGesture::kSlide;
-  double stall = 0;        // s, duration of the stall; 0: no stall, for comparison
+  double stall = 0;        // s, duration of the carver thread's stall; 0: no stall, for comparison
   double rate = 1000;      // Hz, rate of the servo
   std::uint64_t seed = 1;  // random seed that determines the hand, its tool and its position
   StallLaw law = StallLaw::kServo;
@@ -47,7 +47,7 @@ struct StallRun {
 struct StallResult {
   std::string tool;
   double worst_step = 0;  // N, the largest change of the force from one tick to the next
-  double energy = 0;      // J, energy that the hand received beyond the energy stored in the coupling
+  double energy = 0;      // J, energy that the hand received beyond that stored in the coupling's spring
   double most_force = 0;  // N, largest force during the measured time
   double most_speed = 0;  // m/s, highest speed of the hand during the measured time
   double held_back = 0;   // N, largest force that pulls the hand to the tissue while the hand moves away from it

@@ -27,9 +27,9 @@ constexpr const char* kTissue = R"("tissue": {"volume": "teeth/molar.vdb"}, "pai
   {"tissue": "caries", "solid": {"capsule": {"a_mm": [6.7, 5.8, 19.0], "b_mm": [6.8, 5.8, 16.4], "radius_mm": 0.75}}},
   {"tissue": "caries", "solid": {"sphere": {"center_mm": [6.8, 5.8, 16.5], "radius_mm": 1.15}}},
   {"tissue": "caries", "solid": {"capsule": {"a_mm": [6.6, 5.1, 18.8], "b_mm": [6.75, 6.5, 18.9], "radius_mm": 0.6}}}])";
-constexpr std::uint32_t kLawsBeforeLanding = 7;  // last version of the force laws with force steps when a drill lands
+constexpr std::uint32_t kLawsBeforeLanding = 7;  // last version of the force laws with a force jump at first contact
 constexpr double kRate = 1000;                   // Hz, rate of the servo
-// N/m, 1 N/mm plus 10 % for the damper; a force change that is larger than in a spring of this stiffness is a step
+// N/m, 1.1 times 1 N/mm. A force change is a step if it exceeds this stiffness times the hand's motion in the tick.
 constexpr double kSpring = 1.1 * 1000;
 constexpr double kSeconds = 2.5;  // s, duration of the motion of a random hand
 // number of ticks without contact; a contact after at least this many such ticks counts as a new touch

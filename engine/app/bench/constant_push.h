@@ -23,7 +23,7 @@ struct PushHand {
   double push = 0;  // N, force of the push, along -z of frame W
   haptics::HandPath path;
 };
-/// Returns the names of all tools in the assets that rotate, sorted.
+/// Returns the sorted names of all rotating tools in the assets.
 std::vector<std::string> turning_tools();
 /// Returns the hand that belongs to a seed. It pushes with 0.2 to 0.8 N, is tilted by up to 0.5 rad, moves at up to 8
 /// mm/s sideways, and falls from a height of 0.2 to 4 mm onto the occlusal face. The seed also selects one of
@@ -37,16 +37,16 @@ struct ForceStep {
   double speed = 0;  // m/s, speed of the hand when the force changed
 };
 
-/// The largest steps that a hand felt. The limit of a step is 1.1 times the change that the hand's own
-/// displacement in the same tick causes in a spring of 1 N/mm, but at least kPushStep. `over` is the largest excess
-/// over this limit.
+/// The largest force steps that a hand felt. A step has a limit: 1.1 N/mm times the distance that the hand
+/// moved in the same tick, but at least kPushStep. `over` is the largest amount by which a step exceeds this
+/// limit.
 struct PushSteps {
   ForceStep largest, beyond_spring;
   double over = 0;  // N, largest excess of a step over the limit that PushSteps describes
 };
 struct PushResult {
   PushSteps any;             // largest force steps in all ticks
-  PushSteps after_landing;   // largest steps in the ticks that came later than kPushLanding after the last touch
+  PushSteps after_landing;   // largest force steps later than kPushLanding after the last touch began
   double least_energy = 0;   // J, lowest value of the energy ledger in the run
   std::uint32_t faults = 0;  // bits of enum Fault that any tick set
 };

@@ -53,8 +53,8 @@ Used measure_used(Work&& work) {
   return used;
 }
 
-/// Writes two motions of a hand to files. `rest`: the hand rests above the block. `drill`: the hand presses a bur into
-/// the block and moves it to and fro for `seconds`.
+/// Writes two motions of a hand to files. `rest`: the hand rests above a block of tissue. `drill`: the hand presses a
+/// bur into this block and moves it to and fro for `seconds`.
 void write_hands(const fs::path& rest, const fs::path& drill, double seconds) {
   std::ofstream(rest) << fmt::format("t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,6,1,0,0,0,0\n{},0,0,6,1,0,0,0,0\n",
                                      seconds);

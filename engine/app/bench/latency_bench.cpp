@@ -33,7 +33,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace literals;
 
-constexpr double kTouchTime = 0.4;  // s, time at which the hand's stepwise motion reaches the tissue
+constexpr double kTouchTime = 0.4;  // s, time at which the hand steps onto the tissue
 constexpr const char* kBaseline = "a tenth of a second, which people notice";
 
 BenchRow row(std::string name, std::string knob, double seconds, const char* per) {
@@ -54,7 +54,7 @@ void step_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
       "0,2.0,1,0,0,0,0\n",
       kTouchTime - 0.002, kTouchTime + 0.002);
   const fs::path file = folder.path() / "scene.json";
-  // The scene has no picture, because picture_rows() measures the picture, offscreen.
+  // This scene is run without a picture. picture_rows() measures the delay of the picture separately.
   std::ofstream(file)
       << R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [8, 8, 4]}}}]},
     "tool": "explorer", "parts": ["haptics", "sound", "record"]})";
@@ -180,8 +180,8 @@ void start_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
   const bool desktop = display::has_desktop();
   for (int i = 0; i < kTimes; ++i) {
     nothing = std::min(nothing, time("--version").end);
-    // Reads the times that the live session itself measured: its first finished tick, and its first frame on the
-    // screen.
+    // Reads two times that the live session itself measured: from the command to its first finished tick, and to its
+    // first frame on the screen.
     const auto live = [&](double seconds, const char* rig, const char* key) {
       if (!std::isfinite(time(fmt::format("run '{}' --hand script:{} --audio none: --seconds {} --json {}", scene,
                                           hand.string(), seconds, rig))

@@ -33,7 +33,7 @@ constexpr std::string_view kScene = R"({
 constexpr double kRate = 1000, kCycle = 60;  // kRate: Hz, rate of the servo; kCycle: s, duration of a cycle
 
 /// Returns the hand's pose at the time `t`. In each cycle of one minute the hand drills a pit, fills the pit, probes
-/// it, and rests. Then it moves to the next of 25 positions, so it returns to a position after 25 minutes.
+/// it, and rests. Then it moves to the next of 25 positions, so it returns to each position after 25 minutes.
 haptics::HandSample hand_at(double t) {
   const double in_cycle = std::fmod(t, kCycle);
   const auto cycle = static_cast<int>(t / kCycle);

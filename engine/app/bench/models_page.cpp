@@ -94,8 +94,8 @@ double microseconds_of(const BenchRow& row) {
   return row.time_ns * 1e-3;
 }
 
-/// Finds the row that answers a question for a model and a tissue. If the model has several resolutions, it is the row
-/// with the finest one, which is the last. Null if there is no such row.
+/// Finds the row that answers a question for a model and a tissue. If the model was measured at several resolutions,
+/// this is the last row, which has the finest resolution. Null if there is no such row.
 const BenchRow* answer(const std::vector<ModelFigure>& figures, const Question& q, const std::string& model,
                        const std::string& tissue) {
   const BenchRow* row = nullptr;
@@ -215,7 +215,7 @@ constexpr Tabled kTabled[] = {
      error_of}};
 
 /// A task in the table of recommendations. A model fails if a tick exceeds the time limit or if the hand passes through
-/// the tissue. The best model is the model with the smallest value among those that do not fail.
+/// the tissue. The best model is the one with the smallest score() among those that do not fail.
 struct Task {
   const char* task;
   Question question;
@@ -278,7 +278,7 @@ const std::vector<Task>& tasks() {
 constexpr double kMostTick = 500e3;  // ns, limit of the 99.9 % quantile of a tick's time: half of the period at 1 kHz
 
 /// Returns a model's score in a task: the geometric mean of the measured value over the task's tissues. For each
-/// tissue, it uses the finest resolution whose tick meets the time limit. Infinite if the model fails on one of the
+/// tissue, the finest resolution whose tick meets the time limit is used. Infinite if the model fails on one of the
 /// tissues.
 double score(const std::vector<ModelFigure>& figures, const Task& task, const std::string& model) {
   double sum = 0;
@@ -353,8 +353,8 @@ std::string measured_on(const std::string& machine) {
   return items;
 }
 
-/// Returns a section with the figures of other libraries in `file`, which `./run peers` writes. Empty if there is no
-/// such file.
+/// Returns a section with the values measured for other libraries. `./run peers` writes these values to `file`. Empty
+/// if there is no such file.
 std::string peers_section(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) return {};
   const std::map<std::string, std::vector<BenchRow>> rows = stored_rows(file.string());

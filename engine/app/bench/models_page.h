@@ -10,7 +10,7 @@
 
 namespace typodont {
 
-/// One figure of the comparison: a row whose name is "tissue, motion, model: measure".
+/// One measured value of the comparison: a row whose name is "tissue, motion, model: measure".
 struct ModelFigure {
   std::string tissue, motion, model, measure;
   const BenchRow* row = nullptr;

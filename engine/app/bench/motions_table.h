@@ -1,4 +1,4 @@
-// The table of `typodont bench motions` on the page of all parts: one line per tool, one column per motion.
+// The table of `typodont bench motions` on the page of benchmark results: one line per tool, one column per motion.
 #pragma once
 
 #include <string>

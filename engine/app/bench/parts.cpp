@@ -42,8 +42,8 @@ Rows vertex(const BenchRun& run) {
 }
 
 Rows models(const BenchRun& run) {
-  // The set-up time must include the computation of a packing. With an empty cache folder, no earlier result can be
-  // used.
+  // The set-up time must include the computation of a packing (tissue as spheres). With an empty cache folder, no
+  // earlier result can be used.
   const TemporaryFolder cache;
   setenv("TYPODONT_CACHE", cache.path().c_str(), 1);
   haptics::ModelBenchOptions options;

@@ -152,8 +152,8 @@ std::vector<BenchRow> bench_render(const BenchRun& run) {
     stage->show(bricks, origin);
     const render::FrameStats stats = stage->draw(tick, {}, 0);
     const double error = difference(reference, stage->screen());
-    // Simulates a frame while drilling: the tool moves and two bricks change. The measured time is the processor time
-    // of all threads, because lavapipe (software rendering) uses several threads.
+    // Simulates a frame while drilling: the tool moves and two bricks (mesh blocks) change. The measured time is the
+    // processor time of all threads, because lavapipe (software rendering) uses several threads.
     ServoTick moving = tick;
     std::vector<double> times;
     for (int i = 0; i < (run.quick ? 3 : 15); ++i) {

@@ -9,7 +9,7 @@ namespace typodont {
 
 /// One measurement that gave rows of a table.
 struct RowOrigin {
-  std::string made;                // program, processor, date, compiler and flags
+  std::string made;                // program, processor, date, compiler and flags of the measurement
   std::vector<std::string> names;  // parts or tissues that were measured; empty: all that are in no other RowOrigin
 };
 

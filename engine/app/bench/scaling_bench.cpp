@@ -22,8 +22,8 @@ namespace typodont {
 
 namespace {
 
-// mm, width of the band of stored distances around the surface; it is equal for all bodies, so that their memory can be
-// compared
+// mm, width of the band of stored distances around the surface; the width is equal for all bodies, so that their memory
+// can be compared
 constexpr double kBand = 1.0;
 
 double allocated_bytes() {

@@ -75,8 +75,8 @@ Course theory(double stiffness, const Clock& clock) {
       stiffness, clock, [&](double z, double) { return -stiffness * z; }, [] { return 0.0; });
 }
 
-/// A flat wall and a ball of 2 mm that presses on it. `press` moves the ball to a height in m; at height 0 the ball
-/// first touches the wall.
+/// A flat wall and a ball with a diameter of 2 mm that presses on it. `press` moves the ball to a height in m; at
+/// height 0 the ball first touches the wall.
 class Wall {
  public:
   Wall(double stiffness, double rate, bool controller) : loop_(make(stiffness, rate, controller)) {}
@@ -156,8 +156,8 @@ double critical(double guess, F&& course) {
   return std::sqrt(low * high);
 }
 
-/// Adds the rows for a carver that stalls. Each row contains the worst result of several hands, for one law, one motion
-/// of the hand and one duration of the stall.
+/// Adds the rows for a carver (the thread that updates the tissue) that stalls. Each row contains the worst result of
+/// several hands, for one law, one motion of the hand and one duration of the stall.
 void carver_stall_rows(bool quick, std::vector<BenchRow>& rows) {
   const std::vector<double> stalls =
       quick ? std::vector<double>{0.2, 1.0} : std::vector<double>{5e-3, 10e-3, 20e-3, 50e-3, 0.1, 0.2, 0.5, 1, 2, 5};

@@ -28,7 +28,8 @@ Name name_of(const BenchRow& row) {
 }
 
 /// Measures of a stress test that count as failures of a contact model. If the value of one of these measures exceeds
-/// its limit, the model has failed (Survival::kFell). If any other measure does, the model is only flawed (kFlawed).
+/// its limit, the model has failed (Survival::kFell). If any other measure exceeds its limit, the model is only flawed
+/// (kFlawed).
 constexpr std::array<std::string_view, 5> kFalls{"not finite", "beyond the limit", "came through", "holes", "escaped"};
 
 struct Campaign {
@@ -135,7 +136,7 @@ std::string map_of(const std::vector<SurvivalCell>& cells) {
 
 std::vector<SurvivalCell> survival_of(const std::vector<BenchRow>& rows) {
   std::vector<SurvivalCell> cells;
-  std::vector<double> worst;  // largest ratio of a figure to its limit, for each cell of the map
+  std::vector<double> worst;  // for each cell of the map: largest ratio of a measured value to its limit
   for (const BenchRow& row : rows) {
     const Name name = name_of(row);
     if (name.model.empty() || !(row.ratio >= 0)) continue;
@@ -150,8 +151,8 @@ std::vector<SurvivalCell> survival_of(const std::vector<BenchRow>& rows) {
     const bool falls = std::ranges::find(kFalls, name.measure) != kFalls.end();
     const Survival survival = falls ? Survival::kFell : Survival::kFlawed;
     double& most = worst[static_cast<std::size_t>(at - cells.begin())];
-    // Keeps the worse of two results of a contact model. kFell is worse than kFlawed. If both are equal, the larger
-    // ratio is worse.
+    // Keeps the worse of two results of a contact model. kFell is worse than kFlawed. If both results have the same
+    // Survival, the result with the larger ratio is worse.
     if (survival < at->survival || (survival == at->survival && row.ratio < most)) continue;
     at->survival = survival, most = row.ratio;
     at->worst =

@@ -20,7 +20,7 @@ enum class Survival {
 struct SurvivalCell {
   std::string campaign, model;
   Survival survival = Survival::kSurvived;
-  std::string worst;  // the figure that exceeds its limit most; empty if no figure does
+  std::string worst;  // the measure that exceeds its limit most; empty if none does
 };
 /// Returns one cell for each campaign and model, in the order of the rows. Rows whose name is not "campaign, model:
 /// measure" are omitted.

@@ -1,8 +1,8 @@
 // Compares the cost of this program's surface mesh with OpenVDB's volumeToMesh, in one run and on one thread. The
 // inputs are the whole molar with voxels of 0.05 mm, the part of the molar that changes in one frame of drilling, and a
-// ball on grids with which both meshes have the same error. The row "triangles" meshes bricks, as volumeToMesh does.
-// The row "picture" measures the whole TissueView: reading bricks from the carver's volume, triangles, and the tissues
-// below the surface.
+// ball on grids with which both meshes have the same error. The row "triangles" measures only the meshing, which is
+// what volumeToMesh does. The row "picture" measures all work of a TissueView: it also reads the samples from the
+// volume and finds the tissues below the surface.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -143,7 +143,7 @@ std::vector<FieldBrick> read(const haptics::TissueVolume& volume, const std::vec
   return bricks;
 }
 
-/// Measures the time to mesh the bricks, ns.
+/// Measures the time to mesh the bricks (blocks of voxels), ns.
 double triangles_time(surface::SurfaceMesher& mesher, const std::vector<FieldBrick>& bricks) {
   return measure(1,
                  [&] {
@@ -163,7 +163,8 @@ double picture_time(int repeats, float tolerance, haptics::TissueVolume& volume,
   return quantile(times, 0.5);
 }
 
-/// Measures the time to mesh all bricks, ns: the median of `repeats` new meshers. `mesher` becomes the last of them.
+/// Measures the time to mesh all bricks (blocks of voxels), ns: the median of `repeats` new meshers. `mesher` becomes
+/// the last of them.
 double whole_time(int repeats, float tolerance, const std::vector<FieldBrick>& bricks, surface::SurfaceMesher& mesher) {
   std::vector<double> times;
   for (int i = 0; i < repeats; ++i) {
@@ -191,7 +192,8 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
       Json::parse(R"({"tissue": {"volume": "teeth/molar.vdb"}, "tool": "round_012", "parts": ["haptics"]})", "bench"),
       {});
   for (const float tolerance : {-1.0f, 0.1f}) {
-    // The row "triangles" has a carver of its own, because the changes of a carver can be queried only once.
+    // The row "triangles" has its own carver (it cuts the tissue and reports the changes), because the changes of a
+    // carver can be queried only once.
     haptics::Carver carver(volume.clone(), haptics::tool_set(scene.servo)),
         same(volume.clone(), haptics::tool_set(scene.servo));
     TissueView view(tolerance);
@@ -200,8 +202,8 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
     row("molar at 0.05 mm, whole, triangles", tolerance, triangles, "whole", mesher.triangle_count());
     const double whole = picture_time(repeats, tolerance, carver.volume(), view);
     row("molar at 0.05 mm, whole, picture", tolerance, whole, "whole", view.mesher().triangle_count());
-    // Drills with a bur of 1.2 mm at 6 mm/s and draws 60 pictures per second. Half of the bur lies below the top of the
-    // crown.
+    // Drills with a bur of 1.2 mm diameter at 6 mm/s and draws 60 pictures per second. Half of the bur lies below the
+    // top of the crown.
     glm::ivec3 lo, hi;
     volume.bounds(lo, hi);
     const VoxelFrame frame = volume.frame();

@@ -151,7 +151,7 @@ Option* Option::optional_word(const std::string& usual, const std::string& word)
 }
 
 struct Command::Impl {
-  std::unique_ptr<CLI::App> root;  // set only in the object that represents the program; it owns all commands
+  std::unique_ptr<CLI::App> root;  // set only in the object that represents the program; this object owns all commands
   CLI::App* app;
   std::deque<Option> options;
   std::deque<Command> commands;

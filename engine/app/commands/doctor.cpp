@@ -358,7 +358,7 @@ Check openxr() {
       return c;
     }
     fs::path library = (*runtime)["library_path"].get<std::string>();
-    // A name without a folder is left to the dynamic loader, which searches for it. A relative path is relative to the
+    // For a name without a folder, the dynamic loader searches for the library. A relative path is relative to the
     // folder of the JSON file.
     if (library.has_parent_path() && library.is_relative()) library = place.parent_path() / library;
     std::error_code code;

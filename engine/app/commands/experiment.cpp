@@ -94,7 +94,8 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
   switch (plan.question) {
     case Question::kStiffness:
       most = kMostStiffness;
-      // The default leaves room for stimuli that are stiffer, also in scenes for large forces.
+      // At most half of the largest allowed value, so that stiffer stimuli are possible, even if the scene's coupling
+      // is stiff.
       plan.reference = options.reference.value_or(std::min(plan.scene_stiffness / kNewtonPerMillimetre, most / 2));
       break;
     case Question::kForce:

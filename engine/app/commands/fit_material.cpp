@@ -1,4 +1,5 @@
-// The command `typodont fit-material`: fits the densities of a scene's packing to a recorded force curve.
+// The command `typodont fit-material`: fits the densities of a scene's packing (tissue as spheres) to a recorded force
+// curve.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The command `typodont pack`: fills a scene's tissue with spheres and stores them in a file.
+// The command `typodont pack`: fills a scene's tissue with spheres and stores the spheres in a file.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -90,8 +90,8 @@ void add_view(PictureStage& stage, const Options& options, const Scene& scene, c
   }
 }
 
-/// Returns the colour for a density: green for 0 (no resistance), white for 1 (dentin), red from 1.5 on (paper S2,
-/// Fig. 9).
+/// Returns the colour for a density: green for 0 (no resistance), white for 1 (dentin), red from 1.5 on (paper S2 of
+/// docs/papers.md, Fig. 9).
 glm::vec3 density_color(double density) {
   const glm::vec3 soft(0.25f, 0.65f, 0.3f), middle(0.93f, 0.92f, 0.88f), hard(0.85f, 0.25f, 0.2f);
   const auto below = static_cast<float>(std::clamp(density, 0.0, 1.0));
@@ -224,8 +224,8 @@ void run(const Options& options) {
   }
   if (options.magnify > 0) rig.magnify = options.magnify;
   rig = magnified_for(rig, volume);
-  // The picture need not show the volume as it is in the file: it may show a moment of a session, or the surface of a
-  // contact model that has its own triangles. In these cases, a carver is needed.
+  // A carver (the object that cuts the tissue) is needed if the picture shows a moment of a session, or the triangles
+  // or spheres of a contact model. Otherwise the picture shows the volume of the file.
   std::unique_ptr<haptics::Carver> carver;
   const bool spheres_wanted = options.view == "spheres";
   if (session) {

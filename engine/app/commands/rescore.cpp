@@ -48,8 +48,8 @@ struct Options {
 
 constexpr int kTries = 2;  // largest number of attempts for a session whose process died
 
-/// Reads the keys "task" and "score" of a scene file. They replace the keys of a recorded scene. An empty result means
-/// that the recorded rules are used.
+/// Reads the keys "task" and "score" of a scene file. These keys replace the same keys of a recorded scene. An empty
+/// result means that the recorded rules are used.
 std::string rules_of(const std::string& file) {
   if (file.empty()) return {};
   const Json scene = Json::load(file);

@@ -1,5 +1,5 @@
-// The command `typodont servo`: runs servo and carver without pictures and sound, deterministically and as fast as
-// possible.
+// The command `typodont servo`: runs servo and carver (which updates the tissue) without pictures and sound,
+// deterministically and as fast as possible.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -80,11 +80,11 @@ std::optional<double> length_of(const Options& options, const Scene& scene) {
   return haptics::length_of_scripted_hand(hand.starts_with("script:") ? hand.substr(7) : hand, tool_names(scene));
 }
 
-/// Estimates the size of the output before it is written. Throws Error if the disk has less free space.
+/// Estimates the size of the output before it is written. Throws Error if the disk has less free space than this size.
 void check_room(const Options& options, double seconds) {
   constexpr double kBytesPerRow = 280;   // bytes, size of a row of the CSV table, measured with and without contact
   constexpr double kBytesPerTick = 240;  // bytes, size of a tick in a compressed session file
-  // bytes; if the expected size of the output is larger than this, it is reported to the user
+  // bytes; if the expected size of the output is larger than this, this size is reported to the user
   constexpr double kWorthSaying = 500 << 20;
   const bool session = std::string_view(options.out).ends_with(".h5");
   const double bytes = seconds * options.rate * (session ? kBytesPerTick : kBytesPerRow);

@@ -106,7 +106,7 @@ struct ExperimentResult {
   // settled_level: difference at which the staircase settled; target: fraction of right answers at this difference
   double settled_level = 0, target = 0;
   Estimate chosen;  // fraction of the answers that chose the second model
-  // probability with which a subject who feels no difference would give answers at least as uneven as these
+  // probability that a subject who feels no difference gives answers that are at least as uneven as those given
   double chance = 1;
   Estimate second;  // fraction of the trials in which the subject answered "second"
 };

@@ -1,4 +1,4 @@
-// A person as the subject of an experiment. The person feels the stimuli in a live session and answers by key. Drawing
+// A person as the subject of an experiment. The person feels the stimuli in a live session and answers by key. Render
 // thread.
 #pragma once
 

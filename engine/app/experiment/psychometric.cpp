@@ -19,7 +19,7 @@ constexpr double kUpperQuartile = 0.6744897501960817;  // Φ(0.6745) = 0.75: upp
 constexpr double kChiSquare95 = 3.841458820694124;     // 95 % quantile of χ² with one degree of freedom
 constexpr double kLeastProbability =
     1e-12;  // lower limit for the probability of an answer, so that one answer cannot make the likelihood 0
-// ratio: the fit considers widths from the smallest difference divided by this to the largest difference times this
+// ratio; the fit tries widths from (smallest difference / kWidthRange) to (largest difference · kWidthRange)
 constexpr double kWidthRange = 50;
 
 double cumulative_gaussian(double x) {
@@ -175,7 +175,7 @@ Estimate fraction_of(int chosen, int count) {
 
 double chance_of(int chosen, int count) {
   const int more = std::max(chosen, count - chosen);
-  // two-sided test: twice the probability of at least `more` answers
+  // two-sided test: twice the probability that a certain answer is given at least `more` times
   return std::min(1.0, 2 * cdf(complement(Binomial(count, 0.5), more - 1)));
 }
 

@@ -8,11 +8,11 @@
 
 namespace typodont {
 
-/// Returns a unique number for each brick. `key`: index of the brick along each axis.
+/// Returns a unique number for each brick (mesh block). `key`: index of the brick along each axis.
 std::uint64_t brick_number(const glm::ivec3& key);
 
-/// Converts a brick to the renderer's format, with positions in m from the volume's origin. `voxel`: voxel size, m.
-/// `mesh`: null if the brick no longer has a surface.
+/// Converts a brick (mesh block) to the renderer's format, with positions in m from the volume's origin. `voxel`: voxel
+/// size, m. `mesh`: null if the brick no longer has a surface.
 render::MeshUpdate brick_update(const glm::ivec3& key, const surface::BrickMesh* mesh, double voxel);
 
 }  // namespace typodont

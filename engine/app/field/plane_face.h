@@ -38,8 +38,8 @@ inline std::size_t commonest(const std::array<double, kTissueCount>& fractions, 
 template <class Distance, class Shares>
 std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& box_lo, const dvec3& box_hi, double step,
                                            const dvec3& origin, Distance&& distance, Shares&& fractions) {
-  /// The face is divided into pieces of this number of cells per side. The vertex indices of a piece fit into the index
-  /// type, and hidden pieces need not be drawn.
+  /// The face is divided into pieces of this number of cells per side. So the vertex indices of a piece fit into the
+  /// index type, and the renderer can skip hidden pieces.
   constexpr int kTile = 48;
   const dvec3 n = glm::normalize(plane.normal);
   const dvec3 u = glm::normalize(std::abs(n.z) < 0.9 ? glm::cross(dvec3(0, 0, 1), n) : glm::cross(dvec3(0, 1, 0), n));

@@ -16,13 +16,13 @@ class ToothField {
   /// volume stores distances, with an error of a few percent.
   explicit ToothField(const haptics::TissueVolume& volume, double reach = 0);
 
-  /// Returns the lower corner (m, frame W) of the box around the surface and its band.
+  /// Returns the lower corner (m, frame W) of the box that contains the surface and the samples with stored distances.
   const dvec3& low() const { return low_; }
   const dvec3& high() const { return high_; }
   double voxel() const { return frame_.voxel; }
 
   /// Returns the signed distance from the position to the surface, m, negative inside. It is interpolated linearly
-  /// between samples. If no surface is near, it is band + reach.
+  /// between samples. If no surface is near, returns the largest computed distance.
   double distance(const dvec3& p_W) const;
   Tissue tissue(const dvec3& p_W) const;
   /// Returns the tissue directly below the surface point that is nearest to the position.

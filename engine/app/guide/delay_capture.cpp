@@ -37,8 +37,8 @@ using namespace std::chrono_literals;
 class Recording {
  public:
   virtual ~Recording() { stop(); }
-  /// Reads the first sample. A device with its own clock starts this clock then. wake() is called for all recordings
-  /// before the first begin(), so that start-up time does not count as delay.
+  /// Reads the first sample. A device with its own clock starts this clock at this moment. wake() is called for all
+  /// recordings before the first begin(), so that start-up time does not count as delay.
   virtual void wake() {}
   virtual void begin() = 0;
   bool ended() const { return ended_; }

@@ -145,7 +145,7 @@ class GuideVoice {
   }
 
  private:
-  static constexpr double kLength = 0.2;  // s, pause after a cue (a short sound); the pause is longer than every cue
+  static constexpr double kLength = 0.2;  // s, time reserved for a cue (a short sound); longer than every cue
 
   void make_sounds(double rate) {
     for (std::size_t i = 0; i < sounds_.size(); ++i) sounds_[i] = cue_sound(static_cast<Cue>(i), rate);
@@ -170,7 +170,7 @@ class GuideVoice {
   std::unique_ptr<audio::AudioOutput> output_;
 };
 
-/// Parameters for drawing the prompts. They are read from the rig.
+/// Parameters for drawing the prompts. They are read from the rig file.
 struct Look {
   display::Layout layout = display::Layout::kMono;
   bool mirrored = false, upside_down = false;
@@ -192,7 +192,7 @@ Look look_of(const GuidedCapture& guide, const std::filesystem::path& file) {
 }
 
 #ifdef TYPODONT_WINDOW
-/// The window on the bench's screen, in the rig's layout, with a separate picture for each eye.
+/// The window on the bench's screen, in the display rig's layout, with a separate picture for each eye.
 class GuideScreen {
  public:
   GuideScreen(const Look& look, int monitor) : look_(look), device_(make_device()) {

@@ -38,7 +38,8 @@ struct Lead {
   static constexpr double ahead = 0.06e-3;
   // m, tolerance: during a cut, the target point moves on only while the tool is nearer to the planned line than this
   static constexpr double beside = 0.022e-3;
-  // m, as `beside`, for a coarse tool that removes the bulk, whose lines lie away from the final surface
+  // m, tolerance: while a coarse tool removes the bulk, the target point moves on only while the tool is nearer to the
+  // planned line than this
   static constexpr double rough_beside = 0.05e-3;
   // m, a cut is finished when the tool is nearer than this to the end of the stroke
   static constexpr double there = 0.01e-3;
@@ -71,11 +72,14 @@ struct Lead {
   // wanted force for the bulk with a coarse tool, as a fraction of the task's mean force; a coarse tool needs less
   // energy per volume than the tissue's specific energy
   static constexpr double coarse_force = 2.7;
-  // 1/s, gain with which an error of the force changes the largest allowed lead
+  // 1/s, gain with which a force error changes the largest allowed lead (distance of the hand ahead of the target
+  // point)
   static constexpr double lead_per_force = 15;
-  // smallest and largest value of the limit of the lead, as ratios to the lead that gives the task's mean force
+  // limits of the largest allowed lead (distance of the hand ahead of the target point), as ratios to the lead that
+  // gives the task's mean force
   static constexpr double least_most_lead = 0.6, most_lead = 3;
-  // m; the limit of the lead may always grow to this value, because soft bone needs a longer lead than a tooth
+  // m; the largest allowed lead (distance of the hand ahead of the target point) may always grow to this value, because
+  // soft bone needs a longer lead than a tooth
   static constexpr double always_allowed_lead = 2e-3;
   // largest force of a cut, as a fraction of the largest force that the task accepts
   static constexpr double below_most_force = 0.9;
@@ -103,7 +107,7 @@ struct Joining {
   static constexpr double joined = 0.6e-3;
   // m, height of the tool above the highest obstacle on the way between two strokes
   static constexpr double hop = 0.5e-3;
-  static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank, which must not touch obstacles either
+  static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank, which must not touch obstacles
   // m, smallest horizontal distance between the tool and obstacles on the way to the next stroke
   static constexpr double beside = 0.3e-3;
   static constexpr double above = 1.0e-3;  // m, height above the highest tissue at which the tool travels
@@ -134,14 +138,15 @@ struct ToolChoice {
                           // pass: distance between two passes, as a fraction of the tool's diameter; least_pass,
                           // most_pass: m, its bounds
       most_pass = 0.5e-3;
-  // the same for a coarse tool, whose round end leaves ridges of 0.04 mm between passes 0.6 mm apart
+  // For a coarse tool. coarse_pass: distance between two passes, as a fraction of the tool's diameter;
+  // most_coarse_pass: m, upper bound of this distance. At this bound, the tool's round end leaves ridges of 0.04 mm.
   static constexpr double coarse_pass = 0.26, most_coarse_pass = 0.6e-3;
   // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, so it keeps a distance:
   // if it touched enamel, the enamel would bear the force, and the filling beside it would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
   static constexpr double allowance = 0.005e-3;  // m, depth to which a bur may enter tissue that must stay
-  // m; no bur stroke is planned for tissue that is thinner than this; it is less than the 0.02 mm that the score
-  // tolerates
+  // m; no bur stroke is planned for tissue that is thinner than this; this limit is less than the 0.02 mm that the
+  // score tolerates
   static constexpr double least_cut = 0.015e-3;
   // Of the tools that remove enough, the widest is chosen, because it is the fastest. A tool removes enough if it
   // removes at least the fraction 1 - tolerated_loss of the volume that the best tool removes.
@@ -150,8 +155,8 @@ struct ToolChoice {
   // Ratio of the tissue that another tool would leave to the tissue that the chosen tool leaves. If it is below this
   // limit, the other tool makes the finish.
   static constexpr double hardly_less = 0.6;
-  // Conditions for the use of another tool. The error is the volume that differs from the ideal. The tool must leave
-  // less than the fraction needed_reduction of the present error, and reduce the error by at least the fraction
+  // Conditions for the use of another tool. The error is the volume that differs from the ideal result. The tool must
+  // leave less than the fraction needed_reduction of the present error, and reduce the error by at least the fraction
   // least_gain of the error at the task's start.
   static constexpr double needed_reduction = 0.9, least_gain = 0.012;
   static constexpr std::size_t most_tools = 3, most_tried = 5;
@@ -160,7 +165,7 @@ struct ToolChoice {
 /// Parameters of filling. Filling is added in portions. A portion is a dome of filling. It grows from the surface point
 /// that is nearest to the instrument's free end.
 struct Filling {
-  // m, height above the tissue at which the instrument moves to the place of the next portion
+  // m, height above the tissue at which the instrument moves to the place of the next portion of filling
   static constexpr double hop_over = 0.3e-3;
   static constexpr double grid = 0.15e-3;  // m, distance between the instrument positions that are evaluated
   static constexpr int head_points = 120;
@@ -168,11 +173,11 @@ struct Filling {
   // The instrument is lowered in steps. A step is at most this fraction of the free distance below the instrument.
   static constexpr double trusted = 0.7;
   static constexpr double free = 0.03;  // voxels, smallest distance between the filling instrument and the tissue
-  // height and radius of a portion, as fractions of the distance that the filling instrument can reach
+  // height and radius of a portion of filling, as fractions of the distance that the filling instrument can reach
   static constexpr double portion_height = 0.6, portion_radius = 0.98;
   static constexpr double below_wall =
       // ratio to the instrument's radius: largest height of the instrument above the cavity's floor; at a larger
-      // height, it would be nearer to a wall than to the floor
+      // height, the instrument would be nearer to a wall than to the floor
       0.8;
   static constexpr double near_wall = 0.2e-3,
                           // m; an instrument that is nearer than near_wall to a wall of the cavity is moved to this
@@ -198,19 +203,19 @@ struct Filling {
   static constexpr double rim = 0;
   // m; filling counts as a gain only up to this height above the lowest missing voxel
   static constexpr double layer = 0.6e-3;
-  // voxels; a voxel counts as filled only if its centre lies at least this deep inside the dome
+  // voxels; a voxel counts as filled only if its centre lies at least this deep inside the dome of filling
   static constexpr double whole_voxel = 0.9;
-  // m³, smallest portion: the volume that the instrument fills in one tick
+  // m³, smallest portion of filling: the volume that the instrument fills in one tick
   static constexpr double least_volume = 0.004e-9;
   static constexpr int at_once = 1;  // number of portions of filling that one plan adds
-  // A portion is abandoned after `longer` times its nominal duration, plus `least_time` (s).
+  // A portion of filling is abandoned after `longer` times its nominal duration, plus `least_time` (s).
   static constexpr double longer = 1.2, least_time = 0.1;
 };
 
 /// Parameters that decide when the work ends.
 struct Rounds {
   // Another round of cutting is planned only if the last round reduced the error (the volume that differs from the
-  // ideal) to less than this fraction.
+  // ideal result) to less than this fraction.
   static constexpr double still_left = 0.5;
   static constexpr int most_cuts = 4;  // largest number of rounds of cutting
   // m; the first carving leaves excess filling that is not thicker than this
@@ -221,7 +226,7 @@ struct Rounds {
   static constexpr int most_vain = 3;
 };
 
-/// Returns the volume (m³) in which the tissue differs from the task's ideal.
+/// Returns the volume (m³) in which the tissue differs from the task's ideal result.
 double remaining_difference(const session::Preparation& in) {
   double sum = 0;
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
@@ -326,7 +331,8 @@ class Terrain {
 
 class Plan {
  public:
-  /// Begins a plan. `filled`: positions of all portions that earlier plans filled; this plan adds its own positions.
+  /// Begins a plan. `filled`: positions of all portions of filling that earlier plans added; this plan adds its own
+  /// positions.
   Plan(const Scene& scene, const ExpertGrip& grip, const haptics::TissueVolume& now, const TaskEvaluator& judge,
        const SurroundingsShape* around, double whole, std::vector<FilledSpot>& filled)
       : grip_(grip),
@@ -348,7 +354,7 @@ class Plan {
   }
 
   /// Plans the cutting with one tool after the other, as long as the next tool reduces the error enough (ToolChoice).
-  /// Tissue thinner than `least_thickness` (m) is left.
+  /// Tissue thinner than `least_thickness` (m) is not cut.
   void cut(bool by_hand, double least_thickness = 0) {
     std::vector<bool> used(tools_.size());
     for (std::size_t round = 0; round < ToolChoice::most_tools; ++round) {
@@ -400,7 +406,7 @@ class Plan {
   }
   /// Plans portions of filling. `coarser`: index of the instrument; instrument 0 is the finest. If no portion improves
   /// the result, the plan stays empty. `over`: true in the second pass, in which the instrument may be higher above the
-  /// contour and excess filling costs less.
+  /// contour, and excess filling costs less, than in the first pass.
   void fill(std::size_t coarser, bool over) {
     over_ = over;
     std::vector<std::uint32_t> by_reach;
@@ -414,7 +420,7 @@ class Plan {
 
   struct Candidate {
     std::size_t tool = 0;
-    double left = 0;  // m³, volume that differs from the ideal after the planned cuts
+    double left = 0;  // m³, volume that differs from the ideal result after the planned cuts
     std::vector<Stroke> strokes;
   };
   std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand, bool finish,
@@ -427,8 +433,8 @@ class Plan {
                         around_, finish, grip_.size,
                         by_hand ? least_thickness : std::max(least_thickness, grip_.size * ToolChoice::least_cut));
   }
-  /// Appends the steps for some strokes. `bulk_force`: force of the strokes in the bulk, as a fraction of the task's
-  /// mean force.
+  /// Appends to the plan the steps that carry out these strokes. `bulk_force`: force of the strokes in the bulk, as a
+  /// fraction of the task's mean force.
   void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain, double bulk_force) {
     double run = 0;  // m, length of the present run (consecutive strokes of a hand instrument)
     for (std::size_t i = 0; i < strokes.size(); ++i) {
@@ -515,8 +521,8 @@ class Plan {
     if (lifts) add(ExpertLeg::Kind::kMove, raised(legs_.back().to));
     add(ExpertLeg::Kind::kMove, raised(to));
   }
-  /// Moves up to `height`, then sideways, then down to `to`, so that the instrument does not touch the portion that was
-  /// just filled.
+  /// Moves up to `height`, then sideways, then down to `to`, so that the instrument does not touch the portion of
+  /// filling that was just added.
   void hop(const Pose& to, double height) {
     Pose up = legs_.back().to, across = to;
     up.p += (height - glm::dot(up.p, axis_)) * axis_;
@@ -559,7 +565,7 @@ class Plan {
   /// A candidate portion: a pose of the instrument, and the dome of filling that it adds there.
   struct Portion {
     Pose X_WT;
-    dvec3 center;  // m, centre of the dome (the portion's curved surface)
+    dvec3 center;  // m, centre of the dome (the curved surface of a portion of filling)
     // A portion is a dome of filling. excess[k]: cost of the unwanted filling in a dome with a radius of k + 1 voxels.
     // wanted: for each k and each height level, the number of missing voxels in the dome up to this level.
     std::vector<double> excess, wanted;
@@ -570,14 +576,14 @@ class Plan {
           std::clamp((height - lowest) / step, 0.0, 2.0 * static_cast<double>(excess.size()) - 1));
     }
   };
-  /// A position of the instrument's axis (m along u and v), and the portion that would be filled there.
+  /// A position of the instrument's axis (m along u and v), and the portion of filling that would be added there.
   struct Spot {
     double a = 0, b = 0;
     std::optional<Portion> portion;
   };
 
-  /// Plans portions for the lowest missing voxels. Deep voxels are filled first, because later filling would make them
-  /// unreachable.
+  /// Plans portions of filling for the lowest missing voxels. Deep voxels are filled first, because later filling would
+  /// make them unreachable.
   void fill_with(std::uint32_t which) {
     const haptics::Tool& tool = tools_[which];
     session::Preparation layer = judge_.preparation(state_);
@@ -594,7 +600,7 @@ class Plan {
       const glm::ivec3 v(q);
       // Skips a voxel that a portion of filling in this plan already fills.
       if (!to_fill(layer, layer.after.at(v.x, v.y, v.z))) continue;
-      double radius = 0;  // voxels, radius of the dome
+      double radius = 0;  // voxels, radius of the dome of filling
       const Portion* const best = best_for(q, layer, instrument, spots, radius);
       if (!best) continue;
       const Portion portion = *best;
@@ -695,7 +701,7 @@ class Plan {
     return Filling::portion_radius * instrument.tool.fill_reach / in.frame.voxel;
   }
 
-  /// Adds the dome to the planned tissue. Returns the added volume, m³.
+  /// Adds the dome of filling to the planned tissue. Returns the added volume, m³.
   static double put(const haptics::Fill& dome, session::Preparation& layer) {
     const glm::ivec3 from = glm::max(dome.lo(), glm::ivec3(0)), to = glm::min(dome.hi(), layer.after.size - 1);
     if (glm::any(glm::lessThan(to, from))) return 0;
@@ -728,8 +734,8 @@ class Plan {
     return spots;
   }
 
-  /// Lowers the instrument at the position (a, b) until it touches tissue, then lifts it by the height of a portion.
-  /// Returns the portion that it fills there.
+  /// Lowers the instrument at the position (a, b) until it touches tissue, then lifts it by the height of a portion of
+  /// filling. Returns the portion that it adds there.
   std::optional<Portion> portion_at(const Instrument& instrument, const session::Preparation& layer, double a,
                                     double b) const {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
@@ -778,10 +784,10 @@ class Plan {
     return portion_standing(instrument, layer, a, b, c);
   }
 
-  /// Returns the portion that the instrument adds when its centre is at the coordinates (a, b, c) along the
-  /// instrument's axes. The dome's centre is the point that the servo would choose. This is the surface point nearest
-  /// to the free end or, if the end is midway between two walls, the point below the end. Empty if the instrument
-  /// reaches no surface.
+  /// Returns the portion of filling (a dome) that the instrument adds when its centre is at the coordinates (a, b, c)
+  /// along the instrument's axes. The dome's centre is the point that the servo would choose. This is the surface point
+  /// nearest to the free end or, if the end is midway between two walls, the point below the end. Empty if the
+  /// instrument reaches no surface.
   std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
                                           double b, double c) const {
     const double reach = instrument.tool.fill_reach;
@@ -858,8 +864,8 @@ class Plan {
     return in.before.sample(below) > 0 ? over_ ? Filling::overfilled : Filling::carved_again : Filling::flash;
   }
 
-  /// Returns true if filling is missing in sample i: the sample is empty, lies inside the ideal, and belongs to the
-  /// volume that the task changes.
+  /// Returns true if filling is missing in sample i: the sample is empty, lies inside the ideal result, and belongs to
+  /// the volume that the task changes.
   static bool to_fill(const session::Preparation& in, std::size_t i) {
     return in.after.distance[i] > 0 && in.ideal.distance[i] < 0 && in.ideal.distance[i] < in.before.distance[i] - 0.2f;
   }
@@ -879,7 +885,7 @@ class Plan {
   }
 
   const ExpertGrip grip_;
-  double whole_;  // m³, volume that differed from the ideal at the task's start
+  double whole_;  // m³, volume that differed from the ideal result at the task's start
   std::vector<FilledSpot>& filled_;
   const SurroundingsShape* around_;
   std::span<const haptics::Tool> tools_;
@@ -913,8 +919,8 @@ Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   Plan plan(scene_, grip_, now, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
-  // Chooses the instrument. If the last layers hardly reduced the missing volume, the next instrument, which reaches
-  // farther, is used.
+  // Chooses the instrument. If the last layers hardly reduced the missing volume, the next instrument is used, which
+  // reaches farther than this one.
   const double missing = missing_in(judge_.preparation(now));
   useless_layers_ = missing > missing_ - Rounds::least_layer ? useless_layers_ + 1 : 0;
   missing_ = std::min(missing_, missing);
@@ -1105,8 +1111,8 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
               : dvec3(0);
   const double size = glm::length(wanted), most = scrapes ? Lead::most_scrape_lead : most_lead_;
   if (size > most) wanted *= most / size;
-  // In soft tissue, a longer lead is needed for the same force. So the limit of the lead is adjusted until the force
-  // equals the planned force of the step.
+  // In soft tissue, a longer lead (distance of the hand ahead of the target point) is needed for the same force. So the
+  // limit of the lead is adjusted until the force equals the planned force of the step.
   const double too_little = leg.force - glm::length(seen_.f_T_W);  // N, planned force minus measured force
   if (leg.kind == Kind::kCut && (size > most || too_little < 0))
     most_lead_ = std::clamp(most_lead_ + grip_.lead * dt_ * Lead::lead_per_force * too_little / grip_.force,

@@ -1,7 +1,7 @@
 // A simulated hand that carries out a task: "--hand expert:" of `typodont servo`. Expert plans strokes that change the
-// tissue to the task's ideal. ExpertHand follows the strokes in a closed loop. It reads the tool's pose, leads the tool
-// along the stroke, presses while tissue blocks the tool, and continues when the tissue is removed. Trainees can watch
-// the recorded session and compare their own session with it.
+// tissue to the task's ideal result. ExpertHand follows the strokes in a closed loop. It reads the tool's pose, leads
+// the tool along the stroke, presses while tissue blocks the tool, and continues when the tissue is removed. Trainees
+// can watch the recorded session and compare their own session with it.
 #pragma once
 
 #include <array>
@@ -36,8 +36,8 @@ struct ExpertLeg {
   /// m/s, speed at the end of this stroke; the next step starts with the same speed. 0: the hand stops
   double end_pace = 0;
   double force = 0;     // N, force with which the hand pushes during a cut
-  bool coarse = false;  // true: a coarse tool cuts; it need not meet a corner between two strokes exactly
-  bool rough = false;   // true: a coarse tool removes the bulk; it may deviate farther from the planned line
+  bool coarse = false;  // true: a coarse tool cuts; the tool need not meet a corner between two strokes exactly
+  bool rough = false;   // true: a coarse tool removes the bulk; its path may deviate more from the planned line
 };
 
 /// The size of the work in a task, and its forces. These values scale the hand's motion.
@@ -48,18 +48,18 @@ struct ExpertGrip {
   double most_force = std::numeric_limits<double>::infinity();  // N, largest force of a cut
 };
 
-/// Position of a filled portion, m along the two axes perpendicular to the preparation's axis. The instrument leaves a
-/// hole there. It can enter this hole again only at exactly the same position.
+/// Position of a portion of filling, m along the two axes perpendicular to the preparation's axis. The instrument
+/// leaves a hole there. It can enter this hole again only at exactly the same position.
 struct FilledSpot {
   std::uint32_t tool = 0;
   double a = 0, b = 0;
 };
 
-/// Plans strokes that change the tissue to the ideal of the scene's task. Of the scene's tools, it chooses those whose
-/// result is nearest to the ideal. Cavities, crowns and caries are cut. Fillings are added in layers and then carved.
+/// Plans strokes that change the tissue to the ideal result of the scene's task. Chooses the tools of the scene that
+/// come nearest to this result. Cavities, crowns and caries are cut. Fillings are added in layers and then carved.
 class Expert {
  public:
-  /// `start`: the tissue at the session's start. Throws Error if the task has no ideal.
+  /// `start`: the tissue at the session's start. Throws Error if the task has no ideal result.
   Expert(const Scene& scene, const haptics::TissueVolume& start);
   /// Makes the next plan for the present tissue: one layer of filling, or all cutting and carving. Returns an empty
   /// plan if no plan would improve the result. Throws Error if no tool of the scene can begin the task.
@@ -73,14 +73,14 @@ class Expert {
   const ExpertGrip grip_;
   TaskEvaluator judge_;
   std::optional<SurroundingsShape> around_;
-  double whole_;  // m³, volume that differed from the ideal at the start
+  double whole_;  // m³, volume that differed from the ideal result at the start
   std::optional<haptics::TissueVolume> planned_;
   std::vector<FilledSpot> filled_;
   int layers_ = 0, cuts_ = 0;  // number of plans so far for filling, and for cutting
   /// number of layers that were filled before the last carving; set when filling continues after it, until then 0
   int layers_cut_ = 0;
   double missing_ = 1e9;    // m³, smallest volume of missing filling so far
-  double off_ = 0;          // m³, volume that differed from the ideal before the last cutting
+  double off_ = 0;          // m³, volume that differed from the ideal result before the last cutting
   int useless_layers_ = 0;  // number of consecutive layers that hardly reduced the missing volume
   // Index of the filling instrument; the finest has index 0. In the second pass, which overfills, the number of
   // instruments is added to the index.
@@ -96,16 +96,16 @@ class ExpertHand final : public haptics::HapticDevice {
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
   bool read(haptics::HandSample& sample) noexcept override;
   void write(const dvec3&, const dvec3&) noexcept override {}
-  /// Stores the servo's last tick. The hand computes its lead from the tool's pose in this tick.
+  /// Stores the servo's last tick. The hand computes its next position from the tool's pose in this tick.
   void see(const ServoTick& tick) noexcept override { seen_ = tick; }
   /// Begins the next plan, after read() has ended the last plan. The two plans are swapped: afterwards `legs` contains
-  /// the finished plan, so that the servo thread frees no memory. Servo thread.
+  /// the finished plan, so that the servo thread frees no memory. Servo thread only.
   void go_on(std::vector<ExpertLeg>& legs) noexcept;
   double done() const { return static_cast<double>(leg_) / static_cast<double>(legs_.size()); }
 
  private:
   void next_leg() noexcept;
-  /// Called when a scraping step ends. Continues with the next step of the run, reverses, or begins the next run.
+  /// Ends a scraping step: continues with the next step of the run (stroke sequence), reverses, or begins the next run.
   void end_scraping() noexcept;
   /// Abandons a stroke that the hand cannot finish. The tool withdraws along its shank, then moves to the start of the
   /// next step. A direct move could press the tool into tissue that should stay.
@@ -130,13 +130,13 @@ class ExpertHand final : public haptics::HapticDevice {
   double nearest_ = std::numeric_limits<double>::infinity();
   // A run is a sequence of strokes of a hand instrument without a stop. The instrument scrapes to and fro along the run
   // until the tool reaches the planned line.
-  std::size_t run_ = 0;  // index of the first step of the run
-  Pose run_from_;        // pose at the start of the run
-  double worst_ = 0;     // m, largest distance of the tool from the planned line in the present pass along the run
-  int times_ = 0;        // number of completed passes back along the run
-  bool back_ = false;    // true while the hand moves back along the run
+  std::size_t run_ = 0;  // index of the first step of the run (sequence of strokes)
+  Pose run_from_;        // pose at the start of the run (sequence of strokes)
+  double worst_ = 0;     // m, largest distance of the tool from the planned line in the present pass
+  int times_ = 0;        // number of completed passes back along the run (sequence of strokes)
+  bool back_ = false;    // true while the hand moves back along the run (sequence of strokes)
   dvec3 lead_{0};        // m, vector from the target point to the hand
-  /// m, largest allowed lead of a cut; it is adjusted until the force equals the planned force of the step
+  /// m, largest lead (distance ahead of the target point) of a cut, adjusted until the force equals the planned force
   double most_lead_;
 };
 

@@ -16,7 +16,7 @@ namespace typodont {
 
 namespace {
 
-constexpr Nanos kPublish = 100'000'000;  // ns, time between two reports of the loop's timing
+constexpr Nanos kPublish = 100'000'000;  // ns, time between two reports of the servo loop's timing
 
 const std::string& first_of(const std::string& asked, const std::string& rig) {
   return asked.empty() ? rig : asked;

@@ -14,13 +14,13 @@
 
 namespace typodont {
 
-/// The user's choice of hands. The command line has priority over the rig, and the rig has priority over the defaults.
+/// The user's choice of hands. A value on the command line replaces that of the rig file, which replaces the default.
 struct HandChoice {
-  /// address of the hand; empty: the hand that the rig states, otherwise the default for the display
+  /// address of the hand; empty: the hand that the rig file states, otherwise the default for the display
   std::string hand;
-  /// address of the second hand; empty: the hand that the rig states, otherwise there is no second hand
+  /// address of the second hand; empty: the hand that the rig file states, otherwise there is no second hand
   std::string left_hand;
-  /// the foot pedal: "auto", "none", a path or a serial number; empty: the pedal that the rig states, otherwise "auto"
+  /// foot pedal: "auto", "none", a path or a serial number; empty: the pedal in the rig file, otherwise "auto"
   std::string pedal;
   double rate = 1000;              // Hz, rate of the servo if the hand does not fix it
   std::vector<std::string> tools;  // names of the session's tools, which a script may use
@@ -52,8 +52,8 @@ std::string in_words(const haptics::DeviceInfo& info);
 /// Adds the drivers mouse:, openxr: and expert: to the built-in drivers, for `typodont devices` and --hand.
 void add_window_drivers();
 
-/// Collects statistics of the servo loop for the recorder and the picture. Servo thread; costs about ten nanoseconds
-/// per tick.
+/// Collects statistics of the servo loop for the recorder and the picture. For the servo thread only; costs about ten
+/// nanoseconds per tick.
 class LoopStatistics {
  public:
   LoopStatistics(Wiring& wiring, double rate) : wiring_(wiring) { report_.timing.period = from_seconds(1 / rate); }
@@ -72,7 +72,7 @@ class LoopStatistics {
 };
 
 /// Filters the pedal. During an emergency stop, the pedal counts as released. After the stop, it counts as released
-/// until the user has really released it once. Servo thread.
+/// until the user has really released it once. Servo thread only.
 class PedalInterlock {
  public:
   double pass(double pedal, bool held) noexcept {

@@ -21,16 +21,17 @@ constexpr double kAbove = 6e-3;  // m, height of the tool's tip above the planne
 constexpr double kNear = 1.5e-3;
 constexpr double kTravel = 40e-3;      // m/s, speed of the tool outside the tissue
 constexpr double kLanding = 4e-3;      // m/s, speed of the hand towards the bone
-constexpr double kWithdrawal = 15e-3;  // m/s, speed of the hand out of the bed
+constexpr double kWithdrawal = 15e-3;  // m/s, speed of the hand out of the bed (the drilled hole)
 constexpr double kSweepPace = 7e-3;    // m/s, speed of the smoothing bur
 // m, length of the ridge (the edge of the jaw) that is smoothed on each side of the implant's axis
 constexpr double kSweepReach = 3.0e-3;
-// m, depth of the hand below the planned ridge while smoothing; the coupling yields, so the bur is higher than the hand
+// m, depth of the hand below the planned ridge (edge of the jaw) while it smooths this ridge; the coupling yields, so
+// the bur is higher than the hand
 constexpr double kSweepBelow = 0.1e-3;
 constexpr double kSweepApart = 1.0e-3;  // m, distance between two strokes of the smoothing bur
 // N, forces for drilling, for cutting a thread, for checking the depth, and for marking
 constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;
-constexpr double kLeadPerForce = 1.5e-3;  // m/(s·N), gain with which an error of the force changes the lead
+constexpr double kLeadPerForce = 1.5e-3;  // m/(s·N), rate of change of the lead (hand ahead of tool) per force error
 constexpr double kMostLead = 3e-3;        // m, largest lead (distance of the hand ahead of its tool)
 constexpr double kPeck = 3e-3;            // m, drilled depth after which the drill is pulled back
 constexpr double kPull = 2e-3;            // m, distance by which the drill is pulled back, so that the bone cools
@@ -40,7 +41,7 @@ constexpr double kHot = 42, kCool = 41;
 constexpr double kClear = 0.5e-3;
 // m; if the distance to the planned depth is smaller than this, the hand moves slowly
 constexpr double kSlowFrom = 0.3e-3;
-constexpr double kPatience = 60;  // s, largest duration of one stage (Stage) of a phase
+constexpr double kPatience = 60;  // s, largest duration of one stage (enum Stage) of a phase of the procedure
 
 }  // namespace
 
@@ -115,8 +116,8 @@ void ImplantExpert::work(haptics::HandSample& sample) {
   sample.pedal = implant.speed > 0 && top > 0 ? std::min(1.0, implant.speed / top) : 0;
   switch (phase().deed) {
     case ImplantAction::kSmooth: {
-      // Smooths the ridge: moves to and fro, with the bur's lowest point at the height of the planned entry point.
-      // Lifts the bur while the bone is too hot.
+      // Smooths the ridge (edge of the jaw): moves to and fro, with the bur's lowest point at the height of the planned
+      // entry point. Lifts the bur while the bone is too hot.
       const double level_depth = phase().depth + kSweepBelow;
       const double goal = must_cool() ? -kNear : level_depth;
       depth_ += std::clamp(goal - depth_, -kLanding * dt_, kLanding * dt_);
@@ -180,7 +181,8 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
   };
   if (waited_ > kPatience) {
     gave_up_ = true;
-    // If the hand cannot even leave the bone, or does not get its tool, it ends the session.
+    // The stage has taken too long. In the stage kWork, the hand leaves the bone before it ends the session. In any
+    // other stage (for example because the servo does not change the tool), it ends the session at once.
     if (stage_ != Stage::kWork) stage_ = Stage::kOver;
   }
   switch (stage_) {
@@ -209,8 +211,8 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
       break;
     case Stage::kBack: {
       // A tap (a tool that cuts a thread) must turn backwards to leave the bone, until its thread no longer engages.
-      // The bone's surface, and so the depth of the bed's entry, may differ from the plan, so the depth of the tip does
-      // not tell whether the thread engages.
+      // The height of the bone's surface may differ from the plan. So the depth of the tip does not tell whether the
+      // thread still engages.
       const bool held = tool().implant->threaded() && seen_.level == level::kScrewing;
       if (held) {
         sample.pedal = -1;

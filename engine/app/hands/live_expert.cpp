@@ -67,7 +67,7 @@ class LiveExpert final : public haptics::HapticDevice {
 
  private:
   /// Writes the hand's next sample to `last_`. While the planner makes the next plan, the hand rests with the pedal
-  /// released. Returns false if the next plan is empty. Servo thread.
+  /// released. Returns false if the next plan is empty. Servo thread only.
   bool follow_plan() noexcept {
     if (waits_) {
       Legs* next = nullptr;
@@ -83,7 +83,7 @@ class LiveExpert final : public haptics::HapticDevice {
     return true;
   }
 
-  /// Waits for requests of the servo thread and makes a plan for each. Planner thread.
+  /// Waits for requests of the servo thread and makes a plan for each. Planner thread only.
   void plan_when_asked(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       if (!asked_.exchange(false)) {

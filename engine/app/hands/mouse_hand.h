@@ -17,12 +17,12 @@ namespace typodont {
 /// text means the default. Returns m. Throws Error.
 double wheel_step_of(const std::string& text);
 
-/// Computes the tool's pose from the window's input. Render thread.
+/// Computes the tool's pose from the window's input. Render thread only.
 class Pointer {
  public:
   /// `wheel_step`: motion of the tool per notch of the wheel, m.
   Pointer(const display::DisplayRig& rig, const dvec3& start_W, double wheel_step);
-  /// Replaces the rig after the size or shape of the picture has changed.
+  /// Replaces the display rig after the size or shape of the picture has changed.
   void follow_rig(const display::DisplayRig& rig) { rig_ = rig; }
   /// Computes the hand's next sample from the window's input. `t`: time of this input, on any steady clock.
   haptics::HandSample follow(const display::UserInput& input, Nanos t);
@@ -51,7 +51,7 @@ class Pointer {
 };
 
 /// Interpolates between the pointer's positions (about sixty per second), which gives a smooth motion of the hand.
-/// Servo thread.
+/// Servo thread only.
 class PointerSmoothing {
  public:
   /// `rate`: number of calls of next() per second.
@@ -64,7 +64,7 @@ class PointerSmoothing {
   double fraction_;  // fraction of the distance to the wanted position that remains after one call
 };
 
-/// Makes the hand for the servo thread. It reads the latest pointer at `rate` (Hz) and smooths its motion.
+/// Makes the hand for the servo thread. It reads the pointer's latest position at `rate` (Hz) and smooths it.
 std::unique_ptr<haptics::HapticDevice> make_mouse_hand(Wiring& wiring, const Pose& start, double rate);
 
 }  // namespace typodont

@@ -16,7 +16,7 @@ class Student {
   enum class Phase { kExplore, kDrill, kAway };
 
   /// `tissue`: the scene's initial tissue. Throws Error if the tissue contains no caries, or if the scene's task has no
-  /// ideal.
+  /// ideal result.
   Student(const Scene& scene, const haptics::TissueVolume& tissue, double rate);
   /// Computes the next sample. `now`: the present tissue. Returns false at the end.
   bool read(haptics::HandSample& sample, const haptics::TissueVolume& now);

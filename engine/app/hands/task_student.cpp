@@ -15,11 +15,11 @@ namespace typodont {
 
 namespace {
 
-// voxels, tolerance: the tool's head may enter the ideal (the tissue that must remain) to this depth; it equals the
-// error of the distance field
+// voxels, tolerance: the tool's head may enter the ideal (the tissue that must remain) to this depth; this depth equals
+// the error of the distance field
 constexpr double kClear = 0.05;
-// voxels, tolerance: if the head fits the ideal (the tissue that must remain) exactly, as a reamer does, it may enter
-// the ideal to this depth
+// voxels, tolerance: if the head fits the ideal (the tissue that must remain) exactly, as a reamer does, the head may
+// enter the ideal to this depth
 constexpr double kExact = 0.02;
 constexpr double kGrid = 0.1e-3;  // m, distance between the head positions that the planner evaluates
 constexpr double kLayer =
@@ -33,7 +33,8 @@ constexpr double kRow = 0.6;  // ratio: distance between two rows of strokes in 
 constexpr double kSameLevel = 10e-6;
 // m²; if a flat part of the cavity's floor is smaller than this, the tool makes no pass along its walls
 constexpr double kLeastFlat = 0.1e-6;
-// limit as kLeastFlat, as a fraction of the head's cross-section; the larger limit is used
+// a flat part of the floor also gets no pass along its walls if it is smaller than this fraction of the head's
+// cross-section
 constexpr double kFlatShare = 0.15;
 // Ratio: distance between the end of a row and a wall to the head's diameter. Another pass cuts along the wall.
 constexpr double kFromWall = 0.45;
@@ -43,14 +44,15 @@ constexpr double kLeastTaken = 0.05;     // voxels; no stroke is planned for tis
 constexpr double kOnLine = 2e-6;
 // m; a part of a pass that removes nothing is kept if it is shorter than this, so that the tool need not be lifted
 constexpr double kBridged = 1e-3;
-// m, as kBridged, for a coarse tool, which crosses finished surface faster than it is lifted over it
+// m; with a coarse tool, a part of a pass that removes nothing is kept if shorter than this, because lifting takes
+// longer
 constexpr double kCoarseBridged = 3e-3;
-// m, length of a connection between two passes; a longer connection goes over the tissue, not straight
+// m; a connection between two passes that is longer than this leads up over the tissue instead of straight
 constexpr double kStraight = 3e-3;
 constexpr double kHop = 0.3e-3;  // m, height step of the search for a free path between two strokes
 // m; a row of strokes that is longer than this begins with a ramp, on which the bur enters the tissue
 constexpr double kRamp = 0.8e-3;
-// slope (height per length) of a floor; where the floor is steeper than this, it is divided into pieces
+// slope (height per length) of a floor; where the floor is steeper than this, the floor is divided into pieces
 constexpr double kSteep = 2;
 constexpr double kAlongShank = 6e-3;     // m, length of the shank, measured from the head, that is checked for contact
 constexpr double kDown = 0.1e-3;         // m, step of the search for the lowest head position above a grid point
@@ -120,7 +122,7 @@ class StrokePlanner {
     std::vector<std::uint8_t> in;  // 1 for a grid position that the tool's head can reach from above, otherwise 0
   };
 
-  /// A group of points that lie close together, and a ball that contains them; voxels.
+  /// A group of points that lie close together, and a ball that contains them; lengths in voxels.
   struct Points {
     dvec3 center{0};
     double radius = 0;
@@ -225,8 +227,9 @@ class StrokePlanner {
     }
     return least;
   }
-  /// Finds the position near p, at the same height, at which the head has the largest clearance to the ideal. It
-  /// searches in eight directions, and halves the step when no direction increases the clearance.
+  /// Finds the position near p, at the same height, at which the head has the largest clearance to the ideal (the
+  /// tissue that must remain). It searches in eight directions, and halves the step when no direction increases the
+  /// clearance.
   dvec3 centered(dvec3 p) const {
     constexpr std::array<glm::dvec2, 8> kDirections{
         {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};
@@ -242,8 +245,8 @@ class StrokePlanner {
     }
     return p;
   }
-  /// Returns a straight path for a head that fits the ideal exactly, for example a reamer with the diameter of the cup.
-  /// For such a head, the grid contains no free position. Empty for other heads.
+  /// Returns a straight path for a head that fits the ideal (the tissue that must remain) exactly, for example a reamer
+  /// with the diameter of the cup. For such a head, the grid contains no free position. Empty for other heads.
   std::optional<Chain> close_fit() const {
     dvec3 p = centered({lo_ + 0.5 * grid_ * glm::dvec2(count_ - 1), top_});
     const auto down_to = [&](double height) {
@@ -349,8 +352,8 @@ class StrokePlanner {
     for (std::size_t k = 0; k + 1 < line.size(); ++k) add(line[k], line[k + 1], k + 2 < line.size());
   }
   /// Adds a connection from the end of the last stroke to `to`: a straight line, or a path up, across and down. The
-  /// head must not touch the ideal on it. If there is no such connection, nothing is added, and the hand will lift the
-  /// tool.
+  /// head must not touch the ideal (the tissue that must remain) on it. If there is no such connection, nothing is
+  /// added, and the hand will lift the tool.
   void go_to(const dvec3& to) {
     if (!last_) return;
     const dvec3 from = *last_;
@@ -611,9 +614,9 @@ class StrokePlanner {
   std::vector<double> floors() {
     struct Level {
       int columns = 0;
-      double highest = 0;  // m, height of the highest point of the floor
+      double highest = 0;  // m, height of the highest point of the cavity's floor
     };
-    std::map<long, Level> levels;  // flat parts of the floor, sorted by height
+    std::map<long, Level> levels;  // flat parts of the cavity's floor, sorted by height
     const glm::ivec2 extent = count_;
     const bool along_x = extent.x >= extent.y;
     const double length = (along_x ? extent.x : extent.y) * grid_, across = (along_x ? extent.y : extent.x) * grid_;
@@ -668,7 +671,7 @@ class StrokePlanner {
   dquat R_WT_;
   glm::dmat3 axes_;          // the axes u, v, w as columns
   double step_;              // m, distance between neighbouring passes of the tool
-  double allowed_;           // voxels, depth to which the head may enter the ideal
+  double allowed_;           // voxels, depth to which the head may enter the ideal (the tissue that must remain)
   std::vector<dvec3> head_;  // voxels, points on the head relative to its centre
   std::vector<Points> head_groups_, shank_groups_;
   glm::dvec2 lo_{0};  // m along u and v, origin of the grid

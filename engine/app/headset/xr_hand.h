@@ -11,7 +11,7 @@
 
 namespace typodont {
 
-/// Converts the controller's samples to samples of the hand, one by one. Servo thread.
+/// Converts the controller's samples to samples of the hand, one by one. Servo thread only.
 class XrHandFilter {
  public:
   explicit XrHandFilter(const Pose& start) : pose_(start), from_(start) {}
@@ -26,7 +26,7 @@ class XrHandFilter {
   bool lost_ = true, released_ = false;
 };
 
-/// Makes a hand that reads the samples of the headset's thread at `rate` (Hz). Servo thread.
+/// Makes a hand for the servo thread. It reads the samples of the headset's thread at `rate` (Hz).
 std::unique_ptr<haptics::HapticDevice> make_xr_hand(Wiring& wiring, const std::string& address, const Pose& start,
                                                     double rate);
 

@@ -42,8 +42,8 @@ constexpr double kFullForce = 3;  // N, force at which the controller vibrates m
 constexpr double kSlowest = 60, kFastest = 320;
 // rad/s, speed of the spindle at which the controller vibrates with its highest frequency
 constexpr double kFastSpindle = 400 * kKrpm;
-// Limits for a controller and for an arm. The tip counts as still if it moves less than this distance (m) for this time
-// (s).
+// Limits for a controller and for an arm: time (s) and distance (m). The tip counts as still if it moves less than this
+// distance during this time.
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
 // s; if a frame takes longer than this, the GPU is assumed to hang; software rendering on a slow CPU takes less
 constexpr double kLongestFrame = 20;
@@ -74,7 +74,8 @@ void end_hard_at_exit() {
 
 }  // namespace
 
-/// All data of the headset's thread except the wiring. It continues to exist if the thread hangs and is abandoned.
+/// All data of the headset's thread except the channels to other threads (Wiring). This object continues to exist if
+/// the thread hangs and is abandoned.
 struct XrSession::Thread {
   display::DisplayRig rig;
   haptics::ServoSettings servo;
@@ -98,7 +99,8 @@ struct XrSession::Thread {
   std::atomic<std::uint64_t> frames{0};
 
   enum class Phase { kOpening, kAwake, kOver };
-  // The mutex protects the members below. They are read a hundred times per second and written only three times.
+  // The mutex protects the members below. These members are read a hundred times per second and written only three
+  // times.
   std::mutex mutex;
   std::condition_variable changed;
   Phase phase = Phase::kOpening;
@@ -106,7 +108,7 @@ struct XrSession::Thread {
   std::vector<std::string> explanations;
   std::vector<Touch> touches;
   std::optional<DebrisBalance> debris_mass;
-  WorkCounts work;  // counters of the thread's work; only the thread uses them until it ends
+  WorkCounts work;  // counters of the thread's work; only the thread uses them until the thread ends
 
   std::thread thread;
 

@@ -39,7 +39,7 @@ class XrSession {
   // the options request it. `began`: time of the session's start.
   void start(Nanos began);
   /// Checks the headset. Returns false if the user has ended the session. Throws RunFailure if the runtime is lost, or
-  /// if it has not answered for the time `stall_s` of the rig.
+  /// if it has not answered for the time `stall_s` of the rig file.
   bool step();
   /// Ends the session with the runtime. If the headset's thread hangs in a call of the runtime, the thread is
   /// abandoned.

@@ -30,7 +30,7 @@ class XrStage {
   XrStage& operator=(const XrStage&) = delete;
 
   void show(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
-  /// Adds the static surroundings. Call it before the first bricks of the tissue are added.
+  /// Adds the static surroundings. Call it before the first bricks (mesh blocks) of the tissue are added.
   void surround(const Surroundings& around);
   void set_quality(const render::Quality& quality);
   /// Updates the picture of the film of water and debris on the surfaces. Null: there is no film.
@@ -70,7 +70,7 @@ class XrStage {
   haptics::Spindle spindle_;
   HandpieceView handpieces_;
   Pose X_GH_;          // pose of the handpiece relative to the tool
-  bool open_ = false;  // copied to render::ToolState::open: the handpiece is not drawn where it hides the working point
+  bool open_ = false;  // true: the handpiece is not drawn where it hides the working point (render::ToolState::open)
   std::uint32_t shown_tool_ = 0;
   bool shown_placed_ = false;  // true after an implant was placed; its head then stays visible in the tissue
   double angle_ = 0;

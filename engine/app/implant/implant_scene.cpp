@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kRpm = 2 * kPi / 60;  // rad/s, one revolution per minute
-constexpr double kBehind = 0.3e-3;     // m, distance behind the wall of the bed at which measure_bed() tests for bone
+constexpr double kBehind = 0.3e-3;     // m, distance behind the drilled hole's wall at which measure_bed() tests bone
 constexpr int kAround = 24;
 
 /// The voxels of the tissue in a box around the planned implant.

@@ -27,7 +27,7 @@ std::filesystem::path implant_exercise_file();
 session::ImplantTask read_implant(const Json& implant, const Json& tissue, std::span<const haptics::Tool> tools,
                                   const ScenePlace& place);
 
-/// m, depth below the implant's platform; above this depth, an implant need not be surrounded by bone everywhere
+/// m, depth below the implant's upper end; above this depth, an implant need not be surrounded by bone everywhere
 inline constexpr double kCrest = 1.5e-3;
 
 /// Calls visit(p_W, depth) for points on the surface of the planned implant's thread, from the depth kCrest down to the
@@ -53,9 +53,9 @@ void require_greys(const haptics::TissueVolume& tissue, const std::filesystem::p
 void check_plan(const session::ImplantTask& task, const haptics::TissueVolume& tissue,
                 const std::filesystem::path& file);
 
-/// Adds the measures that are computed from the final tissue: diameter and ovality of the bed, openings in its wall,
-/// and contact of the implant with bone. If the scene lists no neighbouring roots, it also adds the distance to the
-/// nearest tooth.
+/// Adds the measures that are computed from the final tissue: diameter and ovality of the bed (drilled hole), openings
+/// in its wall, and contact of the implant with bone. If the scene lists no neighbouring roots, it also adds the
+/// distance to the nearest tooth.
 void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& after,
                  session::ImplantMeasures& measures);
 

@@ -35,7 +35,8 @@ class TissueSaver {
         ++wiring.not_saved;
       }
     };
-    // A new thread writes the copy. The new thread, not the carver, first waits until the previous file is written.
+    // A new thread writes the copy. The new thread, not the carver thread, first waits until the previous file is
+    // written.
     try_to([&] {
       thread_ = std::jthread(
           [&wiring = wiring_, try_to, tissue = copy_of(carver), file, earlier = std::move(thread_)]() mutable {
@@ -190,8 +191,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   return done;
 }
 
-/// Meshes the changed bricks that a picture shows. The others are meshed later; the volume stores which voxels have
-/// changed.
+/// Meshes the changed bricks (mesh blocks) that a picture shows. The others are meshed later; the volume stores which
+/// voxels have changed.
 void CarverTurns::Impl::mesh() {
   const auto& seen = s.wiring.tissue_in_sight;
   const bool in_sight =
@@ -225,10 +226,10 @@ void carve(LiveSession& s) {
   int idle = 0;  // number of consecutive calls of turn() without work
   while (!s.wiring.stop.load(std::memory_order_relaxed)) {
     const CarverTurns::Done done = turns.turn();
-    // Chooses the sleep time of the carver. After 30 ms without work, the hand is assumed to be slow: at 3 cm/s it
-    // moves 0.1 mm until the next check. After one second without work, it is assumed to rest: if it accelerates with
-    // 10 m/s², it moves 0.5 mm until the next check. In an idle session, the checks use 0.4 % of a core; more frequent
-    // checks would use 3 %.
+    // Chooses the sleep time of the carver thread. After 30 ms without work, the hand is assumed to be slow: at 3 cm/s
+    // it moves 0.1 mm until the next check. After one second without work, it is assumed to rest: if it accelerates
+    // with 10 m/s², it moves 0.5 mm until the next check. In an idle session, the checks use 0.4 % of a core; more
+    // frequent checks would use 3 %.
     idle = done.worked ? 0 : std::min(idle + 1, 400);
     if (!done.worked)
       std::this_thread::sleep_for(done.awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 10'000us);

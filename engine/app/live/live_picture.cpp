@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 
 // ns; if the GPU device is lost again within this time, it counts as broken
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
-// ns, time between two searches for changed bricks while the pictures are drawn by the CPU
+// ns, time between two searches for changed bricks (mesh blocks) while the pictures are drawn by the CPU
 constexpr Nanos kProcessorMeshInterval = 33'000'000;
 constexpr Nanos kBriefWait = 4'000'000;     // ns, time between two checks for motion while nothing is drawn
 constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between two pictures from the free viewpoint
@@ -137,7 +137,7 @@ void LivePicture::color(Tissue tissue, const dvec3& color) {
 /// Switches the suction on or off. The suction nozzle lies beside the tooth.
 void LivePicture::suck(bool on) {
   sucking_ = on;
-  // m, distance of the nozzle from the tooth; it lies behind the tooth as the trainee sees it
+  // m, distance of the nozzle from the tooth; the nozzle lies behind the tooth as the trainee sees it
   constexpr double kBeside = 9e-3;
   debris::Suction nozzle = scene_.suction.value_or(debris::Suction{.p_W = above_ + dvec3(0, kBeside, 0)});
   if (left_hand_ && hand_holds_suction(scene_) && session_.wiring.suction_tip.front().opening > 0)
@@ -187,8 +187,8 @@ void LivePicture::show_next_view(const ServoTick& tick) {
 }
 
 /// Returns a section plane through an axis, along the arch or across it. The axis is that of the drill if the drill is
-/// in its bed, otherwise that of the planned implant. (x points along the arch and y to the tongue; docs/interface.md,
-/// "bone".)
+/// in its bed (drilled hole), otherwise that of the planned implant. (x points along the arch and y to the tongue;
+/// docs/interface.md, "bone".)
 glm::dvec4 LivePicture::section_through_implant(const ServoTick& tick) const {
   const bool in_bed = tick.level != session::implant_level::kFree && tick.level != session::implant_level::kPlaced;
   const dvec3 axis = in_bed ? tick.X_WG.R * dvec3(0, 0, -1) : scene_.implant->plan.axis_W;
@@ -198,7 +198,7 @@ glm::dvec4 LivePicture::section_through_implant(const ServoTick& tick) const {
   return {side * n, -side * glm::dot(n, through)};
 }
 
-/// Updates the section plane when a drill enters or leaves a bed, or moves in it.
+/// Updates the section plane when a drill enters or leaves its bed (the drilled hole), or moves in it.
 void LivePicture::follow_implant(const ServoTick& tick) {
   if (!scene_.implant || !stage_ || options_.operated) return;
   Look look = views_->look(Eyes::kTrainee);
@@ -241,7 +241,7 @@ void LivePicture::record_water() {
   if (session_.wiring.water_to_recorder.push(present)) water_ = present;
 }
 
-/// Stores which pictures show the tissue. The carver meshes tissue only if a picture shows it.
+/// Stores which pictures show the tissue. The carver thread meshes tissue only if a picture shows it.
 void LivePicture::update_tissue_visibility() {
   const auto sees = [&](Eyes eyes, const PictureStage* stage) {
     session_.wiring.tissue_in_sight[static_cast<std::size_t>(eyes)] = stage && stage->in_sight(reach_);
@@ -377,8 +377,8 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
   // With software rendering, the CPU also composes and presents the picture. The cost of a frame must include this
   // work, so it is measured as the time between two consecutive frames.
   const bool on_end = std::exchange(drew_last_, true) && stage_->device().processor && !options_.embedded;
-  // While the picture is at rest, only a few bricks are redrawn per frame. The short time of such a frame must not
-  // raise the quality. Otherwise the quality would rise and fall again and again.
+  // While the picture is at rest, only a few bricks (mesh blocks) are redrawn per frame. The short time of such a frame
+  // must not raise the quality. Otherwise the quality would rise and fall again and again.
   const bool refined = stats.redrawn < 1 && stage_->tool_at_rest() && tick.cuts == ladder_cuts_;
   ladder_cuts_ = tick.cuts;
   if (!refined && ladder_.frame_took(on_end && dt > ladder_.slow() ? std::max(dt, took.cost()) : took.cost())) {

@@ -1,6 +1,6 @@
-// The pictures of a live session: the trainee's picture on the rig's screen, and a picture from a free viewpoint. Also
-// contains the objects that both pictures share: views, debris, level of detail, choice of the quality. Render thread
-// only.
+// The pictures of a live session: the trainee's picture on the display rig's screen, and a picture from a free
+// viewpoint. Also contains the objects that both pictures share: views, debris, level of detail, choice of the quality.
+// Render thread only.
 #pragma once
 
 #include <array>
@@ -64,7 +64,7 @@ class LivePicture {
   /// Creates the GPU device again after it was lost. Returns false if the device was already lost a short time before.
   bool recreate_lost_device();
 
-  /// Receives the changes of the tissue that the carver made since the last call.
+  /// Receives the changes of the tissue that the carver thread made since the last call.
   void collect();
   /// Runs one pass of the drawing loop: draws a frame of each picture that has changed, or waits for a short time.
   /// `tick` receives the latest tick.
@@ -76,9 +76,9 @@ class LivePicture {
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
   const gpu::Image* own_picture() const { return own_stage_ && own_frames_ > 0 ? &own_stage_->pictures() : nullptr; }
 
-  /// Switches to the next view. The order is: normal, section through the bur, glass, difference to the ideal (if the
-  /// scene has an ideal), and normal again. In an implant exercise there are two sections through the implant's axis,
-  /// along the arch and across it.
+  /// Switches to the next view. The order is: normal, section through the bur, glass, difference to the ideal result
+  /// (if the scene has an ideal), and normal again. In an implant exercise there are two sections through the implant's
+  /// axis, along the arch and across it.
   void show_next_view(const ServoTick& tick);
   /// Switches the suction on or off. Has an effect only if the scene has debris.
   void switch_suction();
@@ -136,7 +136,7 @@ class LivePicture {
   bool sucking_ = false;
   std::optional<WaterSwitch> water_;  // state of water and suction that was recorded last
   std::optional<PictureStage> stage_, own_stage_;
-  std::unique_ptr<LiveViews> views_;  // declared after the pictures, because it holds references to them
+  std::unique_ptr<LiveViews> views_;  // declared after the pictures, because this object refers to them
 
   Viewpoint own_from_;
   glm::ivec2 own_size_{0};  // pixels, size of the picture from the free viewpoint; 0: it is not drawn

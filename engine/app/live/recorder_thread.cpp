@@ -29,7 +29,8 @@ void RecorderTurns::turn() {
   PatchUse use;
   StrokeEdit edit;
   // Counts the waiting ticks first, and stores only these ticks in this call of turn(). The servo puts the patches
-  // (copies of the tissue) and cuts of a tick into their rings before the tick. So a tick is never stored without them.
+  // (copies of the tissue) and cuts of a tick into their rings before the tick. So a tick is never stored without its
+  // patches and cuts.
   const std::size_t ticks = wiring.ticks_to_recorder.ready();
   while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
   // Patches (copies of the tissue) are read first, then edits (undo and redo). An edit is sent before the patch that it

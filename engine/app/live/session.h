@@ -42,7 +42,7 @@ struct LiveSession {
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
   bool steered = false;  // true: the newest tick is read even if nothing is drawn
-  /// true: each brick is sent both to a headset and to the operator's picture
+  /// true: each brick (mesh block) is sent both to a headset and to the operator's picture
   bool watched = false;
   StrokeHistory book;          // carver thread only: the changes that each stroke made, for undo
   std::string carver_failure;  // carver thread only: reason why the carver failed; empty if it did not fail
@@ -112,7 +112,7 @@ class ServoTurns {
   std::size_t wounds_sent_ = 0;  // number of gum wounds that were sent to the picture so far
 };
 
-/// The carver's loop. Each call of turn() runs the loop once.
+/// The loop of the carver thread. Each call of turn() runs the loop once.
 class CarverTurns {
  public:
   /// `between`: function that is called between the steps of turn(), so that a test can run the servo there. Empty in a
@@ -123,8 +123,8 @@ class CarverTurns {
     bool worked = false;   // true: this call of turn() had work to do
     bool awaited = false;  // true: the servo has not yet begun to use the offered patch (copy of tissue)
   };
-  /// Repeats the servo's cuts, executes the user's commands, offers a new patch (copy of the tissue) if one is due,
-  /// and meshes the changed bricks. Throws OpenVDB's exceptions.
+  /// Repeats the servo's cuts, executes the user's commands, offers a new patch (copy of the tissue) if one is due, and
+  /// meshes the changed bricks (mesh blocks). Throws OpenVDB's exceptions.
   Done turn();
   /// Repeats the cuts that are still waiting at the end of the session.
   void finish();

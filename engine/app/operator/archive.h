@@ -48,12 +48,12 @@ struct NewTooth {
   Crown crown = Crown::kUp;
 };
 /// Converts the input to a volume, or to a mesh in millimetres, and creates a scene for practice. The tissue is placed
-/// upright at the point that the shipped rigs show. Both files are written to the user's folder and replace files of
-/// the same name. Returns the scene's file. Throws Error or Cancelled; then nothing has changed.
+/// upright at the point that the shipped display rigs show. Both files are written to the user's folder and replace
+/// files of the same name. Returns the scene's file. Throws Error or Cancelled; then nothing has changed.
 std::filesystem::path import_tooth(const NewTooth& tooth, Progress& progress);
 
-/// Does the same as import_tooth() for tissue that was read before. The tissue must not yet be turned upright.
-/// `top`: m, point of the tissue that is moved to the point that the rigs show; empty: the middle of the tissue's top.
+/// Does the same as import_tooth() for tissue that was read before. The tissue must not yet be turned upright. `top`:
+/// m, point of the tissue that is moved to the point that the display rigs show; empty: the middle of the tissue's top.
 std::filesystem::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Progress& progress,
                                         const std::optional<dvec3>& top = {});
 

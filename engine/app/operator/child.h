@@ -17,7 +17,7 @@ inline constexpr int kLowestPriority = 19;
 /// 19. Throws Cancelled, or RunFailure with the process's last message if it fails without output.
 std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice = 0);
 
-/// Programs that were started and run independently of the window. Their failures are detected. Main thread.
+/// Programs that were started and run independently of the window. Their failures are detected. Main thread only.
 class Started {
  public:
   /// Opens a file or folder with the desktop's default program.

@@ -1,5 +1,5 @@
 // The available exercises, hands and pictures, and the user's selection, which is stored between two runs of the
-// program. Main thread.
+// program. Main thread only.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +19,7 @@ class Choices {
 
   /// Shows the pages in another language if the computer has a font for it.
   void set_language(session::Language language);
-  /// Searches again for scenes, hands and rigs. The user's selection is kept.
+  /// Searches again for scenes, hands and display rigs. The user's selection is kept.
   void rescan();
   void choose_scene(const std::filesystem::path& file);
   void choose_tutorial();

@@ -1,5 +1,5 @@
 // Draws the user interface (Dear ImGui's draw lists) with Vulkan: one pipeline, dynamic rendering, two frames in
-// flight. If the image to draw on still contains an earlier frame, only the parts that differ are drawn. Render thread.
+// flight. If the image still contains an earlier frame, draws only the parts that differ. Render thread only.
 #pragma once
 
 #include <array>
@@ -62,7 +62,7 @@ class DrawListPainter {
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   std::array<gpu::Buffer, kSlots> vertices_, indices_;
   std::vector<Texture> textures_;
-  std::map<VkImage, std::vector<std::uint64_t>> holds_;  // content of each target: one hash per tile
+  std::map<VkImage, std::vector<std::uint64_t>> holds_;  // content of each target image: one hash per tile
 };
 
 }  // namespace typodont

@@ -129,7 +129,8 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
 
 namespace {
 
-/// Checks for errors that would let a session fail, such as an invalid mesh or a rule without a target. Throws Error.
+/// Checks for errors that would let a session fail, such as an invalid mesh or a rule of the score without a target.
+/// Throws Error.
 void validate_exercise(const std::string& text, const fs::path& file) {
   const Json json = Json::parse(text, file.filename().string());
   const auto try_rules = [&](const auto& read) {  // tries one rule at a time, to find the faulty rule

@@ -28,8 +28,8 @@ struct NewExercise {
   std::vector<std::string> steps;
   const Scene* base = nullptr;                   // base scene from which the exercise is made
   std::span<const PaintStroke> strokes;          // brush strokes that are added to those of the base scene
-  const haptics::TissueVolume* ideal = nullptr;  // the ideal as a volume; null: ideal_mesh is used
-  // File with the ideal as a closed mesh. If both `ideal` and this name are empty, the base scene's ideal is used.
+  const haptics::TissueVolume* ideal = nullptr;  // the ideal result as a volume; null: ideal_mesh is used
+  // File with the ideal result as a closed mesh. If `ideal` and this name are empty, the base scene's ideal is used.
   std::filesystem::path ideal_mesh;
   double mesh_unit_mm = 1;  // mm, length of the unit in which the mesh file states coordinates
   std::array<TissueMade, kTissueCount> tissues{};
@@ -43,19 +43,19 @@ class RuleRefused : public Error {
   RuleRefused(const Error& why, std::string name, bool without_target)
       : Error(why), rule(std::move(name)), no_target(without_target) {}
   std::string rule;  // name of the invalid rule (see session::known_score_names())
-  // The fault of the rule. true: neither the rule nor the ideal preparation states a target value. false: a number of
-  // the rule is out of range.
+  // The fault of the score rule. true: neither the rule nor the ideal preparation states a target value. false: a
+  // number of the rule is out of range.
   bool no_target;
 };
 
-/// Lists the available rules. A rule has the values of the base scene, or default values if the base scene lacks it.
+/// Lists the available score rules. A rule has the values of the base scene, or default values if the scene lacks it.
 std::vector<RuleChoice> rule_choices(const Scene& base);
 
-/// Makes the scene's JSON text. `ideal_file`: path of the ideal, relative to the scene; empty: the base scene's ideal.
+/// Makes the scene's JSON text. `ideal_file`: ideal result, path relative to the scene; empty: the base scene's ideal.
 std::string exercise_json(const NewExercise& exercise, const std::string& ideal_file);
 
-/// Writes ~/Typodont/scenes/NAME.json, and the ideal beside it as NAME-ideal. Before that, checks both files in the
-/// same way as a session. Then replaces any exercise of the same name. Returns the scene's file. Throws Error
+/// Writes ~/Typodont/scenes/NAME.json, and the ideal result beside it as NAME-ideal. Before that, checks both files in
+/// the same way as a session. Then replaces any exercise of the same name. Returns the scene's file. Throws Error
 /// (RuleRefused) or Cancelled; in both cases, no file has changed.
 std::filesystem::path write_exercise(const NewExercise& exercise, Progress& progress);
 

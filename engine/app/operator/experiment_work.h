@@ -1,4 +1,4 @@
-// Runs an experiment (`typodont experiment`) in a separate process beside the window. Main thread.
+// Runs an experiment (`typodont experiment`) in a separate process beside the window. Main thread only.
 #pragma once
 
 #include "engine/app/operator/long_work.h"

@@ -1,4 +1,4 @@
-// A field for the path of a file. The user types the path or selects it from a list. Main thread.
+// A field for the path of a file. The user types the path or selects it from a list. Main thread only.
 #pragma once
 
 #include <filesystem>

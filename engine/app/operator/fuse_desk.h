@@ -1,5 +1,5 @@
 // Aligns an intraoral scan with the CBCT (cone beam CT) of the scan page. Reads the scan's mesh, registers the points
-// that the user picks, draws both surfaces, and replaces the crowns. Main thread.
+// that the user picks, draws both surfaces, and replaces the crowns. Main thread only.
 #pragma once
 
 #include <memory>
@@ -20,7 +20,7 @@ class FuseDesk {
   FuseDesk(const FuseDesk&) = delete;
   FuseDesk& operator=(const FuseDesk&) = delete;
 
-  /// Shows the page and reads the mesh of OperatorState::fuse in the background. The scan page must have exact labels.
+  /// Shows the page and reads the mesh of OperatorState::fuse in the background. Requires full labels on the scan page.
   void open();
   /// Registers the two surfaces by the picked points. If the result is refused, the message line states the reason.
   void register_points();

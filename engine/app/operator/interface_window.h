@@ -1,5 +1,5 @@
 // A desktop window that Dear ImGui draws: GPU device, output, fonts, theme and input. The caller draws the content of
-// each frame. Main thread.
+// each frame. Main thread only.
 #pragma once
 
 #include <memory>

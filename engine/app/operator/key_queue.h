@@ -1,5 +1,5 @@
 // Passes keyboard input to the pages frame by frame. A page reads the state of the keys once per frame. On a busy
-// computer, the user may press several keys between two frames. The queue stores them all in order. Main thread.
+// computer, the user may press several keys between two frames. The queue stores them all in order. Main thread only.
 #pragma once
 
 #include <array>

@@ -123,7 +123,7 @@ std::vector<RigChoice> find_rigs(const OperatorState& s) {
       try {
         const display::DisplayRig rig = display::load_rig(file);
         if (rig.kind == display::DisplayKind::kOffscreen) continue;
-        // Shipped window rigs are not listed, because each exercise selects its own window rig (usual_rig()).
+        // Shipped rig files for windows are not listed, because each exercise selects its own window rig (usual_rig()).
         if (rig.kind == display::DisplayKind::kWindow && folder == shipped) continue;
         const bool mirror = folder == shipped && file.stem() == "mirror";
         const std::string title = rig.kind == display::DisplayKind::kHmd ? s.text("op.headset")

@@ -1,4 +1,4 @@
-// Finds the available exercises, hands and rigs, and the user's folders.
+// Finds the available exercises, hands and display rigs, and the user's folders.
 #pragma once
 
 #include <filesystem>
@@ -24,7 +24,7 @@ std::string file_name_of(const std::string& text);
 
 /// Lists the connected devices, the mouse, and an entry for an address that the user types.
 std::vector<HandEntry> find_hands(const OperatorState& s);
-/// Lists the operator's window as a rig, then the shipped rigs and the user's rigs for screens and mirrors.
+/// Lists the operator's window as a display rig, then the shipped rigs and the user's rigs for screens and mirrors.
 std::vector<RigChoice> find_rigs(const OperatorState& s);
 
 /// Returns the local time in the form that file names use: "2026-11-21_12-30-05".
@@ -33,7 +33,7 @@ std::string date_and_time();
 std::filesystem::path new_session_file(const std::string& trainee, const std::string& scene);
 
 /// Returns the folder of the trainee "expert", beside the folder of the given trainee. Reports compare a session with
-/// the sessions in it.
+/// the sessions in this folder.
 std::filesystem::path expert_folder(const std::filesystem::path& trainee_folder);
 
 /// Returns the path of a temporary file for a recording. The file is deleted when the program ends, unless the user

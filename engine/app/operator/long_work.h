@@ -1,5 +1,5 @@
 // Runs one long task at a time while the window stays usable. When the task is done, executes an action in the window's
-// thread. Main thread.
+// thread. Main thread only.
 #pragma once
 
 #include <functional>
@@ -14,8 +14,8 @@ class BackgroundTask {
  public:
   explicit BackgroundTask(OperatorState& s) : s_(s) {}
 
-  /// Runs `work` on its own thread. After it has succeeded, runs `then` on this thread. If another task is running, it
-  /// is cancelled first.
+  /// Runs `work` on its own thread. After it has succeeded, look() runs `then`. If another task is running, it is
+  /// cancelled first.
   void begin(std::function<void(Progress&)> work, std::function<void()> then);
   bool under_way() const { return job_ != nullptr; }
   void cancel();

@@ -1,5 +1,5 @@
 // The operator's window, which `typodont` without arguments opens. The user selects an exercise, a hand and a picture,
-// runs sessions and reads their results. Main thread.
+// runs sessions and reads their results. Main thread only.
 #pragma once
 
 namespace typodont {

@@ -1,4 +1,4 @@
-// Planning an implant in the window: loads the jaw, evaluates the plan and draws its sections. Main thread.
+// Planning an implant in the window: loads the jaw, evaluates the plan and draws its sections. Main thread only.
 #pragma once
 
 #include <memory>

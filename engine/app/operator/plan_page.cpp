@@ -19,7 +19,7 @@ namespace {
 constexpr double kWheel = 0.25e-3;       // m, motion of the implant along its axis per step of the mouse wheel
 constexpr double kLargestTilt = 60;      // degrees, largest tilt of the implant that the user can set
 constexpr double kToothMargin = 1.5e-3;  // m, usual safety distance between implant and root
-// index of the section that is perpendicular to the implant's axis, through its platform
+// index of the section that is perpendicular to the implant's axis, through the implant's upper end
 constexpr std::size_t kLevel = 2;
 constexpr std::array kTitles{"op.plan_across", "op.plan_along", "op.plan_level"};
 

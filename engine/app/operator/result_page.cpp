@@ -65,7 +65,7 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// Draws the fields of one rule: whether it counts, its target, its tolerance and its weight.
+/// Draws the fields of one rule of the score: whether it counts, its target, its tolerance and its weight.
 void draw_rule(OperatorState& s, RuleChoice& rule) {
   ImGui::TableNextRow();
   ImGui::PushID(rule.name.c_str());

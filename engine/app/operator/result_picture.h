@@ -1,4 +1,4 @@
-// The picture on the result page. It shows the final surface from a fixed direction. Main thread except
+// The picture on the result page. It shows the final surface from a fixed direction. Main thread only, except
 // picture_of_result().
 #pragma once
 
@@ -10,8 +10,8 @@
 
 namespace typodont {
 
-/// Draws the final surface by software, on the background colour of the window. If there is an ideal, the picture shows
-/// the difference to the ideal. The picture is empty if the surface is unknown. For any thread.
+/// Draws the final surface by software, on the background colour of the window. If there is an ideal result, the
+/// picture shows the difference to the ideal. The picture is empty if the surface is unknown. For any thread.
 render::Picture picture_of_result(const session::ReportOptions& report);
 
 class ResultPicture {

@@ -1,5 +1,5 @@
-// Shows a scan in the window before its import. Reads the scan, computes the labels that the review requests, and draws
-// its sections. Main thread.
+// Shows a scan in the window before its import. Reads the scan, computes the tissue labels that the review requests,
+// and draws its sections. Main thread only.
 #pragma once
 
 #include <memory>
@@ -25,13 +25,13 @@ class ScanDesk {
   /// Shows the page and reads the scan of OperatorState::import in the background. If the scan cannot be read, the
   /// import page is shown with the reason.
   void open();
-  /// Receives labels that were computed, and starts the computation of labels that are requested. Coarse labels are
+  /// Receives tissue labels that were computed, and starts the computation of requested labels. Coarse labels are
   /// computed without notice to the user, full labels as a task with progress. Returns true if something visible
   /// changed.
   bool look();
   /// Draws the sections again if they have changed. Call it before the page is drawn.
   void follow();
-  /// Makes an exercise of the scan's region with the user's corrections, and selects the new scene.
+  /// Makes an exercise from the selected region of the scan, with the user's corrections, and selects the new scene.
   void import(Choices& choices);
   /// Frees the GPU memory of the pictures, for example after the GPU was lost. The next follow() creates them again.
   void destroy();
@@ -51,8 +51,8 @@ class ScanDesk {
     std::optional<haptics::Imported> labels;
   };
   std::shared_ptr<Computed> coarse_;
-  std::optional<LabelRequest> full_;  // the request for full labels that work_ computes at present
-  std::unique_ptr<Job> job_;          // computes coarse labels (the request `coarse_`)
+  std::optional<LabelRequest> full_;  // the request for full tissue labels that work_ computes at present
+  std::unique_ptr<Job> job_;          // computes coarse tissue labels (the request `coarse_`)
   std::vector<gpu::Image> images_;
   std::uint64_t drawn_ = 0;  // value of ScanReview::changes() when the pictures were drawn
 };

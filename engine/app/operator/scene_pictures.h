@@ -1,5 +1,5 @@
 // The pictures of the exercises. They are files beside the scenes. Missing pictures are drawn one by one while the
-// start page is shown. Main thread.
+// start page is shown. Main thread only.
 #pragma once
 
 #include <filesystem>

@@ -66,7 +66,7 @@ void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char*
         try {
           *file = make(progress);
         } catch (const RuleRefused& refused) {
-          // the message contains the title of the rule, because the page shows this title to the user
+          // the message contains the title of the score rule, because the page shows this title to the user
           const std::string name(session::text(fmt::format("score.{}", refused.rule), language));
           throw Error(fmt::format(
               fmt::runtime(session::text(refused.no_target ? "op.rule_no_target" : "op.rule_numbers", language)),
@@ -200,7 +200,8 @@ void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices,
 fs::path keep_exercise(const OperatorState& s, const Authored& authored) {
   NewExercise made = exercise_of(s, authored);
   made.name = fmt::format("{} {}", authored.scene.name, date_and_time());
-  // The mesh and the rules of the form are not used, because an invalid entry would prevent saving the author's work.
+  // The mesh and the score rules of the form are not used, because an invalid entry would prevent saving the author's
+  // work.
   made.ideal = &authored.tissue;
   made.ideal_mesh.clear();
   made.rules.reset();

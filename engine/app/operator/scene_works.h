@@ -1,5 +1,5 @@
 // Creates the user's own exercises in the background: from a scan or mesh, or from the tissue that an author painted
-// and drilled. Main thread.
+// and drilled. Main thread only.
 #pragma once
 
 #include <memory>
@@ -28,7 +28,7 @@ NewTooth tooth_of(const ImportForm& form);
 
 /// Imports a tooth with the settings in OperatorState::import, and selects the new scene.
 void import_tooth(OperatorState& s, BackgroundTask& work, Choices& choices);
-/// Makes an exercise of the scan's region with the user's corrections, and selects the new scene.
+/// Makes an exercise from the selected region of the scan, with the user's corrections, and selects the new scene.
 void import_reviewed(OperatorState& s, BackgroundTask& work, Choices& choices, const ScanReview& review);
 /// Saves the author's work with the settings in OperatorState::exercise, and selects the new scene. `authored` must
 /// exist until the work has ended.

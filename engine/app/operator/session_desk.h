@@ -1,5 +1,5 @@
 // The session that runs in the operator's window. Starts the session, shows its state, executes requests, ends the
-// session and stores its results. Main thread.
+// session and stores its results. Main thread only.
 #pragma once
 
 #include <filesystem>

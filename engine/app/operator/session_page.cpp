@@ -166,7 +166,8 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   s.live_size = {static_cast<int>(fit.x), static_cast<int>(fit.y)};
   if (s.live) {
     ImGui::SetCursorPos(at);
-    // The picture of a mirror rig is reflected. This matrix reflects it again, so that the instructor sees it upright.
+    // The picture on a screen that the user sees in a mirror is reflected. This matrix reflects it again, so that the
+    // instructor sees it upright.
     const glm::dmat2 upright = s.own_view ? glm::dmat2(1) : s.live_upright;
     const glm::dvec2 across = upright[0], up = upright[1];
     // Converts a corner of the upright picture to texture coordinates.

@@ -1,5 +1,5 @@
 // The scores in the list of recorded sessions. Scores are cached between runs of the program. Missing scores are
-// computed one by one while the list is shown. Main thread.
+// computed one by one while the list is shown. Main thread only.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Makes reports, learning curves, films and surfaces from recorded sessions in the background. Main thread.
+// Makes reports, learning curves, films and surfaces from recorded sessions in the background. Main thread only.
 #pragma once
 
 #include <filesystem>

@@ -124,7 +124,7 @@ void draw_model(OperatorState& s, InterfaceWindow& w, const SceneChoice& scene) 
   };
   const auto about = [&](const std::string& name) {
     const std::string key = fmt::format("op.model.{}", name);
-    // the catalogue has no description of a contact model from outside the program
+    // the text catalogue has no description of a contact model from outside the program
     return session::has_text(key) ? s.text(key) : "";
   };
   ImGui::SetNextItemWidth(-1);

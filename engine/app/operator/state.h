@@ -1,5 +1,5 @@
 // The state of the operator's window, as plain data. The pages draw the state and add requests to it. The Operator
-// executes the requests between two frames. Main thread.
+// executes the requests between two frames. Main thread only.
 #pragma once
 
 #include <fmt/format.h>
@@ -117,17 +117,17 @@ struct RuleChoice {
   bool from_ideal = true;  // true: the target is the value that the ideal shape has, if there is an ideal
   float target = 0, tolerance = 1, weight = 10;
 };
-/// Source of the ideal in a new exercise: the base scene, the drilled tissue, or a mesh file.
+/// Source of the ideal result in a new exercise: the base scene, the drilled tissue, or a mesh file.
 enum class IdealFrom { kBase, kDrilled, kMesh };
 struct ExerciseForm {
   bool fresh = true;  // true: the form has not yet been filled with the values of the session
   std::array<char, 96> name{};
   std::array<char, 512> goal{};
-  std::array<char, 1024> steps{};  // text of the steps, one per line
+  std::array<char, 1024> steps{};  // text of the exercise's steps, one step per line
   IdealFrom ideal = IdealFrom::kDrilled;
-  bool base_aims = false;  // true: the base scene has an ideal
+  bool base_aims = false;  // true: the base scene has an ideal result
   bool aims() const { return ideal != IdealFrom::kBase || base_aims; }
-  std::array<char, 512> mesh{};  // path of the mesh file that contains the ideal of the exercise
+  std::array<char, 512> mesh{};  // path of the mesh file that contains the ideal result of the exercise
   FileChooser chooser;
   float mesh_unit_mm = 1;
   std::vector<RuleChoice> rules;
@@ -148,8 +148,8 @@ struct ImportForm {
 };
 /// Action of the left mouse button in a section of a scan.
 enum class ScanTool { kLook, kBrush, kSeed };
-/// Data of the page that shows a scan before its import. The page changes the review. ScanDesk computes the labels and
-/// draws the sections between two frames.
+/// Data of the page that shows a scan before its import. The page changes the ScanReview. ScanDesk computes the labels
+/// and draws the sections between two frames.
 struct ScanForm {
   ScanReview* review = nullptr;  // owned by ScanDesk; null until the scan is read
   std::size_t large = 0;         // index of the section that is shown larger than the others
@@ -157,15 +157,15 @@ struct ScanForm {
   int kind = 0;  // kind of label that the tool makes, a haptics::LabelKind as a number
   float radius_mm = 1;
   bool only_tissue = true;
-  float reach_mm = 5, tolerance = 0.3f;  // for a seed: distance limit from the click; limit of the grey difference
+  float reach_mm = 5, tolerance = 0.3f;  // for a seed (clicked point): limits of distance and grey difference
   glm::ivec3 walls{0};                   // dragged face of the region's box per axis: −1 lower, +1 upper, 0 none
   dvec3 mouse_F{0};                      // m, frame of the scan, position of the brush in the last frame
   ScanPlanes planes;
   std::array<const gpu::Image*, kScanSections> pictures{};  // pictures of the sections; null until they are drawn
   std::uint64_t drawn = 0;                                  // number of times that the sections were drawn
 };
-/// Data of the page on which an intraoral scan is aligned with a CBCT. The page changes the fusion. FuseDesk registers
-/// and draws the surfaces.
+/// Data of the page on which an intraoral scan is aligned with a CBCT. The page changes the ScanFusion. FuseDesk
+/// registers and draws the surfaces.
 struct FuseForm {
   std::array<char, 512> file{};  // path of the mesh file of the intraoral scan
   FileChooser chooser;
@@ -222,7 +222,7 @@ struct ExperimentFinding {
   /// chosen (%)
   FoundValue found;
   std::array<std::string, 2> models;  // names of the compared models; empty for other questions
-  /// only for a comparison of models: p-value, the probability of answers at least as uneven if no difference is felt
+  /// for a comparison of models: p-value, probability of equally or more uneven answers if no difference is felt
   double chance = 1;
 };
 struct DoctorFinding {
@@ -234,11 +234,11 @@ struct Outcome {
   WorkbenchSummary summary;
   std::filesystem::path recording, report;  // files of the session; empty if they do not exist
   session::Score score;
-  bool scored = false;  // true: the score is final; before, no score is shown
-  // Picture of the final surface. If there is an ideal, it shows the difference to the ideal. Empty if the surface is
-  // unknown.
+  bool scored = false;  // true: the score is final; until then, no score is shown
+  // Picture of the final surface. If there is an ideal result, it shows the difference to the ideal. Empty if the
+  // surface is unknown.
   render::Picture picture;
-  bool compared = false;  // true: the picture shows the difference to the ideal
+  bool compared = false;  // true: the picture shows the difference to the ideal result
   std::string failure;
 };
 
@@ -269,7 +269,7 @@ struct OperatorState {
   std::string real_time_refused;  // reason why the system refuses real-time scheduling; empty if it allows it
   /// true: the user accepts a device with motors although real-time scheduling is refused
   bool no_real_time = false;
-  /// true: authoring mode, in which tissue is painted and the ideal is set; such sessions are not recorded
+  /// true: authoring mode, in which tissue is painted and the ideal result is set; such sessions are not recorded
   bool author = false;
   std::vector<gpu::Image> pictures;
 
@@ -316,7 +316,7 @@ struct OperatorState {
 
   // Data of the result page.
   Outcome outcome;
-  const gpu::Image* result_picture = nullptr;  // picture of the outcome on the GPU
+  const gpu::Image* result_picture = nullptr;  // picture of the session's result, on the GPU
   ExerciseForm exercise;
 
   // Data of the page of recorded sessions.

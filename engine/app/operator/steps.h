@@ -1,5 +1,5 @@
-// The steps of a task, in order. The user completes a step by a click. If the task states an action for the step
-// (key "done", for example "touch"), the user completes the step by this action instead. Main thread.
+// The steps of a task, in order. The user completes a step by a click. If the task states an action for the step (key
+// "done", for example "touch"), the user completes the step by this action instead. Main thread only.
 #pragma once
 
 #include "engine/app/wiring.h"

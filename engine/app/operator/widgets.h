@@ -62,7 +62,7 @@ bool stop_button(const char* text, ImVec2 size);
 /// Draws a button that looks pressed while `on` is true. Returns true if it was pressed.
 bool toggle_button(const char* text, bool on, ImVec2 size);
 
-/// Returns the colour for a score. `fraction`: ratio to the full score. The colour is red below the pass mark.
+/// Returns the colour for a score. `fraction`: fraction of the full score. The colour is red below the pass mark.
 ImVec4 score_color(double fraction, const session::PassMark& pass);
 
 /// Draws a button for a request. The request is also made by the button's shortcut, which the button shows. `main`:

@@ -9,11 +9,11 @@ namespace typodont {
 
 namespace {
 
-// m, grid spacing of the distance field from which chips bounce off; they need no fine detail of a cavity
+// m, grid spacing of the distance field from which chips bounce off; bouncing needs no fine detail of a cavity
 constexpr double kCoarse = 4e-4;
-// m, grid spacing of the distance field on which the film flows; a cavity must be several cells wide
+// m, grid spacing of the distance field on which the film of water flows; a cavity must be several cells wide
 constexpr double kFilm = 3e-4;
-constexpr double kFilmShown = 0.05;  // s, time between two updates of the picture of the film
+constexpr double kFilmShown = 0.05;  // s, time between two updates of the picture of the film of water
 // m, each time that the tool's head has moved by this length, its cut is applied to the water's distance field
 constexpr double kCutSteps = 0.1e-3;
 constexpr double kPressed = 0.05;  // the handpiece sprays while the pedal's position (0..1) is larger than this
@@ -139,7 +139,7 @@ void DebrisView::follow(Wiring& wiring, std::span<const haptics::Tool> tray) {
   while (wiring.pieces_to_debris.pop(piece)) add(piece);
 }
 
-/// Applies a cut to the coarse field, so that water flows into the cavity.
+/// Applies a cut to the coarse distance field, so that water flows into the cavity.
 void DebrisView::carve(const Cut& cut, const haptics::Tool& tool) {
   Water& water = *water_;
   if (water.tool != cut.tool) {

@@ -1,5 +1,5 @@
 // Chips, water and slurry in the picture. Cuts create chips, which bounce off a coarse copy of the tissue. The spray of
-// a handpiece wets the tissue. Render thread.
+// a handpiece wets the tissue. Render thread only.
 #pragma once
 
 #include <optional>
@@ -26,20 +26,20 @@ namespace typodont {
 render::CloudLaw cloud_law(const debris::DebrisOptions& options, const debris::CoarseField& field, double least_shown);
 render::CloudParticle cloud_particle(const debris::NewParticle& new_particles, const dvec3& color);
 
-/// The water of a session. If there are no nozzles, water and film are not computed.
+/// The water of a session. If there are no nozzles, neither water nor its film on surfaces is computed.
 struct WaterPlan {
   std::optional<Nozzles> nozzles;
   bool on = false;  // true: the spray is on at the start
   glm::dvec4 drain{
-      // The plane at which the film ends. The film exists only at points p_W with dot(drain, (p_W, 1)) >= 0, because
-      // below this plane the tooth is inside the gum. Zero: there is no such plane.
+      // The plane at which the film of water ends. This film exists only at points p_W with dot(drain, (p_W, 1)) >= 0,
+      // because below this plane the tooth is inside the gum. Zero: there is no such plane.
       0};
 };
 
 /// Returns the settings of a scene's water: nozzles, state of the spray, and plane. `around`: the scene's surroundings.
 WaterPlan water_of(const Scene& scene, const Surroundings& around);
 
-/// Mass balance (kg) of chips, droplets and film. Masses that only the GPU knows are NaN.
+/// Mass balance (kg) of chips, droplets and film of water. Masses that only the GPU knows are NaN.
 struct DebrisBalance {
   debris::DebrisLedger chips;
   std::optional<debris::SprayLedger> spray;  // water balance; empty if there are no nozzles
@@ -61,22 +61,22 @@ class DebrisView {
   void add(const Cut& cut, const haptics::Tool& tool);
   /// Replaces a loose piece of tissue by chips at its position.
   void add(const LoosePiece& piece);
-  /// Creates the chips of all cuts that a live session made since the last call. `tray`: the session's tool set; the
-  /// cuts contain indices in it.
+  /// Creates the chips of all cuts that a live session made since the last call. `tray`: the session's tool set; a cut
+  /// states its tool as an index in this set.
   void follow(Wiring& wiring, std::span<const haptics::Tool> tray);
   /// Sets the suction nozzle. Empty: the suction is off.
   void suck(const std::optional<debris::Suction>& suction);
   /// Sets the pose of the bur for the next step. The bur sprays water while the pedal is pressed, and throws off the
-  /// film that it touches.
+  /// film of water that it touches.
   void hold(const ServoTick& tick, const haptics::Tool& tool);
   /// Switches the water on or off. Has no effect without nozzles.
   void spray(bool on) { spraying_ = on && water_; }
   bool spraying() const { return spraying_; }
   bool has_spray() const { return water_.has_value(); }
   void step(double dt);
-  /// Returns the picture of the film for PictureStage::show_film; null without nozzles.
+  /// Returns the picture of the film of water for PictureStage::show_film; null without nozzles.
   const FilmPicture* film() const { return water_ ? &water_->picture : nullptr; }
-  /// Adds to `work` the counts of computed droplets, film cells and texels since the last call.
+  /// Adds to `work` the counts of computed droplets, cells of the film of water, and texels since the last call.
   void count(WorkCounts& work);
   /// Returns the particles on the GPU, for render::Frame. Null if the CPU moves the particles; then particles() returns
   /// them.
@@ -96,9 +96,9 @@ class DebrisView {
     FilmPicture picture;
     debris::SpraySource source;
     bool bur = false;        // true: the bur is the source of the spray, and `source` is valid
-    double since_shown = 0;  // s, time since the film's picture was last updated
-    // uncut: pose of the head at the latest cut, if this cut has not yet been applied to the water's distance field;
-    // cut_at: pose of the head at the latest cut that has been applied to it
+    double since_shown = 0;  // s, time since the picture of the film of water was last updated
+    // uncut: pose of the head at the latest cut, if the water's distance field does not yet include this cut; cut_at:
+    // pose of the head at the latest cut that this field includes
     std::optional<Pose> uncut, cut_at;
     std::optional<std::uint32_t> tool;  // index of the tool for which `head` and `reach` were computed
     haptics::HeadField head;

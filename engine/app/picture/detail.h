@@ -7,19 +7,19 @@
 
 namespace typodont {
 
-/// Returns the width (m) of a pixel of an eye's picture on this rig's screen.
+/// Returns the width (m) of a pixel of an eye's picture on this display rig's screen.
 double screen_pixel(const display::DisplayRig& rig);
 
 /// Returns the tolerance (voxels) of the tooth's mesh if a pixel has the width `pixel` (m). It is limited, so that
 /// the shapes are preserved.
 float surface_tolerance(double pixel, double voxel, const render::Quality& quality);
-/// Returns the tolerance (voxels) of the tooth's mesh, computed from the pixels of this rig's screen. It is used before
-/// the first picture.
+/// Returns the tolerance (voxels) of the tooth's mesh, computed from the pixels of this display rig's screen. It is
+/// used before the first picture.
 float surface_tolerance(const display::DisplayRig& rig, double voxel,
                         const render::Quality& quality = render::kQualityLadder.front());
 
 /// Adapts the tolerance to the pixel size after each frame. The tolerance changes in steps, so that a small motion of
-/// the user's head changes nothing. Render thread.
+/// the user's head changes nothing. Render thread only.
 class Detail {
  public:
   Detail(float tolerance, double voxel) : tolerance_(tolerance), voxel_(voxel) {}

@@ -1,4 +1,4 @@
-// Replaces the picture size of one eye that the rig states.
+// Replaces the picture size of one eye that the rig file states.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@ namespace typodont {
 /// Parses the value "WIDTHxHEIGHT" of the option --size: the size of one eye's picture in pixels. Throws Error.
 glm::ivec2 parse_size(const std::string& text);
 
-/// Sets the size of one eye's picture (`eye`, pixels) in the rig. The size of the panel is computed from it and the
-/// layout.
+/// Sets the size of one eye's picture (`eye`, pixels) in the display rig. The size of the panel is computed from it and
+/// the layout.
 void draw_eyes_at(display::DisplayRig& rig, const glm::ivec2& eye);
 
 }  // namespace typodont

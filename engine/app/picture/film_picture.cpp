@@ -13,7 +13,8 @@ namespace {
 constexpr double kWaterDepth = 80e-6;
 // m, height of solids that hides 63 % of the surface: grains of 5 to 10 µm hide an area equal to their cross-section
 constexpr double kSolidsDepth = 4e-6;
-// if the values (0 to 255) of a texel change by less than this, it is not drawn again: the change is not visible
+// if the values (0 to 255) of a texel change by less than this, it is not drawn again, because the change is not
+// visible
 constexpr int kVisible = 10;
 
 std::uint8_t byte(double fraction) {
@@ -38,8 +39,8 @@ render::FilmTexel texel_of(const debris::FilmCell& cell) {
           .blood = byte(solids > 0 ? blood / solids : 0)};
 }
 
-/// Returns true if two texels of the film look different. The colours of the solids are compared only as far as the
-/// solids cover the surface.
+/// Returns true if two texels of the film of water look different. A difference in the colour of the solids counts in
+/// proportion to the fraction of the surface that the solids cover.
 bool differ(const render::FilmTexel& a, const render::FilmTexel& b) {
   const auto apart = [](std::uint8_t x, std::uint8_t y) { return std::abs(int{x} - int{y}); };
   const int cover = std::max(a.cover, b.cover);
@@ -85,8 +86,8 @@ void FilmPicture::update(debris::Film& film) {
   }
 }
 
-/// Writes the texel of a sample. A sample that lies in no film cell gets the mean of its neighbours that lie in one.
-/// Otherwise the interpolated film would fade near the surface.
+/// Writes the texel of a sample. A sample outside all cells of the film gets the mean of its neighbours that lie in
+/// such cells. Otherwise the interpolated film would fade near the surface.
 void FilmPicture::write(const debris::Film& film, const glm::ivec3& sample) {
   render::FilmTexel texel = own_[index(sample)];
   if (!film.has_cell(sample)) {

@@ -1,4 +1,4 @@
-// Converts the film of water and slurry to texels for the renderer. Render thread.
+// Converts the film of water and slurry to texels for the renderer. Render thread only.
 #pragma once
 
 #include <cstdint>
@@ -11,22 +11,22 @@ namespace typodont {
 
 class FilmPicture {
  public:
-  /// `field`: distance field with the grid of the film.
+  /// `field`: distance field with the grid of the film of water.
   explicit FilmPicture(const debris::CoarseField& field);
 
-  /// Updates the texels of the cells that have changed visibly since the last call.
+  /// Updates the texels of those cells of the film of water that have changed visibly since the last call.
   void update(debris::Film& film);
 
   const render::FilmGrid& grid() const { return grid_; }
   std::uint64_t version() const { return version_; }
   std::uint64_t texels_written() const { return texels_written_; }
 
-  /// States which version of the film a renderer has already received.
+  /// States which version of the film of water a renderer has already received.
   struct Shown {
     const FilmPicture* picture = nullptr;
     std::uint64_t version = 0;
   };
-  /// Sends the changes of the film to a renderer. `picture`: null if there is no film.
+  /// Sends the changes of the film of water to a renderer. `picture`: null if there is no film.
   static void show(const FilmPicture* picture, render::Renderer& renderer, Shown& shown);
 
  private:
@@ -42,12 +42,12 @@ class FilmPicture {
 
   render::FilmGrid grid_;
   glm::ivec3 blocks_{0};
-  std::vector<render::FilmTexel> own_;  // one texel per cell of the film, without the texels of the border
-  // Texels for the renderer. If a grid point has no film cell, its texel is the mean of the nearest cells' texels.
+  std::vector<render::FilmTexel> own_;  // one texel per cell of the film of water, without those of the border
+  // Texels for the renderer. For a grid point in no cell of the water film: mean of the nearest cells' texels.
   std::vector<render::FilmTexel> texels_;
   std::vector<std::uint8_t> queued_;
   std::vector<glm::ivec3> changed_, queue_;
-  std::vector<std::uint64_t> block_version_;  // version of the film at the last change of each block
+  std::vector<std::uint64_t> block_version_;  // version of the film of water at the last change of each block
   std::uint64_t version_ = 0, texels_written_ = 0;
 };
 

@@ -1,5 +1,5 @@
-// Tissue labels near the surface, in blocks. Each block is read from the carver's volume only once, and stores whether
-// it contains more than one tissue. Carver's thread.
+// Tissue labels near the surface, in blocks. Each block is read from the volume only once, and stores whether it
+// contains more than one tissue. For the thread that owns the tissue.
 #pragma once
 
 #include <array>
@@ -16,9 +16,9 @@ namespace typodont {
 class LabelBlocks {
  public:
   explicit LabelBlocks(const DrawnAs& drawn_as = {}) : drawn_as_(drawn_as) {}
-  /// Discards all blocks, because the volume may have changed.
+  /// Discards all blocks of labels, because the volume may have changed.
   void forget();
-  /// Loads the blocks that contain the voxels from `low` to `high`.
+  /// Loads the blocks of labels that contain the voxels from `low` to `high`.
   void look_at(const haptics::TissueVolume& volume, const glm::ivec3& low, const glm::ivec3& high);
   /// Returns the origin (voxels) of the coordinates that at() expects. Within the loaded blocks, these coordinates are
   /// positive.
@@ -43,7 +43,7 @@ class LabelBlocks {
   const Block& block(const haptics::TissueVolume& volume, const glm::ivec3& key);
 
   DrawnAs drawn_as_;
-  /// blocks of labels; only the first `used_` are valid, the others are kept for later
+  /// blocks of labels; only the first `used_` are valid, the others are unused memory for later blocks
   std::vector<std::unique_ptr<Block>> blocks_;
   std::size_t used_ = 0;
   std::unordered_map<std::uint64_t, const Block*> known_;

@@ -18,16 +18,16 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// ns, one call of give() spends at most this time on passing bricks to a picture
+// ns, one call of give() spends at most this time on passing bricks (mesh blocks) to a picture
 constexpr Nanos kGiveFor = 4'000'000;
 constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
-// ns, time between two copies of the tissue; a copy blocks the carver for some milliseconds
+// ns, time between two copies of the tissue; a copy blocks the carver thread for some milliseconds
 constexpr Nanos kBodiesInterval = 120'000'000;
 // niceness (scheduling priority) of the computing thread; servo and picture have a higher priority
 constexpr int kNice = 5;
-// m, differences from the ideal are computed only up to this distance
+// m, differences from the ideal result are computed only up to this distance
 constexpr double kDifferenceReach = 3e-3;
-// largest number of ticks that wait to be evaluated (those of ten minutes); further ticks are not evaluated
+// largest number of ticks that wait to be evaluated (the ticks of ten minutes); further ticks are not evaluated
 constexpr std::size_t kMostUnexplored = 600'000;
 
 constexpr std::array kInside = {render::kSectionFace, render::kSectionFaceAround, render::kInsidePulp,
@@ -123,7 +123,7 @@ void LiveViews::look(Eyes eyes, const Look& wanted) {
       p.stage->show_inside(render::kSectionFaceAround, {}, origin_W_);
       for (const SurroundingMesh& mesh : around_.meshes) p.stage->show_inside(mesh.id, {}, mesh.origin);
     }
-    if (!p.replaced) all_again(p);  // shows the bricks again that were hidden by the gum
+    if (!p.replaced) all_again(p);  // shows the bricks (mesh blocks) again that were hidden by the gum
   }
   Wish wish;
   wish.look.view = wanted.view;
@@ -233,7 +233,8 @@ std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> LiveView
   return {std::exchange(explore_, std::nullopt), std::exchange(unexplored_, {})};
 }
 
-/// Requests a copy of the present tissue from the carver and waits for it. Returns null if the session ends first.
+/// Requests a copy of the present tissue from the carver thread and waits for it. Returns null if the session ends
+/// first.
 std::unique_ptr<haptics::TissueVolume> LiveViews::copy_of_tissue() {
   wiring_.copy_wanted = true;
   while (true) {

@@ -1,7 +1,7 @@
-// Everything in the pictures of a session except the tooth's surface: section, inner tissues, difference from the
-// ideal. Also the score so far. A separate thread computes these data from copies that the carver makes, so that the
-// hand never waits. All bricks (blocks of the tissue's mesh) that were drawn are stored, so that a picture can be added
-// or changed at any time. The thread starts immediately if the score is shown, otherwise when a picture needs it.
+// Everything in the pictures of a session except the tooth's surface: section, inner tissues, difference from the ideal
+// result. Also the score so far. A separate thread computes these data from copies of the tissue, so that the hand
+// never waits. All bricks (blocks of the tissue's mesh) that were drawn are stored, so that a picture can be added or
+// changed at any time. The thread starts immediately if the score is shown, otherwise when a picture needs it.
 #pragma once
 
 #include <condition_variable>
@@ -40,7 +40,7 @@ class LiveViews {
   // The next functions are called by the render thread. attach() sets the object that draws a picture; null removes
   // the picture.
   void attach(Eyes eyes, PictureStage* stage);
-  /// Receives the bricks that the carver has changed.
+  /// Receives the bricks (mesh blocks) that the carver thread has changed.
   void take(MeshBatch bricks);
   void look(Eyes eyes, const Look& look);
   const Look& look(Eyes eyes) const { return pictures_[index(eyes)].look; }
@@ -58,8 +58,8 @@ class LiveViews {
   bool has_surroundings() const { return !around_.meshes.empty(); }
   const dvec3& middle() const { return middle_W_; }
 
-  /// Returns the result of the last evaluation of the tissue; empty before the first one. Its member `hand` is set by
-  /// the caller.
+  /// Returns the result of the last evaluation of the tissue; empty before the first one. The caller must set its
+  /// member `hand`.
   const std::optional<session::ScoreInput>& judged() const { return judged_; }
   /// Returns true after the first evaluation of the tissue, or if no evaluation is possible.
   bool score_known() const { return judged_ || !judging_; }
@@ -95,10 +95,10 @@ class LiveViews {
     Look look;
     /// the Look (settings of the picture) that was requested from the computing thread
     Wish wish;
-    bool made = true;                    // true: the computing thread has answered the request for this Look
+    bool made = true;                    // true: the computing thread has answered the request `wish`
     int stages = 0;                      // number of PictureStage objects that have drawn the picture so far
-    bool replaced = false;               // true: another body replaces the tooth's own bricks, so these are hidden
-    std::vector<std::uint64_t> pending;  // bricks that were not yet passed to the picture
+    bool replaced = false;               // true: another body replaces the tooth's bricks (mesh blocks)
+    std::vector<std::uint64_t> pending;  // bricks (mesh blocks) that were not yet passed to the picture
   };
   static std::size_t index(Eyes eyes) { return static_cast<std::size_t>(eyes); }
   void all_again(Picture& picture);

@@ -35,14 +35,14 @@ struct Viewpoint {
 /// Limits a viewpoint to valid values: it lies outside the tooth and does not pass the zenith.
 Viewpoint clamped(const Viewpoint& from);
 
-/// Makes a rig whose picture has this size (pixels) and this viewpoint. The picture shows the region around `middle_W`.
+/// Makes a display rig whose picture has this size (pixels) and this viewpoint. It shows the region around `middle_W`.
 display::DisplayRig rig_of(const Viewpoint& from, const dvec3& middle_W, glm::ivec2 pixels);
 
-/// Converts the eye position of a rig's user to a viewpoint, within its limits.
+/// Converts the eye position of a display rig's user to a viewpoint, within its limits.
 Viewpoint viewpoint_of(const display::DisplayRig& rig, const dvec3& middle_W);
 
-/// Returns the section plane of a Look (xyz: unit normal, w: offset in m). The viewer is at p_WE. The tissue behind the
-/// plane, as the viewer sees it, is kept.
+/// Returns the section plane of these settings (xyz: unit normal, w: offset in m). The viewer is at p_WE. The tissue
+/// behind the plane, as the viewer sees it, is kept.
 glm::dvec4 section_plane(const Look& look, const dvec3& middle_W, const dvec3& p_WE);
 
 }  // namespace typodont

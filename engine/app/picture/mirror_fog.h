@@ -50,7 +50,7 @@ class MirrorFog {
   double cold_ = 1;  // temperature of the glass: 1 as in the room, 0 as in the mouth
 };
 
-/// Returns the fog of a scene's mirror. Empty if the scene has neither a patient's mouth nor a spray, because its fog
+/// Returns the fog of a scene's mirror. Empty if the scene has neither a patient's mouth nor a spray, because the fog
 /// is then constant.
 std::optional<MirrorFog> mirror_fog_of(const Scene& scene);
 

@@ -202,7 +202,7 @@ render::ToolMesh PictureStage::tool_triangles() const {
 }
 
 PictureStage::~PictureStage() {
-  vkDeviceWaitIdle(device_.device);  // also returns if the device is lost
+  vkDeviceWaitIdle(device_.device);  // this call also returns if the device is lost
   output_.reset();
   compositor_.reset();
   renderer_.reset();
@@ -222,8 +222,8 @@ bool PictureStage::resize(glm::ivec2 eye_size) {
   vkDeviceWaitIdle(device_.device);  // the GPU may still be drawing the old pictures in the caller's window
   screen_size_ = eye_size;
   renderer_->resize(eye_size);
-  // The panel gets the aspect ratio of the picture. It becomes larger about its middle, so that everything that was
-  // visible stays visible.
+  // The panel gets the aspect ratio of the picture. For this, it is enlarged about its middle, so that everything that
+  // was visible stays visible.
   display::Screen& screen = rig_.screen;
   const dvec3 right = screen.lower_right - screen.lower_left, up = screen.upper_left - screen.lower_left;
   const dvec3 middle = (screen.lower_right + screen.upper_left) / 2.0;
@@ -356,8 +356,8 @@ render::Frame PictureStage::look() const {
   }
   frame.views = rig_.screen.layout == display::Layout::kMono ? 1 : 2;
 
-  // For every rig, the lamp is over the user's left shoulder. It is fixed relative to the screen and does not follow
-  // the head.
+  // For every display rig, the lamp is over the user's left shoulder. It is fixed relative to the screen and does not
+  // follow the head.
   const display::Screen seen = rig_.mirror ? display::reflect(*rig_.mirror, rig_.screen) : rig_.screen;
   const dvec3 middle = (seen.lower_right + seen.upper_left) / 2.0;
   const dvec3 toward = glm::normalize(rest_.eye_center - middle), up = glm::cross(toward, rest_.right);

@@ -1,5 +1,5 @@
-// Draws the pictures of the bench from the servo's ticks. Contains a Vulkan device, a renderer and the screen of a rig.
-// The pictures are drawn offscreen or in a window (workbench.h). Render thread.
+// Draws the pictures of the bench from the servo's ticks. Contains a Vulkan device, a renderer and the screen of a
+// display rig. The pictures are drawn offscreen or in a window (workbench.h). Render thread only.
 #pragma once
 
 #include <memory>
@@ -31,13 +31,13 @@ struct DrawnTool {
   render::ToolMesh tool;
   Handpiece handpiece;  // has no parts if the tool has no handpiece
   Pose X_GH;            // pose of the handpiece relative to the tool
-  /// copied to render::ToolState::open: the handpiece is not drawn where it hides the working point
+  /// true: the handpiece is not drawn where it hides the working point (see render::ToolState::open)
   bool open = false;
 };
-/// Makes the drawn form of a tool. `placed`: true if only the driver is drawn, because the tool's head stays in the
-/// tissue. The handpiece turns with the hand about the tool's axis. If a hand measures only the axis, the shortest
-/// rotation from the z axis of frame W to this axis is used (rotation_between); then the handpiece turns continuously
-/// with the axis. Throws Error.
+/// Makes the drawn form of a tool. `placed`: true if the tool's head (an implant) stays in the tissue, so that only its
+/// driver is drawn. The handpiece turns with the hand about the tool's axis. If a hand measures only the axis, the
+/// shortest rotation from the z axis of frame W to this axis is used (rotation_between); then the handpiece turns
+/// continuously with the axis. Throws Error.
 DrawnTool drawn_tool(const haptics::Tool& tool, const haptics::Spindle& spindle, const HandpieceView& view,
                      bool placed = false);
 /// Returns true if the tool is an implant or screw that has been placed in the bone at this tick.
@@ -85,19 +85,19 @@ class PictureStage {
   PictureStage(const PictureStage&) = delete;
   PictureStage& operator=(const PictureStage&) = delete;
 
-  /// Updates bricks of the working tooth. Positions are relative to `origin` (m, frame W).
+  /// Updates bricks (mesh blocks) of the working tooth. Positions are relative to `origin` (m, frame W).
   void show(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
 
-  /// Adds the static surroundings. Call it before the first bricks, so that bricks that the gum covers are never drawn.
+  /// Adds the static surroundings. Call it before the first bricks, so that mesh blocks behind the gum are not drawn.
   void surround(const Surroundings& around);
-  /// Updates the bricks of the soft gum that have changed since the last call. Call it before each frame.
+  /// Updates the bricks (mesh blocks) of the soft gum that have changed since the last call. Call it before each frame.
   void show_gum(const SoftGumView& gum);
 
   /// Sets the mouth mirror from the next frame on. Its diameter is 0 if there is none.
   void hold_mirror(const MouthMirror& mirror) { mirror_ = mirror; }
   /// Sets the suction tip from the next frame on. Its opening is 0 if there is none.
   void hold_suction(const SuctionTip& tip) { tip_ = tip; }
-  /// Sets the particles, which are stored on this stage's GPU device, from the next frame on. Null: there are none.
+  /// Sets the particles, which are stored on this object's GPU device, from the next frame on. Null: there are none.
   void show_cloud(render::ParticleCloud* cloud) { cloud_ = cloud; }
   /// Updates the picture of the film of water and debris on the surfaces. Null: there is no film.
   void show_film(const FilmPicture* film) { FilmPicture::show(film, *renderer_, film_shown_); }
@@ -110,7 +110,7 @@ class PictureStage {
   render::View view() const { return view_; }
   /// Shows or hides the tool in the picture.
   void show_tool(bool shown) { options_.tool = shown; }
-  /// Uses the screen and the user's head position of this rig from the next frame on.
+  /// Uses the screen and the user's head position of this display rig from the next frame on.
   void look_from(const display::DisplayRig& rig);
   /// Replaces a body that only one view shows, for example render::kSectionFace. Positions are relative to `origin` (m,
   /// frame W).
@@ -126,7 +126,7 @@ class PictureStage {
 
   /// Returns the pictures of both eyes, in the image layout for shaders.
   const gpu::Image& pictures() const { return renderer_->pictures(); }
-  /// Sets the size of the pictures in pixels. The rig's panel gets the same aspect ratio. Call it only if
+  /// Sets the size of the pictures in pixels. The display rig's panel gets the same aspect ratio. Call it only if
   /// Options::embedded is true. Returns true if the size changed.
   bool resize(glm::ivec2 eye_size);
 
@@ -159,8 +159,8 @@ class PictureStage {
   /// Returns true if the tool did not move between the last two calls of draw().
   bool tool_at_rest() const { return at_rest_; }
 
-  /// Returns the numbers of packets from the head tracker that were accepted and dropped; empty if the rig has no head
-  /// tracker.
+  /// Returns the numbers of packets from the head tracker that were accepted and dropped; empty if the rig file has no
+  /// head tracker.
   std::optional<display::HeadTracker::Stats> tracker_stats() const;
 
   /// Returns the window or memory in which the screen is composed. Call it only if Options::embedded is false.
@@ -207,7 +207,7 @@ class PictureStage {
   std::optional<render::LightScene> light_scene_;
   render::Lights lit_by_;
   bool coarse_around_ = false;
-  std::uint64_t gum_version_ = 0;  // value of SoftGumView::version() for the bricks that the renderer has received
+  std::uint64_t gum_version_ = 0;  // value of SoftGumView::version() for the mesh that the renderer has received
   // Displayed numbers. read_age_: s, time since the numbers last changed; read_force_: N, force; read_spindle_: rad/s,
   // spindle speed.
   double read_age_ = 1, read_force_ = 0, read_spindle_ = 0;
@@ -220,12 +220,12 @@ class PictureStage {
   double pixel_ = 0;                         // m, width of a pixel at the tooth in the last frame
   std::vector<render::Particle> with_dots_;  // particles of the debris, followed by the dots of the cursor
   double angle_ = 0;
-  bool open_ = false;  // copied to render::ToolState::open: the handpiece is not drawn where it hides the working point
+  bool open_ = false;  // true: the handpiece is not drawn where it hides the working point (render::ToolState::open)
   Pose X_GH_;          // pose of the handpiece relative to the tool
   Pose shown_at_;      // pose of the tool in the last frame
   bool at_rest_ = false;
   std::size_t shown_tool_ = 0;  // index of the drawn tool in the tool set
-  bool shown_placed_ = false;   // true: only the driver of the tool is drawn, because its head stays in the tissue
+  bool shown_placed_ = false;   // true: the tool's head (an implant) stays in the tissue; only its driver is drawn
 };
 
 /// Creates a GPU device for pictures with these options. If the options request a window, the device can show it.

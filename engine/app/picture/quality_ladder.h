@@ -1,5 +1,5 @@
 // Chooses the quality of the picture. Lowers it while frames take too long, and raises it when there is enough time,
-// unless the user has chosen a fixed level. Render thread.
+// unless the user has chosen a fixed level. Render thread only.
 #pragma once
 
 #include <algorithm>

@@ -18,7 +18,7 @@ inline constexpr std::uint8_t kToolBody = 255;
 class ShownGeometry {
  public:
   explicit ShownGeometry(const MaterialTable& materials) : looks_(render::appearances_of(materials)) {}
-  /// Adds the bricks of a body. `origin`: m, frame W. `body`: number less than kToolBody.
+  /// Adds the bricks (mesh blocks) of a body. `origin`: m, frame W. `body`: number less than kToolBody.
   void add(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin);
   /// Adds the tool at this pose. `blur`: 0 for a tool at rest, 1 for the hull of a tool that rotates fast.
   void add(const render::ToolMesh& tool, const Pose& X_WG, float blur);

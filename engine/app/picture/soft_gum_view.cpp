@@ -12,7 +12,7 @@ namespace {
 
 // radius in which a point of the gum moves the vertices, as a ratio to the distance between two points of the gum
 constexpr double kReach = 1.7;
-constexpr float kEdge = 0.3e-3f;    // m, triangles with longer edges are divided where the gum can move
+constexpr float kEdge = 0.3e-3f;    // m, triangles with edges longer than this are divided where the gum can move
 constexpr int kSplits = 4;          // largest number of times that an edge of the gum's triangles is halved
 constexpr double kGrowth = 30e-6;   // m, a patch of blood is drawn again after its radius has changed by this
 constexpr float kOpaque = 0.95f;    // opacity of the blood in the middle of a patch of blood, 0..1
@@ -31,7 +31,7 @@ render::Vertex middle_of(const render::Vertex& a, const render::Vertex& b) {
 }
 
 /// Splits each edge for which `splits(a, b)` is true into two halves. Triangles that share an edge split it in the same
-/// way, even in different bricks. So no cracks appear.
+/// way, even in different bricks (mesh blocks). So no cracks appear.
 template <class Splits>
 bool refine(render::MeshUpdate& mesh, Splits&& splits) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
@@ -117,7 +117,8 @@ void SoftGumView::add_brick(const SurroundingMesh& mesh, const render::MeshUpdat
       break;
     }
   }
-  // Shepard's method interpolates the displacements of the points, with the weights (1 - (r / reach)²)².
+  // Shepard's method interpolates the displacements of the points, with the weights (1 - (r / reach)²)², where r is the
+  // distance of a point.
   glm::vec3 low(1e9f), high(-1e9f);
   const auto brick = static_cast<std::uint32_t>(bricks_.size());
   for (const render::Vertex& vertex : rest.mesh.vertices) {
@@ -158,7 +159,7 @@ void SoftGumView::move(const haptics::SoftMove& move) {
   for (const std::uint32_t brick : bricks_of_[move.point]) mark(brick);
 }
 
-/// Marks a brick. The next call of follow() computes it again.
+/// Marks a brick (mesh block). The next call of follow() computes it again.
 void SoftGumView::mark(std::uint32_t brick) {
   if (!std::exchange(rest_[brick].changed, true)) changed_.push_back(brick);
 }
@@ -201,7 +202,7 @@ float SoftGumView::blood_at(const dvec3& p_W) const {
   for (const Wound& wound : wounds_) {
     if (!(wound.drawn > 0)) continue;
     const dvec3 off = p_W - wound.place.p_W;
-    const dvec3 wave = 1600.0 * off;  // the factor 1600 1/m gives the rim lobes of some millimetres
+    const dvec3 wave = 1600.0 * off;  // with this factor (1600 1/m), the rim has lobes that are some millimetres long
     const double lobes = std::sin(wave.x + 1.7 * wave.y + 0.4) + std::sin(1.4 * wave.y - 1.1 * wave.z + 2.0) +
                          0.5 * std::sin(2.3 * wave.z - 1.9 * wave.x);
     const double rim = wound.drawn * (1 + 0.05 * lobes);

@@ -1,5 +1,5 @@
 // The picture of the soft gum: blood, and vertices that are displaced where an instrument presses or a bur has cut.
-// Only bricks that have changed are computed again, so a gum at rest takes no time.
+// Only bricks (mesh blocks) that have changed are computed again, so a gum at rest takes no time.
 #pragma once
 
 #include <cstdint>
@@ -13,15 +13,15 @@
 
 namespace typodont {
 
-/// Draws the soft gum in one picture. Render thread.
+/// Draws the soft gum in one picture. Render thread only.
 class SoftGumView {
  public:
-  /// A brick of the gum in its present shape. The brick belongs to the fine or to the coarse mesh of a body.
+  /// A brick (mesh block) of the gum in its present shape. It belongs to the fine or to the coarse mesh of a body.
   struct Brick {
     render::MeshId mesh = 0;
     bool coarse = false;
     render::MeshUpdate now;
-    // Value of version() when the brick last changed. 0: the brick is the same as in the surroundings.
+    // Value of version() when the brick (mesh block) last changed. 0: the brick is the same as in the surroundings.
     std::uint64_t version = 0;
   };
 
@@ -34,11 +34,11 @@ class SoftGumView {
   void take(haptics::SoftTissue& tissue);
   /// Restores the state of an undamaged and undeformed gum.
   void reset();
-  /// Computes the bricks that have changed. `t`: time in the session, ns.
+  /// Computes the bricks (mesh blocks) that have changed. `t`: time in the session, ns.
   void follow(Nanos t);
 
   std::span<const Brick> bricks() const { return bricks_; }
-  /// Returns a number that increases whenever a brick changes.
+  /// Returns a number that increases whenever a brick (mesh block) changes.
   std::uint64_t version() const { return version_; }
 
  private:
@@ -48,16 +48,16 @@ class SoftGumView {
     float part = 0;      // 0..1, weight with which the point's displacement moves the vertex
     glm::vec3 slope{0};  // 1/m, gradient of `part` (the weight) over the position of the vertex
   };
-  /// The undeformed form of a brick, with triangles that are small enough to show a dent.
+  /// The undeformed form of a brick (mesh block), with triangles that are small enough to show a dent.
   struct Rest {
-    const render::MeshUpdate* whole = nullptr;  // the same brick in the surroundings, with larger triangles
+    const render::MeshUpdate* whole = nullptr;  // the same mesh block in the surroundings, with larger triangles
     dvec3 origin{0};                            // m, frame W, origin of the vertices
     render::MeshUpdate mesh;
     /// for each vertex, the index of its first influence; one more entry at the end marks the end of the last vertex
     std::vector<std::uint32_t> first;
     std::vector<Influence> influences;
     dvec3 middle{0};
-    double radius = 0;  // m, radius of a ball around `middle` that contains the brick
+    double radius = 0;  // m, radius of a ball around `middle` that contains the brick (mesh block)
     bool changed = false;
   };
   struct Wound {
@@ -72,10 +72,10 @@ class SoftGumView {
 
   std::shared_ptr<const haptics::SoftSurface> surface_;
   std::vector<Brick> bricks_;
-  std::vector<Rest> rest_;                             // undeformed form of each brick, in the order of bricks_
-  std::vector<std::vector<std::uint32_t>> bricks_of_;  // indices of the bricks that each point influences
+  std::vector<Rest> rest_;                             // undeformed form of each mesh block, in the order of bricks_
+  std::vector<std::vector<std::uint32_t>> bricks_of_;  // indices of the bricks (mesh blocks) that each point influences
   std::vector<float> inward_;                          // m, depth to which each point is pressed inward
-  std::vector<std::uint32_t> changed_;                 // indices of the bricks that must be computed again
+  std::vector<std::uint32_t> changed_;                 // indices of the mesh blocks that must be computed again
   std::vector<Wound> wounds_;
   std::uint64_t version_ = 0;
 };

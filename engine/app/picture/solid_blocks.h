@@ -1,5 +1,5 @@
-// Stores which samples of the carver's volume now lie in tissue, in blocks. Each block is read only once, when it is
-// needed. Carver's thread.
+// Stores which samples of the volume now lie in tissue, in blocks. Each block is read only once, when it is needed. For
+// the thread that owns the tissue.
 #pragma once
 
 #include <cstdint>

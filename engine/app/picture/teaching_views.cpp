@@ -12,7 +12,7 @@ namespace typodont {
 
 namespace {
 
-// m, differences are computed only up to this distance from the ideal
+// m, differences are computed only up to this distance from the ideal result
 constexpr double kDifferenceReach = 3e-3;
 
 }  // namespace

@@ -1,5 +1,5 @@
 // Bodies for the teaching views: the face of a section, the inner tissues, and the difference from an ideal
-// preparation. They are computed from the volume on request. The carver's thread.
+// preparation. They are computed from the volume on request. For any thread that may read the volume.
 #pragma once
 
 #include <vector>

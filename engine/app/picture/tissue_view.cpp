@@ -73,8 +73,8 @@ constexpr int kSearchDepth = 14;
 // near.
 constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
-    // number of bricks that one update meshes again; they take some milliseconds, so that the carver's next copy of the
-    // tissue for the servo is not delayed
+    // number of bricks (mesh blocks) that one update meshes again; they take some milliseconds, so that the carver
+    // thread's next copy of the tissue for the servo is not delayed
     32;
 
 /// Returns the largest depth (m) at which the colour of an inner tissue is visible through this tissue. The colours of
@@ -102,9 +102,10 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   const haptics::NaturalSurface* const natural = volume.natural_surface().get();
   const dvec3& origin = volume.frame().origin;
   const double voxel = volume.frame().voxel;
-  // voxels, distance between two test points on a line into the tissue; it is smaller than a usual gap in the tissue
+  // voxels, distance between two test points on a line into the tissue; this distance is smaller than a usual gap in
+  // the tissue
   constexpr float kProbe = 3.5f;
-  constexpr float kBeside = 2;  // voxels, distance of four more test points from the line through the test points
+  constexpr float kBeside = 2;  // voxels, distance of four additional test points from each line of test points
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
   for (render::Vertex& v : update.vertices) {
     if (!translucent(v.tissue[0]) && !translucent(v.tissue[1])) continue;
@@ -119,7 +120,8 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
     // the four test points around the path are also empty.
     const auto all_empty_at = [&](float way) {
       const glm::vec3 axis = std::abs(v.n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
-      // The four test points are the corners of a square around `place`. Its sides are oblique to the voxel grid.
+      // The four test points are the corners of a square around `place`. The sides of the square are oblique to the
+      // voxel grid.
       const glm::vec3 level = glm::normalize(glm::cross(v.n, axis));
       const glm::vec3 along = kBeside * (level + 0.5f * glm::cross(v.n, level)), across = glm::cross(v.n, along);
       const glm::vec3 place = start - way * v.n;
@@ -161,11 +163,11 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   const glm::ivec3 lo = labels_.origin();
   for (render::Vertex& v : update.vertices) {
     if (v.tissue[0] != v.tissue[1] && v.tissue[0] != Tissue::kAir) {
-      // Each voxel has one label, so the boundary between two tissues has steps. To avoid them, it is drawn where the
-      // smoothed fractions of both tissues are equal.
+      // Each voxel has one label, so the boundary between two tissues has steps. To avoid these steps, the boundary is
+      // drawn where the smoothed fractions of both tissues are equal.
       const dvec3 at = dvec3(v.p) / voxel - dvec3(lo);
       const glm::ivec3 nearest(glm::floor(at + 0.5));
-      float weight[3][5];  // weights exp(−0.6 r²), computed as a product of one factor per axis
+      float weight[3][5];  // weights exp(−0.6 r²), computed as a product of one factor per axis; r: distance in voxels
       for (int axis = 0; axis < 3; ++axis)
         for (int k = 0; k < 5; ++k) {
           const auto away = static_cast<float>(nearest[axis] + k - 2 - at[axis]);
@@ -186,7 +188,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     }
     const float reach = reach_of(v);
     if (reach == 0) continue;
-    // Within the loaded blocks of labels, all coordinates are positive, so the conversion to integers rounds down.
+    // Within the loaded blocks of tissue labels, all coordinates are positive, so the conversion to integers rounds
+    // down.
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
     const auto seen_at = [&](float way) { return labels_.at(glm::ivec3(start + way * inward)); };
     const Tissue outside = own(v);

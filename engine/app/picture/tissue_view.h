@@ -1,6 +1,6 @@
-// Converts the changed bricks of the carver's tissue to triangles for the renderer. A tissue that is a triangle mesh
-// itself (contact models mesh_lod and vertex) provides its own triangles. Other tissue is meshed from the distance
-// field. Carver's thread.
+// Converts the changed bricks (mesh blocks) of the tissue to triangles for the renderer. A tissue that is a triangle
+// mesh itself (contact models mesh_lod and vertex) provides its own triangles. Other tissue is meshed from the distance
+// field. For the thread that owns the tissue.
 #pragma once
 
 #include <filesystem>
@@ -21,13 +21,13 @@
 namespace typodont {
 
 /// Meshes the whole surface, with shared vertices. `tolerance`: voxels, largest distance of the mesh from the surface.
-/// `progress` receives the completed fraction 0..1, and may throw to stop the work.
+/// `progress` receives the completed fraction 0..1; this function may throw an exception to stop the work.
 surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance,
                                  const std::function<void(double)>& progress = {});
 /// Makes the whole surface from the tissue's own triangles (TissueSurface::mesh). Positions are in voxels of `frame`.
 surface::WholeMesh whole_surface(const haptics::TissueMesh& mesh, const VoxelFrame& frame);
 
-/// A copy of the tissue, which can be saved while the carver continues.
+/// A copy of the tissue, which can be saved while the carver thread continues to work.
 struct TissueCopy {
   haptics::TissueVolume volume;
   std::optional<haptics::TissueMesh> own;  // the tissue's own triangles, if it is a mesh
@@ -43,14 +43,14 @@ class TissueView {
   /// tissues are drawn as another tissue.
   explicit TissueView(float tolerance = 0.1f, const DrawnAs& drawn_as = {});
 
-  /// Returns all bricks in the first call, and later the bricks that have changed since the last call. Positions are in
-  /// m from the volume's origin.
+  /// Returns all bricks (mesh blocks) in the first call, and later the bricks that have changed since the last call.
+  /// Positions are in m from the volume's origin.
   std::vector<render::MeshUpdate> update(haptics::TissueVolume& volume);
-  /// Returns all bricks in the first call, and later the changed bricks, for the tissue of a carver. If this tissue is
-  /// a mesh, its own triangles are used.
+  /// Returns all bricks in the first call, and later the changed bricks, for the tissue of a carver (its owner). If
+  /// this tissue is a mesh, its own triangles are used.
   std::vector<render::MeshUpdate> update(haptics::Carver& carver);
 
-  /// Sets another tolerance. Each later call of update() meshes some of the existing bricks again.
+  /// Sets another tolerance. Each later call of update() meshes some of the existing bricks (mesh blocks) again.
   void set_tolerance(float tolerance);
   float tolerance() const { return tolerance_; }
 
@@ -65,14 +65,14 @@ class TissueView {
   void find_cuts_and_edges(const haptics::TissueVolume& volume, render::MeshUpdate& update);
 
   DrawnAs drawn_as_;
-  LabelBlocks labels_;  // tissue labels around the bricks of the present update
-  SolidBlocks solid_;   // for each sample around the bricks of the present update: is it in tissue?
+  LabelBlocks labels_;  // tissue labels around the bricks (mesh blocks) of the present update
+  SolidBlocks solid_;   // for each sample around the bricks (mesh blocks) of the present update: is it in tissue?
   surface::SurfaceMesher mesher_;
   FieldBrick brick_;
   bool started_ = false;
   float tolerance_;
   bool another_tolerance_ = false;    // true: the tolerance has changed since the last update
-  std::vector<glm::ivec3> outdated_;  // bricks that are not yet meshed with the new tolerance
+  std::vector<glm::ivec3> outdated_;  // bricks (mesh blocks) that are not yet meshed with the new tolerance
 };
 
 }  // namespace typodont

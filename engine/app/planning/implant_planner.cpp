@@ -26,7 +26,7 @@ constexpr double kToothStep = 0.25e-3;
 constexpr double kCanalReach = 25e-3;  // m, distance from the implant within which a plan contains the nerve canal
 // m, distance between the implant positions that the planner tries for a proposal
 constexpr double kGrid = 1e-3;
-constexpr double kBelowCrest = 0.5e-3;  // m, depth of a proposed platform below the top of the ridge
+constexpr double kBelowCrest = 0.5e-3;  // m, depth of a proposed implant's upper end below the jaw's ridge
 constexpr double kRidge = 10e-3;        // m, radius of the region in which the direction of the arch is estimated
 constexpr double kOutline = 0.8;        // pixels, half the width of the outlines of implant and canals in a section
 
@@ -220,7 +220,8 @@ dvec3 ImplantPlanner::along_arch(const session::ImplantPlan& plan) const {
 PlanPlanes ImplantPlanner::planes(const session::ImplantPlan& plan, double width) const {
   const dvec3 up = -plan.axis_W, along = along_arch(plan), across = glm::cross(up, along);
   const dvec3 middle = plan.entry_W + 0.5 * plan.length * plan.axis_W;
-  // The section perpendicular to the implant lies half a millimetre below the platform, so that it intersects bone.
+  // The section perpendicular to the implant lies half a millimetre below the implant's upper end, so that it
+  // intersects bone.
   const dvec3 level = plan.entry_W + kBelowCrest * plan.axis_W;
   return {SectionPlane{middle, across, up, width, width}, SectionPlane{middle, along, up, width, width},
           SectionPlane{level, along, across, width, width}};

@@ -47,7 +47,7 @@ struct PlanFindings {
   double in_bone = 0;  // fraction of the thread's surface that lies in bone
   /// m, highest point of the thread's surface that does not lie in bone; empty if the whole surface lies in bone
   std::optional<dvec3> leaves_at_W;
-  double leaves_depth = 0;  // m, depth of the point leaves_at_W below the platform
+  double leaves_depth = 0;  // m, depth of the point leaves_at_W below the implant's upper end
   // m, distance between the surfaces of implant and canal; negative if the implant cuts the canal
   double canal_distance = std::numeric_limits<double>::infinity();
   // m, distance to the nearest tooth or to the nearest root that the scene lists, ±0.15 mm
@@ -91,7 +91,7 @@ class ImplantPlanner {
   PlanFindings findings(const session::ImplantPlan& plan) const;
 
   /// Returns the planes of the three sections. The first two pass through the middle of the implant, the third near its
-  /// platform. `width`: m, width and height of each section.
+  /// upper end. `width`: m, width and height of each section.
   PlanPlanes planes(const session::ImplantPlan& plan, double width) const;
   /// Draws a section: the grey values, the outlines of implant and canals, and a red line at the depth at which the
   /// implant leaves the bone. `pixels`: width and height of the picture.

@@ -15,7 +15,7 @@ namespace typodont {
 /// the file, in this order.
 enum class Crown { kUp, kDown, kRight, kLeft, kBack, kFront };
 
-/// m, position to which the middle of a crown's top is moved, because the shipped rigs show this point
+/// m, position to which the middle of a crown's top is moved, because the shipped display rigs show this point
 inline constexpr dvec3 kCrownTop{6.8e-3, 6.0e-3, 20.2e-3};
 
 /// Returns the quarter turns (haptics::quarter_turns) that turn the crown to the direction +z; empty for no turn.
@@ -31,8 +31,8 @@ struct ImportedExercise {
   std::optional<dvec3> top;
 };
 
-/// Turns the tissue upright, moves it to the point that the shipped rigs show, and writes the scene `file` and the
-/// volume beside it, with the extension .vdb. Both files are written completely or not at all. Throws Error or
+/// Turns the tissue upright, moves it to the point that the shipped display rigs show, and writes the scene `file` and
+/// the volume beside it, with the extension .vdb. Both files are written completely or not at all. Throws Error or
 /// Cancelled; then nothing has changed.
 void write_imported_exercise(const ImportedExercise& exercise, haptics::Imported& imported,
                              const std::filesystem::path& file, Over over, Progress& progress);

@@ -37,7 +37,7 @@ dvec3 middle_of(const haptics::TissueMesh& mesh) {
 void register_bite(const std::filesystem::path& file, double unit, std::vector<Jaw>& jaws) {
   constexpr double kPointSpacing = 0.25e-3;                    // m, distance between the points of the bite scan
   constexpr double kLeastPoints = 2000, kMostPoints = 40'000;  // numbers of points
-  // m, for the first and the second round: points farther than this from every jaw are not used
+  // m, for the first and the second round of the registration: points farther than this from every jaw are not used
   constexpr double kReach[] = {2.5e-3, 1e-3};
   // If a smaller fraction of the points near a jaw agrees with it, the registration is refused. The limit is lower than
   // for a scan of one jaw, because some points near a jaw belong to the teeth of the other jaw.
@@ -101,7 +101,7 @@ ImportedMouth import_mouth(const MouthFiles& files, const haptics::ImportOptions
   ImportedMouth mouth;
   mouth.scans.resize(files.scans.size());
   if (arch) {
-    constexpr double kFieldVoxel = 0.25e-3, kFieldBand = 3e-3;  // m, voxel size and band of the jaws' distance fields
+    constexpr double kFieldVoxel = 0.25e-3, kFieldBand = 3e-3;  // m, voxel size, and largest stored distance
     std::vector<Jaw> jaws;
     for (const std::filesystem::path& file : files.scans) {
       haptics::IntraoralScan scan(file, options.mesh_unit);

@@ -28,7 +28,7 @@ struct BiteFit {
 
 struct MouthScan {
   Pose X_WK;
-  double moved = 0;            // m, distance by which the bite scan moved the middle of this scan
+  double moved = 0;            // m, displacement of this scan's middle by the bite registration
   std::optional<BiteFit> fit;  // empty if there is no bite scan
 };
 

@@ -23,10 +23,10 @@ namespace {
 namespace fs = std::filesystem;
 using Text = nlohmann::ordered_json;
 
-// m, frame W: position of the implant's platform in the shipped scenes
+// m, frame W: position of the implant's upper end (platform) in the shipped scenes
 constexpr dvec3 kPlatform{6.8e-3, 5.8e-3, 18e-3};
 constexpr double kSite = 15e-3;  // m, distance from the implant up to which tissue is copied
-// m, largest voxel size of the copied tissue; the shipped scenes have this size
+// m, largest voxel size of the copied tissue; the shipped scenes have this voxel size
 constexpr double kLargestVoxel = 0.15e-3;
 
 Text direction(const dvec3& v) {
@@ -39,8 +39,8 @@ Text load_text(const fs::path& file) {
 }
 
 /// Copies the tissue around the plan, moved by `move`, with voxels of at most kLargestVoxel. (With voxels of 0.3 mm, a
-/// drill that widens the bed would stop at the bed's wall.) Distances are interpolated. Label and hardness are those of
-/// the nearest voxel.
+/// drill that widens the drilled hole would stop at the wall of this hole.) Distances are interpolated. Label and
+/// hardness are those of the nearest voxel.
 haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session::ImplantPlan& plan,
                               const dvec3& move) {
   glm::ivec3 lo, hi;

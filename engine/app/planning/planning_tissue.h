@@ -17,8 +17,8 @@ namespace typodont {
 /// The tissue of a jaw. All points are in m, frame W.
 class PlanningTissue {
  public:
-  /// Copies the labels and the hardness of the whole volume. At most kMostSamples samples are stored: of a larger
-  /// volume, only every second voxel per axis, or fewer.
+  /// Copies the tissue labels and the hardness of the whole volume. At most kMostSamples samples are stored: of a
+  /// larger volume, only every second voxel per axis, or fewer.
   explicit PlanningTissue(const haptics::TissueVolume& volume);
 
   static constexpr double kMostSamples = 1e8;
@@ -40,8 +40,8 @@ class PlanningTissue {
   std::vector<NerveCanal> canals() const;
 
  private:
-  /// Returns the index of the sample that is nearest to the position. Outside the tissue's box, it is the number of
-  /// samples.
+  /// Returns the index of the sample that is nearest to the position. For a position outside the tissue's box, returns
+  /// the number of samples.
   std::size_t index(const dvec3& p_W) const;
   std::size_t index(const glm::ivec3& p) const {
     return (static_cast<std::size_t>(p.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(p.y)) *

@@ -28,7 +28,7 @@ calibration::RegistrationResult register_picks(const std::vector<dvec3>& points_
   calibration::RegistrationOptions options;
   options.known_sigma = kClickNoise;
   calibration::RegistrationResult start = calibration::register_points(points_S, points_C, options);
-  // Inaccurate points are accepted here. The fine registration decides later whether they were accurate enough.
+  // Inaccurate points are accepted here. The fine registration decides later whether the points were accurate enough.
   const calibration::Defect defect = start.degeneracy.defect;
   if (defect != calibration::Defect::kNone && defect != calibration::Defect::kNoise) {
     throw Error(place, "",

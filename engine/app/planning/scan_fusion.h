@@ -24,15 +24,15 @@ struct ScanRegistration {
   calibration::SurfaceRegistration fine;
 };
 
-/// Registers a scan. A first pose comes from pairs of equal points (m), the final pose from the surfaces of the teeth.
-/// For messages: `place` states where the pairs come from, and `file` is the name of the scan. Throws Error if the
-/// pairs do not give a pose, or if the result cannot be trusted.
+/// Registers a scan. A first pose comes from pairs of corresponding points (m), the final pose from the surfaces of the
+/// teeth. For messages: `place` states where the pairs come from, and `file` is the name of the scan. Throws Error if
+/// the pairs do not give a pose, or if the result cannot be trusted.
 ScanRegistration register_scan(const haptics::IntraoralScan& scan, const haptics::DenseTissue& ct,
                                const std::vector<dvec3>& points_S, const std::vector<dvec3>& points_C,
                                const std::string& place, const std::string& file);
 
-/// The surfaces of scan and CT, with the points that the user picks in them. Main thread, except where another is
-/// stated.
+/// The surfaces of scan and CT, with the points that the user picks in them. Main thread only, except where a comment
+/// names another thread.
 class ScanFusion {
  public:
   enum Side : std::size_t { kScan, kCt };
@@ -46,21 +46,21 @@ class ScanFusion {
   const SurfacePicture& view(Side side) const { return views_[side]; }
   const std::vector<dvec3>& points(Side side) const { return points_[side]; }
   /// Adds a picked point. `place`: position in the last picture of this side. Returns false if there is no surface at
-  /// this position, or if the other side must get its point first.
+  /// this position, or if the next point must be picked on the other side.
   bool pick(Side side, const dvec2& place);
   void drop_last();  // removes the point that the user picked last
   bool can_register() const {
     return points_[kScan].size() >= kLeastPairs && points_[kScan].size() == points_[kCt].size();
   }
 
-  /// Registers the scan by the picked points and the surfaces. Any thread, while nothing else changes. Throws Error.
+  /// Registers the scan by picked points and surfaces. Any thread, while no other call changes it. Throws Error.
   ScanRegistration registered() const;
   /// Shows a registration: the scan over the CT, coloured by the distance between them. Picking another point discards
-  /// it.
+  /// the registration.
   void show(ScanRegistration registration);
   const std::optional<ScanRegistration>& registration() const { return registration_; }
-  /// Replaces the CT's crowns by the scan. Requires a registration. Any thread, while nothing else changes. Throws
-  /// Error or Cancelled.
+  /// Replaces the CT's crowns by the scan. Requires a registration. For any thread, while no other call changes this
+  /// object. Throws Error or Cancelled.
   haptics::Fused fused(Progress& progress) const;
 
  private:

@@ -14,9 +14,9 @@ constexpr double kSmallestRegion = 3e-3;  // m, smallest width of the imported r
 // ratio: largest width of a section to the size of the scan
 constexpr double kMargin = 1.06;
 constexpr double kSmallestWidth = 10e-3;  // m, smallest width of the part that a section shows
-// Number of samples of a coarse preview. The labels of these samples can be computed in about a second.
+// Number of samples of a coarse preview. The tissue labels of these samples can be computed in about a second.
 constexpr double kCoarseSamples = 4e5;
-// voxels, a preview of the labels needs distances only up to this distance from the surface
+// voxels, a preview of the tissue labels needs distances only up to this distance from the surface
 constexpr double kCoarseBand = 2;
 constexpr double kTooth = 30e-3;                // m, a scan that is longer than this shows a jaw, not a single tooth
 constexpr std::array<int, 3> kNormal{2, 1, 0};  // for each section, the axis that is perpendicular to it
@@ -176,13 +176,13 @@ void ScanReview::take(const LabelRequest& request, haptics::Imported labels) {
   volumes_ = labels_.report.volume;
   ++changes_;
   if (detail_ != LabelDetail::kFull) return;
-  steps_.resize(done_);  // undone steps cannot be repeated any more, because they belong to other labels
+  steps_.resize(done_);  // undone corrections cannot be repeated now, because they belong to older tissue labels
   for (Step& step : steps_) {
     const std::vector<haptics::Correction> again = std::exchange(step, {}).corrections;
     for (const haptics::Correction& correction : again) apply(step, correction);
   }
-  // removes the steps that replaced the whole tissue, because they contain no corrections that could be applied to the
-  // new labels
+  // removes the steps that replaced the whole tissue, because such steps contain no corrections that could be applied
+  // to the new labels
   std::erase_if(steps_, [](const Step& step) { return step.corrections.empty(); });
   done_ = steps_.size();
 }

@@ -1,7 +1,7 @@
 // A scan that a user examines before its import: three sections with a crosshair, the region that is imported, its
 // labels as a preview, and corrections of the labels with undo. This class has no window and no thread; the caller
-// computes the labels that it requests. Main thread. Positions are in m, in the coordinates of the scan's file (frame
-// F).
+// computes the labels that it requests. Main thread only. Positions are in m, in the coordinates of the scan's file
+// (frame F).
 #pragma once
 
 #include <array>
@@ -22,13 +22,13 @@ namespace typodont {
 inline constexpr std::size_t kScanSections = 3;
 using ScanPlanes = std::array<SectionPlane, kScanSections>;
 
-/// Accuracy of the region's labels: not computed, computed for fewer samples, computed for all voxels.
+/// Accuracy of the region's tissue labels: not computed, computed for fewer samples, computed for all voxels.
 enum class LabelDetail { kNone, kCoarse, kFull };
 
-/// A request for labels. The caller computes them with ScanVolume::import(options).
+/// A request for tissue labels. The caller computes them with ScanVolume::import(options).
 struct LabelRequest {
   LabelDetail detail = LabelDetail::kNone;
-  std::uint64_t revision = 0;  // revision number of the region and preset to which the labels belong
+  std::uint64_t revision = 0;  // revision number of the region and preset to which the tissue labels belong
   haptics::ImportOptions options;
 };
 
@@ -62,33 +62,33 @@ class ScanReview {
   /// point. Returns for each axis −1 for the lower face, +1 for the upper face, 0 for none.
   glm::ivec3 walls_at(std::size_t section, const dvec3& p_F, double reach) const;
   void move_walls(const glm::ivec3& walls, const dvec3& p_F);
-  /// Set to true while the user drags a face of the region. During this time, only coarse labels are requested.
+  /// Set to true while the user drags a face of the region. During this time, only coarse tissue labels are requested.
   void set_dragging(bool dragging);
 
-  // Functions for the labels of the region.
+  // Functions for the tissue labels of the region.
   haptics::ImportPreset preset() const { return preset_; }
   void set_preset(haptics::ImportPreset preset);
-  /// Requests full labels, with the scan's own voxel size. After the user has dragged a face of the region, full labels
-  /// are requested automatically.
+  /// Requests full tissue labels, with the scan's own voxel size. After the user has dragged a face of the region, full
+  /// labels are requested automatically.
   void want_full() { full_wanted_ = true; }
-  /// Returns the labels that should be computed next, if any are missing. Coarse labels come before full labels.
+  /// Returns the tissue labels that should be computed next, if any are missing. Coarse labels come before full labels.
   std::optional<LabelRequest> request() const;
-  /// Receives the labels of a request. Labels of an earlier region are used only if the present labels are coarse. The
-  /// corrections are applied again to full labels.
+  /// Receives the tissue labels of a request. Labels of an earlier region are used only if the present labels are
+  /// coarse. The corrections are applied again to full labels.
   void take(const LabelRequest& request, haptics::Imported labels);
-  /// Reports that the computation of a request failed or was cancelled. These labels are not requested again for the
-  /// present region.
+  /// Reports that the computation of a request failed or was cancelled. These tissue labels are not requested again for
+  /// the present region.
   void give_up(const LabelRequest& request);
   LabelDetail detail() const { return detail_; }
-  /// Returns true if the labels belong to the present region and preset.
+  /// Returns true if the tissue labels belong to the present region and preset.
   bool current() const { return detail_ != LabelDetail::kNone && labels_revision_ == revision_; }
-  /// Returns the labels; null if none are computed yet.
+  /// Returns the tissue labels; null if none are computed yet.
   const haptics::Imported* labels() const { return detail_ == LabelDetail::kNone ? nullptr : &labels_; }
   const PerTissue& volumes() const { return volumes_; }  // returns the volume (m³) of each tissue
-  /// Returns the options for importing the region with full labels.
+  /// Returns the options for importing the region with full tissue labels.
   haptics::ImportOptions options() const;
 
-  // Functions for corrections. A correction requires full labels of the present region.
+  // Functions for corrections. A correction requires full tissue labels of the present region.
   bool can_correct() const { return current() && detail_ == LabelDetail::kFull; }
   /// Applies a correction. `joins`: true if it continues the last correction and is undone with it, like the next
   /// segment of a brush stroke.
@@ -103,8 +103,8 @@ class ScanReview {
   /// Returns the corrections that were not undone, in order. A replacement of the tissue by replace() is not included.
   std::vector<haptics::Correction> corrections() const;
 
-  /// Draws a section: the grey values with the colours of the labels, darker outside the region. `pixels`: width and
-  /// height of the picture.
+  /// Draws a section: the grey values with the colours of the tissue labels, darker outside the region. `pixels`: width
+  /// and height of the picture.
   render::Picture picture(const SectionPlane& plane, int pixels) const;
   /// Returns a number that increases whenever the result of picture() or planes() changes.
   std::uint64_t changes() const { return changes_; }

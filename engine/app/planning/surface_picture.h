@@ -1,4 +1,4 @@
-// A picture of a surface, drawn by the CPU. The user can turn the surface and pick points on it. Main thread.
+// A picture of a surface, drawn by the CPU. The user can turn the surface and pick points on it. Main thread only.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ class SurfacePicture {
   render::Picture draw(int pixels);
   /// Returns the point of the surface that the last picture shows at `place`; empty if there is no surface.
   std::optional<dvec3> at(const dvec2& place) const;
-  /// The position in the picture at which the present view shows the point.
+  /// Returns the position in the picture at which the present view shows the point.
   dvec2 place_of(const dvec3& p) const;
 
   /// Adds the triangles of another mesh. Their positions are in the frame of this mesh.

@@ -44,7 +44,8 @@ std::filesystem::path recorded_file(const std::filesystem::path& path, const Sce
 /// Checks the files to which a recording refers. Throws Error if a file has changed, because the replay would use other
 /// tissue than the session.
 void require_same_files(const session::SessionHeader& header, const ScenePlace& place) {
-  // The first file is the scene, and the last is the rig. They are not compared, because the session contains both.
+  // The first file is the scene, and the last is the display rig. They are not compared, because the session contains
+  // both.
   const std::size_t end = header.files.size() - (header.rig_json.empty() || header.files.empty() ? 0 : 1);
   for (std::size_t i = 1; i < end; ++i) {
     const session::SourceFile& file = header.files[i];
@@ -72,8 +73,8 @@ std::vector<std::filesystem::path> folders_of(const std::filesystem::path& sessi
   return folders;
 }
 
-/// Applies the next cut. After a gap in the recording, the numbers of the cuts are not consecutive. So the carver
-/// assigns new numbers.
+/// Applies the next cut. After a gap in the recording, the numbers of the cuts are not consecutive. But the carver
+/// (owner of the tissue) expects consecutive numbers, so the cut gets a new number.
 void apply_next(haptics::Carver& carver, Cut cut) {
   cut.index = carver.cuts() + 1;
   carver.apply(cut);
@@ -164,8 +165,8 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   Fnv1a force_hash;
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();
-  // Applies the edits (undo and redo) that were made before the carver created the patch (copy of the tissue) with the
-  // number `patches` + 1.
+  // Applies the edits (undo and redo) that were made before the carver (owner of the tissue) created the patch (copy of
+  // the tissue) with the number `patches` + 1.
   const auto edit_through = [&](std::uint32_t patches) {
     for (; edit != edits.end() && edit->patches <= patches; ++edit) {
       steps.apply_cuts(edit->cuts);

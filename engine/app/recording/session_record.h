@@ -18,8 +18,8 @@
 
 namespace typodont {
 
-/// Makes the header of a session: the complete scene and rig, hashes of their files, the hand, and the volume of each
-/// tissue at the start.
+/// Makes the header of a session: the complete scene and display rig, hashes of their files, the hand, and the volume
+/// of each tissue at the start.
 session::SessionHeader session_header(const Scene& scene, const std::filesystem::path& rig_file,
                                       const haptics::DeviceInfo& hand, const haptics::TissueVolume& tissue,
                                       double rate);
@@ -44,7 +44,7 @@ std::vector<double> xr_stream_row(const display::HmdTiming& timing);
 session::StreamSpec sound_stream();
 
 /// Finds events in the ticks and writes them: a change of the tool, the start of a fault, and the input of the sound.
-/// It must receive every tick, in order. Recorder's thread.
+/// It must receive every tick, in order. Recorder thread only.
 class TickNotes {
  public:
   /// `sound`: index of the recorded stream for the sound; empty if there is no sound.

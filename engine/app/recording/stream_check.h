@@ -1,6 +1,6 @@
 // Compares a replay with all data of a recording that the score depends on: every column of the ticks, every cut, the
-// volumes of the tissues at start and end, and the final tissue. The inputs of the replay are not compared: the hand's
-// pose and pedal, the scene with its rules, the ticks at which the servo began to use a patch, and undone strokes.
+// volumes of the tissues at start and end, and the final tissue. The replay's inputs are not compared: pose and pedal
+// of the hand, the scene with its rules, ticks at which the servo began to use a patch (tissue copy), undone strokes.
 #pragma once
 
 #include <cstdint>

@@ -167,7 +167,7 @@ class Side {
     debris_->spray(water.spray);
     debris_->suck(water.suction ? nozzle_ : std::nullopt);
   }
-  /// If the tissue was cut, computes the bodies inside the tooth again. Does so only if the view shows them.
+  /// If the tissue was cut, computes the bodies inside the tooth again. Does so only if the view shows these bodies.
   void look_inside() {
     const haptics::TissueVolume& volume = player_.tissue();
     const std::uint64_t cuts = player_.tick().cuts;

@@ -1,5 +1,5 @@
 // Plays one recorded session, or two sessions side by side. It plays them in a window with controls for position,
-// speed, loop and viewpoint, or writes a film. Render thread.
+// speed, loop and viewpoint, or writes a film. Render thread only.
 #pragma once
 
 #include <filesystem>
@@ -16,10 +16,10 @@ class Progress;
 struct PlaybackOptions {
   std::filesystem::path session;
   std::filesystem::path beside;  // a second session that is shown at the right; empty if there is none
-  std::string rig;  // file or name of a rig; empty: the scene's rig, otherwise "window" or, for a film, "closeup"
-  std::optional<dvec3> eye_W;   // m, frame W, midpoint between the viewer's eyes; empty: the rig's value
-  std::optional<double> ipd;    // m, interpupillary distance; empty: the rig's value
-  double magnify = 0;           // magnification of the picture; 0: the rig's value
+  std::string rig;  // file or name of a rig; empty: the scene's rig file, otherwise "window" or, for a film, "closeup"
+  std::optional<dvec3> eye_W;   // m, frame W, midpoint between the viewer's eyes; empty: the rig file's value
+  std::optional<double> ipd;    // m, interpupillary distance; empty: the rig file's value
+  double magnify = 0;           // magnification of the picture; 0: the rig file's value
   double from = -1, to = 1e18;  // s, range of the recording that is played
   double speed = 1;             // ratio to the recorded speed; negative: backwards
   /// number of times that a film plays the range; in a window, 0 plays it once and any other value repeats it for ever

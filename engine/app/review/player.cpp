@@ -88,8 +88,8 @@ void SessionPlayer::smooth_to(float tolerance) {
 std::vector<render::MeshUpdate> SessionPlayer::take_surface() {
   if (!view_) view_.emplace(tolerance_, scene_.drawn_as);
   std::vector<render::MeshUpdate> surface = view_->update(*carver_);
-  // If playback restarts with the initial tissue, all bricks are sent again, and bricks that no longer exist are
-  // removed.
+  // If playback restarts with the initial tissue, all bricks (mesh blocks) are sent again, and bricks that no longer
+  // exist are removed.
   std::set<std::uint64_t> gone;
   if (std::exchange(anew_, false)) gone.swap(shown_);
   for (const render::MeshUpdate& brick : surface) {
@@ -108,8 +108,8 @@ void SessionPlayer::go_on(Nanos t) {
   for (; next_ < deeds_.size() && deeds_[next_].t <= t; ++next_) {
     const Deed& deed = deeds_[next_];
     if (deed.cut) {
-      // The first cut of the playback may have any number, but the carver expects consecutive numbers. So the carver
-      // assigns new numbers.
+      // The first cut of the playback may have any number, but the carver (owner of the tissue) expects consecutive
+      // numbers. So the carver assigns new numbers.
       Cut cut = *deed.cut;
       cut.index = carver.cuts() + 1;
       if (carver.begins_stroke(cut)) {
@@ -135,8 +135,8 @@ void SessionPlayer::go_back(Nanos t) {
     next_ = last.first;
     if (last.kind == Done::Kind::kStroke) {
       carver.end_stroke();
-      // If the carver has fewer strokes than `last.strokes`, it has dropped the last stroke, because this stroke
-      // changed nothing. Then there is nothing to undo.
+      // If the carver (owner of the tissue) has fewer strokes than `last.strokes`, it has dropped the last stroke,
+      // because this stroke changed nothing. Then there is nothing to undo.
       if (carver.strokes().done == last.strokes) carver.undo();
     } else if (last.kind == Done::Kind::kUndo) {
       carver.redo();

@@ -1,5 +1,5 @@
 // Plays a recorded session: computes tissue and tool at any time, forward and backward. The recorded cuts are applied
-// in order, including strokes that were undone later. Render thread.
+// in order, including strokes that were undone later. Render thread only.
 #pragma once
 
 #include <cstdint>
@@ -38,17 +38,17 @@ class SessionPlayer {
   void seek(double t);
   /// Returns the last tick at or before the present time.
   const ServoTick& tick() const { return tick_; }
-  /// Returns the cuts that the last seek() applied when it moved forward. The picture creates chips from them.
+  /// Returns the cuts that the last seek() applied when it moved forward. The picture creates chips from these cuts.
   std::span<const Cut> fresh_cuts() const { return fresh_; }
   /// Returns the pose of the second hand at the present time; empty if the session has none.
   std::optional<OtherHand> other_hand() const;
-  /// Returns the state of water and suction at the present time. If it was not recorded, it is the state at the start
-  /// of the scene.
+  /// Returns the state of water and suction at the present time. If this state was not recorded, returns the state at
+  /// the start of the scene.
   WaterSwitch water() const;
   const haptics::TissueVolume& tissue() const { return carver_->volume(); }
-  /// Sets the tolerance of the mesh, voxels. All bricks are then meshed again.
+  /// Sets the tolerance of the mesh, voxels. All bricks (mesh blocks) are then meshed again.
   void smooth_to(float tolerance);
-  /// Returns the bricks that have changed since the last call.
+  /// Returns the bricks (mesh blocks) that have changed since the last call.
   std::vector<render::MeshUpdate> take_surface();
 
  private:
@@ -85,7 +85,7 @@ class SessionPlayer {
   ServoTick tick_;
   float tolerance_ = 0.1f;
   std::optional<TissueView> view_;
-  std::set<std::uint64_t> shown_;  // the bricks that take_surface() returned with triangles
+  std::set<std::uint64_t> shown_;  // the bricks (mesh blocks) that take_surface() returned with triangles
   /// true: playback has restarted with the initial tissue since the last call of take_surface()
   bool anew_ = false;
 };

@@ -17,7 +17,7 @@ namespace {
 
 constexpr float kTolerance = 0.3f;  // voxels, largest distance between the report's triangles and the tissue's surface
 
-// largest number of label samples per side; they add some hundred kilobytes to a page
+// largest number of label samples per side; the labels add some hundred kilobytes to a page
 constexpr int kMostLabels = 200;
 
 /// Copies the label of every n-th voxel. n is so large that there are at most kMostLabels samples per side.
@@ -39,8 +39,8 @@ session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
 constexpr std::size_t kMostOwnTriangles = 200'000;
 
 /// Makes the 3D model of the report. `own`: true uses the triangles of volume.mesh(), false those of the distance
-/// field. `ideal`: distance field of the ideal with recomputed distances; null: the model shows no differences to the
-/// ideal.
+/// field. `ideal`: distance field of the ideal result with recomputed distances; null: the model shows no differences
+/// to the ideal.
 session::ResultModel model_of(const haptics::TissueVolume& volume, bool own, const DenseCopy* ideal) {
   const haptics::TissueMesh* const triangles = own ? volume.mesh().get() : nullptr;
   const surface::WholeMesh mesh = triangles && triangles->triangles.size() <= kMostOwnTriangles

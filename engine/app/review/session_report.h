@@ -17,14 +17,14 @@ class Progress;
 /// only the volumes in the file, and a message.
 session::ReportOptions report_of(const session::SessionReader& session);
 
-/// Makes the final surface and its distance from the task's ideal for a session without a recording. Throws Error if
-/// the scene's tissue or its ideal cannot be built.
+/// Makes the final surface and its distance from the task's ideal result for a session without a recording. Throws
+/// Error if the scene's tissue or its ideal cannot be built.
 session::ReportOptions result_of(const Scene& scene, const haptics::TissueVolume& after);
 
 /// Computes the same score as report_of(), without pictures.
 session::SessionSummary summary_of(const session::SessionReader& session);
 /// Does the same as summary_of() above, but with the score rules of `scene` (see evaluate_session). Throws Error if the
-/// scene's tissue or its ideal cannot be built.
+/// scene's tissue or its ideal result cannot be built.
 session::SessionSummary summary_of(const session::SessionReader& session, const Scene& scene);
 
 /// Returns the summaries of all sessions in `folder`, sorted by file name. Unreadable files are skipped with a message.

@@ -11,7 +11,7 @@
 
 namespace typodont {
 
-/// Computes the soft gum again while a recording is shown. Render thread.
+/// Computes the soft gum again while a recording is shown. Render thread only.
 class SoftGumPlayer {
  public:
   /// `player` and `around` must outlive this object.

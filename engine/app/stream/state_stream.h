@@ -48,7 +48,7 @@ class StateStream {
     std::uint64_t cut_off = 0;  // number of readers that were disconnected because they did not read
   };
   Counts counts() const;
-  /// Port of the first WebSocket address; 0 if there is none. For "ws:0" the system has chosen the port.
+  /// Returns the port of the first WebSocket address; 0 if there is none. For "ws:0" the system has chosen the port.
   int port() const;
 
   static constexpr Nanos kPatience = 5 * kNanosPerSecond;

@@ -6,7 +6,7 @@
 
 namespace typodont {
 
-/// Minimum of two distances. The edge between the two solids is rounded over a width of k (m).
+/// Returns the minimum of two distances. The edge between the two solids is rounded over a width of k (m).
 inline double smooth_min(double a, double b, double k) {
   const double h = std::max(k - std::abs(a - b), 0.0) / k;
   return std::min(a, b) - h * h * k * 0.25;

@@ -26,7 +26,7 @@ class DamClamp {
 
  private:
   dvec3 middle_;  // m, middle of the working tooth at the height of the gum's edge
-  double side_;   // m, distance of the clamp's jaws from the middle of the tooth
+  double side_;   // m, distance of the jaws of the rubber dam's clamp from the tooth's middle
   std::vector<dvec3> bow_;
   dvec3 low_{0}, high_{0};
 };

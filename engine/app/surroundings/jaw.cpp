@@ -15,11 +15,12 @@ constexpr double kPapillaWidth = 1.8e-3;  // m, width of a papilla (the gum betw
 // decreases to zero.
 constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;
 // m, distances from the row of teeth, to its side. Between kEdgeTo and kEvenFrom, the influence of the teeth on the
-// ridge decreases to zero.
+// jaw's ridge decreases to zero.
 constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;
 constexpr double kRowDepth = 15.5e-3;  // m, thickness of a jaw with a row of teeth
 constexpr double kBlockDepth = 9e-3;   // m, smallest thickness of a jaw without a row of teeth
-// m, dimensions of the ridge. It is wider at its bottom, and ends in a fold on the buccal side and on the lingual side.
+// m, dimensions of the jaw's ridge, on which the teeth stand. It is wider at its bottom, and ends in a fold on the
+// buccal side and on the lingual side.
 constexpr double kRidgeTop = 1.3e-3, kRidgeRim = 0.5e-3, kBuccalSwell = 1.7e-3, kLingualSwell = 1.1e-3,
                  kSwellDepth = 4e-3;
 constexpr double kBuccalFold = 8.5e-3, kLingualFold = 9.5e-3, kFoldRound = 5e-3, kJawEdge = 13.5e-3;
@@ -31,7 +32,7 @@ constexpr double kTongueFrom = 9.0e-3, kTongueBelow = 3.5e-3, kTongueDome = 5.5e
 constexpr double kCheekFrom = 11.5e-3, kCheekOver = 6.5e-3, kLipBelow = 1.5e-3, kCheekRound = 7e-3;
 constexpr double kLipFrom = 18e-3, kLipRadius = 3.4e-3, kFaceTo = 36e-3, kFaceFall = 14,
                  kFaceThick = 4e-3;  // kFaceFall: 1/m, curvature of the face; the other values are lengths in m
-// m, height of the lip above the rim, and depth of the face below the rim
+// m, height of the lip above the rim of the mouth, and depth of the face below this rim
 constexpr double kLipOver = 0.4e-3, kFaceBelow = 1.6e-3;
 
 }  // namespace
@@ -113,7 +114,7 @@ double Jaw::ridge(const Place& p) const {
   const double down = std::max(p.depth, 0.0);
   const double swell = (p.beside > 0 ? kBuccalSwell : kLingualSwell) * (1 - std::exp(-down / kSwellDepth));
   const double side = std::abs(p.beside) - p.half_width - kRidgeRim - swell;
-  // Between two teeth, the ridge rises to a papilla.
+  // Between two teeth, the gum of the jaw's ridge rises to a papilla (a tip of gum).
   const double raise = papilla(p), between = plan_.papilla > 0 ? raise / plan_.papilla : 0;
   double d = smooth_max(side, kRidgeTop * (1 - between) - p.depth - raise, 4e-3 - 2.2e-3 * between);
   if (plan_.row) {

@@ -22,7 +22,7 @@ class Jaw {
   Jaw(const SurroundingsPlan& plan, const dvec3& middle, double half_width, double occlusal, double roots);
 
   Place place(const dvec3& p_W) const;
-  /// Additional height of the gum between two teeth (the papilla), m.
+  /// Returns the additional height of the gum between two teeth (the papilla), m.
   double papilla(const Place& p) const;
   /// Returns the fraction of movable mucosa in the surface of the gum, 0..1. It is 1 below the mucogingival line, and
   /// small at the gum's edge.

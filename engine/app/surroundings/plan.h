@@ -28,7 +28,7 @@ enum class Mouth { kNone, kPatient, kPhantom };
 /// A rubber dam: a sheet with a hole around the working tooth.
 struct RubberDam {
   double gap = 0.1e-3;  // m, distance between the edge of the hole and the tooth
-  bool clamp = true;    // true: a steel clamp holds the sheet
+  bool clamp = true;    // true: a steel clamp holds the rubber dam's sheet
 };
 
 struct SurroundingsPlan {

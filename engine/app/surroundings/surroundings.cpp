@@ -40,7 +40,7 @@ constexpr double kReach = 3e-3;  // m, the distance field of a tooth is computed
 // m, the gum reaches into the working tooth by this length, so that no gap between them is visible
 constexpr double kGumInside = 0.4e-3;
 constexpr double kCoveredBelow = 0.6e-3;  // m, below this depth under the gum's edge, the gum hides the root
-// m, width over which the collar (the gum around a tooth) blends into the ridge
+// m, width over which the collar (the gum around a tooth) blends into the jaw's ridge
 constexpr double kCollarBlend = 1.0e-3;
 constexpr double kCollarFrom = 4e-3;  // m, distance from a tooth at which its collar of gum ends
 // m, cell sizes of the face of a section through a tooth, and through the gum
@@ -299,7 +299,8 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
   std::uint64_t body = 0;
   const auto add = [&](std::vector<render::MeshUpdate> of_body) {
     for (render::MeshUpdate& update : of_body) {
-      // The index of the body is written into the brick's number, so that bricks of two bodies have different numbers.
+      // The index of the body is written into the number of the brick (mesh block), so that bricks of two bodies have
+      // different numbers.
       update.brick |= body << 60;
       face.push_back(std::move(update));
     }
@@ -396,7 +397,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   if (!plan.gum) return result;
   result.covered = glm::dvec4(plan.margin_normal, kCoveredBelow - glm::dot(plan.margin_normal, plan.margin));
 
-  // Meshes the gum or the dam. The mesh is fine near the working tooth, and coarse along the rest of the row.
+  // Meshes the gum or the rubber dam. The mesh is fine near the working tooth, and coarse along the rest of the row.
   const auto distance = [&](const dvec3& p) { return plan.dam ? shape.dam(p) : shape.gum(p); };
   const auto soft = [&](const Box& box, double voxel, bool fine, const auto& surface, const auto& wanted) {
     add(box, voxel, kGumTolerance, fine, surface, gum_label, wanted, [&](auto& mesh) {
@@ -417,8 +418,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   soft(near, plan.dam ? kDamVoxel : kGumVoxel, true, distance, everywhere);
   if (plan.row) {
     const double voxel = plan.dam ? kFarDamVoxel : kFarGumVoxel;
-    // The coarse bricks overlap the fine bricks by up to one brick. In this region, the coarse surface is lowered below
-    // the fine surface, so that it is hidden.
+    // The coarse bricks (mesh blocks) overlap the fine bricks by up to one brick. In this region, the coarse surface is
+    // lowered below the fine surface, so that it is hidden.
     const auto below = [&](const dvec3& p) {
       const dvec3 inside = glm::min(p - near.lo, near.hi - p);
       return distance(p) + kCoarseBelow * smooth_step(0, 2e-3, std::min({inside.x, inside.y, inside.z}));
@@ -445,7 +446,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
         [&](auto& mesh) { paint(mesh, box.lo, matter, under, beneath); });
   };
   const auto plain = [](const dvec3&) { return 0.0; };
-  // Computes how deep a point lies in the mouth; the mucosa is darker there.
+  // Computes how deep a point lies in the mouth. The deeper it lies, the darker is the mucosa.
   const auto deep = [&](const dvec3& p) {
     const Jaw::Place at = shape.jaw.place(p);
     return 0.35 * smooth_step(3e-3, 22e-3, shape.jaw.rim(at) - at.z);

@@ -16,8 +16,8 @@ constexpr double kSideSlope = 0.9;
 // The computed distance to the occlusal surface is multiplied by this factor, so that it is never larger than the true
 // distance.
 constexpr double kTopSlope = 0.78;
-// m, rounding of the bottom of a groove between two hills. It must not be much smaller than the voxels of the drawn
-// tooth, because a sharper groove is drawn with notches.
+// m, rounding of the bottom of a groove between two hills (cusps or ridges). It must not be much smaller than the
+// voxels of the drawn tooth, because a sharper groove is drawn with notches.
 constexpr double kGrooveFloor = 0.2e-3;
 constexpr double kRidges = 0.07e-3;    // m, amplitude of the fine ridges on the cusps
 constexpr double kEnamelTop = 1.9e-3;  // m, thickness of the enamel at the occlusal end
@@ -36,8 +36,9 @@ double half_width(double z, double neck, double widest, double table, double at,
   return 0.5 * (widest - (widest - table) * t * t);
 }
 
-/// Returns the height (m) of the fine ridges on the slope of a hill. `from_tip`: m, position relative to the hill's
-/// tip; `over`: m, height above the neighbouring hill. The ridges vanish at the tips and where two hills meet.
+/// Returns the height (m) of the fine ridges on the slope of a hill (cusp or ridge). `from_tip`: m, position relative
+/// to the hill's tip; `over`: m, height above the neighbouring hill. The ridges vanish at the tips and where two hills
+/// meet.
 double ridges(const glm::dvec2& from_tip, double over) {
   const double r2 = glm::dot(from_tip, from_tip) + 1e-9, c = from_tip.x * from_tip.x / r2;
   // cos(4 φ), computed from c = cos² φ
@@ -64,7 +65,8 @@ double ToothForm::distance(const dvec3& p) const {
   };
   if (z < 0.3 * height) return smooth_max(outline(), -root - z, 1e-3);
 
-  // At each point, the occlusal surface is as high as the highest hill. Where two hills meet, there is a groove.
+  // At each point, the occlusal surface is as high as the highest hill (cusp or ridge). Where two hills meet, there is
+  // a groove.
   double first = -1, second = -1;
   glm::dvec2 from_tip(0);
   for (const ToothHill& hill : hills) {

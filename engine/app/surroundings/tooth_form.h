@@ -17,7 +17,7 @@ struct ToothHill {
   glm::dvec2 at{0, 0};       // m, position of the tip in the mesial and buccal directions
   double height = 0;         // m, height of the tip above the neck
   double slope = 0.5;        // m per m, slope of the cone
-  glm::dvec2 long_by{1, 1};  // factors by which the hill's cone is stretched in the mesial and buccal directions
+  glm::dvec2 long_by{1, 1};  // factors that stretch the hill's (cusp's) cone in the mesial and buccal directions
 };
 
 /// The shape of a tooth. In its frame, x points mesial, y buccal and z occlusal; the origin is the middle of the neck.

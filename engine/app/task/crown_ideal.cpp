@@ -11,11 +11,11 @@ namespace typodont {
 
 namespace {
 
-// cosine of the angle between a surface's normal and the axis; above it, the surface counts as occlusal
+// cosine of the angle between a surface's normal and the axis; above this value, the surface counts as occlusal
 constexpr double kOcclusal = 0.5;
 // m, cell size of the grid on which the tooth's outline at the margin is computed
 constexpr double kCell = 0.1e-3;
-// voxels, reach of the central differences of a normal; the normals of single voxels follow the noise of the CT
+// voxels, distance of the samples from which a normal is computed; at a smaller distance, normals follow the CT's noise
 constexpr double kNormalReach = 2;
 // voxels, distance from a surface within which the surface's distance is computed exactly
 constexpr double kExactBand = 3;
@@ -139,8 +139,8 @@ void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCop
   const Outline outline(copy, tooth, axes, crown.margin_height);
   if (outline.empty()) return;
 
-  // Above the chamfer, every point of the preparation lies at least as deep as the chamfer; below the occlusal surface,
-  // at least as deep as the occlusal reduction.
+  // Above the chamfer, every point of the preparation lies at least as deep as the chamfer. Below the occlusal surface,
+  // it lies at least as deep as the occlusal reduction.
   std::vector<float> gone(copy.field.distance.size(), static_cast<float>(-kExactBand * h));
   const auto above = [&](const dvec3& p_W, double height) { return glm::dot(p_W, axis_W) > height; };
   const double over_chamfer = crown.margin_height + crown.chamfer_radius;

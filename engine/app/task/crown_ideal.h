@@ -1,4 +1,4 @@
-// The ideal of a crown preparation, which is computed from the tooth's own surface.
+// The ideal result of a crown preparation, which is computed from the tooth's own surface.
 #pragma once
 
 #include "engine/app/tissue/tissue_edit.h"
@@ -12,11 +12,11 @@ struct CrownReduction {
   double chamfer = 0;         // depth of the chamfer below the tooth's outline, and least depth of the axial walls
   double chamfer_radius = 0;  // radius of the chamfer's section: the radius of the bur's round end
   double taper = 0;           // rad, total occlusal convergence: twice the angle between a wall and the axis
-  double occlusal = 0;        // depth below the occlusal surface
+  double occlusal = 0;        // depth of the preparation below the uncut occlusal surface
   double edge_radius = 0;     // radius of the rounded edges between the surfaces
 };
 
-/// Reads the object `crown` of an ideal. Throws Error.
+/// Reads the JSON object `crown` of an ideal result. Throws Error.
 CrownReduction read_crown_reduction(const Json& json);
 
 /// Changes the tissue to the preparation. `axis_W`: unit vector out of the tooth, the path of the crown's insertion.

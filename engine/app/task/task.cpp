@@ -84,7 +84,8 @@ void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
   }
 }
 
-/// Sets the ideal to the inside of a closed mesh. Tissue that lies more than a voxel outside the mesh must be removed.
+/// Sets the ideal result to the inside of a closed mesh. Tissue that lies more than a voxel outside the mesh must be
+/// removed.
 void take_mesh(const Json& json, const ScenePlace& place, DenseCopy& copy) {
   json.allow_only({"file", "unit_mm"});
   haptics::ImportOptions options;
@@ -211,7 +212,7 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
     ideal.allow_only({"volume"});
     sample_volume(haptics::TissueVolume::load(find_file(ideal["volume"].string(), scene.place)), copy);
   } else if (ideal.has("session")) {
-    // Here the ideal is the final tissue of a recorded session.
+    // Here the ideal result is the final tissue of a recorded session.
     ideal.allow_only({"session"});
     const session::SessionReader session(find_file(ideal["session"].string(), scene.place));
     sample_volume(tissue_at_end(session, scene_of(session, scene.place.recordings), copy_of(start)), copy);

@@ -1,4 +1,4 @@
-// The task of a scene: builds the initial and the ideal volume, and evaluates a result by comparing it with the ideal.
+// The task of a scene: builds the initial and the ideal tissue, and evaluates a result by comparison with the ideal.
 #pragma once
 
 #include <memory>
@@ -21,14 +21,14 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
 /// Evaluates results for one scene. The object copies its arguments. One thread at a time.
 class TaskEvaluator {
  public:
-  /// Builds the ideal. Throws Error if it cannot be built.
+  /// Builds the ideal result. Throws Error if it cannot be built.
   TaskEvaluator(const Scene& scene, const haptics::TissueVolume& start);
 
   bool has_ideal() const { return ideal_.has_value(); }
   const haptics::TissueVolume* ideal() const { return ideal_ ? &*ideal_ : nullptr; }
 
-  /// Compares `after` with the ideal. Adds the measured values to `input`, and returns the compared tissues (empty for
-  /// an exploration task). Takes about a second for a tooth.
+  /// Compares `after` with the ideal result. Adds the measured values to `input`, and returns the compared tissues
+  /// (empty for an exploration task). Takes about a second for a tooth.
   std::optional<session::Preparation> judge(const haptics::TissueVolume& after, session::ScoreInput& input) const;
   /// Copies initial, final and ideal tissue to a common voxel grid. The grid covers the region that was changed or
   /// should have been changed.
@@ -52,7 +52,7 @@ struct FinishedHand {
 };
 /// Computes the score of a finished session without the other data of the report. It equals the score of
 /// evaluate_session() for the session's recording. Takes a second or more. Throws Error if the scene's tissue or its
-/// ideal cannot be built.
+/// ideal result cannot be built.
 session::Score final_score(const Scene& scene, const haptics::TissueVolume& after, FinishedHand hand);
 
 /// A recorded session with its score, and with its tissue, which is rebuilt from the recorded cuts.

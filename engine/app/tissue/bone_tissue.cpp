@@ -19,7 +19,7 @@ namespace {
 
 // m, width of the zone below the shell in which the grey value changes from cortical to cancellous bone
 constexpr double kEndosteum = 0.5e-3;
-// m, length over which grey values vary; it equals several distances between trabeculae
+// m, length over which grey values vary; this length equals several distances between trabeculae
 constexpr double kGrain = 1.2e-3;
 constexpr double kMostVoxels = 2e8;
 
@@ -35,7 +35,7 @@ double lattice(std::uint64_t seed, const glm::ivec3& at) {
   return static_cast<double>(x >> 11) * 0x1p-52 - 1;
 }
 
-/// Smooth noise from -1 to 1, interpolated between the random numbers of grid points.
+/// Returns smooth noise from -1 to 1, interpolated between the random numbers of grid points.
 double noise(std::uint64_t seed, const dvec3& p) {
   const glm::ivec3 at(glm::floor(p));
   dvec3 f = p - dvec3(at);

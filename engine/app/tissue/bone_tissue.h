@@ -12,7 +12,7 @@
 
 namespace typodont {
 
-/// The label of nerve and vessels in the canal. An existing soft tissue is used.
+/// The label of nerve and vessels in the canal. They have no label of their own, so the label of the pulp is used.
 inline constexpr Tissue kNerve = Tissue::kPulp;
 
 constexpr bool is_bone(Tissue tissue) noexcept {

@@ -34,7 +34,7 @@ struct Head {
   glm::ivec3 size{0};
   double band = 0;
   bool exact_outside = false;
-  bool graded = false;  // true: hardness values are stored after the labels
+  bool graded = false;  // true: hardness values are stored after the tissue labels
 };
 
 /// Processes the data in several pieces, because zlib's sizes have the type int. Returns false after a failure.

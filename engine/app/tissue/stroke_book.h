@@ -1,5 +1,5 @@
 // Stores the volume that each stroke removed, and the strokes of the brush. After an undo, the numbers that a session
-// shows are computed from these strokes. Carver's thread.
+// shows are computed from these strokes. For the thread that owns the tissue.
 #pragma once
 
 #include <vector>
