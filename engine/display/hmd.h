@@ -69,7 +69,7 @@ class Hmd {
   virtual ~Hmd() = default;
 
   virtual gpu::DeviceOptions device_options() = 0;
-  /// Creates the session. Throws Error. `work_W`: m, frame W; recentring moves this point in front of the user.
+  /// Creates the session. Throws Error. `work_W` (m, frame W): centre of the work; recentring moves it before the user.
   virtual void begin(gpu::Device& device, const dvec3& work_W) = 0;
   /// Waits until the user wears the headset and the runtime requests frames. Throws Error if the headset stays idle.
   virtual void wake() = 0;
@@ -82,7 +82,7 @@ class Hmd {
   virtual bool running() const = 0;
   /// Waits for the runtime's next frame, begins it, and locates the head and the hands.
   virtual HmdFrame wait() = 0;
-  /// Copies the eyes' pictures into the swapchain; `pictures` has two layers. `depth`: source images, or null.
+  /// record() copies the eyes' pictures (two layers) and their depth to the swapchain; Depth: source of an eye's depth.
   struct Depth {
     const gpu::Image* image = nullptr;
     std::uint32_t layer = 0;

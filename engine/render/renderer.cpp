@@ -36,7 +36,7 @@ struct Renderer::Impl {
   std::array<Look, kMatterCount> looks;
   PassContext context;
 
-  gpu::ShaderInputs inputs;  // descriptor sets: one per slot for the scene, one per slot for the reflected scene
+  gpu::ShaderInputs inputs;  // descriptor sets of each frame in flight: for the scene, and for the reflected scene
   std::array<gpu::Buffer, 2 * kSlots> frame_data;
   VkSampler compare = VK_NULL_HANDLE, nearest = VK_NULL_HANDLE, linear = VK_NULL_HANDLE, beyond_film = VK_NULL_HANDLE;
   FrameTimer timer;
@@ -197,7 +197,7 @@ struct Renderer::Impl {
            same(frame.mirror.X_WM, last_mirror.X_WM) && !std::memcmp(&data, &last_data, sizeof data);
   }
 
-  /// Fills descriptor set i: set `slot` for the scene, set kSlots + `slot` for the reflected scene.
+  /// Fills descriptor set i. For frame in flight k, set k is for the scene, set kSlots + k for the reflected scene.
   void write_set(std::size_t i) {
     const VkImageView map = shadow.map.layer_views[0];
     inputs.fill(device, i, 0, frame_data[i]);
@@ -543,7 +543,7 @@ struct Renderer::Impl {
         tool.record(context, commands, mirror.body, frame.mirror.X_WM, light_grid.size.x > 0, stats);
         if (reflects) mirror.record_glass(context, commands, frame.mirror, stats);
       }
-      // A partial redraw draws a black background, too, because the pixels still have their old content.
+      // A partial redraw draws even a black background, because the pixels still have their old content.
       if (frame.background == Background::kGradient || partly) background.record(context, commands, stats);
       surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, effects(frame), true, stats);
       if (!targets.layered()) particles.record(context, commands, slot, frame.cloud, stats);

@@ -44,7 +44,7 @@ void set_keep(const float* rate, float* keep, std::size_t count, float dt) noexc
 double drag_factor(double reynolds) noexcept;
 
 /// Returns the drag rate (1/s) of a ball of diameter d at speed v in air: 18 μ/(ρ d²) (Stokes) times 1 + 0.15 Re^0.687
-/// (Schiller & Naumann) for Re < 1000. Above that, the drag coefficient is 0.44.
+/// (Schiller & Naumann) for Re < 1000. For a larger Re, the drag coefficient is 0.44.
 double drag_rate(double speed, double diameter, double density, double air_density, double air_viscosity) noexcept;
 
 }  // namespace typodont::debris

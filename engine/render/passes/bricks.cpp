@@ -110,7 +110,7 @@ bool outside(const Planes& p, const Brick& b) {
   return false;
 }
 
-/// Returns true if the brick lies completely beyond the plane, so that another body covers it. A zero plane covers no
+/// Returns true if the brick lies completely beyond the plane, where another body covers it. A zero plane covers no
 /// brick.
 bool covered(const glm::vec4& plane, const Brick& b) {
   const glm::vec3 farthest(plane.x > 0 ? b.hi.x : b.lo.x, plane.y > 0 ? b.hi.y : b.lo.y, plane.z > 0 ? b.hi.z : b.lo.z);

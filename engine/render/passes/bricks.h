@@ -27,7 +27,7 @@ inline constexpr float kDifferenceRange = 2e-3f;  // m, largest value of Vertex:
 /// Content of a brick; it selects the shader for its pixels.
 enum class BrickKind : std::uint8_t { kAny, kGum, kEnamel, kSound, kTwoSided };
 inline constexpr std::size_t kBrickKinds = 5;
-/// Returns the bits of kHolds in frame.glsl for a kind of brick.
+/// Returns the shader constant kHolds for a kind of brick: one bit for each kind of content (frame.glsl).
 constexpr std::uint32_t holds(BrickKind kind) {
   constexpr std::array<std::uint32_t, kBrickKinds> kBits{15, 8, 4, 5, 31};
   return kBits[static_cast<std::size_t>(kind)];
@@ -77,8 +77,8 @@ struct SceneBounds {
 
 struct BrickStore {
   std::map<MeshId, Mesh> meshes;
-  // for each mesh: a plane; bricks that the mesh had at the start and that lie beyond it are inside another body
-  // (Renderer::cover)
+  // for each mesh: a plane; bricks that the mesh had at the start and that lie beyond this plane are inside another
+  // body (Renderer::cover)
   std::map<MeshId, glm::dvec4> covers;
   std::vector<BrickBlock> blocks;
   SlotBuffers indirect, shadow_indirect, mirror_indirect;
@@ -95,9 +95,9 @@ struct BrickStore {
 
   /// Returns the bounds of the scene; no value if there are no bricks.
   std::optional<SceneBounds> bounds() const;
-  /// Returns draw commands for the bricks in an eye's view. The commands are written into this slot's buffer of `into`,
-  /// and their counts are added to `stats`. `tiles`: for each eye the part of the picture to redraw; null: the whole
-  /// picture.
+  /// Returns draw commands for the bricks in an eye's view. The commands are written into the buffer of `into` for this
+  /// slot (frame in flight); their counts are added to `stats`. `tiles`: for each eye the part of the picture to
+  /// redraw; null: the whole picture.
   std::vector<DrawGroup> visible(gpu::Device& device, int slot, const Frame& frame, SlotBuffers& into,
                                  FrameStats& stats, const std::array<Tiles, 2>* tiles = nullptr);
   /// Marks the tiles whose content or lighting changed since the last frame because of changed bricks or of the tool.
