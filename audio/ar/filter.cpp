@@ -34,12 +34,12 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
   using Unaligned = typename VectorOf<T>::Unaligned;
   constexpr int kLanes = static_cast<int>(sizeof(Vector) / sizeof(T));
   constexpr int kBlock = BlockFilter<T>::kBlock;
-  constexpr int kSlice = 4 * kLanes;  // a slice has the length of four vectors, so that the sums stay in registers
+  constexpr int kSlice = 4 * kLanes;  // number of samples in a slice: four vectors, so that the sums stay in registers
 
   for (int slice = 0; slice < kBlock; slice += kSlice) {
     T* const p = y + slice;
-    // Adds the contribution of the past output to the slice. The samples of the slice are zero at first, so every lane
-    // can run over all coefficients.
+    // Adds the contribution of the past output to the slice (a part of the block). The samples of the slice are set to
+    // zero first, so that all lanes can use all coefficients: unknown samples contribute zero.
     std::memset(p, 0, kSlice * sizeof(T));
     Vector even[4], odd[4];
     for (int v = 0; v < 4; ++v) {

@@ -147,7 +147,7 @@ class Registration {
   }
 
   // Assigns every pair to the nearer motion. The second motion is a rival in two cases: if many pairs could follow it
-  // (pairs that could follow both motions included), or if it is so near that some pairs may be assigned wrongly.
+  // (pairs that could follow both motions included), or if it is so similar that some pairs may be assigned wrongly.
   // Otherwise its pairs are outliers.
   bool part(Split& split, double dof) {
     const double limit = reach(split.sigma, dof);

@@ -1,5 +1,5 @@
-// Measures of a preparation: compares the removed (or added) tissue with the ideal. The functions use only dense
-// distance fields and no state. Their error is not larger than the error of the fields. Lengths are in m.
+// Measures of a preparation: compares the removed (or added) tissue with the ideal (target shape). The functions use
+// only dense distance fields and no state. Their error is not larger than the error of the fields. Lengths are in m.
 #pragma once
 
 #include <optional>

@@ -446,7 +446,7 @@ bool has_ideal(const ScoreInput& in) {
   return in.ideal || in.cavity_ideal;
 }
 
-/// Returns the measures of a perfect hand, after whose work the tissue equals the ideal.
+/// Returns the measures that a perfect hand would have: after its work, the tissue equals the ideal (target shape).
 ScoreInput as_the_ideal(const ScoreInput& input) {
   ScoreInput in = input;
   in.hand = {};
@@ -517,8 +517,8 @@ std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
   std::vector<ScoreRule> rules;
   if (block.boolean_or("defaults", true)) {
     rules = default_rules(input);
-    // An ideal may itself leave caries or open the pulp. In this case, the ideal's value becomes the target, so that
-    // the ideal gets the full score.
+    // An ideal (target shape) may itself leave caries or open the pulp. In this case, the ideal's value becomes the
+    // target, so that the ideal gets the full score.
     if (has_ideal(input)) {
       const ScoreInput ideal = as_the_ideal(input);
       for (ScoreRule& rule : rules) {

@@ -35,7 +35,7 @@ constexpr std::uint32_t kNone = 0xffffffff;
 constexpr std::uint16_t kSeveral = 0xffff;
 constexpr int kCells = FieldBrick::kCells;
 
-// A polygon corner: a vertex of this brick (owner 0) or of a lower neighbour (see build()).
+// A polygon corner: a vertex of this brick (owner 0), or of a neighbouring brick with lower coordinates.
 struct Corner {
   std::uint32_t owner, vertex;
   const ContourVertex* data;

@@ -1,5 +1,5 @@
-// Converts bricks of the distance field to triangles, and updates only the bricks that changed. One thread owns the
-// mesher and its bricks.
+// Converts bricks (blocks of 16³ cells) of the distance field to triangles, and updates only the bricks that changed.
+// One thread owns the mesher and its bricks.
 //
 //   SurfaceMesher mesher({.tolerance = 0.1f});
 //   for (brick that changed) mesher.put(brick);          // or remove(key) when it holds no surface any more
