@@ -25,8 +25,8 @@ struct VectorOf<double> {
   using Unaligned = Double8Unaligned;
 };
 
-// a[1…order] are the filter's coefficients; order is even. y[−order…−1] is the past output. response[kBlock + j] is the
-// impulse response at sample j; it is 0 for j < 0.
+// a[1…order]: coefficients of the filter; `order` is even. y[−order…−1]: the past output. response[kBlock + j]: the
+// impulse response at sample j, which is 0 for j < 0.
 template <class T>
 inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t order, const T* response, const T* noise,
                                                        T gain, T* y) {

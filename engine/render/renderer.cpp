@@ -57,7 +57,7 @@ struct Renderer::Impl {
   BrickStore bricks;
   FilmStore film;
   VolumeImage light;     // image of LightGrid::faces; without a grid, one empty texel, which the descriptor sets need
-  LightGrid light_grid;  // the member `faces` is empty here, because the faces are only in the image `light`
+  LightGrid light_grid;  // the member `faces` is empty, because its data is only in the image `light`
   std::optional<SceneBounds> bounds;  // bounds of this frame's scene
   std::uint64_t bounds_version = 0;   // version of the bricks for which `bounds` was computed
 

@@ -219,9 +219,9 @@ class Renderer {
   void update(MeshId mesh, std::span<const MeshUpdate> bricks);
   void place(MeshId mesh, const Pose& X_WM);
   void remove(MeshId mesh);
-  /// Some bricks are inside another body from the start. This function sets a plane for them: bricks of the mesh that
-  /// exist since the start and lie completely where dot(beyond, (p_W, 1)) < 0 are not drawn in View::kLook and
-  /// kDifference until they change. Zero: no plane.
+  /// Some bricks are inside another body from the start. This function sets a plane for the mesh. Bricks that exist
+  /// since the start and lie completely where dot(beyond, (p_W, 1)) < 0 are not drawn in View::kLook and kDifference
+  /// until they change. Zero: no plane.
   void cover(MeshId mesh, const glm::dvec4& beyond);
   /// Sets the tool, and the handpiece in which it is clamped. A handpiece without parts is not drawn. Throws Error if
   /// the handpiece has too many triangles.

@@ -52,7 +52,7 @@ struct ImplantPhase {
   TaskText name;
   ImplantAction deed = ImplantAction::kDrill;
   std::uint32_t tool = 0;  // index in the session's list of tools
-  double depth = 0;        // m, required depth of the tool's tip below the plan's entry
+  double depth = 0;        // m, required depth of the tool's tip below the planned entry
   double volume = 0;       // m³, volume that must be removed, for kSmooth and kMark
   double speed = 0;        // rad/s, highest speed of the tool; 0: the tool does not turn
   bool irrigated = false;  // true if the bone is cooled with water
@@ -91,7 +91,7 @@ class ImplantMeter {
   std::size_t phase() const { return phase_; }
   /// Returns the note that the trainee sees now.
   ImplantNote note() const { return note_; }
-  /// Returns the depth, in m, of the tool's tip below the plan's entry, along the plan's axis.
+  /// Returns the depth, in m, of the tool's tip below the planned entry point, along the planned axis.
   double depth() const { return depth_; }
   double temperature() const { return temperature_; }  // returns the temperature (°C) of the bone at the drill
   const ImplantTask& task() const { return task_; }

@@ -53,7 +53,7 @@ struct ImplantPhaseMeasures {
   double began = -1, ended = -1;
   double force_max = 0;                           // N, largest force in the phase
   double over_force = 0;                          // s, time for which the force was above its limit
-  double depth = 0;                               // m, largest depth below the plan's entry
+  double depth = 0;                               // m, largest depth below the planned entry point
   double hottest = HeatModel::body;               // °C, highest temperature
   std::array<double, kImplantNoteCount> noted{};  // s, time for which each note was shown
   ForceCurve force;
@@ -64,11 +64,11 @@ struct ImplantBedMeasures {
   bool found = false;
   double entry_error = 0, apex_error = 0;  // m, distances of entry and apex (deepest point) from the planned points
   double axis_error = 0;                   // rad, angle between the bed's axis and the planned axis
-  double depth = 0;                        // m, depth of the bed below the plan's entry
+  double depth = 0;                        // m, depth of the drilled bed below the planned entry point
   double canal_distance = 1e9;             // m, distance from the bed's surface to the wall of the nerve canal
   double neighbour_distance = 1e9;         // m, distance from the bed's wall to the nearest neighbouring root
-  // The next three measures are computed from the tissue (measure_bed()); a negative value means: unknown.
-  // `diameter`: m, mean diameter of the bed; `ovality`: m, largest diameter minus smallest diameter
+  // `diameter`, `ovality` and `perforated` are computed from the tissue (measure_bed()). Negative: unknown. `diameter`:
+  // m, mean diameter of the bed; `ovality`: m, largest diameter minus smallest diameter
   double diameter = -1, ovality = -1;
   double perforated = -1;  // fraction of the upper nine tenths of the bed's wall that has no bone behind it
 };

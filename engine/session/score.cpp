@@ -127,8 +127,8 @@ double healthy_removed(const ScoreInput& in) {
   return sum;
 }
 
-/// Returns the volume, in mm³, that was cut too much (`sign` = 1) or too little (`sign` = -1) compared with the ideal,
-/// from the measured voxels or, without them, from the volumes per tissue.
+/// Returns the volume, in mm³, that was cut too much (`sign` = 1) or too little (`sign` = -1) compared with the ideal.
+/// It is computed from the measured voxels if they exist, otherwise from the volumes per tissue.
 std::optional<double> against_ideal(const ScoreInput& in, double sign) {
   if (in.cavity && in.cavity->has_ideal) return (sign > 0 ? in.cavity->over_volume : in.cavity->under_volume) * kMm3;
   if (!in.ideal) return std::nullopt;

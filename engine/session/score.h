@@ -167,8 +167,8 @@ void check_rules(const Json& block);
 /// default. Throws Error.
 PassMark pass_mark(const Json& block);
 
-/// Computes the score. If the value of an item is unknown (no ideal, no caries, no pulp distance), the item is omitted
-/// with its weight, unless the task asks for it.
+/// Computes the score. If the value of an item is unknown (no ideal, no caries, no pulp distance), the item and its
+/// weight are omitted, unless the task asks for it.
 Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const PassMark& pass = {});
 
 }  // namespace typodont::session

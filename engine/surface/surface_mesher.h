@@ -67,7 +67,7 @@ class SurfaceMesher {
   /// Adds a brick with new or changed samples. Before remesh(), put every brick in which the 17³ cell corners have
   /// both signs. Put a brick again if one of its 19³ samples has changed.
   void put(const FieldBrick& brick);
-  /// Removes a brick, as if it had been put without surface.
+  /// Removes a brick. The effect is the same as putting a brick without surface.
   void remove(const glm::ivec3& key);
 
   /// Builds the triangles of all bricks that changed since the last call, and returns their keys, sorted. The keys
