@@ -69,7 +69,7 @@ class Hmd {
   virtual ~Hmd() = default;
 
   virtual gpu::DeviceOptions device_options() = 0;
-  /// Creates the session. Throws Error. `work_W`: m, frame W; recentring moves this point before the user.
+  /// Creates the session. Throws Error. `work_W`: m, frame W; recentring moves this point in front of the user.
   virtual void begin(gpu::Device& device, const dvec3& work_W) = 0;
   /// Waits until the user wears the headset and the runtime requests frames. Throws Error if the headset stays idle.
   virtual void wake() = 0;

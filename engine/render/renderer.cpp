@@ -59,7 +59,7 @@ struct Renderer::Impl {
   VolumeImage light;     // image of LightGrid::faces; without a grid, one empty texel, which the descriptor sets need
   LightGrid light_grid;  // the member `faces` is empty, because its data is only in the image `light`
   std::optional<SceneBounds> bounds;  // bounds of this frame's scene
-  std::uint64_t bounds_version = 0;   // version of the bricks for which `bounds` was computed
+  std::uint64_t bounds_version = 0;   // version of the bricks (blocks of triangles) for which `bounds` was computed
 
   // Data of the last frame. If the data of the new frame are equal, nothing has moved.
   int last_views = 0;
@@ -469,8 +469,8 @@ struct Renderer::Impl {
       for (std::size_t e = 0; e < views; ++e) {
         scene_boxes[e] = tiles[e].boxes(true, tiles[e].picture());
         kept[e] = tiles[e].boxes(false, tiles[e].bounds());
-        // Particles are blended over the restored scene. If one of the tiles that they cover is redrawn, all tiles that
-        // they cover must be redrawn.
+        // Particles are blended over the restored scene. If one of the tiles (squares of the picture) that they cover
+        // is redrawn, all tiles that they cover must be redrawn.
         Tiles shown = tiles[e];
         shown.mark(over_tiles[e]);
         if (targets.layered() && shown.touch(particle_tiles[e])) shown.mark(particle_tiles[e]);

@@ -411,8 +411,8 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   m.wanted *= h3, m.done *= h3, m.over_volume *= h3, m.under_volume *= h3;
   if (any_kept) m.kept_removed = kept_removed * h3;
 
-  // Measures the distance of the final surface from the ideal, and finds the new parts of the surface. The inside of
-  // pores is excluded, because no probe can reach it. (The volumes computed above include pores.)
+  // Measures the distance of the final surface from the ideal (target shape), and finds the new parts of the surface.
+  // The inside of pores is excluded, because no probe can reach it. (The volumes computed above include pores.)
   std::vector<Facet> fresh, floor, walls;
   const Axes axes = axes_about(in.axis_W);
   const std::vector<bool> open = open_air(after);
@@ -436,8 +436,8 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
       Place& place = d < 0 ? m.over : m.under;
       if (std::abs(d) * h > place.depth) place = {std::abs(d) * h, in.frame.to_world(e.p)};
     }
-    // A facet is compared with the ideal if it was changed or should have been changed. It is new if it lies clearly
-    // below the old surface.
+    // A facet is compared with the ideal (target shape) if it was changed or should have been changed. It is new if it
+    // lies clearly below the old surface.
     if (m.has_ideal && (std::abs(old) > kNewSurface || std::abs(off) > kNewSurface)) {
       contour_square += f.area * off * off;
       contour_area += f.area;

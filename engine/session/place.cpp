@@ -24,7 +24,7 @@ struct Work {
   dvec3 middle_W{0};         // m, centre of the volume of the work (changed tissue)
   double low = 0, high = 0;  // m, lowest and highest position of the work along the axis
   double half_width = 0;     // m, largest distance of the work from its middle, perpendicular to the axis
-  // true if the ideal keeps tissue in the middle of the work, as for a crown's stump or a filling
+  // true if the ideal (target shape) keeps tissue in the middle of the work, as for a crown's stump or a filling
   bool around_tissue = false;
 };
 

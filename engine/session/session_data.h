@@ -126,7 +126,7 @@ struct SessionPicture {
 struct SessionResult {
   PerTissue volumes_after{};  // m³ of each tissue at the end
   bool has_volumes = false;
-  PerTissue volumes_ideal{};  // m³ of each tissue in the ideal; valid only if has_ideal is true
+  PerTissue volumes_ideal{};  // m³ of each tissue in the ideal (target shape); valid only if has_ideal is true
   bool has_ideal = false;
   double min_pulp_distance = -1;  // m, smallest distance of the cut surface from the pulp; negative if not measured
   std::uint64_t field_hash = 0;   // hash of the final tissue; 0 if not computed

@@ -55,7 +55,7 @@ struct BrickContour {
   }
 };
 
-/// Processes bricks one at a time and reuses its working memory.
+/// Processes bricks (blocks of 16³ cells) one at a time and reuses its working memory.
 class Contourer {
  public:
   Contourer();

@@ -17,7 +17,7 @@ struct CellShape {
   std::uint8_t patches = 0;
   std::uint8_t edges = 0;                // number of the cell's edges that the surface crosses
   std::array<std::uint8_t, 12> edge{};   // indices of the edges that the surface crosses
-  std::array<std::uint8_t, 12> patch{};  // for each edge: the patch that contains its crossing
+  std::array<std::uint8_t, 12> patch{};  // for each edge: the patch (piece of surface) that contains its crossing
 };
 
 /// All shapes. Shape 0..255 is the sign configuration (bit c is set if corner c is solid). Solid corners that are
@@ -36,8 +36,8 @@ class CellShapes {
   int flipped(int config, int flipped_faces) const {
     return flipped_[static_cast<std::size_t>(config)][static_cast<std::size_t>(flipped_faces)];
   }
-  /// Returns true if the shape has one patch, and no face with four crossings. Then the surface is a disc, even if the
-  /// cell is merged with its neighbours (Ju et al. 2002).
+  /// Returns true if the shape has one patch (piece of surface), and no face with four crossings. Then the surface is a
+  /// disc, even if the cell is merged with its neighbours (Ju et al. 2002).
   bool simple(int config) const { return simple_[static_cast<std::size_t>(config)]; }
 
  private:
