@@ -18,9 +18,9 @@ template <class T>
 class Latest {
  public:
   Latest() = default;
-  /// Every slot starts as a copy of `initial`. So memory inside a T is allocated at set-up and not in the loop.
+  /// All three slots start as copies of `initial`. So memory in a T is allocated at set-up and not in the loop.
   explicit Latest(const T& initial) : slots_{initial, initial, initial} {}
-  /// Constructor for a type T that cannot be copied. Each slot gets one result of `make`.
+  /// Constructor for a type T that cannot be copied. Each of the three slots gets one result of `make`.
   template <std::invocable Make>
   explicit Latest(Make make) : slots_{make(), make(), make()} {}
 
@@ -34,7 +34,7 @@ class Latest {
     publish();
   }
 
-  /// If the reader has returned a slot by hand_back(), makes it the writer's slot back(). Otherwise does nothing.
+  /// If the reader has returned its slot by hand_back(), the slot becomes the writer's back(). Otherwise does nothing.
   void take_returned() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     if ((there & kReturned) && middle_.compare_exchange_strong(there, back_, std::memory_order_acq_rel)) {
@@ -88,8 +88,8 @@ class Latest {
   const T& front() const noexcept { return slots_[front_]; }
 
  private:
-  // The byte middle_ describes the slot that neither thread owns: its index (kIndex), whether it contains a new value
-  // (kFresh), and whether the reader has returned it (kReturned).
+  // One of the three slots belongs to neither thread. The byte middle_ contains its index (kIndex), whether it contains
+  // a new value (kFresh), and whether the reader has returned it (kReturned).
   static constexpr std::uint8_t kIndex = 3, kFresh = 4, kReturned = 8;
 
   std::array<T, 3> slots_{};

@@ -73,7 +73,7 @@ struct Renderer::Impl {
   std::uint64_t eyes_version = 0;  // increases when the eyes move
   std::uint64_t shadow_version = 0, shadow_order = 0;
   ShadowMapBox undrawn_shadow;  // part of the shadow map that changed in frames that did not draw the map
-  // Tiles that need a redraw of the scene, tiles in which only particles changed, and tiles that particles cover.
+  // Tiles (squares of pixels) to redraw, tiles in which only particles changed, and tiles that particles cover.
   std::array<Tiles, 2> tiles, over_tiles, particle_tiles;
   EyeBoxes redrawn;
   glm::mat4 shadow_light{0};

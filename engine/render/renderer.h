@@ -64,7 +64,7 @@ enum class View {
   kLook,
   kSection,  // tissue is drawn only where section · (p, 1) > 0, with the cut faces of the bodies
   kXray,     // the working tooth as glass, with the tissues inside it; other bodies are not drawn
-  // the working tooth compared with an ideal (target shape) (Vertex::difference): blue tissue must still be removed;
+  // the working tooth compared with an ideal, the target shape (Vertex::difference): blue tissue must still be removed;
   // where the surface is red, too much was removed
   kDifference,
 };

@@ -34,7 +34,7 @@ struct CavityMeasures {
   bool has_ideal = false;
   double wanted = 0;        // m³, volume that the ideal (target shape) removes or adds
   double done = 0;          // m³, the part of `wanted` that the trainee has removed or added
-  double over_volume = 0;   // m³, volume of tissue that is missing although the ideal (target shape) keeps (or adds) it
+  double over_volume = 0;   // m³, volume of tissue that is missing although the ideal (target) keeps or adds it
   double under_volume = 0;  // m³, volume of tissue that remains although the ideal removes it, or of excess filling
   // places where the surface deviates most from the ideal (target shape): into the tissue (over) and out of it (under)
   Place over, under;

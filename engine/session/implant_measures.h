@@ -65,12 +65,12 @@ struct ImplantBedMeasures {
   double entry_error = 0, apex_error = 0;  // m, distances of entry and apex (deepest point) from the planned points
   double axis_error = 0;                   // rad, angle between the axis of the bed (drilled hole) and the planned axis
   double depth = 0;                        // m, depth of the bed (drilled hole) below the planned entry point
-  double canal_distance = 1e9;             // m, distance from the bed's surface to the wall of the nerve canal
-  double neighbour_distance = 1e9;         // m, distance from the bed's wall to the nearest neighbouring root
+  double canal_distance = 1e9;             // m, distance from the drilled hole's wall to the wall of the nerve canal
+  double neighbour_distance = 1e9;         // m, distance from the drilled hole's wall to the nearest neighbouring root
   // `diameter`, `ovality` and `perforated` are computed from the tissue (measure_bed()). Negative: unknown. `diameter`:
   // m, mean diameter of the bed (drilled hole); `ovality`: m, largest diameter minus smallest diameter
   double diameter = -1, ovality = -1;
-  double perforated = -1;  // fraction of the upper nine tenths of the bed's wall that has no bone behind it
+  double perforated = -1;  // fraction of the upper nine tenths of the drilled hole's wall that has no bone behind it
 };
 
 struct ImplantMeasures {

@@ -275,7 +275,7 @@ struct Contourer::Scratch {
   std::uint16_t edge_at[3][kCorners * kCorners * kCorners];  // by axis and corner: index of the edge's crossing
   std::vector<Crossing> crossings;
   std::vector<Cell> cells;                     // cells that contain surface
-  std::vector<Node> nodes[kLevels];            // index 0: one node per patch; other levels: one node per merged block
+  std::vector<Node> nodes[kLevels];            // level 0: one node per piece of surface; else one per merged block
   std::vector<std::uint16_t> blocks[kLevels];  // blocks that contain surface
   std::vector<std::uint16_t> state[kLevels];   // state of each block: kNone, kMixed or the index of its node
 

@@ -30,7 +30,7 @@ class CellShapes {
   static const CellShapes& get();
 
   const CellShape& operator[](int shape) const { return shapes_[static_cast<std::size_t>(shape)]; }
-  /// Returns the faces on which the surface has two arcs that belong to the same patch; bit f is set for face f.
+  /// Returns the faces on which the surface has two arcs of the same patch (piece of surface); bit f is set for face f.
   std::uint8_t flippable_faces(int config) const { return doubtful_[static_cast<std::size_t>(config)]; }
   /// Returns the shape number for a configuration with flipped faces; `flipped_faces` is a subset of flippable_faces().
   int flipped(int config, int flipped_faces) const {
