@@ -35,8 +35,8 @@ struct FitOptions {
   double from = 0, to = 0;
   bool trim = true;     // true: silence at both ends is removed
   bool steady = false;  // true: only the longest interval of constant level is used
-  // name of the part that is used ("run-up", "idle", "load", "run-down"; the longest part of this name); empty: the
-  // whole recording
+  // name of the part that is fitted: "run-up", "idle", "load" or "run-down" (the longest part with this name); empty:
+  // the whole recording
   std::string part;
   std::string hum = "auto";  // removal of mains hum: auto, off, 50 or 60 (Hz)
   double spindle = 0;        // rad/s, speed of the drill in the recording; 0: estimated from the recording's lines
@@ -76,8 +76,8 @@ struct FitReport {
   /// Hz; power spectra of recording and model at these frequencies, dB re 1/Hz
   std::vector<double> frequencies, recording_dB, model_dB;
   std::vector<SoundPart> parts;  // parts of the whole recording, in order
-  // For each line of the model: the standard deviation of its amplitude divided by the mean, in the fitted part,
-  // including the noise in the band in which the line was followed.
+  // For each line of the model: standard deviation of its amplitude divided by the mean amplitude, in the fitted part.
+  // It includes the effect of the noise in the band in which the line was followed.
   std::vector<double> line_variation;
   // Speed of the spindle over the fitted part, if a line could be followed: times in s from the part's beginning, and
   // ratios of the speed to its mean. Empty if no line is steady.

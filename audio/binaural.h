@@ -30,9 +30,9 @@ EarAngles ear_angles(const dvec3& source_W, const dvec3& eyes_W, const dvec3& ri
 /// Returns the delay (s) of the sound at an ear, compared with its arrival at the head's centre; negative if the ear
 /// faces the source. Brown & Duda 1998, eq. 6 (Woodworth's formula for distant sources).
 double ear_delay(double angle);
-/// Returns the factor α(θ) of the filter H = (1 + jαω/2ω0) / (1 + jω/2ω0), ω0 = c/a, which models the shadow of the
-/// head for the angle θ (rad). A factor of 2 doubles high frequencies; a factor of 0.1 nearly removes them. Brown &
-/// Duda 1998, eqs. 3 and 4.
+/// Returns the factor α(θ) of the filter H = (1 + jαω/2ω0) / (1 + jω/2ω0), which models the shadow of the head for the
+/// angle θ (rad); ω0 = speed of sound / head radius. A factor of 2 doubles high frequencies; a factor of 0.1 nearly
+/// removes them. Brown & Duda 1998, eqs. 3 and 4.
 double ear_shadow(double angle);
 
 /// Renders a mono sound for two ears. Used by one thread at a time. Only the constructor allocates. If the head moves,
@@ -63,8 +63,8 @@ class Binaural {
 
   double rate_;
   double glide_;  // fraction of the remaining difference by which delay and shadow change per sample
-  /// coefficients of the shadow's filter: y = input_ (x + x') + slope (x - x') - pole_ y', where x', y' are the
-  /// previous values
+  /// coefficients of the shadow's filter: y = input_ (x + x') + slope (x - x') - pole_ y'; x: input, y: output, x' and
+  /// y': previous values
   double pole_, input_;
   double slope_;
   std::vector<float> line_;  // ring buffer of the mono samples

@@ -18,8 +18,8 @@ struct ArmReading {
   std::array<double, 6> angle{};  // rad, angles of the joints A to F
 };
 
-/// Geometry of a serial arm such as WoodenHaptics or Polhem, with their published kinematics: angles B and C are not
-/// relative to the previous link; x points towards the user, y right, z up. True angle = scale · reading + offset.
+/// Geometry of a serial arm such as WoodenHaptics or Polhem, with their published kinematics: angles B and C are
+/// relative to the vertical; x points towards the user, y right, z up. True angle = scale · reading + offset.
 struct ArmGeometry {
   double base = 0.080, upper = 0.205, fore = 0.245;  // m, lengths La, Lb, Lc of the published kinematics
   // m, position of the origin of frame H (the haptic base), measured from the arm's foot

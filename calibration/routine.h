@@ -45,7 +45,7 @@ struct PairCapture {
   dvec3 shown(const RigGeometry& rig) const;
 };
 
-/// Raw captures of each step; an empty step was skipped.
+/// Raw captures (recorded touches) of each step; an empty step was skipped.
 struct Captures {
   std::vector<ArmCapture> arm;
   std::vector<MarkCapture> marks;

@@ -33,7 +33,7 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
         energy += forward[i] * forward[i] + backward[i] * backward[i];
       }
     } else {
-      // The two errors with index i are computed from the samples i … i + m + 1. Their weight is the weight of the
+      // forward[i] and backward[i] are computed from the samples i … i + m + 1. Their weight is the weight of the
       // middle sample of this interval.
       const std::size_t middle = (m + 1) / 2;
       for (std::size_t i = 0; i < count; ++i) {

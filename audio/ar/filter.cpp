@@ -25,8 +25,8 @@ struct VectorOf<double> {
   using Unaligned = Double8Unaligned;
 };
 
-// a[1…order] are the filter's coefficients; order is even. y[−order…−1] is the past output. response[kBlock + j] is the
-// impulse response at sample j; it is 0 for j < 0.
+// a[1…order]: coefficients of the filter; `order` is even. y[−order…−1]: the past output. response[kBlock + j]: the
+// impulse response at sample j, which is 0 for j < 0.
 template <class T>
 inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t order, const T* response, const T* noise,
                                                        T gain, T* y) {
@@ -34,12 +34,12 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
   using Unaligned = typename VectorOf<T>::Unaligned;
   constexpr int kLanes = static_cast<int>(sizeof(Vector) / sizeof(T));
   constexpr int kBlock = BlockFilter<T>::kBlock;
-  constexpr int kSlice = 4 * kLanes;  // a slice has the length of four vectors, so that the sums stay in registers
+  constexpr int kSlice = 4 * kLanes;  // number of samples in a slice: four vectors, so that the sums stay in registers
 
   for (int slice = 0; slice < kBlock; slice += kSlice) {
     T* const p = y + slice;
-    // Adds the contribution of the past output to the slice. The samples of the slice are zero at first, so every lane
-    // can run over all coefficients.
+    // Adds the contribution of the past output to the slice (a part of the block). The samples of the slice are set to
+    // zero first, so that all lanes can use all coefficients: unknown samples contribute zero.
     std::memset(p, 0, kSlice * sizeof(T));
     Vector even[4], odd[4];
     for (int v = 0; v < 4; ++v) {

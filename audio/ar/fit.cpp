@@ -34,8 +34,8 @@ constexpr double kSilence = 1e-3;
 constexpr double kQuietBelowLoud = 40;
 constexpr double kSteadyWithin = 3;  // dB, tolerance around the median level of the loud part
 constexpr std::size_t kSamplesPerOrder = 10;
-// If the range of the spindle's speed (highest − lowest), divided by its mean, is larger than this, the changes of the
-// speed are removed from the sound before the fit. Otherwise they stay in the sound.
+// Limit of the relative range of the spindle's speed: (highest − lowest) / mean. Above this limit, the changes of the
+// speed are removed from the sound before the fit. Below it, they stay in the sound.
 constexpr double kConstantSpeed = 0.002;
 // largest value of FitOptions::hold_out, the fraction of the recording that is not used for the fit
 constexpr double kMostHeldOut = 0.9;

@@ -68,9 +68,9 @@ std::vector<std::complex<double>> band_about(std::span<const double> x, double r
 /// save memory.
 void replace_band(std::vector<double>& x, double rate, double frequency, double bandwidth, double floor) {
   constexpr std::size_t kPiece = 1 << 20;
-  // The sound x, filtered by H, is the band. The function subtracts it, so (1 - H) x remains, whose power is too small
-  // near `frequency`. Noise through a filter of twice the width adds the missing power: the sum of |1 - H|² and of the
-  // power response of the wider filter is 1 within 0.6 dB at every frequency.
+  // H is the filter that selects the band. The function subtracts H x from the sound x. In the rest, (1 - H) x, the
+  // power near `frequency` is too small. Noise through a filter of twice the width adds the missing power: |1 - H|²
+  // plus the power response of the wider filter is 1 within 0.6 dB at every frequency.
   const double noise_bandwidth = 2 * bandwidth;
   const std::size_t margin = 3 * half_length(bandwidth, rate) + 3, n = x.size();
   std::vector<double> noise(n);
@@ -250,9 +250,9 @@ std::vector<double> lines_through_window(const std::vector<TakenLine>& lines, st
   for (const auto& [line, spread, variation] : lines) {
     const double varies = line.amplitude_noise.deviation();
     const double square = line.amplitude * line.amplitude * (1 + varies * varies);
-    // The frequency of the line is assumed to have a normal distribution. For each of several frequencies of this
-    // distribution, the spectrum of a sinusoid in a Hann window is added; this spectrum has a closed form. kPoints:
-    // number of these frequencies, which are evenly spaced from −2 to 2 standard deviations around the line's mean
+    // The frequency of the line is assumed to have a normal distribution. The spectrum of the line is
+    // the weighted sum of the spectra of kPoints sinusoids in a Hann window, which have a closed form.
+    // Their frequencies are evenly spaced from −2 to 2 standard deviations around the line's mean
     // frequency.
     constexpr int kPoints = 9;
     double weights = 0;

@@ -126,8 +126,8 @@ bool DeviceOutput::callback(void* self, float* out, int frames, int channels, Na
 bool DeviceOutput::fill(float* out, int frames, int channels, Nanos t, bool underrun) noexcept {
   if (underrun) underruns_.fetch_add(1, std::memory_order_relaxed);
   const double period = 1e9 / opened_.sample_rate;
-  // The buffer must end one margin before this callback's due time, so that all ticks of its time span have arrived. So
-  // it starts one buffer length and one margin before the due time.
+  // The buffer must end one margin (kMargin) before the time at which this callback is due, so that all ticks of the
+  // buffer's time span have arrived. So the buffer starts one buffer length and one margin before the due time.
   const Nanos t_first =
       clock_.filtered(t, frames) + offset_ - kMargin - static_cast<Nanos>(std::llround(frames * period));
   std::uint64_t clipped = 0;

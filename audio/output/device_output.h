@@ -25,7 +25,7 @@ class DeviceOutput final : public AudioOutput {
   std::string description() const override;
 
   /// ns; the sample of a tick leaves the program one buffer length plus this margin after the tick. The margin allows
-  /// for a late callback and for the time that a tick needs to pass through the ring.
+  /// for a late callback and for the time that a tick needs to pass through the queue.
   static constexpr Nanos kMargin = 1'000'000;
   /// ns, if no callback comes for this time, the device counts as lost
   static constexpr Nanos kSilentFor = 500'000'000;

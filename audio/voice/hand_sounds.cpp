@@ -20,9 +20,9 @@ constexpr float kSuctionHiss = 1;
 constexpr double kAsperity = 20e-6;  // m, distance between the asperities of a tooth's surface
 
 /// Frequency in Hz of the first mode, its decay time in s, and its strength. Harder tissue sounds higher, longer and
-/// louder. The other two modes have 1.58 and 2.24 times the frequency of the first mode. (For a free bar, these ratios
-/// are 2.76 and 5.4; for a held crown, the modes are closer together.) The values were chosen by ear; they are not
-/// measured.
+/// louder than softer tissue. The other two modes have 1.58 and 2.24 times the frequency of the first mode. (For a free
+/// bar, these ratios are 2.76 and 5.4; for a held crown, the modes are closer together.) The values were chosen by ear;
+/// they are not measured.
 struct Ring {
   double frequency, decay, weight;
 };

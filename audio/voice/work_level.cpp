@@ -28,8 +28,8 @@ struct Power {
   }
 };
 
-/// Returns the factor |1 + gain (1 - low)|² of the power at a frequency: the synthesizer removes the low frequencies
-/// from the signal, multiplies it by the gain, and adds it to the signal.
+/// Returns the factor |1 + gain (1 - low)|² of the power at a frequency: the synthesizer multiplies the signal without
+/// its low frequencies by the gain, and adds the result to the signal.
 double brightened(double frequency, double gain) {
   const double pole = 1 - std::exp(-2 * kPi * kBrightFrom / kRate);
   const std::complex<double> z = std::polar(1.0, -2 * kPi * frequency / kRate);

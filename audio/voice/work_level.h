@@ -5,9 +5,9 @@
 
 namespace typodont::audio {
 
-/// Sets models.working_gain and models.brightness so that the voice has the measured levels at the measured contact:
-/// the changes of the whole level and of the level above kBrightFrom, from idling at free speed to work. Returns false
-/// if no gains give these levels.
+/// Sets models.working_gain and models.brightness so that the change from idling at free speed to the measured contact
+/// agrees with the measurement, both for the level of the whole sound and for the level above kBrightFrom. Returns
+/// false if no gains give these levels.
 bool calibrate(SoundModels& models, const WorkLevel& measured);
 
 }  // namespace typodont::audio

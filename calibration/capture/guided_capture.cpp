@@ -17,7 +17,7 @@ constexpr std::size_t kSockets = 4, kSocketTouches = 30, kPlates = 2, kPlateTouc
                       kMirrorTouches = 60, kEyeTouches = 120, kPairTouches = 120, kVerifyTouches = 60,
                       kDriftTouches = 3;
 
-// The nine marks of the panel, corners first.
+// The nine marks of the panel (points that the user touches), corners first.
 constexpr PanelPoint kMarks[9] = {{0.03, 0.03}, {0.97, 0.03}, {0.97, 0.97}, {0.03, 0.97}, {0.5, 0.03},
                                   {0.97, 0.5},  {0.5, 0.97},  {0.03, 0.5},  {0.5, 0.5}};
 
@@ -298,7 +298,7 @@ void GuidedCapture::solve() {
       solve_verify_step(bench_, captures_);
       break;
     case Step::kDrift:
-      // This step computes no result. Its marks are only stored, so that later sessions can be compared with them.
+      // This step computes no result. The touches of its marks are only stored, for comparison with later sessions.
       break;
   }
 }

@@ -118,7 +118,7 @@ void register_rows(std::vector<BenchRow>& rows, int trials) {
       const int runs = std::max(4, trials / 10);
       Noise random(static_cast<std::uint64_t>(count));
       RegistrationOptions known;
-      // our solver gets the noise as an input, because OpenCV's solver uses the same value as its threshold
+      // our solver gets the noise as an input, too: OpenCV's solver uses this value as its threshold
       known.known_sigma = kSigma;
       double blind = 0, ours = 0, theirs = 0;
       for (int t = 0; t < runs; ++t) {

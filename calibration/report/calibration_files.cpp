@@ -63,7 +63,7 @@ struct LengthColumns {
     const auto at = [&](std::size_t i) { return table.rows[row][static_cast<std::size_t>(table.column(names[i]))]; };
     return dvec3(at(0), at(1), at(2)) * unit;
   }
-  /// Throws Error if the numbers are implausible for this unit, by the rule in calibration_files.h.
+  /// Throws Error if the numbers are implausible for this unit: all below 3 mm for mm, or any beyond 10 m.
   void require_plausible(const std::filesystem::path& file, const std::vector<dvec3>& points) const {
     double reach = 0;
     for (const dvec3& p : points) reach = std::max({reach, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
@@ -91,7 +91,7 @@ PointPairs read_pairs(const std::filesystem::path& file, const std::string& H_na
   const LengthColumns H(header, H_name), D(header, D_name);
   std::vector<std::string> columns;
   H.add_to(columns), D.add_to(columns);
-  // Guided capture writes these additional columns to the same file.
+  // Guided capture writes the columns in braces (dots and joint angles) to the same file, too.
   const CsvTable table = read_csv(
       file, columns, {"left_u", "left_v", "right_u", "right_v", "a_rad", "b_rad", "c_rad", "d_rad", "e_rad", "f_rad"});
   if (table.rows.empty()) throw Error(file.string(), "", "no rows", "at least one pair of points");

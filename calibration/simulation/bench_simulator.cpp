@@ -30,7 +30,7 @@ RigGeometry drawn_rig() {
   rig.panel = {mirror.reflect(corner + width * right), mirror.reflect(corner),
                mirror.reflect(corner + width * right + height * up)};
   rig.eyes = {eye, 0.063, right};
-  // The arm is behind the workspace: its x points to the user (W z), y to the right (W x), z up (W y).
+  // The arm is behind the workspace. Its axes: x to the user (z of W), y to the right (x of W), z up (y of W).
   rig.X_WH = {dvec3(0, 0.03 + 0.12, -0.08), dquat(0.5, -0.5, -0.5, -0.5)};
   return rig;
 }

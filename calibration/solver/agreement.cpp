@@ -17,8 +17,8 @@ namespace typodont::calibration {
 
 namespace {
 
-// Returns the edge (m) of a cube that has the same volume as the region of the points. For a flat set of points,
-// returns the length of the region.
+// Returns the longest edge (m) of the points' bounding
+// box.
 double extent(Points points) {
   dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
   for (const dvec3& p : points) low = glm::min(low, p), high = glm::max(high, p);
@@ -27,8 +27,8 @@ double extent(Points points) {
 }
 
 // Robust consensus for an unknown noise level, after Moisan & Stival 2004 (a contrario RANSAC). The number of false
-// alarms is NFA(k) = tests · C(n,k) · C(k,3) · α_k^(k-3), where α_k is the probability that a random point lies
-// within the k-th residual.
+// alarms for k agreeing pairs of n is NFA(k) = n · C(n,k) · C(k,3) · α_k^(k-3), where α_k is the probability that a
+// random point lies within the k-th residual.
 class Consensus {
  public:
   /// `sigma`: m, standard deviation of the random points, which are normally distributed; 0: the random points fill the
@@ -48,7 +48,7 @@ class Consensus {
     const double octaves = std::log2(std::max(floor_ * floor_, 1e-300));
     first_bin_ = bin_of_bits(std::exp2(std::floor(octaves)));
     for (std::size_t b = 0; b < kBins; ++b) {
-      // Upper edge of bin b; the edges are quarter powers of two.
+      // Upper edge of bin b. Each octave is divided into four bins of equal width.
       const double edge =
           std::exp2(std::floor(octaves) + static_cast<double>(b / 4)) * (1 + static_cast<double>(b % 4 + 1) / 4);
       log_alpha_[b] = log_alpha(edge);

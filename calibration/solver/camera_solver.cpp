@@ -205,7 +205,7 @@ Eigen::Matrix3d homography(const Planar& points) {
   return to * H * from;
 }
 
-// Returns the pose of the plane relative to the camera, computed from its homography (Zhang 2000, section 3.1).
+// Returns the pose of the plane relative to the camera, computed from the plane's homography (Zhang 2000, section 3.1).
 Pose plane_pose(const Eigen::Matrix3d& H, double f, double cx, double cy) {
   Eigen::Matrix3d K;
   K << f, 0, cx, 0, f, cy, 0, 0, 1;
@@ -341,7 +341,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
     }
     return list;
   };
-  // Computes the focal length from all homographies. If the principal point is in the middle and pixels are square,
+  // Computes the focal length f from all homographies. If the principal point is in the middle and pixels are square,
   // the equations h1ᵀ ω h2 = 0 and h1ᵀ ω h1 = h2ᵀ ω h2 with ω = diag(1/f², 1/f², 1) are linear in 1/f².
   const double cx = 0.5 * (width_px - 1), cy = 0.5 * (height_px - 1);
   double aa = 0, ab = 0;

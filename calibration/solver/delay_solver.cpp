@@ -258,8 +258,8 @@ class Matcher {
           const double r2 = glm::dot(r, r);
           residuals_.push_back(r2);
           if (r2 > limit2) continue;
-          // Derivatives of the model X s(t - u - rate dt): -v for the shift u, -v dt for the rate, 1 for the
-          // translation p, and θ × (at - centre) for a rotation θ.
+          // Derivatives of the model X s(t - u - rate dt), where X is a pose, s the sparse stream and v its velocity:
+          // -v for the shift u, -v dt for the rate, 1 for the translation p, and θ × (at - centre) for a rotation θ.
           Eigen::Matrix<double, 3, 8> G = Eigen::Matrix<double, 3, 8>::Zero(), Z = G;
           const Vector3d g = -eigen(solution.X.rotate(row.v)), z = -eigen(row.slope);
           int c = 0;

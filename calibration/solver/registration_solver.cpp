@@ -24,9 +24,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// if two motions explain the pairs better than one by chance with a larger probability than this, they are rejected
+// largest accepted probability that two motions explain the pairs better than one motion by chance
 constexpr double kSplitChance = 1e-3;
-// If the noise with the added pairs, divided by the noise without them, is larger than this, the added pairs are
+// Limit of the noise with added pairs divided by the noise without them. Above this limit, the added pairs are
 // wrong.
 constexpr double kNoNoisier = 1.5;
 constexpr double kUndetermined = 1e16;  // value of `condition` for an undetermined rotation; beyond double precision
@@ -147,7 +147,7 @@ class Registration {
   }
 
   // Assigns every pair to the nearer motion. The second motion is a rival in two cases: if many pairs could follow it
-  // (pairs that could follow both motions included), or if it is so near that some pairs may be assigned wrongly.
+  // (pairs that could follow both motions included), or if it is so similar that some pairs may be assigned wrongly.
   // Otherwise its pairs are outliers.
   bool part(Split& split, double dof) {
     const double limit = reach(split.sigma, dof);
@@ -354,8 +354,8 @@ class Registration {
             ? kUndetermined
             : std::min(kUndetermined, std::sqrt((total - scatter_.values[0]) / (total - scatter_.values[2])));
 
-    // Mean squared TRE over the workspace: 3σ²/N + tr(S) tr(C) - tr(S C), where S is the second moment of the box
-    // about the centroid.
+    // Mean squared TRE (target error) over the workspace: 3σ²/N + tr(S) tr(C) - tr(S C). σ: noise, N: number of pairs,
+    // C: covariance of the rotation, S: second moment of the box about the centroid.
     Box box = options_.workspace_H;
     if (box.low == box.high) {
       box.low = box.high = p_H_[fit_.pairs.front()];

@@ -90,7 +90,7 @@ fs::path find(const fs::path& in, std::uint64_t key, const std::string& suffix) 
     if (!name.starts_with(begins) || !name.ends_with(suffix)) continue;
     const auto content = hash_of(file);
     if (content && name == name_of(key, *content, suffix)) {
-      // keep() removes the files with the oldest time of last use first.
+      // The modification time serves as the time of last use. keep() removes the least recently used files.
       fs::last_write_time(file, fs::file_time_type::clock::now(), code);
       return file;
     }

@@ -1,6 +1,6 @@
 // Checks of conditions that only a programming error can violate. (For mistakes of the user, use Error.) A failed check
-// prints the source line and the condition, then ends the process. The servo installs a handler that first sends zero
-// force.
+// prints the source line and the condition, then ends the process. The servo installs a handler that sends zero force
+// before the process ends.
 #pragma once
 
 namespace typodont {

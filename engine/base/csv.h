@@ -10,7 +10,7 @@
 
 namespace typodont {
 
-/// A table of doubles with named columns. Empty optional cells are NaN.
+/// A table of doubles with named columns. An empty cell of an optional column is NaN.
 struct CsvTable {
   std::filesystem::path file;
   std::vector<std::string> columns;

@@ -4,7 +4,7 @@
 #pragma once
 
 /// Write this macro before a function: TYPODONT_DISPATCH("avx2", "default") void kernel(…). Sanitizer builds have only
-/// the default version, because the sanitizer is not initialised when the loader chooses.
+/// the default version, because the loader chooses a version before the sanitizer is initialised.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
 #define TYPODONT_DISPATCH(...) __attribute__((target_clones(__VA_ARGS__)))

@@ -65,10 +65,10 @@ bool is_plain_text(std::string_view head) {
          !head.starts_with("solid");
 }
 
-/// Returns true for a DICOM file whose class (SOP class UID) in the meta information is Segmentation Storage. So no
-/// image of a scan is replaced.
+/// Returns true for a DICOM file that contains a segmentation (SOP class UID Segmentation Storage). Only such a DICOM
+/// file may be replaced, not the images of a scan.
 bool is_dicom_segmentation(std::string_view head) {
-  constexpr std::size_t kMagic = 128, kMeta = 400;  // position of the magic bytes; bytes that contain the class
+  constexpr std::size_t kMagic = 128, kMeta = 400;  // kMagic: offset of "DICM"; kMeta: bytes searched for the class UID
   return head.size() > kMagic + 4 && head.substr(kMagic, 4) == "DICM" &&
          head.substr(0, kMeta).find("1.2.840.10008.5.1.4.1.1.66.4"sv) != std::string_view::npos;
 }

@@ -18,8 +18,8 @@ std::string_view name_of(InputKind kind) noexcept;
 /// Returns the size limit of a kind of input, in bytes. A larger file is refused before it is read.
 std::uintmax_t largest_input(InputKind kind) noexcept;
 
-/// From now on this process remembers the files that it reads, and refuses to overwrite them. Only commands call this
-/// function. The window and users of the library do not, because they read and write the same files repeatedly.
+/// After this call, the process remembers the files that it reads, and refuses to overwrite them. Only command-line
+/// runs call it. The window and host programs do not, because they read and write the same files repeatedly.
 void remember_inputs() noexcept;
 
 /// Checks that `file` is a regular file (links are followed) of at most largest_input(kind) bytes, and remembers it as

@@ -8,13 +8,13 @@
 
 namespace typodont {
 
-/// After this call, each of these signals removes the partially written files (PartialFile) and ends the program with
-/// exit status 1. If an InterruptHandler exists, it is called instead. If SIGHUP is ignored (nohup), it stays ignored.
-/// Call once from the main thread.
+/// After this call, SIGINT, SIGTERM and SIGHUP each remove the partially written files (PartialFile) and end the
+/// program with exit status 1. If an InterruptHandler exists, it is called instead. If SIGHUP is ignored (nohup), it
+/// stays ignored. Call once from the main thread.
 void end_cleanly_on_interrupt();
 
-/// While this object exists, the signals call `handler`. The destructor restores the previous handler. Nested objects
-/// must be destroyed in the reverse order of their construction. Main thread.
+/// While this object exists, SIGINT, SIGTERM and SIGHUP call `handler`. The destructor restores the previous handler.
+/// Nested objects must be destroyed in the reverse order of their construction. Main thread.
 class InterruptHandler {
  public:
   explicit InterruptHandler(void (*handler)(int)) noexcept;

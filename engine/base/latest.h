@@ -11,16 +11,16 @@
 
 namespace typodont {
 
-/// A channel with one writer thread and one reader thread. The writer changes the value of type T in its slot, so that
-/// large values (a surface patch) are never copied. The reader owns the fetched value until its next fetch(), and may
-/// change it.
+/// A channel with one writer thread and one reader thread. The writer changes its value of type T in place, so that
+/// large values (for example a copy of the tissue) are never copied. The reader owns the fetched value until its next
+/// fetch(), and may change it.
 template <class T>
 class Latest {
  public:
   Latest() = default;
-  /// Every slot starts as a copy of `initial`. So memory inside a T is allocated at set-up and not in the loop.
+  /// All three slots start as copies of `initial`. So memory in a T is allocated at set-up and not in the loop.
   explicit Latest(const T& initial) : slots_{initial, initial, initial} {}
-  /// Constructor for a type T that cannot be copied. Each slot gets one result of `make`.
+  /// Constructor for a type T that cannot be copied. Each of the three slots gets one result of `make`.
   template <std::invocable Make>
   explicit Latest(Make make) : slots_{make(), make(), make()} {}
 
@@ -34,7 +34,7 @@ class Latest {
     publish();
   }
 
-  /// If the reader has returned a slot (hand_back), takes it as back(). Otherwise does nothing.
+  /// If the reader has returned its slot by hand_back(), the slot becomes the writer's back(). Otherwise does nothing.
   void take_returned() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     if ((there & kReturned) && middle_.compare_exchange_strong(there, back_, std::memory_order_acq_rel)) {
@@ -53,8 +53,8 @@ class Latest {
   // The following functions are for the reader thread.
   /// Fetches the newest value. Returns true if a value was published since the last fetch.
   bool fetch() noexcept {
-    // A plain exchange would be wrong: after this load, the writer may take the new value back and put an old value
-    // into the slot. If the writer has changed the slot since the load, this exchange fails, and the loop repeats.
+    // Not a plain exchange: between the load and the exchange, the writer may replace the new value by an old one
+    // (take_back, publish). The compare-exchange then fails, and the loop tests again.
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     while (there & kFresh) {
       if (middle_.compare_exchange_strong(there, front_, std::memory_order_acq_rel, std::memory_order_relaxed)) {
@@ -75,8 +75,8 @@ class Latest {
     front_ = there & kIndex;
     return true;
   }
-  /// Returns the slot of front() to the writer, which can take it at once (take_returned). front() is then another
-  /// slot, with an older value. Does nothing if the writer has published a new value meanwhile.
+  /// Returns the reader's slot front() to the writer, which can take it by take_returned(). Afterwards, front() is
+  /// another slot with an older value. Does nothing if the writer has published a new value meanwhile.
   void hand_back() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     if (!(there & kFresh) && middle_.compare_exchange_strong(there, static_cast<std::uint8_t>(front_ | kReturned),
@@ -88,8 +88,8 @@ class Latest {
   const T& front() const noexcept { return slots_[front_]; }
 
  private:
-  // The byte middle_ describes the slot that neither thread owns: its index (kIndex), whether it contains a new value
-  // (kFresh), and whether the reader has returned it (kReturned).
+  // One of the three slots belongs to neither thread. The byte middle_ contains its index (kIndex), whether it contains
+  // a new value (kFresh), and whether the reader has returned it (kReturned).
   static constexpr std::uint8_t kIndex = 3, kFresh = 4, kReturned = 8;
 
   std::array<T, 3> slots_{};

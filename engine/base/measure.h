@@ -1,4 +1,4 @@
-// Measures the thread CPU time of a function for benches. The function is repeated, because other programs on the
+// Measures the thread CPU time of a function for benchmarks. The function is repeated, because other programs on the
 // machine disturb single measurements.
 #pragma once
 

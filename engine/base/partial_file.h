@@ -12,7 +12,7 @@ namespace typodont {
 /// States which existing files may be overwritten.
 enum class Over {
   kNoInput,  // any file except an input of this process (input_file.h)
-  // any file, also an input of this process, for commands that change a file: they read it and write it back
+  // any file, even one that this process has read; for commands that read a file, change it and write it back
   kItsInput
 };
 

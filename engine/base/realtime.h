@@ -19,13 +19,13 @@ struct RealtimeGranted {
   bool fifo = false;
   bool pinned = false;
   bool memory_locked = false;
-  // States which requests were refused and how to fix this, if there is memory for the text. An empty note means that
-  // everything was granted.
+  // States which requests were refused and how to fix this. Empty if everything was granted. If memory is short, the
+  // text may be incomplete.
   std::string note;
 };
 
-/// Requests real-time settings for the calling thread. Never throws: the result states what was refused, and the loop
-/// then runs at ordinary priority.
+/// Requests real-time settings for the calling thread. Never throws: the result states what was refused. If SCHED_FIFO
+/// was refused, the loop runs at ordinary priority.
 RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept;
 
 /// States why the system refuses SCHED_FIFO to this process and how to fix this. The text is empty if the system grants

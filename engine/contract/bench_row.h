@@ -17,7 +17,7 @@ struct BenchRow {
   std::string error_unit{};  // unit and kind of the error, for example "degree, greatest"
   double time_ns = kNone;    // thread CPU time in ns for one unit of `per`
   std::string per{};         // the unit of work that takes the time of this row: "tick", "query", "brick", "sample" …
-  // name of the method or measured lower limit with whose time `time_ns` is compared; empty: there is none
+  // the method, or the measured lower limit, with whose time `time_ns` is compared; empty: no comparison
   std::string baseline{};
   double ratio = kNone;  // time divided by the baseline's time
   // size of the problem (number of voxels, triangles or touches); kNone if the row does not study how the time depends

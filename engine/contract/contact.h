@@ -17,11 +17,11 @@ enum class Fault : std::uint32_t {
   kBadInput = 1u << 0,  // the hand's pose is not finite, or its quaternion has not the length 1: the force is zero
   /// a new patch (copy of the tissue around the tool) is more than 20 ms late: the force is computed with the old patch
   kStalePatch = 1u << 1,
-  // The tool left the patch. A tool in contact feels the last contact plane, and a tool without contact gets zero
-  // force.
+  // The tool left the copy of the tissue around it (patch). If it was in contact, it feels the last contact plane;
+  // otherwise the force is zero.
   kPatchEdge = 1u << 2,
   kForceLimit = 1u << 3,  // the force was clipped to the device's limit
-  // The tool was found inside the tissue, because the hand jumped or a patch came late. The proxy moves out slowly.
+  // The tool was found inside the tissue: the hand jumped, or a new tissue copy came late. The proxy moves out slowly.
   kDeepPenetration = 1u << 4,
   kDeviceLost = 1u << 5,  // the device stopped answering: the force is zero
   kRingFull = 1u << 6,    // the ring buffer to the carver was full, and a cut was lost. The force continues.
@@ -31,8 +31,8 @@ enum class Fault : std::uint32_t {
   // the user presses the pedal to fill, but there is no free space near the tool, so nothing was placed
   kNoRoom = 1u << 10,
   kHeld = 1u << 11,  // the emergency key is on: the drill does not drill, and the hand feels no force
-  // Contacts prevent the tool from following the hand away from the tissue. If possible, the tool returns along its own
-  // path.
+  // Contacts prevent the tool from following the hand away from the tissue. If possible, the tool moves back along the
+  // path on which it came.
   kWedged = 1u << 12,
 };
 constexpr std::uint32_t bits(Fault fault) {
@@ -41,35 +41,35 @@ constexpr std::uint32_t bits(Fault fault) {
 
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
-/// - 12: A head of the vertex model also moves during a cut after one in which vertices stayed inside the head. Such
-/// vertices are merged in more cases. The vertex model's force changes more slowly, and its searches are divided, too.
-/// In the model mesh_lod, a long search of a ball continues in the next tick, and the carver lists the points around a
-/// head that is not a ball. Cuts of both models split no edge while very many faces are near the head.
-/// - 11: The path of a turning head with a round end is bent, so that it has fewer straight parts. The depth of a
-/// sample that is nearest to a single line of the head's outline has a closed form. During a fast motion, the cut in
-/// the coarse patch may wait for some ticks. In the vertex model, a long cut can stop after any face and continue in
-/// the next tick; so can the list of the points around the head. Between two cuts, most ticks of this model compute
-/// only the contact, from distances that are extrapolated while the head moves little. A cut of the models vertex and
-/// mesh_lod may collapse a tiny edge next to a face of bad shape, so that fewer tiny faces collect at the rim of a
-/// hole. In the packing model, a head with a large contact area collects the energy for a cut of 1 µm, and a proxy that
+/// - 12: In the vertex model, the head also moves in a cut that follows a cut in which vertices stayed inside the head.
+/// Such vertices are merged in more cases. The force changes more slowly, and all searches take several ticks. In the
+/// model mesh_lod, a long search of a ball-shaped head continues in the next tick, and the carver lists the points
+/// around other heads. In both models, cuts split no edge while very many faces are near the head.
+/// - 11: The cut of a turning head with a round end follows bent parts of its path, so fewer parts are needed. If a
+/// sample is nearest to a single line of the head's outline, its depth has a closed form. During a fast motion, the cut
+/// in the coarse copy of the tissue may wait for some ticks. In the vertex model, a long cut or a long search for the
+/// points around the head can continue in the next tick. Between two cuts, most ticks of this model compute only the
+/// contact, from distances that are extrapolated while the head moves little. A cut of the models vertex and mesh_lod
+/// may collapse a tiny edge next to a face of bad shape, so that fewer tiny faces collect at the rim of a hole. In the
+/// packing model, a head with a large contact area saves energy until it suffices for a cut of 1 µm, and a proxy that
 /// does not move is projected onto its contacts once per tick.
-/// - 10: In the packing model, a head with a large contact area collects the energy of up to 5 ms for one cut, because
-/// a cut computes thousands of spheres, and the energy of a tick moves the head by only some ten nanometres.
-/// - 9: After a jump of the hand's pose, the proxy of the offset model follows the hand at once, also if it was still
-/// returning from the plane that replaced a missing patch. A long cut of the vertex model takes several ticks.
+/// - 10: In the packing model, a head with a large contact area saves the energy of up to 5 ms for one cut. Each cut
+/// processes thousands of spheres, but the energy of a single tick would move the head by only some ten nanometres.
+/// - 9: After a jump of the hand's pose, the proxy of the offset model follows the hand at once, even if it was
+/// returning from the plane that replaced a missing tissue copy. A long cut of the vertex model takes several ticks.
 /// - 8: If a drill hits tissue fast, the force has no steps except those of the hand's motion (docs/passivity.md).
 /// - 7: An implant drill that moves along its axis cuts only at its end. Where tool voxels are much finer than the
 /// tissue's voxels, the cutting law over the drill's end is evaluated at coarser points. In the packing model, heads
 /// are rings of overlapping spheres, and each overlap counts only once. In this model, the search for the tool's
 /// position starts from the contact forces of the last tick. A blocked tool is moved back faster in scenes with large
-/// forces. The hole that a detached sphere leaves is not larger than the rest of the sphere.
-/// - 6: The cutting law over an implant drill's end is computed in floats.
-/// - 5: A fast rotation of a long head is cut in fewer straight parts, without the samples from which the head recedes.
+/// forces. The hole that a detached sphere leaves is not larger than the part of the sphere that was left.
+/// - 6: The cutting law over an implant drill's end is computed in single precision.
+/// - 5: The cut of a fast rotating long head has fewer straight parts and skips samples from which the head recedes.
 ///   An instrument that fills keeps its speed limit also while it searches for free space.
 /// - 4: When the head loses contact, the tangential force of the blades fades out. In versions 1 to 3 it ended at once.
 /// - 3: If contacts prevent the tool from following the hand, the tool returns along its own path (offset model).
-/// - 2: While a patch is late, the contact yields (docs/safety.md). A force for which the energy ledger contains too
-/// little energy is reduced. Small debts of the ledger (negative values) are cancelled, too.
+/// - 2: While the copy of the tissue is late, the contact yields (docs/safety.md). The force is reduced if the energy
+/// ledger contains too little energy for it. Small debts of the ledger (negative values) are cancelled, too.
 /// - 1: The laws before version 2, used for recordings without a version.
 inline constexpr std::uint32_t kServoLaws = 12;
 
@@ -94,7 +94,7 @@ struct ServoTick {
   double energy = 0;             // J, energy that the hand has given to the device so far (passivity observer)
   Nanos cpu_time = 0;            // ns, thread CPU time of the tick; set by the loop that calls the servo
   std::uint32_t faults = 0;
-  std::uint32_t patch = 0;  // number of the surface patch with which the tick was computed; 0: none
+  std::uint32_t patch = 0;  // number of the tissue copy (patch) that the tick used; 0: none
   std::uint64_t cuts = 0;   // number of cuts so far, including this tick's
   // J, energy that the spindle has given to the hand so far through the tangential cutting force. `energy` does not
   // contain it.
@@ -130,11 +130,11 @@ struct LoosePiece {
   PerTissue removed{};      // m³, for each tissue: its volume in the piece
 };
 
-/// States the tick from which on the servo used a surface patch. A replay needs these records and the cuts to give the
-/// same bits. Servo → recorder.
+/// States the tick from which on the servo used a new copy of the tissue around the tool (patch). A replay needs these
+/// records and the cuts to give the same bits. Servo → recorder.
 struct PatchUse {
   std::uint32_t patch = 0;       // number of the patch: 1, 2, 3 …
-  std::uint64_t first_tick = 0;  // number of the first tick that was computed in this patch
+  std::uint64_t first_tick = 0;  // number of the first tick that was computed with this patch
   std::uint64_t cuts = 0;        // number of cuts that were already made in the tissue when the patch was copied
   dvec3 center_W{0, 0, 0};       // m, requested centre of the patch
 };

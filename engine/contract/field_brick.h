@@ -24,7 +24,7 @@ struct FieldBrick {
   }
 
   glm::ivec3 key{0};
-  /// signed distance in voxels, negative inside the tissue, clamped to the width of the band
+  /// signed distance in voxels, negative inside the tissue, clamped to ± the largest distance that is stored (the band)
   std::array<float, kCount> distance;
   std::array<Tissue, kCount> tissue;  // kAir only where no tissue is near
 };

@@ -14,9 +14,9 @@ struct BenchOptions {
   int repeats = 500;
 };
 
-/// Measures three cases. In two of them, a ball of tissue is drilled: one second after the last chip was created, and
-/// while chips still fly and bounce. In the third, the ball is wet: droplets and film in a step of 1/30 s. The baseline
-/// only reads and writes the data of each step: positions, velocities and drag factors.
+/// Measures three cases: chips one second after the last one was created; chips that still fly and bounce; and droplets
+/// and film on a wet ball, in a step of 1/30 s. In the first two cases, a ball of tissue is drilled. The baseline only
+/// reads and writes the data of each step: positions, velocities and drag factors.
 std::vector<BenchRow> bench_debris(const BenchOptions& options);
 
 }  // namespace typodont::debris

@@ -36,8 +36,8 @@ constexpr double kStokesReynolds = 0.02;  // below this Reynolds number, the err
 // particle always ends first, and the living particles fill one or two ranges of the buffer.
 struct Debris::State {
   DebrisOptions options;
-  std::vector<float> x, y, z, vx, vy, vz, rate, keep;  // rate: drag rate in 1/s; keep: see motion.h
-  std::vector<std::uint32_t> due;  // step in which a particle needs its next full update (update_fully), its due step
+  std::vector<float> x, y, z, vx, vy, vz, rate, keep;  // rate: drag rate, 1/s; keep: velocity factor of drag per step
+  std::vector<std::uint32_t> due;  // due step: the step of a particle's next full update (update_fully)
   // for each group of kGroup particles: a lower bound of the particles' due steps
   std::vector<std::uint32_t> first_due;
   struct Chip {      // data of a particle that the inner loop does not need
@@ -53,7 +53,7 @@ struct Debris::State {
   std::size_t first = 0, count = 0;
   double time = 0;
   float last_dt = 0;  // s, length of the last step; `keep` is valid for this length
-  // number of the present step; starts at kMostSteps, because set_due_within() subtracts a number of steps
+  // number of the present step; starts at kMostSteps, because set_due_within() subtracts less than kMostSteps from it
   std::uint32_t step = kMostSteps;
   PerTissue born{};
   double decayed = 0, sucked = 0, dropped = 0, deposited = 0;
@@ -165,10 +165,10 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
     const bool leaves = glm::dot(away, v) >= 0 && glm::dot(away, options.gravity_W) >= 0;
     return clearance / std::max((leaves ? drift : own + drift) * dt, 1e-12);
   };
-  double undisturbed_steps = kMostSteps;  // number of steps in which none of these events can happen
+  double undisturbed_steps = kMostSteps;  // steps without contact, suction or a new drag rate
   if (field.distance && contact.inside) {
-    // The interpolated field has a slope of at most √3 and an error of at most half the spacing of its samples. The
-    // bound follows from both values.
+    // The interpolated field has a slope of at most √3 and an error of at most half the spacing of its samples. Each of
+    // these values gives a lower bound of the distance.
     const double off = contact.distance - radius;
     undisturbed_steps = std::max(off - 0.5 * field.spacing, off / std::sqrt(3.0)) / ((own + drift) * dt);
   } else if (field.distance) {
@@ -181,7 +181,7 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
         std::min(undisturbed_steps, soon(std::min(0.5 * nozzle, nozzle - 0.5 * suction->radius), p - suction->p_W));
   auto steps = static_cast<std::uint32_t>(std::clamp(undisturbed_steps, 1.0, double{kMostSteps}));
   if (reynolds > kStokesReynolds) {
-    // relative change of the drag rate, divided by the relative change of the speed; factor − 1 is 0.15 Re^0.687
+    // relative change of the drag rate, divided by the relative change of the speed; factor = 1 + 0.15 Re^0.687
     const double sensitivity = 0.687 * (factor - 1) / factor;
     // Change of the relative velocity in one step. If drag is so strong that one step would overshoot, the particle
     // moves at its terminal velocity instead.
@@ -291,8 +291,8 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction, F
     s.first = s.slot(1);
     --s.count;
   }
-  // The times of the particles' next updates were computed for the earlier state of the nozzle. If the nozzle was
-  // switched on or moved, they are not valid any more, so all particles are updated now.
+  // The times of the particles' next updates were computed for the old position and flow of the nozzle. If the nozzle
+  // was switched on or moved, these times are not valid any more, so all moving particles are updated now.
   const bool drawn = suction != nullptr;
   if (drawn && (!s.drawn || suction->p_W != s.nozzle_W || suction->flow != s.flow)) {
     for (std::size_t i = 0; i < s.count; ++i) {

@@ -87,7 +87,7 @@ struct NewParticle {
 };
 
 /// Creates the particles of one cut. For each tissue their mass is density × removed volume. At most `room` particles
-/// are created; the mass of the others is added to `dropped`. The function fills `out`, which must have kTissueCount ·
+/// are created; the remaining mass is added to `dropped`. The function fills `out`, which must have kTissueCount ·
 /// most_per_cut entries, and returns the number of filled entries. The CPU version and the GPU version use it.
 std::size_t create_particles(const Cut& cut, double head_radius, const MaterialTable& materials,
                              const DebrisOptions& options, std::size_t room, std::span<NewParticle> out,

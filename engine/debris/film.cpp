@@ -44,7 +44,7 @@ struct Film::State {
   std::vector<Cell> cells;
   std::vector<Load> load, gain;
   std::vector<float> level;    // m, height of each cell's free surface along `up`
-  std::vector<float> flux;     // m³/s, flow to each neighbour of a cell in `loaded`
+  std::vector<float> flux;     // m³/s, flow to each neighbour of a cell that contains water or solids
   std::vector<float> content;  // m³, volume of water and solids in each cell
   std::vector<float> rate;     // 1/s, largest relative change of the content of each cell
   std::vector<std::int32_t> free_slots;
@@ -200,7 +200,7 @@ void Film::State::link(std::int32_t i) {
 
 void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
   // The gradient at a sample uses the neighbouring samples, and a cell's links use the neighbouring cells. So the
-  // changed region is enlarged.
+  // changed region is enlarged by one sample for the gradients, and below by another one for the links.
   const glm::ivec3 first = glm::max(lo - 1, glm::ivec3(1)), last = glm::min(hi + 1, field.size - 2);
   std::vector<std::pair<glm::dvec3, Load>> homeless;  // points and loads of the cells that disappeared
   glm::ivec3 s;
@@ -234,7 +234,7 @@ void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
             is_loaded[i] = has_solids[i] = 0;
           }
           mark(at);
-          is_changed[i] = 0;  // a new cell in this slot must be able to mark itself as changed
+          is_changed[i] = 0;  // resets the mark, so that a new cell in this slot can be listed as changed, too
           free_slots.push_back(at);
           at = -1;
         }
@@ -314,7 +314,7 @@ void Film::State::flow(double dt) {
       const std::int32_t i = loaded[n];
       const auto at = static_cast<std::size_t>(i);
       if (rate[at] <= 0) continue;
-      // A cell may need a shorter substep than the shortest allowed one. Then its flow is reduced, so that the cell
+      // If a cell needs a shorter substep than the shortest allowed one, its flow is reduced instead, so that the cell
       // remains stable.
       const double slowed = std::min(1.0, kStableShare / (rate[at] * part));
       double kept = 1;

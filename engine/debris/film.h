@@ -36,7 +36,7 @@ struct FilmOptions {
   double suction_rate = 20;   // 1/s, rate at which the film is carried away by air with the speed `suction_speed`
   double suction_speed = 10;  // m/s, speed of the air at which `suction_rate` holds
   // A plane below which the tooth lies inside the gum. Cells at points p with dot(drain, (p, 1)) < 0 lose their water
-  // and solids. With zero, no cell loses them.
+  // and solids. If `drain` is zero, no cell loses them.
   glm::dvec4 drain{0};
   // Largest number of substeps in one step(); it limits the computing time. If the film needs more substeps, it flows
   // more slowly instead.

@@ -150,8 +150,8 @@ bool Spray::State::fly(Droplet& drop, double dt, const SpraySource* source, cons
       add(ledger.sucked, drop.load);
       return false;
     }
-    // Moves the droplet along its path to the surface or the bur (sphere tracing): each step is as long as the distance
-    // to the tissue.
+    // Moves the droplet along its path until it reaches the surface or the bur (sphere tracing): each step is as long
+    // as the distance to the nearer of these two.
     double at = 0;
     bool flung_now = false;
     for (int k = 0; k < 64 && at < length; ++k) {

@@ -320,7 +320,7 @@ struct Compositor::Impl {
 
     std::vector<VkBufferImageCopy> copies;
     for (std::uint32_t layer = 0; layer < layers; ++layer) {
-      // If the eyes share every region, both eyes are copied wherever one is needed.
+      // If the eyes share every region of the target, a part that is needed for one eye is copied for both eyes.
       const std::size_t eye = two_places(how) ? layer : 0;
       const Place place = place_of(static_cast<int>(layer), how, target.size);
       const dvec2 scale = dvec2(now.width, now.height) / dvec2(place.size);
@@ -388,8 +388,8 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
     return drawn;
   };
   if (target.memory.first) {
-    // If the work for this slot's previous frame was never done, the changes of that frame are missing. Then everything
-    // is composed.
+    // If the work of the previous frame with this index (slot) was never done, the changes of that frame are missing.
+    // Then everything is composed.
     if (m.cpu_jobs[static_cast<std::size_t>(slot)].waits) parts.reset();
     const auto panels = m.panels_over(parts, layout, target);
     m.fetch(commands, pictures, layout, target, slot, first_row, parts, panels);

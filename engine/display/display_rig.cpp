@@ -243,8 +243,8 @@ Screen reflect(const Mirror& mirror, const Screen& screen) {
 
 dvec3 glass_shift(const Screen& panel, const Mirror& mirror, const dvec3& p_WC) {
   if (mirror.glass_thickness <= 0) return dvec3(0);
-  // Snell's law: a plate displaces the image of an object behind it. The displacement is along the plate's normal,
-  // towards the eye, by t (1 − cos θ / √(n² − sin² θ)).
+  // Snell's law: a plate of thickness t and refractive index n displaces the image of an object behind it by t (1 − cos
+  // θ / √(n² − sin² θ)) along the plate's normal, towards the eye (θ: angle of incidence).
   const Screen screen = reflect(mirror, panel);
   const dvec3 middle = 0.5 * (screen.lower_right + screen.upper_left);
   const dvec3 to_eye = glm::dot(mirror.normal, p_WC) > mirror.offset ? mirror.normal : -mirror.normal;

@@ -55,13 +55,13 @@ struct Head {
 struct HmdRig {
   // true: D is the room's STAGE space; false: D is the LOCAL space, with its origin at the user's seat
   bool stage = true;
-  // Pose of the headset's frame D in frame W, for example measured relative to a haptic arm. If there is none, the work
-  // is placed in front of the user.
+  // Pose of the headset's frame D in frame W, for example measured relative to a haptic arm. If there is none, the
+  // tissue is placed in front of the user.
   std::optional<Pose> X_WD;
   double magnify = 1;  // magnification of the picture and of the hand's motion; only if X_WD is not measured
-  /// m, without X_WD: distance of the work in front of the eyes, and below the eyes
+  /// m, without X_WD: distance of the tissue in front of the eyes, and below the eyes
   double distance = 0.35, below = 0.22;
-  bool passthrough = false;  // true: shows the room behind the work, if the headset can
+  bool passthrough = false;  // true: shows the room behind the tissue, if the headset can
   bool depth = true;         // true: passes depth to the runtime, if the runtime accepts depth
   double refresh_hz = 0;     // Hz, refresh rate of the headset; 0: the runtime chooses
   double resolution = 1;     // factor on the runtime's recommended width and height
@@ -82,12 +82,12 @@ struct DisplayRig {
   double pedal_limit = 0;  // s, the pedal may be pressed for this time without a break; 0: the default time
   HmdRig hmd;              // settings for a headset
   double magnify = 1;      // magnification of the picture, see magnified()
-  /// m, frame W: the fixed point of the magnification; no value: the middle of the work
+  /// m, frame W: the fixed point of the magnification; no value: the middle of the tissue that is worked on
   std::optional<dvec3> magnify_about;
   double scale = 1;  // ratio of the lengths of screen, mirror and eyes in this rig to the lengths on the bench
 };
 
-/// Returns a rig whose picture shows the work `rig.magnify` times larger. The fixed point of the magnification is
+/// Returns a rig whose picture shows the scene `rig.magnify` times larger. The fixed point of the magnification is
 /// `rig.magnify_about`, or `about` (m, frame W) if the rig has none. All distances of screen, mirror and eyes from the
 /// fixed point are divided by the magnification; this gives the magnified picture. The haptic base does not move, so
 /// the visual and the haptic position agree only at the fixed point.
@@ -129,7 +129,7 @@ dmat4 reflection(const Mirror& mirror);
 Screen reflect(const Mirror& mirror, const Screen& screen);
 
 /// Returns the displacement (m, frame W) of an object behind the half mirror's glass. It is computed for the ray from
-/// the midpoint p_WC between the eyes to the middle of the picture, where the work is. Both eyes use the same
+/// the midpoint p_WC between the eyes to the middle of the picture, where the tissue is. Both eyes use the same
 /// displacement, so that corresponding points stay in the same row; separate displacements would shift rows by some
 /// hundredths of a pixel. The remaining error is at most 0.05 mm for a point one centimetre off the middle, through 3
 /// mm of glass at 45 degrees.

@@ -82,7 +82,7 @@ class Hmd {
   virtual bool running() const = 0;
   /// Waits for the runtime's next frame, begins it, and locates the head and the hands.
   virtual HmdFrame wait() = 0;
-  /// Copies the eyes' pictures into the swapchain; `pictures` has two layers. `depth`: source images, or null.
+  /// record() copies the eyes' pictures (two layers) and their depth to the swapchain; Depth: source of an eye's depth.
   struct Depth {
     const gpu::Image* image = nullptr;
     std::uint32_t layer = 0;

@@ -66,7 +66,7 @@ class Compositor {
                                           const Huds& huds = {});
   /// Returns true if the text differs from the text of the last record() with the same layout.
   bool text_changed(const Huds& huds, Layout layout) const;
-  /// Composes a target in memory after the device has finished the slot's commands.
+  /// Composes a target in memory after the device has finished the commands of the frame in flight `slot`.
   void compose(int slot);
 
  private:

@@ -63,7 +63,7 @@ struct LargestBox {
 LargestBox largest_box(const std::vector<Limit>& limits) {
   double room = std::numeric_limits<double>::infinity();
   for (const Limit& limit : limits) room = std::min(room, limit.offset);
-  // start of the search: the middle c and the half edges h of the box, converted to multiples of `room` below
+  // middle c and half edges h of the box at the start of the search; the next line converts m to multiples of `room`
   std::array<double, 6> x{0, 0, 0, 0.25 * room, 0.25 * room, 0.25 * room};
   for (double& v : x) v /= room;
   std::vector<std::array<double, 6>> rows;

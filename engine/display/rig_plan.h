@@ -17,7 +17,7 @@ struct BenchSpec {
   double panel_width = 0, panel_height = 0;  // m, size of the panel's lit area
   ivec2 pixels{1920, 1080};
   Layout layout = Layout::kSideBySide;
-  double eye_distance = 0.5;  // m, distance from the midpoint between the eyes to the work
+  double eye_distance = 0.5;  // m, distance from the midpoint between the eyes to the origin of W (the tissue)
   double ipd = 0.063;         // m, interpupillary distance
   double gaze = 0;            // rad, angle of the line of sight below the horizontal
   // rad, angle to the horizontal; positive if the far edge of the glass is higher than the near edge

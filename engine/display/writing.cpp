@@ -91,7 +91,7 @@ std::vector<std::string> broken_between_characters(std::string_view text, double
   constexpr std::string_view kStays = "，。：；、！？）";
   std::vector<std::string> lines(1);
   for (std::size_t i = 0; i < text.size();) {
-    // The unit that may begin a line: a Chinese character with its punctuation, or a run of other characters.
+    // The next unbroken unit: a Chinese character with its punctuation, or a run of other characters.
     const std::size_t from = i;
     const bool chinese = next_code(text, i) >= kFirstChinese;
     for (std::size_t end = i; i < text.size(); i = end) {

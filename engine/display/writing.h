@@ -33,7 +33,7 @@ struct Hud {
   // false: the force and its bar are not shown, because they would reveal the stimuli of a blind experiment
   bool force_shown = true;
   double force = 0;        // N, force that the text shows
-  double force_limit = 5;  // N, force at the bar's end
+  double force_limit = 5;  // N, force at which the bar is full
   std::string hint;        // parts separated by three spaces; lines break there
   HudWords words;
   double least_letters = 0;  // least ratio of the letters' height to half the picture's height; see readable_letters()

@@ -138,14 +138,14 @@ struct FrameRing {
   static FrameRing create(Device& device);
   void destroy(Device& device);
 
-  /// Waits until the last frame in this slot has finished, then begins the slot's command buffer.
+  /// Waits until the last frame in this slot (frame in flight) has finished, then begins the slot's command buffer.
   VkCommandBuffer begin(Device& device);
   int slot() const { return static_cast<int>(submitted % kSlots); }
   /// Submits the commands to the queue; both semaphores may be null.
   void submit(Device& device, VkSemaphore wait = VK_NULL_HANDLE, VkSemaphore signal = VK_NULL_HANDLE);
   /// Ends the command buffer without submitting it.
   void abandon(Device& device);
-  /// Waits for the last submission of a slot.
+  /// Waits for the last submission of a slot (frame in flight).
   void wait(Device& device, int of_slot);
   void wait_idle(Device& device);
 };

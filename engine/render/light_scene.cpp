@@ -15,15 +15,15 @@ namespace typodont::render {
 namespace {
 
 constexpr int kRays = 48;              // number of rays for each sample of the grid
-constexpr std::int32_t kNothing = -1;  // entry of `met` for a ray that leaves the scene
-constexpr std::int32_t kBack = -2;     // entry of `met` for a ray that meets the back of a triangle
+constexpr std::int32_t kNothing = -1;  // value in `met` (index of the triangle that a ray meets): none
+constexpr std::int32_t kBack = -2;     // value in `met` if the ray meets the back of a triangle
 // largest fraction of a sample's rays that may meet the back of a triangle; with a larger fraction, the sample is
 // inside a body
 constexpr double kInside = 0.25;
 constexpr float kMargin = 20e-6f;  // m, distance of a ray's start from the surface
 constexpr int kLampRays = 4;
-// unit: spacings of the grid. Light is looked up at a point in front of the flat triangle; the curved surface would
-// have another lookup point. This is the largest distance between the two points.
+// in grid spacings: largest distance between the lookup points of a flat triangle and of the curved surface for which
+// it stands. (Light is looked up at a point in front of the surface.)
 constexpr float kCurved = 0.15f;
 // distance from a surface, in grid spacings, of the point at which the surface's light is looked up
 constexpr double kBegin = 0.5;
@@ -342,8 +342,8 @@ struct LightScene::Impl {
     met.resize(samples.size() * kRays);
     in_parallel(samples.size(), [&](std::size_t s) {
       Sample& sample = samples[s];
-      // A few rays decide whether the sample is inside a body. If it is, and the nearest surface is at most one cell
-      // away, its rays start outside this surface.
+      // A few rays decide whether the sample is inside a body. If the sample is inside, and the nearest surface is at
+      // most one cell away, its rays start outside this surface.
       constexpr std::size_t kFew = 4;
       int backs = 0;
       float nearest = static_cast<float>(1.75 * empty.spacing);

@@ -24,7 +24,7 @@ struct LitTriangle {
   glm::vec3 albedo{0.5f};            // fraction of the light that the triangle reflects, for linear red, green and blue
 };
 
-/// Adds the triangles of a body's bricks; `origin`: m, frame W, origin of the vertices.
+/// Adds the triangles of a body's bricks (blocks of triangles); `origin`: m, frame W, origin of the vertices.
 void append_triangles(std::vector<LitTriangle>& triangles, std::span<const MeshUpdate> bricks, const dvec3& origin,
                       const std::array<Look, kMatterCount>& looks);
 

@@ -36,7 +36,7 @@ struct Renderer::Impl {
   std::array<Look, kMatterCount> looks;
   PassContext context;
 
-  gpu::ShaderInputs inputs;  // descriptor sets: one per slot for the scene, one per slot for the reflected scene
+  gpu::ShaderInputs inputs;  // descriptor sets of each frame in flight: for the scene, and for the reflected scene
   std::array<gpu::Buffer, 2 * kSlots> frame_data;
   VkSampler compare = VK_NULL_HANDLE, nearest = VK_NULL_HANDLE, linear = VK_NULL_HANDLE, beyond_film = VK_NULL_HANDLE;
   FrameTimer timer;
@@ -57,9 +57,9 @@ struct Renderer::Impl {
   BrickStore bricks;
   FilmStore film;
   VolumeImage light;     // image of LightGrid::faces; without a grid, one empty texel, which the descriptor sets need
-  LightGrid light_grid;  // the member `faces` is empty here, because the faces are only in the image `light`
+  LightGrid light_grid;  // the member `faces` is empty, because its data is only in the image `light`
   std::optional<SceneBounds> bounds;  // bounds of this frame's scene
-  std::uint64_t bounds_version = 0;   // version of the bricks for which `bounds` was computed
+  std::uint64_t bounds_version = 0;   // version of the bricks (blocks of triangles) for which `bounds` was computed
 
   // Data of the last frame. If the data of the new frame are equal, nothing has moved.
   int last_views = 0;
@@ -73,7 +73,7 @@ struct Renderer::Impl {
   std::uint64_t eyes_version = 0;  // increases when the eyes move
   std::uint64_t shadow_version = 0, shadow_order = 0;
   ShadowMapBox undrawn_shadow;  // part of the shadow map that changed in frames that did not draw the map
-  // Tiles that need a redraw of the scene, tiles in which only particles changed, and tiles that particles cover.
+  // Tiles (squares of pixels) to redraw, tiles in which only particles changed, and tiles that particles cover.
   std::array<Tiles, 2> tiles, over_tiles, particle_tiles;
   EyeBoxes redrawn;
   glm::mat4 shadow_light{0};
@@ -197,7 +197,7 @@ struct Renderer::Impl {
            same(frame.mirror.X_WM, last_mirror.X_WM) && !std::memcmp(&data, &last_data, sizeof data);
   }
 
-  /// Fills descriptor set i: set `slot` for the scene, set kSlots + `slot` for the reflected scene.
+  /// Fills descriptor set i. For frame in flight k, set k is for the scene, set kSlots + k for the reflected scene.
   void write_set(std::size_t i) {
     const VkImageView map = shadow.map.layer_views[0];
     inputs.fill(device, i, 0, frame_data[i]);
@@ -469,8 +469,8 @@ struct Renderer::Impl {
       for (std::size_t e = 0; e < views; ++e) {
         scene_boxes[e] = tiles[e].boxes(true, tiles[e].picture());
         kept[e] = tiles[e].boxes(false, tiles[e].bounds());
-        // Particles are blended over the restored scene. If one of the tiles that they cover is redrawn, all tiles that
-        // they cover must be redrawn.
+        // Particles are blended over the restored scene. If one of the tiles (squares of the picture) that they cover
+        // is redrawn, all tiles that they cover must be redrawn.
         Tiles shown = tiles[e];
         shown.mark(over_tiles[e]);
         if (targets.layered() && shown.touch(particle_tiles[e])) shown.mark(particle_tiles[e]);
@@ -543,7 +543,7 @@ struct Renderer::Impl {
         tool.record(context, commands, mirror.body, frame.mirror.X_WM, light_grid.size.x > 0, stats);
         if (reflects) mirror.record_glass(context, commands, frame.mirror, stats);
       }
-      // A partial redraw draws a black background, too, because the pixels still have their old content.
+      // A partial redraw draws even a black background, because the pixels still have their old content.
       if (frame.background == Background::kGradient || partly) background.record(context, commands, stats);
       surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, effects(frame), true, stats);
       if (!targets.layered()) particles.record(context, commands, slot, frame.cloud, stats);

@@ -1,8 +1,8 @@
-// Draws the workbench for both eyes: tissue bricks, tool, particles, static surroundings. The render thread owns the
-// renderer. The renderer draws two eyes in one pass (multiview) into a picture with two layers; a display composes
-// and shows this picture (engine/display). Objects that a frame does not contain have no pipeline and load no shader.
-// A frame equal to the previous frame is not drawn again. FrameStats counts the work.
-// README.md of this folder has an overview and defines the terms.
+// Draws the workbench for both eyes: tissue bricks (blocks of triangles), tool, particles, static surroundings. The
+// render thread owns the renderer. The renderer draws two eyes in one pass (multiview) into a picture with two layers;
+// a display composes and shows this picture (engine/display). Objects that a frame does not contain have no pipeline
+// and load no shader. A frame equal to the previous frame is not drawn again. FrameStats counts the work. README.md of
+// this folder has an overview and defines the terms.
 #pragma once
 
 #include <array>
@@ -52,7 +52,7 @@ struct MeshUpdate {
   bool two_sided = false;              // true for an open surface: its back is drawn too, in dull blue-grey
 };
 
-/// Number of a body made of bricks: the working tooth, gingiva, a neighbour.
+/// Number of a body made of bricks (blocks of triangles): the working tooth, gingiva, a neighbour.
 using MeshId = std::uint32_t;
 inline constexpr MeshId kWorkingTooth = 0;
 // Bodies that only one view shows.
@@ -64,8 +64,8 @@ enum class View {
   kLook,
   kSection,  // tissue is drawn only where section · (p, 1) > 0, with the cut faces of the bodies
   kXray,     // the working tooth as glass, with the tissues inside it; other bodies are not drawn
-  // the working tooth compared with an ideal (Vertex::difference): blue tissue must still be removed; where the
-  // surface is red, too much was removed
+  // the working tooth compared with an ideal, the target shape (Vertex::difference): blue tissue must still be removed;
+  // where the surface is red, too much was removed
   kDifference,
 };
 
@@ -196,7 +196,7 @@ struct FrameStats {
   std::uint64_t triangles = 0;
   int passes = 0;           // number of recorded render passes
   int commands = 0;         // number of recorded draw calls
-  int bricks_uploaded = 0;  // number of bricks uploaded since the last frame
+  int bricks_uploaded = 0;  // number of bricks (blocks of triangles) uploaded since the last frame
   std::uint64_t bytes_uploaded = 0;
   int pipelines = 0;             // number of pipelines that exist now
   std::uint64_t film_bytes = 0;  // number of bytes that were uploaded for the film on the surfaces
@@ -215,13 +215,13 @@ class Renderer {
   ~Renderer();
   Renderer(Renderer&&) noexcept;
 
-  /// Uploads the given bricks; all other bricks stay unchanged.
+  /// Uploads the given bricks (blocks of triangles); all other bricks stay unchanged.
   void update(MeshId mesh, std::span<const MeshUpdate> bricks);
   void place(MeshId mesh, const Pose& X_WM);
   void remove(MeshId mesh);
-  /// Some bricks are inside another body from the start. This function sets a plane for them: bricks of the mesh that
-  /// exist since the start and lie completely where dot(beyond, (p_W, 1)) < 0 are not drawn in View::kLook and
-  /// kDifference until they change. Zero: no plane.
+  /// Some bricks (blocks of triangles) are inside another body from the start. This function sets a plane for the mesh.
+  /// Bricks that exist since the start and lie completely where dot(beyond, (p_W, 1)) < 0 are not drawn in View::kLook
+  /// and kDifference until they change. Zero: no plane.
   void cover(MeshId mesh, const glm::dvec4& beyond);
   /// Sets the tool, and the handpiece in which it is clamped. A handpiece without parts is not drawn. Throws Error if
   /// the handpiece has too many triangles.

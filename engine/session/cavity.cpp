@@ -306,7 +306,7 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
       const double a = after.sample(p), b = before.sample(p);
       if (!open && a >= 0 && b < 0) {
         open = true;
-        // the previous sample was tissue and still is, so the empty interval begins at a wall
+        // tissue was at the previous sample before the work and is still there, so the empty interval begins at a wall
         walled = last < 0 && before_last < 0;
         begin = walled ? t - 0.5 + 0.5 * last / (last - a) : t;
       } else if (open && a < 0) {
@@ -331,7 +331,7 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
   return narrow ? narrow : 2 * half;
 }
 
-/// Data that do not depend on the trainee's result, but only on the tissue before the work and on the ideal.
+/// Data that do not depend on the trainee's result, but only on the tissue before the work and on the ideal (target).
 struct Given {
   DenseField before, ideal;          // distance fields with true distances, see redistanced()
   std::vector<bool> pulp;            // true for each voxel of pulp
@@ -390,7 +390,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   const DenseField &before = known.before, &ideal = known.ideal;
   const std::size_t count = after.distance.size();
 
-  // Computes the volumes. For each voxel, the fraction of its volume inside each surface is counted.
+  // Computes the volumes from the fraction of each voxel inside each of the surfaces (before, after, ideal).
   double kept_removed = 0;
   bool any_kept = false;
   for (std::size_t i = 0; i < count; ++i) {
@@ -411,8 +411,8 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   m.wanted *= h3, m.done *= h3, m.over_volume *= h3, m.under_volume *= h3;
   if (any_kept) m.kept_removed = kept_removed * h3;
 
-  // Measures the distance of the final surface from the ideal, and finds the new parts of the surface. The inside of
-  // pores is excluded, because no probe can reach it. (The volumes computed above include pores.)
+  // Measures the distance of the final surface from the ideal (target shape), and finds the new parts of the surface.
+  // The inside of pores is excluded, because no probe can reach it. (The volumes computed above include pores.)
   std::vector<Facet> fresh, floor, walls;
   const Axes axes = axes_about(in.axis_W);
   const std::vector<bool> open = open_air(after);
@@ -436,8 +436,8 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
       Place& place = d < 0 ? m.over : m.under;
       if (std::abs(d) * h > place.depth) place = {std::abs(d) * h, in.frame.to_world(e.p)};
     }
-    // A facet is compared with the ideal if it was changed or should have been changed. It is new if it lies clearly
-    // below the old surface.
+    // A facet is compared with the ideal (target shape) if it was changed or should have been changed. It is new if it
+    // lies clearly below the old surface.
     if (m.has_ideal && (std::abs(old) > kNewSurface || std::abs(off) > kNewSurface)) {
       contour_square += f.area * off * off;
       contour_area += f.area;
@@ -499,8 +499,8 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     std::vector<std::pair<double, double>> leans, depths, thickness;
     for (const Facet& f : walls) {
       const dvec3 g = after.gradient(f.p, kAcross);
-      // If the gradient is shorter, the stencil extends over an edge, and the inclination would not be that of the
-      // wall.
+      // If the gradient is shorter than this limit, the samples from which it is computed lie on both sides of an edge,
+      // and the inclination would not be that of the wall.
       if (glm::length(g) >= kLeastGradient)
         leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
       depths.emplace_back(-before.sample(f.p), f.area);

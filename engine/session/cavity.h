@@ -1,5 +1,5 @@
-// Measures of a preparation: compares the removed (or added) tissue with the ideal. The functions use only dense
-// distance fields and no state. Their error is not larger than the error of the fields. Lengths are in m.
+// Measures of a preparation: compares the removed (or added) tissue with the ideal (target shape). The functions use
+// only dense distance fields and no state. Their error is not larger than the error of the fields. Lengths are in m.
 #pragma once
 
 #include <optional>
@@ -16,7 +16,7 @@ namespace typodont::session {
 struct Preparation {
   VoxelFrame frame;            // position of the grid in frame W; sample (0,0,0) lies at the frame's origin
   DenseField before, after;    // distance fields before and after the work
-  DenseField ideal;            // distance field of the ideal; empty if the task has no ideal
+  DenseField ideal;            // distance field of the ideal (target shape); empty if the task has no ideal
   std::vector<Tissue> tissue;  // tissue of each voxel before the work
   std::vector<bool> keep;      // marks voxels that must not be removed (a neighbouring tooth); may be empty
   // unit vector that points out of the opening, towards the user; a crown is placed from this side
@@ -32,11 +32,11 @@ struct Place {
 /// if there is no floor or no pulp).
 struct CavityMeasures {
   bool has_ideal = false;
-  double wanted = 0;        // m³, volume that the ideal removes or adds
+  double wanted = 0;        // m³, volume that the ideal (target shape) removes or adds
   double done = 0;          // m³, the part of `wanted` that the trainee has removed or added
-  double over_volume = 0;   // m³, volume of tissue that is missing although the ideal keeps (or adds) it
+  double over_volume = 0;   // m³, volume of tissue that is missing although the ideal (target) keeps or adds it
   double under_volume = 0;  // m³, volume of tissue that remains although the ideal removes it, or of excess filling
-  // places where the surface deviates most from the ideal: into the tissue (over) and out of it (under)
+  // places where the surface deviates most from the ideal (target shape): into the tissue (over) and out of it (under)
   Place over, under;
   // Root mean square distance, in m, from the ideal's surface, over all parts that changed or should have changed.
   // Closed pores do not count.
@@ -76,7 +76,7 @@ inline constexpr double kPulpReach = 2e-3;
 
 CavityMeasures measure_cavity(const Preparation& preparation);
 
-/// The measures of the result, and the measures of the ideal, which a perfect hand would achieve.
+/// The measures of the result, and the measures of the ideal (target shape), which a perfect hand would achieve.
 struct CavityAndIdeal {
   CavityMeasures result;
   std::optional<CavityMeasures> ideal;  // no value if the task has no ideal

@@ -9,16 +9,16 @@ namespace typodont::session {
 
 namespace {
 
-// Voxels. A voxel farther from the surface than this uses the closest surface point of a voxel next to the surface (a
-// seed) unchanged. For nearer voxels, this point is refined.
+// Limit, in voxels, of a voxel's distance from the surface: beyond it, the surface point of the nearest seed (a voxel
+// next to the surface) is used unchanged; below it, this point is refined.
 constexpr float kRefineLimit = 20;
 // voxels; samples nearer to the surface than this keep their old distances; the value exceeds a voxel's diagonal (1.73)
 constexpr float kUnchangedBand = 1.8f;
 
-/// Gives every voxel its nearest seed, by passing seeds from neighbour to neighbour. A seed is a voxel whose value is
-/// known at the start: its closest surface point is known, or it is marked. There are eight passes over all voxels, one
-/// for each combination of ascending and descending axes. `closer(to, from)` gives the seed of the voxel `from` to the
-/// voxel `to` if that seed is nearer than the seed of `to`.
+/// Gives every voxel its nearest seed, by passing seeds from neighbour to neighbour. A seed is a voxel that is known at
+/// the start: its closest surface point is known, or it is marked. There are eight passes over all voxels, one for each
+/// combination of ascending and descending axes. `closer(to, from)` gives the seed of the voxel `from` to the voxel
+/// `to` if that seed is nearer than the seed of `to`.
 template <class Closer>
 void sweep_all(const glm::ivec3& size, Closer&& closer) {
   const auto n = glm::ivec3(size);

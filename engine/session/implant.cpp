@@ -112,8 +112,8 @@ void ImplantMeter::add(std::span<const ServoTick> ticks) {
 }
 
 void ImplantMeter::heat(const ServoTick& tick, double dt, bool irrigated) {
-  // The heated bone is a shell around the bed. If the bed is less deep than its diameter, the shell around a bed as
-  // deep as its diameter is used.
+  // The heated bone is a shell around the bed (the drilled hole). If the bed is less deep than its diameter, the
+  // diameter is used in place of the depth.
   const double r = task_.radius[tick.tool], deep = std::max(depth_, 2 * r), s = HeatModel::shell;
   // J/K, heat capacity of the heated bone
   const double warmed = kPi * ((r + s) * (r + s) - r * r) * deep * HeatModel::heat_capacity;
@@ -240,7 +240,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   note_ = note_of(tick, tip_W, axis_W, touches);
   if (touches && force > task_.greatest_force) measures_.over_force += dt;
 
-  // Computes the geometry of the bed from the positions of the drills in it.
+  // Computes the geometry of the bed (the drilled hole) from the positions of the drills in it.
   if (tick.level == implant_level::kDrilling || tick.level == implant_level::kPerforating) {
     axis_sum_ += axis_W * dt;
     if (depth_ < top_) top_ = depth_, top_W_ = tip_W;
@@ -273,7 +273,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
 
 ImplantMeasures ImplantMeter::result() const {
   ImplantMeasures out = measures_;
-  // Adds the force curve of the phase that is not complete.
+  // Adds the force curve of the present phase, which is not complete.
   if (phase_ < out.phases.size()) {
     ForceCurve& curve = out.phases[phase_].force;
     curve.span = span_;
@@ -287,12 +287,12 @@ ImplantMeasures ImplantMeter::result() const {
   const dvec3 axis = glm::normalize(axis_sum_);
   bed.axis_error = std::acos(std::clamp(glm::dot(axis, plan.axis_W), -1.0, 1.0));
   bed.depth = bottom_;
-  // Computes the point in which the bed's axis intersects the platform plane of the plan.
+  // Computes the point where the axis of the bed (drilled hole) meets the planned plane of the implant's platform.
   const double to_platform =
       glm::dot(bottom_W_ - plan.entry_W, plan.axis_W) / std::max(0.1, glm::dot(axis, plan.axis_W));
   bed.entry_error = glm::length(bottom_W_ - to_platform * axis - plan.entry_W);
   bed.apex_error = glm::length(bottom_W_ - plan.apex_W());
-  // The distance is 0 for a path inside the bed.
+  // The distance is 0 for a path inside the bed (drilled hole).
   const ImplantCylinder shape{bottom_W_, axis, to_platform, bed_radius_};
   const auto outside = [&](std::span<const dvec3> path_W) { return std::max(0.0, shape.distance(path_W)); };
   if (!task_.canal_W.empty()) bed.canal_distance = outside(task_.canal_W) - task_.canal_radius;

@@ -20,7 +20,7 @@ namespace implant_level {
 inline constexpr std::uint32_t kFree = 0, kSliding = 1, kDrilling = 2, kPerforating = 3, kScrewing = 4, kPlaced = 5;
 }
 
-/// A cylinder with flat ends. It represents a bed, or an implant without its thread. SI units, frame W.
+/// A cylinder with flat ends. It represents a bed (drilled hole), or an implant without its thread. SI units, frame W.
 struct ImplantCylinder {
   dvec3 bottom_W{0}, axis_W{0, 0, -1};  // bottom_W: middle of the lower end, m; axis_W: unit vector into the bone
   double length = 0, radius = 0;        // m, length and radius of the cylinder
@@ -37,7 +37,7 @@ struct ImplantPlan {
   dvec3 axis_W{0, 0, -1};   // unit vector along the implant's axis, into the bone
   double length = 0;        // m, length of the implant
   double diameter = 0;      // m, outer diameter of the implant's thread
-  double bed_diameter = 0;  // m, diameter of the last drill that makes the bed
+  double bed_diameter = 0;  // m, diameter of the last drill for the bed (hole)
   dvec3 apex_W() const { return entry_W + length * axis_W; }
   ImplantCylinder cylinder() const { return {apex_W(), axis_W, length, diameter / 2}; }
 };
@@ -52,7 +52,7 @@ struct ImplantPhase {
   TaskText name;
   ImplantAction deed = ImplantAction::kDrill;
   std::uint32_t tool = 0;  // index in the session's list of tools
-  double depth = 0;        // m, required depth of the tool's tip below the plan's entry
+  double depth = 0;        // m, required depth of the tool's tip below the planned entry
   double volume = 0;       // m³, volume that must be removed, for kSmooth and kMark
   double speed = 0;        // rad/s, highest speed of the tool; 0: the tool does not turn
   bool irrigated = false;  // true if the bone is cooled with water
@@ -91,7 +91,7 @@ class ImplantMeter {
   std::size_t phase() const { return phase_; }
   /// Returns the note that the trainee sees now.
   ImplantNote note() const { return note_; }
-  /// Returns the depth, in m, of the tool's tip below the plan's entry, along the plan's axis.
+  /// Returns the depth, in m, of the tool's tip below the planned entry point, along the planned axis.
   double depth() const { return depth_; }
   double temperature() const { return temperature_; }  // returns the temperature (°C) of the bone at the drill
   const ImplantTask& task() const { return task_; }
@@ -121,7 +121,7 @@ class ImplantMeter {
   static constexpr std::size_t kBins = 200;
   std::vector<double> across_, along_;
   double span_ = 0.01, span_filled_ = 0, across_sum_ = 0, along_sum_ = 0;
-  // Sums over the positions of the drill in the bed, from which the bed's geometry is computed.
+  // Sums over the positions of the drill in the bed (drilled hole), from which the bed's geometry is computed.
   dvec3 axis_sum_{0}, top_W_{0}, bottom_W_{0};
   double top_ = 1e9, bottom_ = -1e9;
   double bed_radius_ = 0;

@@ -25,14 +25,14 @@ enum class ImplantNote {
 inline constexpr std::size_t kImplantNoteCount = 8;
 std::string_view name_of(ImplantNote note) noexcept;
 
-/// Model of the temperature of the bone at the drill. The bone near the bed is one mass with one temperature. A
-/// fraction of the cutting power heats this mass, and it cools towards body temperature. The parameters are estimates,
-/// except the temperature `harmful`: Eriksson & Albrektsson, J Prosthet Dent 1983;50:101-107, found bone damage at 47
-/// °C for one minute.
+/// Model of the temperature of the bone at the drill. The bone near the bed (drilled hole) is one mass with one
+/// temperature. A fraction of the cutting power heats this mass, and it cools towards body temperature. The parameters
+/// are estimates, except the temperature `harmful`: Eriksson & Albrektsson, J Prosthet Dent 1983;50:101-107, found bone
+/// damage at 47 °C for one minute.
 struct HeatModel {
   // Fraction of the cutting power that heats the bone. The chips remove the rest of the heat.
   static constexpr double fraction = 0.3;
-  static constexpr double shell = 1e-3;             // m, thickness of the heated bone around the bed
+  static constexpr double shell = 1e-3;             // m, thickness of the heated bone around the bed (drilled hole)
   static constexpr double heat_capacity = 2.5e6;    // J/(m³ K), from a density of 1.9 g/cm³ and 1.3 J/(g K)
   static constexpr double cooled_time = 8;          // s, time constant of cooling with irrigation
   static constexpr double dry_time = 30;            // s, time constant of cooling without irrigation
@@ -53,24 +53,24 @@ struct ImplantPhaseMeasures {
   double began = -1, ended = -1;
   double force_max = 0;                           // N, largest force in the phase
   double over_force = 0;                          // s, time for which the force was above its limit
-  double depth = 0;                               // m, largest depth below the plan's entry
+  double depth = 0;                               // m, largest depth below the planned entry point
   double hottest = HeatModel::body;               // °C, highest temperature
   std::array<double, kImplantNoteCount> noted{};  // s, time for which each note was shown
   ForceCurve force;
 };
 
-/// Measures of the drilled bed, in SI units.
+/// Measures of the bed (drilled hole), in SI units.
 struct ImplantBedMeasures {
   bool found = false;
   double entry_error = 0, apex_error = 0;  // m, distances of entry and apex (deepest point) from the planned points
-  double axis_error = 0;                   // rad, angle between the bed's axis and the planned axis
-  double depth = 0;                        // m, depth of the bed below the plan's entry
-  double canal_distance = 1e9;             // m, distance from the bed's surface to the wall of the nerve canal
-  double neighbour_distance = 1e9;         // m, distance from the bed's wall to the nearest neighbouring root
-  // The next three measures are computed from the tissue (measure_bed()); a negative value means: unknown.
-  // `diameter`: m, mean diameter of the bed; `ovality`: m, largest diameter minus smallest diameter
+  double axis_error = 0;                   // rad, angle between the axis of the bed (drilled hole) and the planned axis
+  double depth = 0;                        // m, depth of the bed (drilled hole) below the planned entry point
+  double canal_distance = 1e9;             // m, distance from the drilled hole's wall to the wall of the nerve canal
+  double neighbour_distance = 1e9;         // m, distance from the drilled hole's wall to the nearest neighbouring root
+  // `diameter`, `ovality` and `perforated` are computed from the tissue (measure_bed()). Negative: unknown. `diameter`:
+  // m, mean diameter of the bed (drilled hole); `ovality`: m, largest diameter minus smallest diameter
   double diameter = -1, ovality = -1;
-  double perforated = -1;  // fraction of the upper nine tenths of the bed's wall that has no bone behind it
+  double perforated = -1;  // fraction of the upper nine tenths of the drilled hole's wall that has no bone behind it
 };
 
 struct ImplantMeasures {

@@ -16,15 +16,15 @@ namespace {
 constexpr double kSquare = 0.05;
 // If the cosine between a surface's normal and the axis is larger than this, the surface is a floor; otherwise a wall.
 constexpr double kLevel = 0.7;
-// A point is "central" if its distance from the middle is less than this fraction of the work's half width.
+// A point is "central" if its distance from the work's middle is less than this fraction of its half width.
 constexpr double kCentral = 0.25;
 
 /// The extent of the work. The work is all tissue that was changed or should have been changed.
 struct Work {
-  dvec3 middle_W{0};         // m, centre of the work's volume
-  double low = 0, high = 0;  // m, range of the work's positions along the axis
+  dvec3 middle_W{0};         // m, centre of the volume of the work (changed tissue)
+  double low = 0, high = 0;  // m, lowest and highest position of the work along the axis
   double half_width = 0;     // m, largest distance of the work from its middle, perpendicular to the axis
-  // true if the ideal keeps tissue in the middle of the work, as for a crown's stump or a filling
+  // true if the ideal (target shape) keeps tissue in the middle of the work, as for a crown's stump or a filling
   bool around_tissue = false;
 };
 

@@ -149,7 +149,7 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
                        options.disk_needed >> 20));
 
   H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  // SWMR (single writer, multiple readers) needs this version
+  // SWMR (single writer, multiple readers) needs this version of the file format
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);
   H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
   if (!options.whole_or_nothing && !options.rewrites && !journal.emplace(file).use(access.get())) refuse(h5_reason());

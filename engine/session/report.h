@@ -37,7 +37,7 @@ struct ReportOptions {
   std::vector<SessionPicture> more_pictures;  // pictures in addition to those in the session file
   std::optional<Score> score;                 // the score; if there is no value, score_session() computes it
   std::optional<ScoreInput> input;  // input of the score, if more measures are known than the session file contains
-  // result: the final surface with its deviation from the ideal; ideal: the surface of the ideal
+  // result: the final surface with its deviation from the ideal (target shape); ideal: the surface of the ideal
   std::optional<ResultModel> result, ideal;
   std::optional<Preparation> preparation;  // geometry from which sections are drawn
   bool encloses_nothing = false;  // true if the tissue is an open surface, so that only the removed tissue has a volume

@@ -33,7 +33,7 @@ struct ResultModel {
   TissueLabels labels;                                  // tissue labels inside the model
 };
 
-/// At this deviation from the ideal, in m, the difference map has its strongest colour.
+/// At this deviation from the ideal (target shape), in m, the difference map has its strongest colour.
 inline constexpr double kFullColor = 0.5e-3;
 
 /// An orthographic view in the direction `look_W`. `up_W` points upwards in the picture.

@@ -127,8 +127,8 @@ double healthy_removed(const ScoreInput& in) {
   return sum;
 }
 
-/// Returns the volume, in mm³, that was cut too much (`sign` = 1) or too little (`sign` = -1) compared with the ideal,
-/// from the measured voxels or, without them, from the volumes per tissue.
+/// Returns the volume, in mm³, that was cut too much (`sign` = 1) or too little (`sign` = -1) compared with the ideal
+/// (target shape). It is computed from the measured voxels if they exist, otherwise from the volumes per tissue.
 std::optional<double> against_ideal(const ScoreInput& in, double sign) {
   if (in.cavity && in.cavity->has_ideal) return (sign > 0 ? in.cavity->over_volume : in.cavity->under_volume) * kMm3;
   if (!in.ideal) return std::nullopt;
@@ -165,7 +165,7 @@ std::optional<double> depth_of(const ScoreInput& in, Place CavityMeasures::*plac
   return ((*in.cavity).*place).depth * 1e3;
 }
 
-/// Returns a measure of an implant's bed. A negative number means that the measure is unknown.
+/// Returns a measure of an implant's bed (drilled hole). A negative number means that the measure is unknown.
 template <class Number>
 std::optional<double> of_bed(const ScoreInput& in, Number number) {
   if (!in.implant || !in.implant->bed.found) return std::nullopt;
@@ -326,9 +326,9 @@ const Measure* find_measure(std::string_view name) {
 
 /// Returns the completed fraction of the task. For an exploration, it is the mean of the fraction of lesions found and
 /// the fraction of surface explored. For an implant exercise, it is the completed fraction of the phases. If the task
-/// has an ideal, it is the completed fraction of the ideal's changes; otherwise it is the removed fraction of the
-/// caries. In all other cases, the task is complete as soon as any tissue was cut or filled. In every case, a session
-/// without work gets no points.
+/// has an ideal (target shape), it is the completed fraction of the ideal's changes; otherwise it is the removed
+/// fraction of the caries. In all other cases, the task is complete as soon as any tissue was cut or filled. In every
+/// case, a session without work gets no points.
 double completion(const ScoreInput& in) {
   if (in.explore) {
     const double found = in.explore->lesions > 0 ? static_cast<double>(in.explore->found) / in.explore->lesions : 1.0;
@@ -446,7 +446,7 @@ bool has_ideal(const ScoreInput& in) {
   return in.ideal || in.cavity_ideal;
 }
 
-/// Returns the measures of a perfect hand, after whose work the tissue equals the ideal.
+/// Returns the measures that a perfect hand would have: after its work, the tissue equals the ideal (target shape).
 ScoreInput as_the_ideal(const ScoreInput& input) {
   ScoreInput in = input;
   in.hand = {};
@@ -480,7 +480,7 @@ std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const Score
       const auto value = value_of(*measure, as_the_ideal(*input));
       if (!value && input->cavity_ideal)
         entry.fail(fmt::format("{} without a target", rule.name), "a target: the ideal has nothing of this kind");
-      if (!value) continue;  // the ideal has no such measure
+      if (!value) continue;  // the ideal (target shape) has no such measure
       rule.target = *value;
     }
     rule.tolerance = entry["tolerance"].number(1e-9);
@@ -517,8 +517,8 @@ std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
   std::vector<ScoreRule> rules;
   if (block.boolean_or("defaults", true)) {
     rules = default_rules(input);
-    // An ideal may itself leave caries or open the pulp. In this case, the ideal's value becomes the target, so that
-    // the ideal gets the full score.
+    // An ideal (target shape) may itself leave caries or open the pulp. In this case, the ideal's value becomes the
+    // target, so that the ideal gets the full score.
     if (has_ideal(input)) {
       const ScoreInput ideal = as_the_ideal(input);
       for (ScoreRule& rule : rules) {

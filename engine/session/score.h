@@ -80,7 +80,7 @@ struct ScoreInput {
   HandMeasures hand;
   std::optional<double> pulp_distance;         // m, smallest distance of the cut surface from the pulp
   std::optional<CavityMeasures> cavity;        // geometry of the result; no value if it was not measured
-  std::optional<CavityMeasures> cavity_ideal;  // geometry of the ideal, which a perfect hand would achieve
+  std::optional<CavityMeasures> cavity_ideal;  // geometry of the target shape (ideal), which a perfect hand achieves
   std::optional<ExploreMeasures> explore;      // exists only for an exploration task
   std::optional<DamageMeasures> damage;        // exists only if the scene has neighbouring teeth or gum
   std::optional<ImplantMeasures> implant;      // exists only for an exercise in implant surgery
@@ -167,8 +167,8 @@ void check_rules(const Json& block);
 /// default. Throws Error.
 PassMark pass_mark(const Json& block);
 
-/// Computes the score. If the value of an item is unknown (no ideal, no caries, no pulp distance), the item is omitted
-/// with its weight, unless the task asks for it.
+/// Computes the score. If the value of an item is unknown (no ideal, no caries, no pulp distance), the item and its
+/// weight are omitted, unless the task asks for it.
 Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const PassMark& pass = {});
 
 }  // namespace typodont::session

@@ -84,16 +84,16 @@ struct SessionEvent {
 
 /// Numbers of items that did not reach the file. All are zero if nothing was lost.
 struct Lost {
-  // number of ticks lost because the ring to the recorder was full (slow disk or machine)
+  // number of ticks lost because the queue to the recorder was full (slow disk or machine)
   std::uint64_t ticks_ring = 0;
   std::uint64_t cuts_ring = 0;
   // number of ticks that reached the recorder but were lost because the disk was full or failed
   std::uint64_t ticks_disk = 0;
   std::uint64_t cuts_disk = 0;
-  // number of other records (uses of a patch by the servo, events, stream samples) lost because the disk was full or
-  // failed
+  // number of other records (changes of the servo's tissue copy, events, stream samples) lost because the disk was full
+  // or failed
   std::uint64_t other_disk = 0;
-  std::uint64_t other_ring = 0;     // number of these other records lost because a ring was full
+  std::uint64_t other_ring = 0;     // number of records other than ticks and cuts lost because a queue was full
   std::uint64_t pictures_disk = 0;  // number of pictures of the result lost because the disk was full or failed
   bool operator==(const Lost&) const = default;
   bool any() const { return *this != Lost{}; }
@@ -126,7 +126,7 @@ struct SessionPicture {
 struct SessionResult {
   PerTissue volumes_after{};  // m³ of each tissue at the end
   bool has_volumes = false;
-  PerTissue volumes_ideal{};  // m³ of each tissue in the ideal; valid only if has_ideal is true
+  PerTissue volumes_ideal{};  // m³ of each tissue in the ideal (target shape); valid only if has_ideal is true
   bool has_ideal = false;
   double min_pulp_distance = -1;  // m, smallest distance of the cut surface from the pulp; negative if not measured
   std::uint64_t field_hash = 0;   // hash of the final tissue; 0 if not computed

@@ -36,7 +36,7 @@ struct Task {
   // as done.
   std::vector<std::string> step_actions;
   dvec3 axis_W{0, 0, 1};      // unit vector that points out of the opening
-  std::optional<Json> ideal;  // description of the ideal in JSON; other code reads its geometry
+  std::optional<Json> ideal;  // description of the ideal (target shape) in JSON; other code reads its geometry
   std::vector<Json> protect;  // solids in JSON that must not be cut
   bool explore = false;       // true if the trainee should explore the tissue and not cut it
   std::vector<Json> region;   // solids in JSON that define the region to explore

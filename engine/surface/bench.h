@@ -14,7 +14,7 @@ struct BenchOptions {
   int repeats = 9;
   // voxels, tolerances of the measured meshes; negative: full resolution
   std::vector<double> tolerances = {-1, 0, 0.05, 0.1, 0.2};
-  // s, assumed lower bound of the time to mesh a changed block of 32³ samples (5–8 µs were measured)
+  // s, reference time to mesh a changed block of 32³ samples, assumed as lower limit (5 to 8 µs were measured)
   double floor_32 = 6.5e-6;
 };
 

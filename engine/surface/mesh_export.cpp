@@ -106,7 +106,7 @@ WholeMesh weld(const SurfaceMesher& mesher) {
   };
   constexpr std::uint32_t kNone = 0xffffffff;
   std::map<glm::ivec3, std::vector<std::uint32_t>, Less>
-      number;  // for each brick: the index of each of its points in the exported mesh
+      number;  // for each brick (16³ cells): the index of each of its points in the exported mesh
   WholeMesh whole;
   std::vector<std::uint32_t> joined;
   for (const glm::ivec3& key : mesher.keys()) {

@@ -14,7 +14,7 @@
 
 namespace typodont::surface {
 
-/// The triangles of all bricks, with coincident points merged. Lengths in voxels.
+/// The triangles of all bricks (blocks of 16³ cells), with coincident points merged. Lengths in voxels.
 struct WholeMesh {
   struct Vertex {
     glm::vec3 position{0};

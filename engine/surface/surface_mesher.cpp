@@ -35,7 +35,7 @@ constexpr std::uint32_t kNone = 0xffffffff;
 constexpr std::uint16_t kSeveral = 0xffff;
 constexpr int kCells = FieldBrick::kCells;
 
-// A polygon corner: a vertex of this brick (owner 0) or of a lower neighbour (see build()).
+// A polygon corner: a vertex of this brick (owner 0), or of a neighbouring brick with lower coordinates.
 struct Corner {
   std::uint32_t owner, vertex;
   const ContourVertex* data;
@@ -150,8 +150,8 @@ void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c,
   }
 }
 
-// Builds the mesh of a brick. `around`[0] is this brick. `around`[o] is a lower neighbour: if bit a of o is set, the
-// neighbour is one brick lower along axis a. nullptr: the neighbour does not exist.
+// Builds the mesh of a brick (16³ cells). `around`[0] is this brick. `around`[o] is a lower neighbour: if bit a of o is
+// set, the neighbour is one brick lower along axis a. nullptr: the neighbour does not exist.
 void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh) {
   const CellShapes& shapes = CellShapes::get();
   const BrickContour& own = *around[0];
@@ -289,12 +289,12 @@ struct SurfaceMesher::State {
   Contourer contourer;
   PolygonBuilder weaver;
   std::unordered_map<glm::ivec3, Brick, KeyHash> bricks;
-  std::vector<glm::ivec3> queue;  // keys of the bricks that must be meshed again
+  std::vector<glm::ivec3> queue;  // keys of the bricks (blocks of 16³ cells) that must be meshed again
   std::vector<glm::ivec3> changed;
 
   void enqueue_around(const glm::ivec3& key) {
-    // Polygons join a brick's cells with cells of its lower neighbours. So if a brick changes, its upper neighbours
-    // change, too.
+    // Polygons join a brick's cells with cells of its lower neighbours. So if a brick (16³ cells) changes, its upper
+    // neighbours change, too.
     for (int o = 0; o < 8; ++o) {
       const glm::ivec3 upper = key + glm::ivec3(o & 1, o >> 1 & 1, o >> 2);
       const auto it = bricks.find(upper);
@@ -346,7 +346,7 @@ std::span<const glm::ivec3> SurfaceMesher::remesh() {
     s.weaver.build(around, brick.mesh);
     if (!was_empty || !brick.mesh.indices.empty()) s.changed.push_back(key);
   }
-  // Erases a brick without surface if no other brick refers to it.
+  // Erases a brick (16³ cells) without surface if no other brick refers to it.
   for (const glm::ivec3& key : s.queue) {
     const auto it = s.bricks.find(key);
     if (it->second.contour.empty() && it->second.mesh.indices.empty()) s.bricks.erase(it);

@@ -1,5 +1,5 @@
-// Converts bricks of the distance field to triangles, and updates only the bricks that changed. One thread owns the
-// mesher and its bricks.
+// Converts bricks (blocks of 16³ cells) of the distance field to triangles, and updates only the bricks that changed.
+// One thread owns the mesher and its bricks.
 //
 //   SurfaceMesher mesher({.tolerance = 0.1f});
 //   for (brick that changed) mesher.put(brick);          // or remove(key) when it holds no surface any more
@@ -20,8 +20,8 @@
 
 namespace typodont::surface {
 
-/// A vertex in the layout of the vertex buffer, 28 bytes. Positions are in the voxel frame of the bricks: p_W =
-/// frame.to_world(position).
+/// A vertex in the layout of the vertex buffer, 28 bytes. Positions are in the voxel frame of the bricks (blocks of 16³
+/// cells): p_W = frame.to_world(position).
 struct SurfaceVertex {
   glm::vec3 position{0};  // voxels, position of the vertex
   glm::vec3 normal{0};    // unit normal, pointing out of the tissue; on a crease the normal of this triangle's side
@@ -33,13 +33,13 @@ struct SurfaceVertex {
 };
 static_assert(sizeof(SurfaceVertex) == 28);
 
-/// The triangles of one brick, counter-clockwise as seen from outside the tissue.
+/// The triangles of one brick (16³ cells), counter-clockwise as seen from outside the tissue.
 struct BrickMesh {
   glm::ivec3 key{0};
   std::vector<SurfaceVertex> vertices;
   std::vector<std::uint32_t> indices;
   /// A number for each vertex. Together with `owner`, the number identifies the vertex's point: all copies of a point
-  /// have the same number, in other bricks too. The number is used to merge vertices.
+  /// have the same number, in other bricks (blocks of 16³ cells) too. The number is used to merge vertices.
   std::vector<std::uint16_t> point;
   std::vector<std::uint8_t> owner;  // bit a is set if the point belongs to the next lower brick along axis a
   glm::vec3 low{0}, high{0};        // voxels, bounding box of the vertices
@@ -60,24 +60,24 @@ class SurfaceMesher {
   SurfaceMesher(SurfaceMesher&&) noexcept;
   SurfaceMesher& operator=(SurfaceMesher&&) noexcept;
 
-  /// Sets the tolerance for bricks that are put from now on. Bricks with different tolerances still join without
-  /// cracks.
+  /// Sets the tolerance for bricks (blocks of 16³ cells) that are put from now on. Bricks with different tolerances
+  /// still join without cracks.
   void set_tolerance(float tolerance);
 
-  /// Adds a brick with new or changed samples. Before remesh(), put every brick in which the 17³ cell corners have
-  /// both signs. Put a brick again if one of its 19³ samples has changed.
+  /// Adds a brick (16³ cells) with new or changed samples. Before remesh(), put every brick in which the 17³ cell
+  /// corners have both signs. Put a brick again if one of its 19³ samples has changed.
   void put(const FieldBrick& brick);
-  /// Removes a brick, as if it had been put without surface.
+  /// Removes a brick (16³ cells). The effect is the same as putting a brick without surface.
   void remove(const glm::ivec3& key);
 
-  /// Builds the triangles of all bricks that changed since the last call, and returns their keys, sorted. The keys
-  /// include bricks whose mesh has become empty. The returned span is valid until the next call of any function of this
-  /// class.
+  /// Builds the triangles of all bricks (blocks of 16³ cells) that changed since the last call, and returns their keys,
+  /// sorted. The keys include bricks whose mesh has become empty. The returned span is valid until the next call of any
+  /// function of this class.
   std::span<const glm::ivec3> remesh();
 
   /// Returns a brick's mesh; nullptr if the brick contains no surface. The pointer is valid until the next remesh().
   const BrickMesh* find(const glm::ivec3& key) const;
-  /// Returns the keys of all bricks with triangles, sorted.
+  /// Returns the keys of all bricks (blocks of 16³ cells) with triangles, sorted.
   std::vector<glm::ivec3> keys() const;
   std::size_t triangle_count() const;
   /// Returns the hash of every vertex and triangle of every brick. Equal meshes have equal hashes.

@@ -105,8 +105,8 @@ bool CoreObject::step(const haptics::HandSample& sample) {
 
 namespace {
 
-/// Does the work of the carver if the servo runs on another thread: it repeats the servo's new cuts in the tissue,
-/// passes a new patch to the servo, and writes to the recording. Returns false if there was nothing to do.
+/// If the servo runs on another thread, repeats its new cuts in the tissue, passes a new copy of the tissue (patch) to
+/// it, and writes to the recording. Returns false if there was nothing to do.
 bool carve(CoreObject& core) {
   Channels& channels = *core.shared->channels;
   haptics::Carver& carver = core.carver();
@@ -164,8 +164,8 @@ typodont_result edit(typodont_core* handle, bool redo, int32_t* done) noexcept {
       const SessionFiles files;
       core.recording->add(edit);
     }
-    // Offers the changed tissue to the servo as a new patch at once, before the servo makes the next cut. The servo
-    // repeats in the new patch only the cuts that it made after the patch was copied.
+    // Offers a copy of the changed tissue (a patch) to the servo at once, before the servo makes the next cut. In the
+    // new patch, the servo repeats only the cuts that it made after the patch was copied.
     if (did && core.shared->channels && is_finite(core.tick.X_WG.p))
       core.shared->channels->patch.offer(carver, carver.snapshot_center(core.tick));
     if (done) *done = did;
@@ -184,7 +184,7 @@ typodont_result typodont_core_new(typodont_scene* scene, typodont_hand* hand, co
   return with(scene, [&](SceneObject& s) {
     require(out, "NULL for the place of the handle");
     haptics::DeviceInfo info;
-    info.torque_limit = 1;  // N·m; not zero, because a host applies torques unless its user switches them off
+    info.torque_limit = 1;  // N·m; not zero: the host is assumed to apply torques unless its user switches them off
     if (hand) {
       require(!options, "both a hand and options: expected one of them");
       const HandleLock<typodont_hand> held(hand);

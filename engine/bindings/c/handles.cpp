@@ -40,7 +40,7 @@ void* HeldHandle::drop() noexcept {
   const std::lock_guard lock(g_mutex);
   Slot& slot = *std::exchange(slot_, nullptr);
   void* const object = std::exchange(slot.object, nullptr);
-  slot.state.store(state_ + 2, std::memory_order_release);  // the next (even) generation marks the slot as empty
+  slot.state.store(state_ + 2, std::memory_order_release);  // increases the generation by one; even: the slot is empty
   g_emptied.push_back(static_cast<std::uint16_t>(&slot - g_slots.data()));
   return object;
 }

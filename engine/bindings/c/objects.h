@@ -35,8 +35,8 @@ struct Channels {
   // The servo writes these channels, and the core reads them.
   Ring<Cut> cuts{1 << 14};
   Latest<ServoTick> tick;
-  // The servo writes these channels for the recording. A patch or cut is pushed before the tick that contains its
-  // number.
+  // The servo writes these channels for the recording. The use of a patch (copy of the tissue) or a cut is pushed
+  // before the tick that contains its number.
   Ring<PatchUse> recorded_patches{1 << 12};
   Ring<Cut> recorded_cuts{1 << 14};
   Ring<ServoTick> recorded_ticks{1 << 15};
@@ -67,8 +67,8 @@ struct CoreObject {
   std::optional<OfflineRecording> recording;
   ServoTick tick;  // the latest tick
   Cut cut;
-  // The next patch and the next cut from the rings of the servo. They wait here until the tick that contains their
-  // numbers is recorded.
+  // The next patch (copy of the tissue) and the next cut from the servo's queues. They wait here until the tick that
+  // contains their numbers is recorded.
   std::optional<PatchUse> next_patch;
   std::optional<Cut> next_cut;
 

@@ -25,8 +25,8 @@ struct Surroundings {
   float strength = 0;
 };
 
-/// Moves particles first … last−1 by one step dt (semi-implicit Euler). The drag is rate·(v − air), which gives v ←
-/// keep·(v + g·dt) + (1 − keep)·air, p ← p + v·dt.
+/// Moves particles first … last−1 by one step dt (semi-implicit Euler). The drag of a velocity v is rate·(v − air). So
+/// v ← keep·(v + g·dt) + (1 − keep)·air (g: gravity), and the position p ← p + v·dt.
 void move(const Motion& motion, std::size_t first, std::size_t last, float dt, const Surroundings& around) noexcept;
 
 /// Reads and writes the same memory as move(), but computes almost nothing. Its time is a lower bound for the time of a
@@ -43,8 +43,8 @@ void set_keep(const float* rate, float* keep, std::size_t count, float dt) noexc
 /// a table with a relative error of 1e-4.
 double drag_factor(double reynolds) noexcept;
 
-/// Returns the drag rate (1/s) of a ball of diameter d at speed v in air: 18 μ/(ρ d²) (Stokes) times 1 + 0.15 Re^0.687
-/// (Schiller & Naumann) for Re < 1000. Above that, the drag coefficient is 0.44.
+/// Returns the drag rate (1/s) of a ball of diameter d and density ρ in air of viscosity μ: Stokes' 18 μ/(ρ d²) times 1
+/// + 0.15 Re^0.687 (Schiller & Naumann) for Re < 1000. For a larger Re, the drag coefficient is 0.44.
 double drag_rate(double speed, double diameter, double density, double air_density, double air_viscosity) noexcept;
 
 }  // namespace typodont::debris

@@ -97,7 +97,7 @@ class Window final : public Output {
   Window& operator=(const Window&) = delete;
 
   std::optional<Target> acquire() override {
-    // A picture composed on the CPU is shown after the next frame was submitted, so that the device never waits for it.
+    // A picture composed on the CPU is shown after the next frame was submitted, so that the device has work meanwhile.
     if (!(shared_ && options_.composed)) show_finished();
     limit_frame_rate();
     if (!visible()) return std::nullopt;
@@ -157,7 +157,7 @@ class Window final : public Output {
 
   ivec2 size() const override { return extent_; }
 
-  // X11 only unmaps a minimised window. Other desktops set its size to zero.
+  // X11 only unmaps a minimised window. Other desktops set its size to zero. So both are tested.
   bool visible() const override { return on_screen_ && pixels_.x > 0 && pixels_.y > 0; }
   bool needs_frame() const override { return exposed_ || stale_ || lost_ || pixels_ != wanted_; }
 

@@ -1,5 +1,5 @@
-// Pose of the headset's space D in the workbench W. The pose is either measured, or chosen so that the work is in front
-// of the user.
+// Pose of the headset's space D in the workbench W. The pose is either measured, or chosen so that the tissue is in
+// front of the user.
 #pragma once
 
 #include <openxr/openxr.h>
@@ -19,12 +19,12 @@ class Placement {
   /// Stores the runtime's announcement that it will move its space at `time`. `X_old_new` is the pose of the new space
   /// in the old space, if known.
   void will_move(XrTime time, const std::optional<Pose>& X_old_new) { moves_.push_back({time, X_old_new}); }
-  /// Applies the announced moves of the space. A measured workbench keeps its position in the room. Otherwise the work
-  /// is placed in front of the user again.
+  /// Applies the announced moves of the space. A measured workbench keeps its position in the room. Otherwise the
+  /// tissue is placed in front of the user again.
   void follow(XrTime display_time);
-  /// Places the work in front of the user again, unless its position is measured.
+  /// Places the tissue in front of the user again, unless its position is measured.
   void recentre();
-  /// Reports that the user's head is at X_DV. If the work has no position yet, it is placed in front of the user.
+  /// Reports that the user's head is at X_DV. If the tissue has no position yet, it is placed in front of the user.
   void see(const Pose& X_DV) {
     if (!known()) place(X_DV);
   }
@@ -32,8 +32,8 @@ class Placement {
   Pose in_workbench(const Pose& X_DQ) const;
 
  private:
-  /// Places the work in front of the head. In frame W, y points away from the user and z up; the user sits at negative
-  /// y.
+  /// Places the tissue in front of the head. In frame W, y points away from the user and z up; the user sits at
+  /// negative y.
   void place(const Pose& X_DV);
 
   struct Move {

@@ -110,8 +110,8 @@ bool outside(const Planes& p, const Brick& b) {
   return false;
 }
 
-/// Returns true if the brick lies completely beyond the plane, so that another body covers it. A zero plane covers no
-/// brick.
+/// Returns true if the brick (block of triangles) lies completely beyond the plane, where another body covers it. A
+/// zero plane covers no brick.
 bool covered(const glm::vec4& plane, const Brick& b) {
   const glm::vec3 farthest(plane.x > 0 ? b.hi.x : b.lo.x, plane.y > 0 ? b.hi.y : b.lo.y, plane.z > 0 ? b.hi.z : b.lo.z);
   return glm::dot(glm::vec3(plane), farthest) + plane.w < 0;
@@ -254,8 +254,8 @@ std::optional<SceneBounds> BrickStore::bounds() const {
 
 namespace {
 
-/// Returns a plane in mesh coordinates: in this view, bricks that the mesh had at the start and that lie beyond the
-/// plane are inside another body, so they need not be drawn. A zero plane covers no brick.
+/// Returns a plane in mesh coordinates for this view. Bricks (blocks of triangles) beyond the plane that the mesh had
+/// at the start are inside another body, so they need not be drawn. A zero plane covers no brick.
 glm::vec4 cover_of(const std::map<MeshId, glm::dvec4>& covers, MeshId id, View view, const Pose& X_WM) {
   const auto found = covers.find(id);
   if (found == covers.end() || view == View::kSection || view == View::kXray) return glm::vec4(0);
@@ -370,8 +370,8 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       } else {
         ++stats.bricks_drawn;
         stats.triangles += b.indices / 3;
-        // The teaching views use the same shader for all bricks, except View::kDifference, which has a second shader
-        // for two-sided bricks.
+        // The teaching views use the same shader for all bricks (blocks of triangles), except View::kDifference, which
+        // has a second shader for two-sided bricks.
         const bool own_code =
             frame.view == View::kLook || (frame.view == View::kDifference && b.kind == BrickKind::kTwoSided);
         const auto kind = static_cast<std::size_t>(own_code ? b.kind : BrickKind::kAny);

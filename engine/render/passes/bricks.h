@@ -24,10 +24,10 @@ struct GpuVertex {
 static_assert(sizeof(GpuVertex) == 24);
 inline constexpr float kDifferenceRange = 2e-3f;  // m, largest value of Vertex::difference that is stored
 
-/// Content of a brick; it selects the shader for its pixels.
+/// Content of a brick (block of triangles); it selects the shader for its pixels.
 enum class BrickKind : std::uint8_t { kAny, kGum, kEnamel, kSound, kTwoSided };
 inline constexpr std::size_t kBrickKinds = 5;
-/// Returns the bits of kHolds in frame.glsl for a kind of brick.
+/// Returns the shader constant kHolds for a kind of brick: one bit for each kind of content (frame.glsl).
 constexpr std::uint32_t holds(BrickKind kind) {
   constexpr std::array<std::uint32_t, kBrickKinds> kBits{15, 8, 4, 5, 31};
   return kBits[static_cast<std::size_t>(kind)];
@@ -41,7 +41,7 @@ struct Brick {
   glm::vec3 cone_axis{0, 0, 1};
   // sine of the largest angle between a normal and the cone's axis; 1: normals in all directions
   float cone_cutoff = 1;
-  bool first = false;            // true if the brick exists since the start and has not changed
+  bool first = false;            // true if the brick (block of triangles) exists since the start and has not changed
   std::array<PixelBox, 2> seen;  // box of the brick's pixels in each eye's picture
   std::uint64_t seen_by = 0;     // version of the eyes' poses for which `seen` is valid
 };
@@ -77,27 +77,27 @@ struct SceneBounds {
 
 struct BrickStore {
   std::map<MeshId, Mesh> meshes;
-  // for each mesh: a plane; bricks that the mesh had at the start and that lie beyond it are inside another body
-  // (Renderer::cover)
+  // for each mesh: a plane; bricks (blocks of triangles) that the mesh had at the start and that lie beyond this plane
+  // are inside another body (Renderer::cover)
   std::map<MeshId, glm::dvec4> covers;
   std::vector<BrickBlock> blocks;
   SlotBuffers indirect, shadow_indirect, mirror_indirect;
   std::uint64_t version = 1;        // increases with every change
   std::uint64_t order = 1;          // increases when a body is placed, removed or covered
   std::vector<BoxInWorld> changed;  // old and new boxes of the bricks that changed since the last frame
-  int uploaded = 0;                 // number of bricks uploaded since the last frame
+  int uploaded = 0;                 // number of bricks (blocks of triangles) uploaded since the last frame
   std::uint64_t uploaded_bytes = 0;
 
   void update(gpu::Device& device, MeshId mesh, std::span<const MeshUpdate> updates, std::uint64_t frame);
   void remove(MeshId mesh, std::uint64_t frame);
-  /// Frees the memory of bricks that no unfinished frame draws any more.
+  /// Frees the memory of bricks (blocks of triangles) that no unfinished frame draws any more.
   void collect(std::uint64_t finished);
 
-  /// Returns the bounds of the scene; no value if there are no bricks.
+  /// Returns the bounds of the scene; no value if there are no bricks (blocks of triangles).
   std::optional<SceneBounds> bounds() const;
-  /// Returns draw commands for the bricks in an eye's view. The commands are written into this slot's buffer of `into`,
-  /// and their counts are added to `stats`. `tiles`: for each eye the part of the picture to redraw; null: the whole
-  /// picture.
+  /// Returns draw commands for the bricks (blocks of triangles) in an eye's view. The commands are written into the
+  /// buffer of `into` for this slot (frame in flight); their counts are added to `stats`. `tiles`: for each eye the
+  /// part of the picture to redraw; null: the whole picture.
   std::vector<DrawGroup> visible(gpu::Device& device, int slot, const Frame& frame, SlotBuffers& into,
                                  FrameStats& stats, const std::array<Tiles, 2>* tiles = nullptr);
   /// Marks the tiles whose content or lighting changed since the last frame because of changed bricks or of the tool.

@@ -1,6 +1,6 @@
-// Finds the tiles of the pictures that a frame must redraw; the other tiles keep their pixels. A tile is redrawn if the
-// tool, its shadow, changed tissue, the cursor or particles touch it in this frame or the previous one. Does not use
-// Vulkan.
+// Finds the tiles (squares) of the pictures that a frame must redraw; the other tiles keep their pixels. A tile is
+// redrawn if the tool, its shadow, changed tissue, the cursor or particles touch it in this frame or the previous one.
+// Does not use Vulkan.
 #pragma once
 
 #include <array>

@@ -49,7 +49,7 @@ struct PassContext {
 /// One buffer for each frame in flight. The host writes the buffers, and they grow as needed.
 struct SlotBuffers {
   std::array<gpu::Buffer, gpu::FrameRing::kSlots> buffers;
-  /// Returns a buffer of at least this size. The slot's last frame has finished, so its old buffer can be freed.
+  /// Returns a buffer of at least this size for frame in flight `slot`, whose last commands must have finished.
   gpu::Buffer& at_least(gpu::Device& device, int slot, VkDeviceSize size, VkBufferUsageFlags usage) {
     gpu::Buffer& b = buffers[static_cast<std::size_t>(slot)];
     if (b.size < size) {

@@ -27,7 +27,7 @@ struct FilmStore {
   /// Makes an empty image for the grid `wanted` of the film.
   void set(gpu::Device& device, const FilmGrid& wanted);
   void update(std::span<const FilmTexel> all, std::span<const FilmBox> boxes);
-  /// Marks the tiles in which the changed parts are visible.
+  /// Marks the tiles (squares of the picture) in which the changed parts are visible.
   void mark(const glm::dmat4& clip_from_world, const glm::ivec2& picture, Tiles& tiles) const;
   /// Copies the changed parts into the image before the frame is drawn. Returns the number of copied bytes.
   std::uint64_t record(gpu::Device& device, VkCommandBuffer commands, int slot);

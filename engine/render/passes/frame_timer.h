@@ -17,7 +17,7 @@ struct FrameTimer {
   /// Call at the beginning and at the end of a frame's commands.
   void begin(VkCommandBuffer commands, int slot) const;
   void end(VkCommandBuffer commands, int slot);
-  /// Reads the GPU time of the slot's last frame. Call it after this frame has finished.
+  /// Reads the GPU time of the last frame with this slot (frame in flight). Call it after this frame has finished.
   void read(gpu::Device& device, int slot);
 };
 

@@ -122,7 +122,7 @@ struct ParticlePass {
   SlotBuffers corners, streak_corners;
   std::uint32_t count = 0, streaks = 0;  // numbers of particles without and with a streak
   void prepare(PassContext& context, int slot, std::span<const Particle> particles);
-  /// Marks the tiles that show particles.
+  /// Marks the tiles (squares of the picture) that show particles.
   static void mark(std::span<const Particle> particles, const glm::dmat4& clip_from_world, const glm::ivec2& size,
                    Tiles& tiles);
   void record(PassContext& context, VkCommandBuffer commands, int slot, const ParticleCloud* cloud, FrameStats& stats);

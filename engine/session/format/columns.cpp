@@ -221,7 +221,7 @@ std::vector<Column<ServoTick>> make_tick_columns() {
               [](T& t) -> double& { return t.f_model_W.x; });
   model_force("model_force_y_N", "the same", [](T& t) -> double& { return t.f_model_W.y; });
   model_force("model_force_z_N", "the same", [](T& t) -> double& { return t.f_model_W.z; });
-  // Session files have this column, too: for the model `implant` it is the tool's state, which the score uses.
+  // Session files contain the column `level`, too: for the model `implant`, it is the tool's state, used by the score.
   c.push_back(added_later(exact<T>("level", "", "level of detail of the contact model, or its state; 0: the finest",
                                    [](T& t) -> std::uint32_t& { return t.level; })));
 

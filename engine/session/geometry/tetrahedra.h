@@ -1,6 +1,6 @@
 // Extracts the zero surface of a dense distance field as triangles (marching tetrahedra). The surface is exact where
-// the field is linear. Every point of a triangle lies on an edge between two samples, so that other fields can be
-// interpolated at this point, too.
+// the field is linear. Every corner of a triangle lies on an edge between two samples, so that other fields can be
+// interpolated at this corner, too.
 #pragma once
 
 #include <array>

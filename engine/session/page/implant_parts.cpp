@@ -1,4 +1,4 @@
-// The part of the report about implant surgery: the phases, the bed, and the force in each phase.
+// The part of the report about implant surgery: the phases, the bed (drilled hole), and the force in each phase.
 #include <algorithm>
 #include <cmath>
 

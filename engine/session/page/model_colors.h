@@ -23,8 +23,8 @@ inline constexpr std::array<std::array<int, 3>, kTissueCount> kTissueColors = {{
                                                                                 {98, 92, 110},
                                                                                 {156, 200, 206}}};
 
-/// Colours of the deviation from the ideal. Blue: too much tissue remains; grey: no deviation; red: cut too deep.
-/// Colour-blind readers can distinguish these colours.
+/// Colours of the deviation from the ideal (target shape). Blue: too much tissue remains; grey: no deviation; red: cut
+/// too deep. Colour-blind readers can distinguish these colours.
 inline constexpr std::array<std::array<int, 3>, 3> kDifferenceColors = {
     {{33, 102, 172}, {226, 226, 222}, {190, 40, 30}}};
 

@@ -203,8 +203,8 @@ std::string Page::model_data(const Views& at) const {
 
 void Page::sections(const Views& at) {
   if (!options_.preparation) return;
-  // The section passes through the largest deviation from the ideal, or through the middle of the worked tissue if
-  // there is none.
+  // The section passes through the largest deviation from the ideal (target shape), or through the middle of the worked
+  // tissue if there is none.
   const Preparation& p = *options_.preparation;
   dvec3 through = p.frame.to_world(0.5 * dvec3(p.before.size));
   if (input_.cavity) {

@@ -1,4 +1,4 @@
-// Draws a section through the preparation, with the old surface, the ideal and the result, as SVG inside the page.
+// Draws a section through the preparation with the old surface, the target shape and the result, as SVG in the page.
 #pragma once
 
 #include <string>

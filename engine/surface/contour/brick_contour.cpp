@@ -261,7 +261,7 @@ constexpr std::array<int, 12> kEdgeBase = [] {
 
 }  // namespace
 
-// Working memory for one brick. Its member functions are the steps of contour().
+// Working memory for one brick (16³ cells). Its member functions are the steps of contour().
 struct Contourer::Scratch {
   struct Cell {
     glm::u8vec3 at;
@@ -275,7 +275,7 @@ struct Contourer::Scratch {
   std::uint16_t edge_at[3][kCorners * kCorners * kCorners];  // by axis and corner: index of the edge's crossing
   std::vector<Crossing> crossings;
   std::vector<Cell> cells;                     // cells that contain surface
-  std::vector<Node> nodes[kLevels];            // index 0: one node per patch; other levels: one node per merged block
+  std::vector<Node> nodes[kLevels];            // level 0: one node per piece of surface; else one per merged block
   std::vector<std::uint16_t> blocks[kLevels];  // blocks that contain surface
   std::vector<std::uint16_t> state[kLevels];   // state of each block: kNone, kMixed or the index of its node
 
@@ -325,7 +325,7 @@ void Contourer::contour(const FieldBrick& brick, float tolerance, BrickContour& 
   }
 }
 
-// Reads the signs of the corners. Returns false if the brick contains no surface.
+// Reads the signs of the corners. Returns false if the brick (16³ cells) contains no surface.
 bool Contourer::Scratch::read_signs() {
   std::uint32_t any = 0, all = 0x1ffff;
   for (int x = 0; x < kCorners; ++x) {
@@ -396,7 +396,7 @@ int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   return shapes.flipped(config, flips);
 }
 
-// Finds the cells that contain surface, and the patches in each cell.
+// Finds the cells that contain surface, and the patches (pieces of surface) in each cell.
 void Contourer::Scratch::find_patches() {
   const Tissue only = only_tissue(*brick);
   cells.clear();
@@ -554,7 +554,7 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
   return merged;
 }
 
-// Places one vertex for every remaining patch and for every merged block.
+// Places one vertex for every remaining patch (piece of surface) and for every merged block.
 void Contourer::Scratch::place_vertices(int top, BrickContour& out) {
   const glm::vec3 origin(kCells * brick->key);
   auto place = [&](const Node& node, const glm::vec3& position) {

@@ -1,5 +1,5 @@
-// Extracts the surface vertices of one brick of the distance field, and the cells that contain them. This needs only
-// the brick's own samples. Polygons join cells of several bricks; surface_mesher.cpp builds the polygons later.
+// Extracts the surface vertices of one brick (16³ cells) of the distance field, and their cells. This needs only the
+// brick's own samples. Polygons join cells of several bricks; surface_mesher.cpp builds the polygons later.
 #pragma once
 
 #include <array>
@@ -55,7 +55,7 @@ struct BrickContour {
   }
 };
 
-/// Processes bricks one at a time and reuses its working memory.
+/// Processes bricks (blocks of 16³ cells) one at a time and reuses its working memory.
 class Contourer {
  public:
   Contourer();

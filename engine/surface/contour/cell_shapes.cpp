@@ -77,7 +77,7 @@ Joined join(int config, int flipped_faces) {
     }
   }
 
-  // Numbers the patches by their lowest edge.
+  // Numbers the patches (pieces of surface) by their lowest edge.
   std::array<int, 12> number;
   number.fill(-1);
   for (int corner = 0; corner < 8; ++corner) {

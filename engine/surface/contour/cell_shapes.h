@@ -17,7 +17,7 @@ struct CellShape {
   std::uint8_t patches = 0;
   std::uint8_t edges = 0;                // number of the cell's edges that the surface crosses
   std::array<std::uint8_t, 12> edge{};   // indices of the edges that the surface crosses
-  std::array<std::uint8_t, 12> patch{};  // for each edge: the patch that contains its crossing
+  std::array<std::uint8_t, 12> patch{};  // for each edge: the patch (piece of surface) that contains its crossing
 };
 
 /// All shapes. Shape 0..255 is the sign configuration (bit c is set if corner c is solid). Solid corners that are
@@ -30,14 +30,14 @@ class CellShapes {
   static const CellShapes& get();
 
   const CellShape& operator[](int shape) const { return shapes_[static_cast<std::size_t>(shape)]; }
-  /// Returns the faces on which the surface has two arcs that belong to the same patch; bit f is set for face f.
+  /// Returns the faces on which the surface has two arcs of the same patch (piece of surface); bit f is set for face f.
   std::uint8_t flippable_faces(int config) const { return doubtful_[static_cast<std::size_t>(config)]; }
   /// Returns the shape number for a configuration with flipped faces; `flipped_faces` is a subset of flippable_faces().
   int flipped(int config, int flipped_faces) const {
     return flipped_[static_cast<std::size_t>(config)][static_cast<std::size_t>(flipped_faces)];
   }
-  /// Returns true if the shape has one patch, and no face with four crossings. Then the surface is a disc, even if the
-  /// cell is merged with its neighbours (Ju et al. 2002).
+  /// Returns true if the shape has one patch (piece of surface), and no face with four crossings. Then the surface is a
+  /// disc, even if the cell is merged with its neighbours (Ju et al. 2002).
   bool simple(int config) const { return simple_[static_cast<std::size_t>(config)]; }
 
  private:

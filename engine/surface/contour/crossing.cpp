@@ -10,8 +10,8 @@ namespace {
 // conditions.
 constexpr float kUnit = 2e-6f;
 constexpr float kSame = 3e-3f;
-// voxels, if the second difference is larger than this, a crease is near, or the radius of curvature is below four
-// voxels
+// voxels, if the second difference of the field is larger than this, a crease is near, or the radius of curvature is
+// below four voxels
 constexpr float kBent = 0.25f;
 // If the slope changes by more than this between the edge's ends, the reason is a crease and not curvature.
 constexpr float kSlopeJump = 0.6f;

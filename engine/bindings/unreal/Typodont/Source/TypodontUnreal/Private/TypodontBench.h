@@ -47,7 +47,7 @@ class FTypodontBench {
 
   typodont_core* Core = nullptr;
   typodont_servo* Servo = nullptr;
-  // Protects the core, which the game thread and the tissue's thread use. The servo never locks it.
+  // Protects the core, which the game thread and the tissue's thread use. The servo thread does not lock this mutex.
   FCriticalSection CoreLock;
   TTripleBuffer<typodont_sample> Samples;
   TTripleBuffer<typodont_tick> Ticks;

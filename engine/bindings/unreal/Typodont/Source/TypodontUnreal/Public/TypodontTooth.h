@@ -1,9 +1,9 @@
 // An actor for Unreal Engine 5: hard tissue that can be felt and drilled. Place the actor in a level. It uses only the
 // C interface (typodont.h). The servo runs at 1 kHz on its own thread, and the tissue is updated on a second thread.
-// Each brick of the tissue's surface is a procedural mesh. A frame replaces only the meshes of changed bricks.
+// Each brick (block) of the tissue's surface is a procedural mesh. A video frame replaces only the changed meshes.
 //
 // In the actor's frame one unit is one centimetre, as everywhere in Unreal. So a tooth is about one unit wide; scale
-// the actor to enlarge it. W is right-handed and Unreal is left-handed: the actor's y axis is -y of W.
+// the actor to enlarge it. The library's frame W is right-handed, Unreal is left-handed: the actor's y axis is -y of W.
 #pragma once
 
 #include "CoreMinimal.h"
