@@ -48,7 +48,7 @@ class HapticDevice {
   virtual void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept = 0;
   /// Must be called before write(). The argument is true if the tool touches tissue, is inside tissue, or its contact
   /// is unknown, even if the force is zero. After a fault or a call of release(), the motors give no force until the
-  /// argument has been false for some time. Servo thread.
+  /// argument has been false for some time. Servo thread only.
   virtual void contact(bool) noexcept {}
   /// Must be called after write(), with the servo's result for the last sample. Simulated hands use it to react to
   /// their tool; hardware ignores it. Servo thread; never allocates.
@@ -59,7 +59,7 @@ class HapticDevice {
   /// three joints of the stylus if it has encoders. Empty if the device does not report angles. Servo thread; valid
   /// until the next read().
   virtual std::span<const double> joints() const noexcept { return {}; }
-  /// Returns the state of the safety layer; empty for a device without motors. Servo thread.
+  /// Returns the state of the safety layer; empty for a device without motors. Servo thread only.
   virtual SafetyStatus safety() noexcept { return {}; }
   /// Sends zero force at once. May be called from any thread and from signal handlers: never allocates, never locks,
   /// and changes only the force.

@@ -107,7 +107,7 @@ class Servo {
   /// Returns the tissue snapshot that the servo uses at present.
   const Snapshot& snapshot() const noexcept;
 
-  /// Returns the soft tissue, or null if the settings contain none. Servo thread.
+  /// Returns the soft tissue, or null if the settings contain none. Servo thread only.
   SoftTissue* soft() noexcept;
 
  private:

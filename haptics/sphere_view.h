@@ -14,7 +14,7 @@ struct ShownSphere {
   double density = 0;  // density relative to dentin; it determines the cutting speed
 };
 
-/// Returns all remaining spheres; empty if the carver uses another method. Carver thread.
+/// Returns all remaining spheres; empty if the carver uses another method. Carver thread only.
 std::vector<ShownSphere> shown_spheres(const Carver& carver, const ServoSettings& settings);
 
 }  // namespace typodont::haptics

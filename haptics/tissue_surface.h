@@ -1,4 +1,4 @@
-// The triangle surface of a tissue body, divided into pieces for the renderer. Carver thread.
+// The triangle surface of a tissue body, divided into pieces for the renderer. Carver thread only.
 #pragma once
 
 #include <array>

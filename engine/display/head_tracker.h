@@ -60,7 +60,7 @@ class MotionFilter {
   double p_xx_ = 0, p_xv_ = 0, p_vv_ = 0;
 };
 
-/// Receives the head's motion and predicts the position of the eyes. Render thread.
+/// Receives the head's motion and predicts the position of the eyes. Render thread only.
 class HeadTracker {
  public:
   struct Stats {

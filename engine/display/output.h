@@ -1,5 +1,5 @@
 // The output of finished frames: a picture in memory, or a window. It composes both eyes' pictures into the screen's
-// layout and shows them. Render thread.
+// layout and shows them. Render thread only.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // Text over a picture: tool, speed, force and a line of hints, drawn on the screen plane (no disparity). The text has
-// the resolution of the target, even if the picture below it is drawn coarser. Render thread.
+// the resolution of the target, even if the picture below it is drawn coarser. Render thread only.
 #pragma once
 
 #include <cstdint>

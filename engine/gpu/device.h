@@ -66,7 +66,7 @@ struct DeviceOptions {
   std::function<VkResult(VkPhysicalDevice, const VkDeviceCreateInfo&, VkDevice&)> create_device;
 };
 
-/// A Vulkan device with its queue and memory. Render thread.
+/// A Vulkan device with its queue and memory. Render thread only.
 struct Device {
   VkInstance instance = VK_NULL_HANDLE;
   VkPhysicalDevice physical = VK_NULL_HANDLE;

@@ -1,5 +1,5 @@
 // Particles that are stored on the GPU. Before each frame, compute shaders move the particles, by the same physics
-// as in engine/debris. Without particles, the cloud uses no memory, no pipeline and no time. Render thread.
+// as in engine/debris. Without particles, the cloud uses no memory, no pipeline and no time. Render thread only.
 #pragma once
 
 #include <array>

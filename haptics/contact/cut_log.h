@@ -13,7 +13,7 @@
 namespace typodont::haptics {
 
 /// Ring buffer with the data that a contact model stores for each cut. Cuts are numbered 1, 2, 3 … A new entry
-/// overwrites the oldest one. Allocates memory at construction only. Servo thread.
+/// overwrites the oldest one. Allocates memory at construction only. Servo thread only.
 template <class Made>
 class RecentCuts {
  public:

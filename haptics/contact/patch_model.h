@@ -12,7 +12,7 @@
 namespace typodont::haptics {
 
 /// A contact model that works in a patch (dense copy of the field around the tool). The derived class cuts in patch_
-/// and adds each cut to the log. Servo thread.
+/// and adds each cut to the log. Servo thread only.
 class PatchModel : public ContactModel {
  public:
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept final;

@@ -29,7 +29,7 @@ class VelocityEstimator {
   /// `axes`: number of axes that can move, in the order x, y, z.
   explicit VelocityEstimator(double noise, int axes = 3) : noise_(noise), axes_(axes) {}
 
-  /// Adds a sample and returns the velocity. Servo thread. Never allocates. A sample whose time does not increase
+  /// Adds a sample and returns the velocity. Servo thread only. Never allocates. A sample whose time does not increase
   /// restarts the estimator.
   VelocityEstimate add(Nanos t, const dvec3& p) noexcept {
     if (count_ > 0 && t <= newest_.t) count_ = 0;

@@ -16,7 +16,7 @@ class Link {
  public:
   virtual ~Link() = default;
   /// Waits up to `timeout` (ns) for bytes. Returns their number, 0 if none arrived, or -1 if the connection is lost.
-  /// Servo thread.
+  /// Servo thread only.
   virtual int read(std::span<std::uint8_t> buffer, Nanos timeout) noexcept = 0;
   /// Writes all bytes; returns false if this fails. Any thread or signal handler may call it, because it has no state
   /// and makes one system call.
@@ -28,7 +28,7 @@ class Link {
 };
 
 /// Limits the rate of samples from a device that sends them without request. Two samples that are used are at least
-/// half a period apart. Servo thread.
+/// half a period apart. Servo thread only.
 class SampleSpacing {
  public:
   /// `rate`: Hz, rate at which the device sends samples (DeviceInfo::rate).

@@ -22,7 +22,7 @@ struct PieceParameters {
   double crease_cosine = 0.76604;
 };
 
-/// The pieces of a mesh. Carver thread. The mesh and the volume must exist longer than this object.
+/// The pieces of a mesh. Carver thread only. The mesh and the volume must exist longer than this object.
 ///
 /// The normal at a corner of a face is a weighted mean over faces around the corner's vertex. These are the faces that
 /// can be reached from the corner's own face without crossing a crease. The weight of a face is the sine of its angle

@@ -1,5 +1,5 @@
 // Limits the force in each tick: limits of the device, ramps at start and end, and the passivity controller with its
-// energy ledger. Servo thread.
+// energy ledger. Servo thread only.
 #include <algorithm>
 #include <cmath>
 

@@ -13,8 +13,8 @@
 
 namespace typodont::haptics {
 
-/// The leaves in front of one head that its next cuts can still change (the active front). Carver thread. A key is a
-/// position in units of leaves of 8³ samples.
+/// The leaves in front of one head that its next cuts can still change (the active front). Carver thread only. A key is
+/// a position in units of leaves of 8³ samples.
 class LeafFront {
  public:
   using Leaf = openvdb::FloatTree::LeafNodeType;

@@ -442,7 +442,7 @@ TEST_F(Ends, EveryOtherEndOfAProcessSendsZeroLastAndSoon) {
 
 /// A minimal version of Haply's service: it answers every force with a state, and keeps the last force.
 TEST(HaplyEnds, AKilledOrStoppedProcessLeavesNoForceInTheService) {
-  enter_realtime({.priority = 82, .core = -1, .lock_memory = false});  // so that other programs do not delay the service
+  enter_realtime({.priority = 82, .core = -1, .lock_memory = false});  // other programs do not delay the service
   const Descriptor listener(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_in address{};
   address.sin_family = AF_INET;

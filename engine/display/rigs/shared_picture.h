@@ -15,7 +15,7 @@ struct GLFWwindow;
 
 namespace typodont::display {
 
-/// A picture in memory that the desktop shares with this process. Render thread.
+/// A picture in memory that the desktop shares with this process. Render thread only.
 class SharedPicture {
  public:
   /// Returns null if the X server is on another machine, if the desktop is not X11, or if its pixels are not 32-bit

@@ -13,7 +13,7 @@
 
 namespace typodont::session {
 
-/// The journal of one file during its recording. It must exist longer than the HDF5 file is open. Recorder thread.
+/// The journal of one file during its recording. It must exist longer than the HDF5 file is open. Recorder thread only.
 class Journal {
  public:
   /// Makes the journal of the session file whose final path is `file`. Until start(), it may have a temporary name.

@@ -16,7 +16,7 @@ std::size_t vertex_count(const TissueMesh& mesh);
 /// Returns the mesh with every triangle divided into four at the midpoints of its edges; the surface does not change.
 TissueMesh subdivided(const TissueMesh& mesh);
 /// Simplifies a mesh in one pass to about `part` times its number of triangles. The result has more triangles if the
-/// borders, which simplified() preserves, allow no further simplification. Carver thread.
+/// borders, which simplified() preserves, allow no further simplification. Carver thread only.
 TissueMesh thinned(const TissueMesh& mesh, double part);
 /// Simplifies a mesh to about the given number of vertices (within 1 % if the mesh allows it). Open borders do not
 /// change. A border between two tissues keeps its line but may lose vertices. Remaining vertices do not move.

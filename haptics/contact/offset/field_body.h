@@ -1,4 +1,5 @@
-// The tissue as a distance field, for the contact models that use a SurfacePatch (copy around the tool). Carver thread.
+// The tissue as a distance field, for the contact models that use a SurfacePatch (copy around the tool). Carver thread
+// only.
 #pragma once
 
 #include <memory>

@@ -17,8 +17,8 @@ namespace typodont::haptics::packing {
 /// has started.
 inline constexpr std::size_t kWorthAGpu = 1'000'000;
 
-/// Runs the three passes on a GPU. Servo thread. All functions are noexcept and allocate no memory, except in the GPU's
-/// driver. If a pass fails, ready() returns false until the next load(), and the caller computes on the CPU.
+/// Runs the three passes on a GPU. Servo thread only. All functions are noexcept and allocate no memory, except in the
+/// GPU's driver. If a pass fails, ready() returns false until the next load(), and the caller computes on the CPU.
 class ComputePasses {
  public:
   /// `tools`: the sphere models of all tools that will be used.

@@ -12,7 +12,7 @@
 
 namespace typodont::haptics::packing {
 
-/// The tissue as spheres, and the distance field that is computed from them. Carver thread. A cut changes only the
+/// The tissue as spheres, and the distance field that is computed from them. Carver thread only. A cut changes only the
 /// spheres; the field is updated on request. Each cut sphere stores the position that the tool's ball (a sphere of the
 /// tool) had at the deepest overlap. In the field, the part of this ball that lies in the sphere and in the gaps around
 /// it becomes air. Whenever this position has moved by 0.03 voxel, a note with the position is stored for the update.

@@ -39,7 +39,7 @@ struct ProxyContact {
   double push = 0;  // m, push: distance by which this contact holds the proxy back along n_W
 };
 
-/// The proxy of a tool that consists of spheres. Servo thread. follow() is noexcept and never allocates. Frame W,
+/// The proxy of a tool that consists of spheres. Servo thread only. follow() is noexcept and never allocates. Frame W,
 /// metres, newtons. The proxy moves only along paths that were tested for collisions, so it cannot pass through a
 /// sphere at any speed. If a contact stops the proxy, the plane of this contact becomes a constraint. The proxy then
 /// continues to the position nearest to the hand that satisfies all constraints. This is a projection in translation

@@ -124,7 +124,7 @@ class SphereTissue {
 
 /// Computes the cost of a cut by several balls, one after the other, without changing the tissue. As in carve(), the
 /// cost of a ball includes only tissue that the previous balls have left. Allocates memory only in the constructor.
-/// Servo thread.
+/// Servo thread only.
 class TriedCut {
  public:
   explicit TriedCut(std::size_t spheres)

@@ -52,7 +52,8 @@ dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, 
   return from;
 }
 
-/// Keeps a head outside the mesh while it follows the hand. Servo thread. Allocates memory only in the constructor.
+/// Keeps a head outside the mesh while it follows the hand. Servo thread only. Allocates memory only in the
+/// constructor.
 class HeadFollower {
  public:
   /// A contact point that holds the head at its final position.

@@ -1,4 +1,4 @@
-// Computes the distance field of a mesh in the regions that cuts have changed. Carver thread.
+// Computes the distance field of a mesh in the regions that cuts have changed. Carver thread only.
 #pragma once
 
 #include "haptics/contact/vertex/vertex_body.h"

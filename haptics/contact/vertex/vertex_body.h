@@ -31,8 +31,8 @@ struct KeyLess {
 /// Blocks of 8³ samples of the distance field. A block is identified by its index along each axis.
 using FieldBlocks = std::set<glm::ivec3, KeyLess>;
 
-/// The tissue as a mesh, and the distance field that is computed from it. Carver thread. Cuts change only the mesh; the
-/// distance field is updated on request.
+/// The tissue as a mesh, and the distance field that is computed from it. Carver thread only. Cuts change only the
+/// mesh; the distance field is updated on request.
 class VertexBody final : public TissueBody {
  public:
   VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<const Tool> tools, const Parameters& parameters);
