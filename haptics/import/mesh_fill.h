@@ -21,8 +21,8 @@ struct FilledMesh {
 /// the index space of the grid, and `band` is in voxels.
 FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::ivec3& size, double band);
 
-/// Gives samples up to `reach` voxels outside the body the number of the nearest part, so that labels can be read at
-/// the surface.
+/// Assigns a part to each sample that is up to `reach` voxels outside the body: the nearest part. So labels can be read
+/// at the surface.
 void spread_parts(FilledMesh& filled, double reach);
 
 }  // namespace typodont::haptics::importing

@@ -1,5 +1,5 @@
-// Computes the force of the contact in each tick: coupling, damper, friction, cutting edges of the bur, sinking tip,
-// vibration of the spindle. Servo thread only.
+// Computes the force of the contact in each tick: coupling, damper, friction, cutting edges of the bur, a sharp
+// tip that sinks into soft tissue, vibration of the spindle. Servo thread only.
 #include <algorithm>
 #include <cmath>
 

@@ -54,8 +54,8 @@ struct ContactTick : TickData {
 
 /// Returns the passivity law for these settings. In a scene that is n times larger, with a coupling that is n times
 /// softer, the forces are equal. So the hand's expected motion and the credit of the energy ledger grow in proportion,
-/// up to the upper limit of the credit. For a device, the law is not scaled, because the hand is a human hand in every
-/// scene, and its jumps are encoder counts.
+/// up to the upper limit of the credit. With a real device, the law is not scaled, because a human hand has the same
+/// size in every scene, and the steps of the measured position are encoder counts.
 PassivityLaw law_for(const ServoSettings& settings);
 
 /// Returns hardness 1 for all tissues: every tissue is as hard as its material.
@@ -221,9 +221,9 @@ struct Servo::State {
   void earn(ContactTick& now) noexcept;
   void spend(ContactTick& now, double energy) noexcept;
 
-  // The next functions are defined in servo/coupling.cpp: Computes the forces of coupling, damper, friction
-  // and cutting edges. For a penalty method, takes the method's own force and adds friction and cutting
-  // edges.
+  // The next functions are defined in servo/coupling.cpp.
+  /// Computes the forces of coupling, damper, friction and cutting edges. A penalty method has its own contact
+  /// force, which replaces the forces of coupling and damper.
   void feel(ContactTick& now) noexcept;
   /// Lets a sharp tip sink into softened tissue under a push, and stick there on withdrawal.
   void sink_tip(ContactTick& now) noexcept;

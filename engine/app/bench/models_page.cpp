@@ -32,8 +32,8 @@ std::vector<std::string> distinct(const std::vector<ModelFigure>& figures, std::
   return all;
 }
 
-/// A question that the page answers with one measure of one motion of the hand. Only rows whose unit ends with `unit`
-/// are used.
+/// A question on the page. The answer is one quantity (`measure`) of one motion of the hand (`motion`), taken from the
+/// benchmark's result rows whose unit ends with `unit`.
 struct Question {
   const char *title, *text, *file;
   const char *motion, *measure, *unit;

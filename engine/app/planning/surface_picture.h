@@ -49,7 +49,7 @@ class SurfacePicture {
   double extent_ = 1;  // m, width of the region that the picture shows
   dvec3 right_{1, 0, 0}, up_{0, 0, 1}, look_{0, 1, 0};
   int pixels_ = 0;
-  std::vector<float> depth_;  // m, for each pixel of the last picture: depth along look_, measured from the centre
+  std::vector<float> depth_;  // m, for each pixel of the last picture: distance of the surface from centre_ along look_
   dvec3 drawn_right_{1, 0, 0}, drawn_up_{0, 0, 1}, drawn_look_{0, 1, 0};
   double drawn_extent_ = 1;
 };

@@ -46,8 +46,8 @@ double ContactFinder::head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) 
 /// point is the nearest point of the surface, computed from the value and gradient at c. The result is exact where the
 /// field outside the tissue is smooth. Elsewhere the field may be smaller than the true distance, but never larger, and
 /// it is not zero at the foot point. Samples of the field on the line through c and the foot point detect two cases.
-/// Near an edge, the tissue below the foot point is too thin; the edge is then computed from its two faces. Near a
-/// second wall, the field above c is too small.
+/// Near an edge, a sample below the foot point is less deep than below a flat surface; the edge is then computed from
+/// its two faces. Near a second wall, a sample above c is smaller than its distance from the foot point.
 bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept {
   const FieldSample at = sample_cubic(patch, c);
   const double length = glm::length(at.gradient);
