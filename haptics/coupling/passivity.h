@@ -47,7 +47,7 @@ struct PassivityLaw {
   // hand may approach fast and then touch slowly
   double free_hold = 0.15;
   double fading = 0.5;  // s, time constant of the decay after the time `hold`
-  double uneven = 1.5;  // if the clock is irregular, this factor × the longest recent tick is the assumed length of the next one
+  double uneven = 1.5;  // if the clock is irregular, the next tick may take this factor × the longest recent tick
   double still = 1e-4;  // m/s; a motion slower than this is rounding or rest
   double leap = 2;      // m/s; a motion faster than this is a jump of the input
   // s, time constant with which the longest tick is forgotten, because a clock that missed ticks will probably miss

@@ -778,8 +778,7 @@ std::size_t MeshCutter::effort_of_stage() const noexcept {
 }
 
 bool MeshCutter::work_in_stages(EditableMesh& mesh, const KnownFaces& known, std::size_t most) noexcept {
-  constexpr std::size_t kTest =
-      32;  // effort of one intersection test; the unit is the effort of testing a face's vertices
+  constexpr std::size_t kTest = 32;  // effort of one intersection test; unit: effort of testing a face's vertices
   std::size_t spent = 0;
   while (stage_ != Stage::kDone && (spent == 0 || spent + effort_of_stage() <= most)) {
     spent += std::max<std::size_t>(effort_of_stage(), 1);
