@@ -81,9 +81,9 @@ struct Debris::State {
     due[s] = when;
     first_due[s / kGroup] = std::min(first_due[s / kGroup], when);
   }
-  // Chooses the step of the particle's next full update between steps / 2 and `steps` from now. The number is rounded
-  // down to a multiple of a power of two. Then neighbours of the same age get the same due step, and step() can skip
-  // most groups. Each group has its own offset (phase), so that not all groups are due in the same step.
+  // Chooses the step of the particle's next full update: between steps / 2 and `steps` steps from now. The number of
+  // this step is rounded down to a multiple of a power of two. Then neighbours of equal age are due in the same step,
+  // and step() can skip most groups. Each group has its own offset (phase), so that not all groups are due together.
   void set_due_within(std::size_t s, std::uint32_t steps) {
     const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
     const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMostSteps;

@@ -49,7 +49,7 @@ struct Compositor::Impl {
   VkPipeline writing_pipeline = VK_NULL_HANDLE;
   VkFormat format = VK_FORMAT_UNDEFINED;
 
-  // The changes of the last frames, and the number of the frame that each target contains.
+  // The next members store the changes of the last frames, and the number of the frame that each target contains.
   using Parts = std::array<std::vector<Part>, 2>;
   using Rects = std::array<std::vector<VkRect2D>, 2>;
   struct Change {

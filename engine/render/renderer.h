@@ -229,7 +229,7 @@ class Renderer {
   /// Sets the grid of the film on the surfaces, and clears the film. If the size is 0, there is no film, and drawing
   /// takes no time for it.
   void set_film(const FilmGrid& grid);
-  /// Copies these boxes of the film from `texels`, an array of the whole grid (index (x·size.y + y)·size.z + z).
+  /// Copies the `changed` boxes of the film from `texels`, the whole grid with the index (x·size.y + y)·size.z + z.
   void update_film(std::span<const FilmTexel> texels, std::span<const FilmBox> changed);
   /// Sets the light that tissue receives from the room and from other surfaces. If the size is 0, the room's light is
   /// estimated from the shape of the surface near each point, and bodies do not reflect light to each other.

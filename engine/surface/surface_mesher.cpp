@@ -49,7 +49,7 @@ struct PolygonBuilder {
     Tissue low, high;
     bool crease;
   };
-  std::vector<std::uint32_t> first_copy[8];  // for each owner and vertex: index of its first copy in the mesh
+  std::vector<std::uint32_t> first_copy[8];  // for each owner (brick) and vertex: index of its first copy
   std::vector<Copy> copies;                  // copies of vertices, one for each vertex of the mesh
   // For each cell of this brick that contains surface: its vertex, or kSeveral if it has several.
   std::vector<std::uint16_t> vertex_at = std::vector<std::uint16_t>(kCells * kCells * kCells);
