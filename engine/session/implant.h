@@ -116,7 +116,7 @@ class ImplantMeter {
   double later_tool_time_ = 0;                      // s, time for which the tool of a later phase has worked so far
   bool works_ = false;                              // true while the tool in the hand works on the bone
   double last_depth_ = 0;                           // m, depth of the tool's tip in the last tick
-  double insertion_speed_ = 0;  // m/s, low-pass filtered speed of the tool along the planned axis
+  double insertion_speed_ = 0;                      // m/s, low-pass filtered speed of the tool along the planned axis
   // The force curve of this phase. When all bins are full, pairs of bins are joined, and a bin becomes twice as long.
   static constexpr std::size_t kBins = 200;
   std::vector<double> across_, along_;
