@@ -173,7 +173,7 @@ struct Frame {
   MouthMirror mirror;  // the mouth mirror in the other hand; diameter 0: no mirror
   SuctionTip suction;  // the suction tip; if its opening is 0, there is no tip
   View view = View::kLook;
-  glm::dvec4 section{0, 0, 0, 1};  // section plane for View::kSection: xyz: unit normal, W; w: m
+  glm::dvec4 section{0, 0, 0, 1};  // section plane for View::kSection: xyz: unit normal, frame W; w: offset, m
   std::span<const Particle> particles;
   ParticleCloud* cloud = nullptr;  // particles on the GPU; the renderer moves and draws them
   Lights lights;

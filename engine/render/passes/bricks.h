@@ -56,7 +56,7 @@ struct BrickBlock {
   gpu::RangeAllocator free_vertices, free_indices;
 };
 
-/// Draw commands for one block of one mesh.
+/// Draw commands for the bricks of one mesh in one memory block.
 struct DrawGroup {
   MeshId mesh = 0;
   int block = 0;
