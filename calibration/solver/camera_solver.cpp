@@ -180,7 +180,7 @@ struct PointTouched : ceres::SizedCostFunction<3, 3> {
   double weight_;
 };
 
-using Planar = std::vector<std::array<double, 4>>;  // x, y on the plane (m); x, y in pixels
+using Planar = std::vector<std::array<double, 4>>;  // x, y on the plane (m); x, y in the picture (pixels)
 
 // Computes a homography by the direct linear transform, with normalised coordinates on both sides.
 Eigen::Matrix3d homography(const Planar& points) {

@@ -146,14 +146,14 @@ class Registration {
     return fit;
   }
 
-  // Assigns every pair to the nearer motion. The second motion is a rival in two cases: if many pairs could follow it
-  // (pairs that could follow both motions included), or if it is so similar that some pairs may be assigned wrongly.
-  // Otherwise its pairs are outliers.
+  // Assigns every pair to the motion with the smaller residual. The second motion is a rival in two cases: if many
+  // pairs could follow it (pairs that could follow both motions included), or if it is so similar that some pairs may
+  // be assigned wrongly. Otherwise its pairs are outliers.
   bool part(Split& split, double dof) {
     const double limit = reach(split.sigma, dof);
     const double doubtful = assign_to_nearer(p_H_, p_D_, limit, split);
     const bool rival = 10 * followers(p_H_, p_D_, split.X_second, limit) >= 3 * split.first.size() || doubtful >= 0.02;
-    // A good pair can be nearer to the second motion by chance. Such pairs are added to the first motion. If they would
+    // A good pair can fit the second motion better by chance. Such pairs are added to the first motion. If they would
     // increase the noise, some of them are wrong, so none of them is added.
     fit_ = fit_to(p_H_, p_D_, split.first);
     Fit all = take_in(fit_, limit);

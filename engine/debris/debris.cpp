@@ -38,7 +38,7 @@ struct Debris::State {
   DebrisOptions options;
   std::vector<float> x, y, z, vx, vy, vz, rate, keep;  // rate: drag rate, 1/s; keep: velocity factor of drag per step
   std::vector<std::uint32_t> due;  // due step: the step of a particle's next full update (update_fully)
-  // for each group of kGroup particles: a lower bound of the particles' due steps
+  // for each group of kGroup particles: a lower bound of the steps in which its particles need a full update
   std::vector<std::uint32_t> first_due;
   struct Chip {      // data of a particle that the inner loop does not need
     double born_at;  // s, time at which the particle was created

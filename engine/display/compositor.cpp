@@ -144,9 +144,9 @@ struct Compositor::Impl {
     return changed;
   }
 
-  /// If a part of the target is drawn again, all panels that it touches must be drawn again, too. Returns these panels.
-  /// Their boxes are added to the parts, because each panel must be blended exactly once, completely, over a newly
-  /// composed background.
+  /// If a part of the target is drawn again, all text panels that it touches must be drawn again, too. Returns these
+  /// panels. Their boxes are added to the parts, because each panel must be blended exactly once, completely, over a
+  /// newly composed background.
   std::array<std::vector<std::size_t>, 2> panels_over(std::optional<Rects>& parts, Layout how,
                                                       const Target& target) const {
     std::array<std::vector<std::size_t>, 2> chosen;

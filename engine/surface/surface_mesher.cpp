@@ -184,7 +184,7 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
         {1, 0}};
     static constexpr int kStep[3] = {kCells * kCells, kCells, 1};
     if (base[u] > 0 && base[v] > 0) {
-      // Most polygons inside the brick are empty, because their cells were merged into one block. They are skipped.
+      // Most polygons inside the brick have no area, because their cells were merged into one block. They are skipped.
       const std::uint16_t* at = vertex_at.data() + edge.cell;
       const std::uint16_t first = *at;
       if (first != kSeveral && at[-kStep[u]] == first && at[-kStep[v]] == first && at[-kStep[u] - kStep[v]] == first) {
