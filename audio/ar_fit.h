@@ -68,7 +68,7 @@ struct FitReport {
   // are not broadened by the analysis window
   double unsmoothed_distance_dB = 0;
   double itakura_saito = 0;
-  double up_to = 0;  // Hz, highest frequency that the distances include: 16 kHz or 0.45 of the rate
+  double up_to = 0;  // Hz, highest frequency that the distances include: 16 kHz, or 0.45 of the rate if this is less
   double largest_reflection = 0;
   double condition = 0;  // condition number of the direct form, see ar/filter.h
   std::string form;      // filter form that the synthesizer will use: float, double, lattice

@@ -39,7 +39,7 @@ class VoicedTrack {
  private:
   const ContactTrack& track_;
   double free_speed_;
-  std::size_t row_ = 0;  // index of the table row whose time was passed last
+  std::size_t row_ = 0;  // index of the last table row whose time has passed
   Nanos after_ = 0;      // ns, time since the row with the index row_
 };
 

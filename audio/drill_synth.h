@@ -1,5 +1,5 @@
-// Synthesizes the drill's sound from the servo's ticks. Deterministic: equal models, rate, seed and states give equal
-// samples to the bit, for any buffer size.
+// Synthesizes the drill's sound from the servo's ticks. Deterministic: equal models, rate, seed and states give samples
+// with equal bits, for any buffer size.
 #pragma once
 
 #include <cstdint>

@@ -33,7 +33,7 @@ inline constexpr std::size_t kArmParameters = 18;
 /// Returns the names of the parameters in the order of to_vector: "upper link", …
 std::span<const char* const> arm_parameter_names();
 /// Returns the plausible error of each parameter: 1 mm, 1°, 0.5 %. The solver divides each parameter by this scale, and
-/// compares the parameter's uncertainty with it.
+/// compares the parameter's uncertainty with the scale.
 std::array<double, kArmParameters> arm_parameter_scales();
 std::array<double, kArmParameters> to_vector(const ArmGeometry& geometry);
 ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);

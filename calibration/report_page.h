@@ -11,7 +11,7 @@ namespace typodont::calibration {
 /// Returns the report as a complete HTML file without external resources.
 std::string report_page(const BenchState& bench, const std::string& title);
 
-/// Returns the error map of the step verify as an SVG picture: three levels of the workspace, with the error as colour.
+/// Returns the error map of the step `verify` as an SVG picture: three levels of the workspace; colours show the error.
 std::string error_map_svg(const VerifyResult& result);
 
 }  // namespace typodont::calibration

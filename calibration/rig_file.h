@@ -30,7 +30,7 @@ class RigFile {
   /// solved.
   std::string step_date(const std::string& step) const;
 
-  /// Copies the results of the bench's steps into the file. Steps without a result keep the record that the file has.
+  /// Copies the results of the bench's steps into the file. Steps without a result keep their old record in the file.
   void set(const BenchState& bench);
   /// Stores the present time as the date of a step that computes no result.
   void mark_done(const std::string& step);

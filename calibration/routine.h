@@ -91,7 +91,7 @@ struct BenchState {
 void solve_arm_step(BenchState& bench, const Captures& captures);
 void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius = 0);
 /// Estimates the eyes. `user_offset`: true if the user's systematic offset between seeing and feeling is estimated,
-/// too, from the touches of the step register or verify.
+/// too, from the touches of the step `register` or `verify`.
 void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offset = false);
 /// Returns the eyes as determined only by the alignments (stylus tip in front of a dot).
 EyesResult eyes_of(const BenchState& bench, const Captures& captures);

@@ -82,8 +82,8 @@ Estimate yule_walker(std::span<const double> x, std::size_t order, std::span<con
 Estimate modified_covariance(std::span<const double> x, std::size_t order) {
   const std::size_t n = x.size(), p = order;
   const auto lag = [&](std::size_t m, std::size_t i) { return x[m - i]; };
-  // The matrix is c(i,j) = Σ_{m=p}^{n−1} x[m−i] x[m−j]. Its first row is summed directly. Every other element is
-  // computed from its upper left neighbour.
+  // The matrix is c(i,j) = Σ_{m=p}^{n−1} x[m−i] x[m−j] for the order p and the n samples x. Its first row is summed
+  // directly. Every other element is computed from its upper left neighbour.
   const auto size = static_cast<Eigen::Index>(p + 1);
   Eigen::MatrixXd c(size, size);
   for (std::size_t j = 0; j <= p; ++j) {
@@ -111,8 +111,8 @@ Estimate modified_covariance(std::span<const double> x, std::size_t order) {
   const bool stable =
       std::all_of(result.reflection.begin(), result.reflection.end(), [](double k) { return std::abs(k) < 1; });
   if (!stable) {
-    // The unstable model has a power spectrum. The autocorrelation of this spectrum gives a stable model with the same
-    // spectrum.
+    // The power spectrum of the unstable model gives an autocorrelation. From this autocorrelation, a stable model with
+    // the same spectrum is computed.
     constexpr std::size_t kPoints = (std::size_t{1} << 16) + 1;
     std::vector<double> power(kPoints);
     const auto denominator = power_of_taps({solution.data(), p}, kPoints);

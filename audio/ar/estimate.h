@@ -22,8 +22,8 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
 /// Fits a model by the Yule–Walker method: Levinson–Durbin on the biased autocorrelation of the (tapered) samples. The
 /// result is stable by construction.
 Estimate yule_walker(std::span<const double> x, std::size_t order, std::span<const double> taper = {});
-/// Fits a model by the modified covariance method (Marple 1980): least squares of forward and backward prediction. The
-/// solution may be unstable; then `refactored` is set.
+/// Fits a model by the modified covariance method (Marple 1980): least squares of forward and backward prediction. An
+/// unstable solution is replaced by the stable model with the same spectrum, and `refactored` is set.
 Estimate modified_covariance(std::span<const double> x, std::size_t order);
 
 enum class Criterion { kAkaike, kBayes };

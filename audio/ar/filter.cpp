@@ -46,8 +46,8 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
       even[v] = gain * *reinterpret_cast<const Unaligned*>(noise + slice + v * kLanes);
       odd[v] = Vector{};
     }
-    // The loop runs from the oldest to the newest sample. The newest samples were stored immediately before. A load
-    // that spans several such stores must wait for them, so the newest samples are loaded last.
+    // The loop runs from the oldest to the newest past sample. The newest samples were stored just before, and a load
+    // that spans several such stores has to wait for them. So the newest samples are loaded last.
     for (std::size_t pair = order / 2; pair-- > 0;) {
       const std::size_t i = 2 * pair + 1;
       const T* const q = p - i;

@@ -42,7 +42,7 @@ double estimated_rotor_frequency(std::span<const double> x, double rate) {
     }
     return best;
   };
-  // dB, best score so far; a score is accepted only if it is larger than the initial value
+  // best_score: dB, best score so far; its initial value is the smallest score that is accepted
   double best = 0, best_score = 12;
   for (const auto& line : lines) {
     for (int divisor = 1; divisor <= 3; ++divisor) {

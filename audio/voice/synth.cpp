@@ -402,7 +402,7 @@ struct DrillSynth::Impl {
   std::size_t head = 0, count_pending = 0;
   std::uint64_t late = 0, dropped = 0;
 
-  // samples since the start: time of the present state, of the next call's first sample, and of the last state
+  // numbers of samples since the start: present sample, first sample of the next call, and time of the last state
   double index_now = 0, index_next = 0, last_state = 0;
   bool heard_any = false, gliding = false, in_contact = false;
   // spindle speed of the sound now, the speed at the end of the present ramp, and the change per sample of the ramp, as

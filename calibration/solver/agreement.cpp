@@ -190,7 +190,7 @@ class Consensus {
 
   struct Candidate {
     Pose X_DH;
-    double score;  // a smaller score is better; log NFA, or the median of the squared residuals in m²
+    double score;  // smaller is better; logarithm of NFA, or median of the squared residuals in m²
     std::size_t count;
   };
 

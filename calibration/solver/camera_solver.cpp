@@ -180,7 +180,7 @@ struct PointTouched : ceres::SizedCostFunction<3, 3> {
   double weight_;
 };
 
-using Planar = std::vector<std::array<double, 4>>;  // x, y on the plane (m); x, y in pixels
+using Planar = std::vector<std::array<double, 4>>;  // x, y on the plane (m); x, y in the picture (pixels)
 
 // Computes a homography by the direct linear transform, with normalised coordinates on both sides.
 Eigen::Matrix3d homography(const Planar& points) {
@@ -301,7 +301,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   result.width = glm::length(start.lower_right - start.lower_left),
   result.height = glm::length(start.upper_left - start.lower_left);
 
-  // Fits a plane to the touched points. If all points lie near it, the first poses of the cameras come from it.
+  // Fits a plane to the touched points. If all points lie near the plane, they give the first poses of the cameras.
   std::vector<dvec3> points;
   for (const auto& [key, value] : touched) points.push_back(key);
   if (points.size() < 4) {

@@ -1,7 +1,7 @@
 // The sparser stream is interpolated at the times of the denser stream. Least squares would bias the delay towards
 // times halfway between two samples, where the noise of the interpolated stream is smallest. To avoid this bias, the
 // solver uses an instrumental variable that does not contain this noise: the slope of the denser stream without its
-// central sample. The variance of the estimate reaches the bound σ² / Σ ṡ².
+// central sample. The variance of the estimate reaches the bound σ² / Σ ṡ² (σ: noise, ṡ: slope).
 #include "calibration/delay_solver.h"
 
 #include <fmt/format.h>
@@ -89,7 +89,7 @@ struct Interpolated {
   double noise_gain = 1;  // ratio of the variance of the interpolated p to the variance of one sample
 };
 
-// Interpolates by the Lagrange polynomial through the six samples around u. Returns no value across a gap.
+// Interpolates by the Lagrange polynomial through the six samples around the time u. Returns no value across a gap.
 Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   const std::size_t n = track.t.size();
   if (!(u >= track.t.front() && u <= track.t.back())) return {};

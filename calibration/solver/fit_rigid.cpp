@@ -50,7 +50,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
   const std::size_t n = std::min(p_H.size(), p_D.size());
   if (n == 0) return {};
 
-  // Computes centroids and cross-covariance, scaled to 1, so that coordinates of 1e-6 and 1e6 behave alike.
+  // Computes centroids and cross-covariance, scaled to magnitude 1, so that coordinates of 1e-6 and 1e6 behave alike.
   dvec3 c_H(0), c_D(0);
   for (std::size_t i = 0; i < n; ++i) c_H += p_H[i], c_D += p_D[i];
   c_H /= static_cast<double>(n), c_D /= static_cast<double>(n);

@@ -356,8 +356,8 @@ class Solver {
       for (int k = 0; k < 6; ++k) J.row(k) = r[k].v.transpose();
       H += (J.transpose() * J).topLeftCorner(parameters_, parameters_);
     }
-    // On average, the inverse of an estimated covariance is too large by the factor ν / (ν - 7) (inverted Wishart, 6
-    // dimensions).
+    // On average, the inverse of a covariance that is estimated with ν degrees of freedom is too large by the factor ν
+    // / (ν - 7) (inverted Wishart, 6 dimensions).
     const double nu = static_cast<double>(rows.size()) - parameters_ / 6.0;
     const double inflation = rows.size() < kLeastForFullNoise ? 1 : nu / (nu - 7);
     // Each row and column of the matrix is divided by the root of its diagonal element, because rotations and

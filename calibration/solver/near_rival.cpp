@@ -37,8 +37,8 @@ class Splitter {
     return fit_rigid(h_, d_);
   }
 
-  /// Assigns each pair to the nearer motion and fits both motions again, until nothing changes. Returns false if a
-  /// motion has too few pairs left.
+  /// Assigns each pair to the motion with the smaller residual and fits both motions again, until nothing changes.
+  /// Returns false if a motion has too few pairs left.
   bool settle(std::span<const std::size_t> pairs, Halves& halves, int rounds) const {
     Indices next[2];
     for (int round = 0; round < rounds; ++round) {

@@ -146,14 +146,14 @@ class Registration {
     return fit;
   }
 
-  // Assigns every pair to the nearer motion. The second motion is a rival in two cases: if many pairs could follow it
-  // (pairs that could follow both motions included), or if it is so similar that some pairs may be assigned wrongly.
-  // Otherwise its pairs are outliers.
+  // Assigns every pair to the motion with the smaller residual. The second motion is a rival in two cases: if many
+  // pairs could follow it (pairs that could follow both motions included), or if it is so similar that some pairs may
+  // be assigned wrongly. Otherwise its pairs are outliers.
   bool part(Split& split, double dof) {
     const double limit = reach(split.sigma, dof);
     const double doubtful = assign_to_nearer(p_H_, p_D_, limit, split);
     const bool rival = 10 * followers(p_H_, p_D_, split.X_second, limit) >= 3 * split.first.size() || doubtful >= 0.02;
-    // A good pair can be nearer to the second motion by chance. Such pairs are added to the first motion. If they would
+    // A good pair can fit the second motion better by chance. Such pairs are added to the first motion. If they would
     // increase the noise, some of them are wrong, so none of them is added.
     fit_ = fit_to(p_H_, p_D_, split.first);
     Fit all = take_in(fit_, limit);
@@ -195,8 +195,8 @@ class Registration {
     while (rest.size() >= 4) {
       std::vector<dvec3> h, d;
       for (const std::size_t i : rest) h.push_back(p_H_[i]), d.push_back(p_D_[i]);
-      // if the probability that the agreement arises by chance is above this limit, it is rejected; if the noise is
-      // known, the limit is higher, so that four agreeing pairs are sufficient
+      // largest probability that an agreement arises by chance; a more probable agreement is rejected; with known noise
+      // the limit is higher, so that four agreeing pairs are sufficient
       const double chance = options_.known_sigma > 0 ? 1e-3 : 1e-4;
       const auto [rival, log_nfa] = largest_agreement(h, d, options_, 3 * fit_.pairs.size() / 10);
       // If the pairs agree only loosely, they are wrong touches near their true positions, and no second motion.
@@ -326,8 +326,8 @@ class Registration {
     }
   }
 
-  // Covariance (Cramér–Rao): σ² (Σ(|p|² I - p pᵀ))⁻¹ for the rotation and σ²/N for the centroid, transformed to the
-  // origin.
+  // Covariance (Cramér–Rao) for the noise σ and N pairs: σ² (Σ(|p|² I - p pᵀ))⁻¹ for the rotation and σ²/N for the
+  // centroid, transformed to the origin.
   void estimate_uncertainty() {
     const auto k = static_cast<double>(fit_.pairs.size());
     const double sigma2 = std::isfinite(result_.sigma) ? result_.sigma * result_.sigma : 0.0;
@@ -343,7 +343,7 @@ class Registration {
     const Matrix3d C = axes_D * variance.asDiagonal() * axes_D.transpose();
     const Matrix3d lever = cross_matrix(R * eigen(result_.centroid_H));
     Eigen::Matrix<double, 6, 6, Eigen::RowMajor> covariance;
-    // Because t = c_D - R c_H, the change R -> exp([θ]) R changes t by [R c_H] θ.
+    // Because t = c_D - R c_H (c_D, c_H: centroids), the change R -> exp([θ]) R changes t by [R c_H] θ.
     covariance.topLeftCorner<3, 3>() = C;
     covariance.topRightCorner<3, 3>() = C * lever.transpose();
     covariance.bottomLeftCorner<3, 3>() = lever * C;

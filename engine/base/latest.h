@@ -54,7 +54,7 @@ class Latest {
   /// Fetches the newest value. Returns true if a value was published since the last fetch.
   bool fetch() noexcept {
     // Not a plain exchange: between the load and the exchange, the writer may replace the new value by an old one
-    // (take_back, publish). The compare-exchange then fails, and the loop tests again.
+    // (take_back). The compare-exchange then fails, and the loop tests again.
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     while (there & kFresh) {
       if (middle_.compare_exchange_strong(there, front_, std::memory_order_acq_rel, std::memory_order_relaxed)) {

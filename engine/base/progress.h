@@ -1,5 +1,5 @@
-// Shows the progress of long work as text and as a fraction, and passes a request to cancel the work. One thread does
-// the work, and any number of threads may watch it.
+// Shows the progress of long work as text and as a fraction, and cancels the work on request. One thread does the work,
+// and any number of threads may watch it.
 #pragma once
 
 #include <atomic>

@@ -9,8 +9,8 @@
 
 namespace typodont {
 
-/// A ring for one producer thread and one consumer thread. It uses Boost.Lockfree, because ThreadSanitizer understands
-/// its atomics. Only the constructor allocates memory.
+/// A ring buffer for one producer thread and one consumer thread. It uses Boost.Lockfree, because ThreadSanitizer
+/// understands its atomics. Only the constructor allocates memory.
 template <class T>
 class Ring {
  public:

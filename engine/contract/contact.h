@@ -133,10 +133,10 @@ struct LoosePiece {
 /// States the tick from which on the servo used a new copy of the tissue around the tool (patch). A replay needs these
 /// records and the cuts to give the same bits. Servo → recorder.
 struct PatchUse {
-  std::uint32_t patch = 0;       // number of the patch: 1, 2, 3 …
+  std::uint32_t patch = 0;       // number of the patch (tissue copy): 1, 2, 3 …
   std::uint64_t first_tick = 0;  // number of the first tick that was computed with this patch
-  std::uint64_t cuts = 0;        // number of cuts that were already made in the tissue when the patch was copied
-  dvec3 center_W{0, 0, 0};       // m, requested centre of the patch
+  std::uint64_t cuts = 0;        // number of cuts that were already made in the tissue when it was copied
+  dvec3 center_W{0, 0, 0};       // m, requested centre of the patch (tissue copy)
 };
 
 }  // namespace typodont

@@ -12,8 +12,8 @@
 
 namespace typodont {
 
-/// A histogram of durations from 0.1 µs to 0.1 s. Its bins have equal ratios: an octave has eight bins, so a bin is 9 %
-/// wide.
+/// A histogram of durations from 0.1 µs to 0.1 s. The ratio of neighbouring bin edges is constant: an octave has eight
+/// bins, so a bin is 9 % wide.
 struct DurationHistogram {
   static constexpr int kPerOctave = 8;
   static constexpr int kBins = 20 * kPerOctave + 1;

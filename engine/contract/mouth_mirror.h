@@ -6,8 +6,8 @@
 namespace typodont {
 
 /// A mouth mirror. The origin of its frame M is the middle of the glass, and z points out of the glass. The handle
-/// points along (1, 0, 1)/√2 of M. It is on the reflecting side, as on a real mirror, so that the user can see into the
-/// mirror. Trivially copyable.
+/// points along (1, 0, 1)/√2 of M. The handle is on the reflecting side, as on a real mirror, so that the user can see
+/// into the mirror. Trivially copyable.
 struct MouthMirror {
   Pose X_WM;
   double diameter = 0;  // m, diameter of the glass; 0: no mirror
@@ -34,7 +34,7 @@ inline Pose mirror_in_tool() {
   return {{0, 0, 0}, rotation_between(dvec3(std::sqrt(0.5), 0, std::sqrt(0.5)), dvec3(0, 0, 1))};
 }
 
-/// Returns the scene's mirror, or the default mirror if the scene has none, at the pose of tool T.
+/// Returns the scene's mirror, or the default mirror if the scene has none. Its pose follows from the pose of tool T.
 inline MouthMirror held(const MouthMirror& scenes, const Pose& X_WT) {
   return {X_WT * mirror_in_tool(), scenes.diameter > 0 ? scenes.diameter : kDefaultMirrorDiameter, scenes.fog,
           scenes.focal};

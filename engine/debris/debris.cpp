@@ -38,7 +38,7 @@ struct Debris::State {
   DebrisOptions options;
   std::vector<float> x, y, z, vx, vy, vz, rate, keep;  // rate: drag rate, 1/s; keep: velocity factor of drag per step
   std::vector<std::uint32_t> due;  // due step: the step of a particle's next full update (update_fully)
-  // for each group of kGroup particles: a lower bound of the particles' due steps
+  // for each group of kGroup particles: a lower bound of the steps in which its particles need a full update
   std::vector<std::uint32_t> first_due;
   struct Chip {      // data of a particle that the inner loop does not need
     double born_at;  // s, time at which the particle was created
@@ -81,9 +81,9 @@ struct Debris::State {
     due[s] = when;
     first_due[s / kGroup] = std::min(first_due[s / kGroup], when);
   }
-  // Chooses the step of the particle's next full update between steps / 2 and `steps` from now. The number is rounded
-  // down to a multiple of a power of two. Then neighbours of the same age get the same due step, and step() can skip
-  // most groups. Each group has its own offset (phase), so that not all groups are due in the same step.
+  // Chooses the step of the particle's next full update: between steps / 2 and `steps` steps from now. The number of
+  // this step is rounded down to a multiple of a power of two. Then neighbours of equal age are due in the same step,
+  // and step() can skip most groups. Each group has its own offset (phase), so that not all groups are due together.
   void set_due_within(std::size_t s, std::uint32_t steps) {
     const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
     const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMostSteps;

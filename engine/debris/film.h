@@ -83,9 +83,9 @@ class Film {
   /// point. Returns the removed load.
   Load fling(const glm::dvec3& p_W, double reach, double share);
 
-  /// Advances the film by dt seconds. Water flows between two cells as a viscous film: the flow is ρ g h³/(3 μ) times
-  /// the slope of the free surface. Solids move with the water. Suction removes the film at the rate
-  /// suction_rate·(v/suction_speed)², where v is the speed of the air at the cell.
+  /// Advances the film by dt seconds. Water flows as a viscous film of height h; the flow is ρ g h³/(3 μ) times the
+  /// slope of the free surface (ρ: density, g: gravity, μ: viscosity). Solids move with the water. Suction removes the
+  /// film at the rate suction_rate·(v/suction_speed)², where v is the air's speed at the cell.
   void step(double dt, const Suction* suction = nullptr);
 
   std::size_t loaded() const;  // returns the number of cells with water or solids

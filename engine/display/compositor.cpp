@@ -49,7 +49,7 @@ struct Compositor::Impl {
   VkPipeline writing_pipeline = VK_NULL_HANDLE;
   VkFormat format = VK_FORMAT_UNDEFINED;
 
-  // The changes of the last frames, and the number of the frame that each target contains.
+  // The next members store the changes of the last frames, and the number of the frame that each target contains.
   using Parts = std::array<std::vector<Part>, 2>;
   using Rects = std::array<std::vector<VkRect2D>, 2>;
   struct Change {
@@ -144,9 +144,9 @@ struct Compositor::Impl {
     return changed;
   }
 
-  /// If a part of the target is drawn again, all panels that it touches must be drawn again, too. Returns these panels.
-  /// Their boxes are added to the parts, because each panel must be blended exactly once, completely, over a newly
-  /// composed background.
+  /// If a part of the target is drawn again, all text panels that it touches must be drawn again, too. Returns these
+  /// panels. Their boxes are added to the parts, because each panel must be blended exactly once, completely, over a
+  /// newly composed background.
   std::array<std::vector<std::size_t>, 2> panels_over(std::optional<Rects>& parts, Layout how,
                                                       const Target& target) const {
     std::array<std::vector<std::size_t>, 2> chosen;

@@ -82,7 +82,7 @@ class Hmd {
   virtual bool running() const = 0;
   /// Waits for the runtime's next frame, begins it, and locates the head and the hands.
   virtual HmdFrame wait() = 0;
-  /// record() copies the eyes' pictures (two layers) and their depth to the swapchain; Depth: source of an eye's depth.
+  /// record() copies the eyes' pictures (two layers) and their depth to the swapchain. Depth: its source; null: none.
   struct Depth {
     const gpu::Image* image = nullptr;
     std::uint32_t layer = 0;

@@ -1,8 +1,8 @@
 // Plans a mirror bench before it is built: the positions of panel, mirror, eyes and arm, the size of the glass, and the
 // size of the workspace that both eyes see and that the arm reaches. Pure functions for any thread. SI units.
-// Frame W: origin in the middle of the work, x to the user's right, y away from the user, z up. The user looks down at
-// the work through the half mirror, along the line of sight from the eyes to the origin. The picture appears at the
-// origin; the panel is its mirror image.
+// Frame W: origin in the middle of the tissue, x to the user's right, y away from the user, z up. The user looks down
+// at the tissue through the half mirror, along the line of sight from the eyes to the origin. The picture appears at
+// the origin; the panel is its mirror image.
 #pragma once
 
 #include <array>

@@ -129,7 +129,7 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
     return static_cast<std::uint32_t>(mesh.vertices.size()) - static_cast<std::uint32_t>(around) - 1;
   };
   const auto corner = [&](std::uint32_t ring, int k) { return ring + static_cast<std::uint32_t>(k); };
-  // A ring between two pieces that meet in an edge is stored twice, once with the normal of each piece.
+  // A ring between two pieces of the outline that meet in an edge is stored twice, once with the normal of each piece.
   std::uint32_t from = 0;
   for (std::size_t i = 0; i + 1 < n; ++i) {
     const dvec2 here = slope(i);

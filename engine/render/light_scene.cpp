@@ -368,7 +368,7 @@ struct LightScene::Impl {
       }
       sample.valid = backs <= kInside * kRays;
     });
-    // Numbers the triangles that rays met 0, 1, 2 … and stores these numbers in `met`.
+    // Gives the numbers 0, 1, 2 … to the triangles that rays met, and stores these numbers in `met`.
     std::vector<std::int32_t> number(triangles.size(), kNothing);
     for (std::size_t i = 0; i < met.size(); ++i) {
       if (met[i] < 0 || !samples[i / kRays].valid) continue;

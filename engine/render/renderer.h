@@ -173,7 +173,7 @@ struct Frame {
   MouthMirror mirror;  // the mouth mirror in the other hand; diameter 0: no mirror
   SuctionTip suction;  // the suction tip; if its opening is 0, there is no tip
   View view = View::kLook;
-  glm::dvec4 section{0, 0, 0, 1};  // section plane for View::kSection: xyz: unit normal, W; w: m
+  glm::dvec4 section{0, 0, 0, 1};  // section plane for View::kSection: xyz: unit normal, frame W; w: offset, m
   std::span<const Particle> particles;
   ParticleCloud* cloud = nullptr;  // particles on the GPU; the renderer moves and draws them
   Lights lights;
@@ -229,7 +229,7 @@ class Renderer {
   /// Sets the grid of the film on the surfaces, and clears the film. If the size is 0, there is no film, and drawing
   /// takes no time for it.
   void set_film(const FilmGrid& grid);
-  /// Copies these boxes of the film from `texels`, an array of the whole grid (index (x·size.y + y)·size.z + z).
+  /// Copies the `changed` boxes of the film from `texels`, the whole grid with the index (x·size.y + y)·size.z + z.
   void update_film(std::span<const FilmTexel> texels, std::span<const FilmBox> changed);
   /// Sets the light that tissue receives from the room and from other surfaces. If the size is 0, the room's light is
   /// estimated from the shape of the surface near each point, and bodies do not reflect light to each other.

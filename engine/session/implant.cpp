@@ -28,12 +28,12 @@ constexpr double kThreaded = 0.3e-3;  // m, tolerance of the depth for a phase t
 // so its force is nearly zero.
 constexpr double kLeastContactForce = 0.05;
 constexpr double kLargestProtrusion = 1e-3;  // m, largest length by which a placed implant or screw may protrude
-// m/s; if the tool moves faster than this along the plan's axis, it is being moved into the bone
+// m/s; if the tool moves faster than this along the planned axis, it is being moved into the bone
 constexpr double kInsertionSpeed = 0.1e-3;
 constexpr double kInsertionFilterTime = 0.1;  // s, time constant of the filter for the tool's speed along the axis
-// m; a mark on the bone is at the right site if it is within this distance of the plan's axis
+// m; a mark on the bone is at the right site if it is within this distance of the planned axis
 constexpr double kAtSite = 3e-3;
-constexpr double kOffAxisFrom = 1e-3;  // m; the angle to the plan is checked only if the tip is deeper than this
+constexpr double kOffAxisFrom = 1e-3;  // m; the angle to the planned axis is checked only if the tip is deeper
 
 double volume_of(const ServoTick& tick) {
   return total(tick.removed);

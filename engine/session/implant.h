@@ -71,7 +71,7 @@ struct ImplantTask {
   std::vector<double> tip;     // for each tool: distance in m from the tool's origin to its tip
   std::vector<double> radius;  // for each tool: its radius in m
   double greatest_force = 0;   // N, largest allowed force; the time with a larger force is measured as over-force
-  double greatest_angle = 0;   // rad, if the angle to the plan's axis is larger than this, the trainee is warned
+  double greatest_angle = 0;   // rad, if the angle to the planned axis is larger than this, the trainee is warned
   // m, if the tool is deeper than the planned depth by more than this, the trainee is warned
   double depth_tolerance = 0;
   double canal_clearance = 0;  // m; if the distance to the nerve canal is smaller than this, the trainee is warned
@@ -116,7 +116,7 @@ class ImplantMeter {
   double later_tool_time_ = 0;                      // s, time for which the tool of a later phase has worked so far
   bool works_ = false;                              // true while the tool in the hand works on the bone
   double last_depth_ = 0;                           // m, depth of the tool's tip in the last tick
-  double insertion_speed_ = 0;  // m/s, low-pass filtered speed of the tool along the axis of the plan
+  double insertion_speed_ = 0;                      // m/s, low-pass filtered speed of the tool along the planned axis
   // The force curve of this phase. When all bins are full, pairs of bins are joined, and a bin becomes twice as long.
   static constexpr std::size_t kBins = 200;
   std::vector<double> across_, along_;

@@ -42,7 +42,7 @@ struct HeatModel {
 /// A force curve: the mean force in each interval of contact time in a phase. All intervals have the same length, and
 /// the time without contact is not counted.
 struct ForceCurve {
-  std::vector<float> across, along;  // N, mean force perpendicular to the plan's axis and along it, for each interval
+  std::vector<float> across, along;  // N, mean force perpendicular to the planned axis and along it, for each interval
   double span = 0;                   // s, length of an interval of contact time
 };
 

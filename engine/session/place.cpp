@@ -23,7 +23,7 @@ constexpr double kCentral = 0.25;
 struct Work {
   dvec3 middle_W{0};         // m, centre of the volume of the work (changed tissue)
   double low = 0, high = 0;  // m, lowest and highest position of the work along the axis
-  double half_width = 0;     // m, largest distance of the work from its middle, perpendicular to the axis
+  double half_width = 0;     // m, largest distance of the changed tissue from its middle, perpendicular to the axis
   // true if the ideal (target shape) keeps tissue in the middle of the work, as for a crown's stump or a filling
   bool around_tissue = false;
 };
@@ -92,7 +92,7 @@ PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3
     const double eighths = std::round(std::atan2(buccal, mesial) / (kPi / 4));
     name.side = kSides[static_cast<std::size_t>(static_cast<int>(eighths + 8) % 8)];
   }
-  // height of the point as a fraction of the work's height: 0 at the cervical end, 1 at the occlusal end
+  // height of the point as a fraction of the changed tissue's height: 0 at the cervical end, 1 at the occlusal end
   const double height = work.high > work.low ? (glm::dot(p_W, in.axis_W) - work.low) / (work.high - work.low) : 0.5;
   const std::string_view third = height > 2.0 / 3 ? "occlusal" : height > 1.0 / 3 ? "middle" : "cervical";
   const dvec3 out = in.after.gradient(in.frame.to_voxels(p_W), 1.0);

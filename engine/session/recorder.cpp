@@ -419,7 +419,7 @@ bool SessionWriter::Impl::write_table(Table& table, std::uint64_t& lost_rows) no
   return false;
 }
 
-/// Writes all buffered rows. Patches and cuts come first, so that the file never contains a tick without its cut.
+/// Writes all buffered rows. Cuts and patch uses come first, so that the file never contains a tick without its cut.
 void SessionWriter::Impl::write_all() noexcept {
   const H5Quiet quiet;
   const Nanos begin = now();

@@ -1,5 +1,5 @@
-// Writes a session to disk while it runs. The program's recorder thread owns the writer. It passes the content of the
-// rings to append() and calls heartbeat() often. If the process is killed, the file can still be opened, and only the
+// Writes a session to disk while it runs. The program's recorder thread owns the writer. It passes the content of its
+// queues to append() and calls heartbeat() often. If the process is killed, the file can still be opened, and only the
 // last half second is missing. The file is in HDF5's mode SWMR (single writer, multiple readers): it is readable after
 // every flush, so another process can read a session that is being recorded. docs/session_format.md describes the
 // file's layout.
@@ -55,8 +55,8 @@ class SessionWriter {
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
 
-  // Patches and cuts must be appended before the tick that contains their number, so that the file is always complete
-  // up to its last tick.
+  // Cuts, and uses of patches (tissue copies), must be appended before the tick that contains their number, so that the
+  // file is always complete up to its last tick.
   void append(std::span<const ServoTick> ticks) noexcept;
   void append(std::span<const Cut> cuts) noexcept;
   void append(std::span<const PatchUse> patches) noexcept;
@@ -67,7 +67,7 @@ class SessionWriter {
   /// Appends one sample to the stream header.streams[stream], with one value for each column of the stream.
   void append(std::size_t stream, Nanos t, std::span<const double> values) noexcept;
 
-  /// Sets how many values the rings have dropped in total (Ring::dropped()). The file stores these numbers.
+  /// Sets how many values the queues have dropped in total (Ring::dropped()). The file stores these numbers.
   void count_ring_losses(std::uint64_t ticks, std::uint64_t cuts, std::uint64_t other) noexcept;
 
   /// Writes data that is older than the flush interval. Call at least every 100 ms.

@@ -131,9 +131,9 @@ struct Score {
   double points = 0;  // sum of the items' points, multiplied by `completion`
   double full = 0;    // 100, or 0 if no item gives points
   // Completed fraction of the task, with which the sum of the items' points is multiplied. It is the fraction of the
-  // ideal's changes, of the lesions found and the surface explored, or of the caries. In other tasks it is 1 if any
-  // tissue was cut or filled. So a session without work has the score 0, although items without deviation show their
-  // full points.
+  // planned changes (ideal), of the lesions found and the surface explored, or of the caries. In other tasks it is 1 if
+  // any tissue was cut or filled. So a session without work has the score 0, although items without deviation show
+  // their full points.
   double completion = 1;
   PassMark pass;
 

@@ -21,8 +21,8 @@ struct StreamData {
 
 /// Reads one session file. The constructor throws Error for a file that is no readable session, that refers to other
 /// files, or that contains impossible values (format/checks.h). If the file has damage or gaps, its intact part can be
-/// read. Hand pose, pedal, force, quaternions, cuts and patches have the same bits as when they were written. Columns
-/// in units other than SI (tool_x_mm …) differ by at most one unit in the last place.
+/// read. Hand pose, pedal, force, quaternions, cuts and patch uses have the same bits as when they were written.
+/// Columns in units other than SI (tool_x_mm …) differ by at most one unit in the last place.
 class SessionReader {
  public:
   explicit SessionReader(const std::filesystem::path& file);

@@ -15,8 +15,8 @@
 namespace typodont::session {
 
 /// Actions that can complete a step of a task. The hand moves, touches or drills; the user changes the tool, the speed
-/// or the view, uses undo or redo, or presses the hold key. The last action, `phase`, is for implant exercises: step n
-/// is complete at the end of phase n.
+/// or the view, uses undo or redo, or presses the emergency key. The last action, `phase`, is for implant exercises:
+/// step n is complete at the end of phase n.
 inline constexpr std::array<std::string_view, 10> kStepActions = {"move", "touch", "drill", "tool", "speed",
                                                                   "undo", "redo",  "view",  "hold", "phase"};
 

@@ -49,7 +49,7 @@ struct PolygonBuilder {
     Tissue low, high;
     bool crease;
   };
-  std::vector<std::uint32_t> first_copy[8];  // for each owner and vertex: index of its first copy in the mesh
+  std::vector<std::uint32_t> first_copy[8];  // for each owner (brick) and vertex: index of its first copy
   std::vector<Copy> copies;                  // copies of vertices, one for each vertex of the mesh
   // For each cell of this brick that contains surface: its vertex, or kSeveral if it has several.
   std::vector<std::uint16_t> vertex_at = std::vector<std::uint16_t>(kCells * kCells * kCells);
@@ -184,7 +184,7 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
         {1, 0}};
     static constexpr int kStep[3] = {kCells * kCells, kCells, 1};
     if (base[u] > 0 && base[v] > 0) {
-      // Most polygons inside the brick are empty, because their cells were merged into one block. They are skipped.
+      // Most polygons inside the brick have no area, because their cells were merged into one block. They are skipped.
       const std::uint16_t* at = vertex_at.data() + edge.cell;
       const std::uint16_t first = *at;
       if (first != kSeveral && at[-kStep[u]] == first && at[-kStep[v]] == first && at[-kStep[u] - kStep[v]] == first) {

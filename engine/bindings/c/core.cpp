@@ -452,8 +452,8 @@ typodont_result typodont_core_finish(typodont_core* core) {
   return with(core, [&](CoreObject& c) {
     require(c.recording.has_value(), "nothing is being recorded");
     if (c.shared->channels) {
-      // Largest number of rounds. Only the work from before this call must be finished. But the servo may add new work
-      // in every round, so without this limit the loop might never end.
+      // Largest number of calls of carve(). Only the work from before this call must be finished. But the servo may add
+      // new work meanwhile, so without this limit the loop might never end.
       constexpr int kRounds = 64;
       for (int i = 0; i < kRounds && carve(c); ++i) {
       }

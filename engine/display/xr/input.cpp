@@ -12,7 +12,7 @@ namespace {
 
 struct Binding {
   const char* what;  // name of the action in the headset's runtime
-  const char* left;  // path after /user/hand/left/; null: no binding
+  const char* left;  // path of the control after the prefix /user/hand/left/; null: no binding
   const char* right;
 };
 

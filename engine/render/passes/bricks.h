@@ -56,7 +56,7 @@ struct BrickBlock {
   gpu::RangeAllocator free_vertices, free_indices;
 };
 
-/// Draw commands for one block of one mesh.
+/// Draw commands for the bricks of one mesh in one memory block.
 struct DrawGroup {
   MeshId mesh = 0;
   int block = 0;
@@ -100,8 +100,8 @@ struct BrickStore {
   /// part of the picture to redraw; null: the whole picture.
   std::vector<DrawGroup> visible(gpu::Device& device, int slot, const Frame& frame, SlotBuffers& into,
                                  FrameStats& stats, const std::array<Tiles, 2>* tiles = nullptr);
-  /// Marks the tiles whose content or lighting changed since the last frame because of changed bricks or of the tool.
-  /// `data` contains the present tool, `before` the previous one. `eyes` is the version of the eyes' poses.
+  /// Marks the tiles (squares) whose content or lighting changed since the last frame because of changed bricks or of
+  /// the tool. `data` contains the present tool, `before` the previous one. `eyes` is the version of the eyes' poses.
   void mark_changed(const Frame& frame, const shared::FrameData& data, const shared::FrameData& before,
                     const glm::ivec2& size, std::uint64_t eyes, std::array<Tiles, 2>& tiles);
   /// Returns draw commands for all bricks that the view shows and that lie in the given part of the shadow map.

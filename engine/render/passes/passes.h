@@ -17,7 +17,7 @@ struct ShadowPass {
   /// Redraws the given part of the map; the other parts keep their content.
   void record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks, int slot,
               View view, const glm::mat4& light_from_world, const ShadowMapBox& part, FrameStats& stats);
-  void create_map(PassContext& context);  // in the new map, the depth is largest everywhere, which means no shadow
+  void create_map(PassContext& context);  // sets the new map to the largest depth, which means no shadow
   void destroy(gpu::Device& device);
 };
 

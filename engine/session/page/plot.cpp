@@ -75,8 +75,8 @@ std::string time_plot(const TimePlot& plot, const Series& series, const NumberTe
   fmt::format_to(put, "<text x=\"{:.0f}\" y=\"{:.0f}\" class=\"unit\">{}</text>", kLeft + 4, kTop + 12,
                  escaped(plot.unit));
 
-  // Draws each interval without gaps as one shape, which follows the upper edge of the band to the right and its lower
-  // edge back to the left. Then draws the mean.
+  // Draws each interval without gaps as one shape, which follows the band's upper edge (greatest values) to the right
+  // and its lower edge (least values) back to the left. Then draws the mean.
   const std::size_t n = series.mean.size();
   for (std::size_t i = 0; i < n;) {
     if (std::isnan(series.mean[i])) {

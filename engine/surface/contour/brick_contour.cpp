@@ -37,9 +37,9 @@ constexpr float kGentleCosine = 0.44f;
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
 constexpr float kSag = 0.18f;
-// variance of the crossings' positions / s²; below this value, greatest_curvature() cannot fit a surface to them
+// variance of the crossings' positions / (cell's side)²; below this value, greatest_curvature() cannot fit a surface
 constexpr float kLeastSpread = 4e-3f;
-// largest distance by which a vertex is placed outside the surface, as a ratio to s
+// largest distance by which a vertex is placed outside the surface, as a ratio to the cell's side length
 constexpr float kMaxLift = 0.1f;
 constexpr double kFlatEigenvalue = 0.01;
 constexpr float kOutside = 0.7f;  // voxels, a crease vertex lies outside its cell by at most this distance
@@ -199,8 +199,8 @@ Tissue only_tissue(const FieldBrick& brick) {
 }
 
 // Returns the vertex for a smooth piece of surface in a cell of size s, relative to the cell's middle. The mean of the
-// crossings (the points where the surface crosses the cell's edges) lies below a convex surface; its depth is half the
-// covariance of points and normals.
+// crossings (the points where the surface crosses the cell's edges) lies below a convex surface, by half the covariance
+// of points and normals.
 glm::vec3 smooth_vertex(const Moments& moments, float s) {
   const float w = 1 / moments.count();
   const glm::vec3 x = moments.points() * w, n = moments.normals() * w;

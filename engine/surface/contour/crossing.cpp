@@ -107,8 +107,8 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
       }
     }
     if (!solved && (here.unit() || there.unit())) {
-      // If a crease of the surface runs beside this edge of the grid, the four combinations at each end include one
-      // whose samples lie on a single plane. The gradient of this plane is used.
+      // If a crease of the surface runs beside this edge of the grid, the four combinations of one-sided differences at
+      // each end include one whose samples lie on a single plane. The gradient of this plane is used.
       const Gradient p = here.best(), q = there.best();
       g = p.excess() < q.excess() ? p : q;
       solved = true;
