@@ -431,7 +431,7 @@ This page compares all contact models with the exact solution. The tissue, the h
 models. The command `./run bench models` (`typodont bench models --out docs/models/rows.csv --page docs/models.md`)
 creates this page. With `--tissues ball,torus`, a run measures only these tissues, so the work can be divided among
 several runs. The command `typodont bench models --merge --keep FILE,FILE --page docs/models.md` joins the tables of
-these runs. All numbers on this page, except the numbers of other libraries, come from [rows.csv]({0}/rows.csv),
+several runs. All numbers on this page, except the numbers of other libraries, come from [rows.csv]({0}/rows.csv),
 which also contains numbers that this page does not show.
 
 {1}- **Tissue**. The tissues are a ball of 8 mm, a torus of 8 and 3 mm, a box of 6 × 6 × 4 mm, a sheet of 0.3 mm and a
@@ -453,11 +453,11 @@ which also contains numbers that this page does not show.
   tick. The values of memory and set-up time include tissue, snapshots and contact model. The set-up time of `packing`
   includes the computation of the packing, which later runs read from the cache.
 - **Setting**. The setting of a contact model determines how fine its tissue is. The setting is the voxel size for
-  models with a field, the number of spheres for `packing`, and the number of vertices for `mesh_lod`. For `vertex`, it
-  is the voxel size of the field from which the mesh is made. In the plots, each point is one setting of a contact
-  model. The tables show the finest setting of each model. The meshes of arch and socket are used unchanged. Three tests
-  use only one setting per model (0.1 mm, 10,000 spheres, 8,000 vertices), namely the tests of hands that escape through
-  a wall, of a break through a wall, and of hostile hands.
+  models with a field, the number of spheres for `packing`, and the number of vertices for `mesh_lod`. For `vertex`, the
+  setting is the voxel size of the field from which the mesh is made. In the plots, each point is one setting of a
+  contact model. The tables show the finest setting of each model. The meshes of arch and socket are used unchanged.
+  Three tests use only one setting per model (0.1 mm, 10,000 spheres, 8,000 vertices), namely the tests of hands that
+  escape through a wall, of a break through a wall, and of hostile hands.
 )",
       folder, measured_on(machine));
   page += table_of_choice(figures);

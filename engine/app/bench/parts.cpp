@@ -111,7 +111,7 @@ constexpr BenchPart kParts[] = {
      motions, false, nullptr, motions_table},
     {"packing", "Sphere packings",
      "A ball of 10 mm is packed with spheres. The table gives the unfilled fraction of the ball, and the time of the "
-     "first contact with a search tree of the tissue or of the tool. It also gives the error of the normal's "
+     "first contact with a search tree of the tissue or of the tool. The table also gives the error of the normal's "
      "direction, the volume of a groove by the published and by the corrected formula, and the times of the three "
      "passes of a cutting tick.",
      [](const BenchRun& run) { return haptics::bench_packing(run.quick); }},
@@ -140,12 +140,14 @@ constexpr BenchPart kParts[] = {
     {"push", "Force steps of a constant push",
      "2,000 simulated hands push every turning tool into the molar with a constant force (docs/passivity.md). The "
      "table states how many hands feel a force change of more than 0.02 N in one tick, and how many feel a change "
-     "larger than their own motion explains. It compares the present servo laws with the version before, and contains "
+     "larger than their own motion explains. The table compares the present servo laws with the version before, and "
+     "contains "
      "no times.",
      bench_push},
     {"devices", "Hands",
      "The table gives the time from a device's sample to the force that is written to the device, compared with an "
-     "empty loop. It also gives the error of the estimated velocity at an arm's encoder resolution. The link to the "
+     "empty loop. The table also gives the error of the estimated velocity at an arm's encoder resolution. The link to "
+     "the "
      "device is simulated in memory, so the time of USB is not included.",
      devices},
     {"surface", "Surface",
@@ -179,8 +181,8 @@ constexpr BenchPart kParts[] = {
      "A session with a minute of drilling at 1 kHz is recorded to an HDF5 file, with different compression levels.",
      bench_recording},
     {"latency", "Latency",
-     "The table gives delays of the whole program as wall-clock times. These are the times from a step of the hand to "
-     "force, sound and picture, and the times from the start of the command to the first tick and to the first "
+     "The table gives delays of the whole program as wall-clock times. The delays are the times from a step of the "
+     "hand to force, sound and picture, and the times from the start of the command to the first tick and to the first "
      "picture. The table also gives the energy of a session at rest and of a session that drills, in core-seconds per "
      "minute of all threads. If the machine measures the power of the processor, the table gives the power too.",
      bench_latency},
