@@ -42,19 +42,19 @@ struct Question {
 
 constexpr Question kPlotted[] = {
     {"How accurate is the direction of the force?",
-     "The hand slides over the tissue with 20 mm/s, at a depth of 0.3 mm. The error is the angle between the model "
-     "force and the exact force.",
+     "The hand slides over the tissue with 20 mm/s, at a depth of 0.3 mm. The error of the direction is the angle "
+     "between the model force and the exact force.",
      "direction", "slide", "direction", "rms", "direction error, degree rms"},
     {"How accurate is the magnitude of the force?",
-     "The error is the relative error of the force's magnitude while the hand slides.", "magnitude", "slide",
-     "magnitude", "rms", "magnitude error, % rms"},
+     "The table states the relative error of the magnitude of the model force while the hand slides.", "magnitude",
+     "slide", "magnitude", "rms", "magnitude error, % rms"},
     {"Is the tool drawn inside the tissue?",
      "The table states the largest depth of the drawn tool inside the exact shape while the hand slides.",
      "penetration", "slide", "penetration", "greatest", "penetration, mm"},
     {"Does the removed volume equal the swept volume?",
-     "A hand of 0.15 kg presses a round bur of 1.2 mm with 1 N and moves it back and forth. The volume lost by the "
-     "tissue is compared with the volume inside the exact shape that the bur's cuts swept, counted on a grid of 0.02 "
-     "mm.",
+     "A hand of 0.15 kg presses a round bur of 1.2 mm with 1 N and moves it back and forth. The test compares two "
+     "volumes. The first is the volume that the tissue has lost. The second is the volume inside the exact shape that "
+     "the bur's cuts swept, counted on a grid of 0.02 mm.",
      "removal", "drill", "removal", "swept volume", "removal error, % of the swept volume"}};
 
 bool answers(const ModelFigure& f, const Question& q) {
@@ -135,9 +135,9 @@ struct Tabled {
 };
 constexpr Tabled kTabled[] = {
     {{"Does friction follow Coulomb's law?",
-      "The hand slides with a friction coefficient of 0.15. The error is that of the ratio of tangential to normal "
-      "force, relative to 0.15, in % (root mean square). If the ball sticks, this counts as an error. In the groove "
-      "the ball touches two walls, so there is no single normal.",
+      "The hand slides with a friction coefficient of 0.15. The table states the error of the ratio of tangential to "
+      "normal force, relative to 0.15, in % (root mean square). If the ball sticks to the tissue, this counts as an "
+      "error. In the groove, the ball touches two walls, so the contact has no single normal.",
       "", "drag", "friction", "rms", ""},
      error_of},
     {{"How long does a tick take at worst?",
@@ -153,18 +153,19 @@ constexpr Tabled kTabled[] = {
       "carver's cut, median", "", ""},
      microseconds_of},
     {{"How large is the largest step of the model force?",
-      "The table states the largest change of the model force in one tick while the hand slides, minus that of the "
-      "exact force (N).",
+      "The table states the largest change of the model force in one tick while the hand slides, minus the change of "
+      "the exact force in the same tick (N).",
       "", "slide", "step, asked", "", ""},
      error_of},
     {{"How large is the largest step of the output force?",
-      "The table states the largest change of the output force in one tick while the hand slides, after slew limit, "
-      "force limit and passivity controller (N).",
+      "The table states the largest change of the output force in one tick while the hand slides, minus the change of "
+      "the exact force in the same tick (N). The output force is the force after slew limit, force limit and passivity "
+      "controller.",
       "", "slide", "step, felt", "", ""},
      error_of},
     {{"How much energy does the model force of a tap give to the hand?",
-      "The hand taps the tissue with 10, 30, 100 and 200 mm/s, 0.3 mm deep. The table states the largest energy that "
-      "the model force gives to the hand (µJ).",
+      "The hand touches the tissue briefly (a tap) with 10, 30, 100 and 200 mm/s, 0.3 mm deep. The table states the "
+      "largest energy that the model force gives to the hand (µJ).",
       "", "tap", "energy given, asked", "", ""},
      error_of},
     {{"How much energy does the output force of a tap give to the hand?",
@@ -174,7 +175,7 @@ constexpr Tabled kTabled[] = {
      error_of},
     {{"How long does the bur take to drill through a sheet?",
       "The hand presses the bur with 1 N on a sheet of 0.3 mm. The table states the time in seconds until the bur has "
-      "left the sheet, or – if it did not leave the sheet in 1.5 s.",
+      "left the sheet, or – if the bur did not leave the sheet in 1.5 s.",
       "", "break-through", "time", "", ""},
      error_of},
     {{"How large is the force behind the sheet?",
@@ -182,26 +183,28 @@ constexpr Tabled kTabled[] = {
       ""},
      error_of},
     {{"Do hands escape through thin walls at 1 mm per tick?",
-      "A ball moves through a sheet and stays at least 4 mm behind it. A hand escapes if no force then pushes it back. "
-      "The table shows the percentage of hands that escape for each thickness of the sheet, with random positions and "
-      "directions.",
+      "A ball moves through a sheet and stays at least 4 mm behind the sheet. If no force then pushes the hand back, "
+      "the hand has escaped. The table shows the percentage of hands that escape for each thickness of the sheet, with "
+      "random positions and directions.",
       "", "escape", "hands of 1 mm a tick", "", ""},
      error_of},
     {{"Do hands escape at 20 mm per tick?",
-      "The ball moves through the sheet with 20 mm per tick. The table shows the percentage of hands that escape.", "",
-      "escape", "hands of 20 mm a tick", "", ""},
+      "The ball moves through the sheet with 20 mm per tick. The table shows the percentage of hands that escape, "
+      "which means that no force behind the sheet pushes them back.",
+      "", "escape", "hands of 20 mm a tick", "", ""},
      error_of},
     {{"How much energy do hostile hands get?",
       "Hostile hands move at random with up to 0.2 m/s and 20 m/s², turn in all directions and drill. The table states "
-      "the largest energy that the output force gives to any of these hands (µJ).",
+      "the largest energy that the output force gives to any hostile hand (µJ).",
       "", "hostile", "energy given, felt", "", ""},
      error_of},
-    {{"How many hostile hands get energy?", "The table states the percentage of hostile hands that get more than 1 nJ.",
-      "", "hostile", "hands with energy", "", ""},
+    {{"How many hostile hands get energy?",
+      "The table states the percentage of hostile hands to which the output force gives more than 1 nJ.", "", "hostile",
+      "hands with energy", "", ""},
      error_of},
     {{"Are all forces on hostile hands finite?",
-      "The table states the number of ticks with a force that is not finite.", "", "hostile", "ticks not finite", "",
-      ""},
+      "The table states the number of ticks in which the force on a hostile hand is not finite.", "", "hostile",
+      "ticks not finite", "", ""},
      error_of},
     {{"How long does a tick with a hostile hand take at worst?",
       "The table states the CPU time of the servo's tick with a hostile hand (99.9 % quantile, µs).", "", "hostile",
@@ -210,7 +213,8 @@ constexpr Tabled kTabled[] = {
     {{"How much memory does the set-up need?",
       "The table states the memory of tissue, snapshots and contact model (MiB).", "", "set-up", "memory", "", ""},
      error_of},
-    {{"How long does the set-up take?", "The table states the CPU time of all threads (s).", "", "set-up", "time", "",
+    {{"How long does the set-up take?",
+      "The table states the CPU time that all threads need to set up a contact model (s).", "", "set-up", "time", "",
       ""},
      error_of}};
 
@@ -316,9 +320,7 @@ std::string table_of_choice(const std::vector<ModelFigure>& figures) {
   std::string out =
       "\n## Which model for which task\n\nThe best contact model for a task has the smallest value (error, time or "
       "memory) among the models that do not fail and whose tick takes at most 500 µs (99.9 % quantile) on the task's "
-      "tissues. "
-      "The compared values are "
-      "geometric means over the tissues.\n\n| task | "
+      "tissues. The compared values of a task are geometric means over the tissues of the task.\n\n| task | "
       "best model | value | second | its value |\n"
       "|---|---|---|---|---|\n";
   for (const Task& task : tasks()) {
@@ -330,15 +332,16 @@ std::string table_of_choice(const std::vector<ModelFigure>& figures) {
     };
     out += fmt::format("| {} | {} | {} |\n", task.task, cell(0), cell(1));
   }
-  out += "\nNumber of tasks in which a model is the best:";
+  out += "\nThe numbers of tasks in which the models are the best are";
   const std::map<std::string, int> won = tasks_won(figures);
   for (const auto& [model, count] : won)
     out += fmt::format("{} `{}` {}", model == won.begin()->first ? "" : ",", model, count);
   const std::string used(haptics::default_contact_method()->name());
   const int own = won.contains(used) ? won.at(used) : 0;
   const bool supported = std::ranges::all_of(won, [&](const auto& entry) { return entry.second <= own; });
-  out += fmt::format(". The program's default is `{}`; {}.\n", used,
-                     supported ? "no model is the best in more tasks" : "another model is the best in more tasks");
+  out +=
+      fmt::format(". The program's default model is `{}`. {}.\n", used,
+                  supported ? "No other model is the best in more tasks" : "Another model is the best in more tasks");
   return out;
 }
 
@@ -363,8 +366,8 @@ std::string peers_section(const std::filesystem::path& file) {
   const std::vector<ModelFigure> figures = model_figures(models->second);
   std::string out = fmt::format(
       "\n## How do other libraries compare?\n\nThe sliding and drilling tests were repeated with other libraries and, "
-      "in the same run, with our default model (`./run peers`, [tests/peers](../tests/peers/README.md)). The voxel "
-      "size is the finest one. All rows are in [peers.csv]({}/{}).\n",
+      "in the same run, with our default model (`./run peers`, [tests/peers](../tests/peers/README.md)). All libraries "
+      "use the finest voxel size. All rows are in [peers.csv]({}/{}).\n",
       file.parent_path().filename().string(), file.filename().string());
   constexpr Tabled tables[] = {
       {{"Error of the direction of the force while sliding, degree (root mean square):", "", "", "slide", "direction",
@@ -426,33 +429,35 @@ void write_models_page(const std::filesystem::path& file, const std::vector<Benc
 
 This page compares all contact models with the exact solution. The tissue, the hand and the clock are the same for all
 models. The command `./run bench models` (`typodont bench models --out docs/models/rows.csv --page docs/models.md`)
-creates this page. With `--tissues ball,torus`, a run measures only these tissues, so several runs can share the work;
-`typodont bench models --merge --keep FILE,FILE --page docs/models.md` joins their tables. All numbers on this page,
-except those of other libraries, come from [rows.csv]({0}/rows.csv), which also contains numbers that this page does not
-show.
+creates this page. With `--tissues ball,torus`, a run measures only these tissues, so the work can be divided among
+several runs. The command `typodont bench models --merge --keep FILE,FILE --page docs/models.md` joins the tables of
+several runs. All numbers on this page, except the numbers of other libraries, come from [rows.csv]({0}/rows.csv),
+which also contains numbers that this page does not show.
 
-{1}- **Tissue**. The tissues are a ball of 8 mm, a torus of 8 and 3 mm, a box of 6 × 6 × 4 mm across whose edges the hand
-  slides, a sheet of 0.3 mm, a groove of 60° that is 2 mm deep, and the shipped molar (CT), lower arch (an open mesh)
-  and hip socket (a mesh). All tissues have a stiffness of 1 N/mm, a specific energy of 8 J/mm³ and a friction
-  coefficient of 0.15.
-- **Hand and clock**. The tool is a ball of 1.2 mm, and the rate is 1 kHz. Sliding and tapping hands follow a prescribed
-  path regardless of the force, so all models get the same input bit for bit. The tests of the contact models use no
-  friction (except in the drag test) and no damper. The drilling hand is a simulated mass. Hands that pass through
-  sheets and hostile hands are random with the seed 1, so their errors are reproducible.
+{1}- **Tissue**. The tissues are a ball of 8 mm, a torus of 8 and 3 mm, a box of 6 × 6 × 4 mm, a sheet of 0.3 mm and a
+  groove of 60° that is 2 mm deep. The hand slides across the edges of the box. Three more tissues are the shipped molar
+  (CT), lower arch (an open mesh) and hip socket (a mesh). All tissues have a stiffness of 1 N/mm, a specific energy of
+  8 J/mm³ and a friction coefficient of 0.15.
+- **Hand and clock**. The tool is a ball of 1.2 mm, and the servo rate is 1 kHz. Hands that slide, and hands that tap
+  (touch the tissue briefly), follow a prescribed path regardless of the force, so all models get the same input bit for
+  bit. The tests of the contact models use no friction (except in the drag test) and no damper. The drilling hand is a
+  simulated mass. Hands that pass through sheets and hostile hands are random with the seed 1, so their errors are
+  reproducible.
 - **Exact solution**. The exact solution is the position nearest to the hand at which a ball stays outside the exact
-  shape. The exact solution is computed by sequential quadratic programming in double precision
+  shape. Sequential quadratic programming in double precision computes the exact solution
   (`haptics/bench/reference_contact.h`).
 - **Model force and output force**. The model force is the result of the contact model, before the servo's slew limit,
   force limit and passivity controller. The output force is the force that the servo sends to the hand. All stated
   errors of the force are errors of the model force.
-- **Time**. All times of ticks are CPU times of the servo thread, the smallest of three passes for each tick. Memory and
-  set-up time include tissue, snapshots and contact model. The set-up time of `packing` includes the computation of
-  the packing, which later runs read from the cache.
-- **Setting**. The setting of a contact model is the voxel size for models with a field, the number of spheres for
-  `packing`, the number of vertices for `mesh_lod`, and for `vertex` the voxel size of the field from which the mesh is
-  made. In the plots, each point is one setting. The tables show the finest setting. The meshes of arch and socket are
-  used unchanged. The tests of escape, of a break through a wall and of hostile hands use one setting per model (0.1 mm,
-  10,000 spheres, 8,000 vertices).
+- **Time**. All times of ticks are CPU times of the servo thread, and the smallest time of three passes counts for each
+  tick. The values of memory and set-up time include tissue, snapshots and contact model. The set-up time of `packing`
+  includes the computation of the packing, which later runs read from the cache.
+- **Setting**. The setting of a contact model determines how fine its tissue is. The setting is the voxel size for
+  models with a field, the number of spheres for `packing`, and the number of vertices for `mesh_lod`. For `vertex`, the
+  setting is the voxel size of the field from which the mesh is made. In the plots, each point is one setting of a
+  contact model. The tables show the finest setting of each model. The meshes of arch and socket are used unchanged.
+  Three tests use only one setting per model (0.1 mm, 10,000 spheres, 8,000 vertices), namely the tests of hands that
+  escape through a wall, of a break through a wall, and of hostile hands.
 )",
       folder, measured_on(machine));
   page += table_of_choice(figures);

@@ -149,13 +149,15 @@ void write_performance_page(const std::filesystem::path& file, const std::vector
   std::filesystem::create_directories(file.parent_path() / folder, code);
   if (code) throw Error(file.string(), "", code.message(), "a place where files can be made");
   std::string page = fmt::format(
-      "# Performance: error against time\n\nMade by `./run bench`; not typed by hand. Measured on: {}. Times are CPU "
-      "times of the measuring thread unless a row says otherwise. A ratio compares with another method or with a "
-      "measured lower bound (floor) of the same run.\n",
+      "# Performance: error against time\n\nThe command `./run bench` writes this page, so that no value is typed by "
+      "hand. Measured on: {}. Times are CPU times of the measuring thread unless a row says otherwise. The ratio in a "
+      "row is the row's time divided by the time of another method or by a measured lower bound (floor) of the same "
+      "run.\n",
       machine);
   page +=
-      "\n## Where another method is faster\n\nAll rows of this page in which a method of another program needs less "
-      "time than this program. The tables of the parts contain the errors of both.\n\n" +
+      "\n## Where another method is faster\n\nThe table lists all rows of this page in which a method of another "
+      "program needs less time than this program. The tables in the sections below contain the errors of both "
+      "methods.\n\n" +
       slower_table(parts);
   for (const MeasuredPart& m : parts) {
     page += fmt::format("\n## {}\n\n{}\n\n", m.part->title, m.part->what);

@@ -38,21 +38,22 @@ struct Campaign {
 constexpr Campaign kCampaigns[] = {
     {"hostile hand",
      "Simulated hands move at random with up to 0.2 m/s and 20 m/s² and rotate in all directions. Half of these hands "
-     "drill. The force is limited to 8 N"},
+     "drill. The servo limits the force to 8 N"},
     {"nonsense",
      "The hands of the campaign \"hostile hand\" also give invalid input in one tick of fifty. The invalid input has "
      "positions that are NaN, infinite or far away, jumps of the hand, a clock that jumps back or forward by 3 s, and "
      "undone strokes"},
     {"carver stalls",
      "A simulated hand slides, drills and taps while the carver thread stalls for 50 ms to 3 s. The value \"step\" is "
-     "the largest force step minus that of the same hand without a stall"},
+     "the largest force step with stalls minus the largest force step of the same hand without a stall"},
     {"uneven clock",
      "The tick periods of the hostile hands vary by ±20 % and ±50 %, and one tick of a hundred is five times as long"},
     {"200 N",
      "A simulated hand of 1 kg presses a tool head of 20 mm on a ball of bone with 200 N while the head slides and "
      "reams. The contact stiffness is 60 N/mm"},
     {"fast probe",
-     "The tip of an explorer (0.25 mm) slides over the edges of a box, a groove and the dental arch with 30, 60 and "
+     "The tip of an explorer (a probe of 0.25 mm) slides over the edges of a box, a groove and the dental arch with "
+     "30, 60 and "
      "120 mm/s, at a depth of half its radius"},
     {"thin wall",
      "A ball of 1.2 mm moves through a sheet of 0.3 mm with 1 mm per tick. A hand that has passed through the sheet "
@@ -69,7 +70,8 @@ constexpr Cause kCauses[] = {
     {"fast probe", "offset", kFissures},
     {"fast probe", "implant", kFissures},
     {"thin wall", "voxel_penalty",
-     "Without a proxy, nothing stops a hand that passes through the wall between two ticks"},
+     "The model `voxel_penalty` has no proxy (a pose of the tool outside the tissue), so nothing stops a hand that "
+     "passes through the wall between two ticks"},
     {"fast probe", "voxel_penalty",
      "The springs of `voxel_penalty` are weaker if fewer than ten sample points have contact, and a tip as small as a "
      "voxel has few sample points"},
@@ -77,8 +79,8 @@ constexpr Cause kCauses[] = {
      "The model `voxel_penalty` has no tissue outside its patch, and no plane of a last contact that could stop the "
      "hand there"},
     {"fast probe", "packing",
-     "The gaps between 10,000 spheres are as wide as the tip of the explorer, so the tip falls into them. Use more "
-     "spheres, or another contact model for explorers"}};
+     "The gaps between 10,000 spheres are as wide as the tip of the explorer (a probe), so the tip falls into the "
+     "gaps. For explorers, use more spheres or another contact model"}};
 
 template <class T, class Member>
 std::vector<std::string> distinct(const std::vector<T>& all, Member member) {
