@@ -334,14 +334,21 @@ TEST(RunCommand, FollowsTheTrackedHeadAndCountsInvalidPackets) {
     }
     ::close(socket);
   });
-  const Ran live =
-      folder.run(fmt::format("run {0}/scene.json --rig {0}/rig.json --seconds 4 --json", folder.path().string()),
-                 "xvfb-run -a timeout 120");
-  ASSERT_EQ(live.status, 0) << live.err;
-  const Json json = Json::parse(live.out, "out");
-  EXPECT_GT(json["head_tracker"]["samples"].integer(), 100);
-  EXPECT_GT(json["head_tracker"]["dropped"].integer(), 5);
-  EXPECT_GT(json["frames"].integer(), 20) << "the head moves: so does the picture";
+  std::int64_t samples = 0, dropped = 0, frames = 0;
+  for (int seconds = 4; seconds <= 64 && (samples <= 100 || dropped <= 5 || frames <= 20); seconds *= 4) {
+    // On a busy machine, a frame can take a second. Then a longer session is tried.
+    const Ran live = folder.run(
+        fmt::format("run {0}/scene.json --rig {0}/rig.json --seconds {1} --json", folder.path().string(), seconds),
+        "xvfb-run -a timeout 240");
+    ASSERT_EQ(live.status, 0) << live.err;
+    const Json json = Json::parse(live.out, "out");
+    samples = json["head_tracker"]["samples"].integer();
+    dropped = json["head_tracker"]["dropped"].integer();
+    frames = json["frames"].integer();
+  }
+  EXPECT_GT(samples, 100);
+  EXPECT_GT(dropped, 5);
+  EXPECT_GT(frames, 20) << "the head moves: so does the picture";
 }
 #endif
 
