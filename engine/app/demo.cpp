@@ -49,8 +49,8 @@ class TimeLeft {
   void drew(double seconds, bool drilling) {
     double& each = drilling ? drilling_ : exploring_;
     int& count = drilling ? drilled_ : explored_;
-    // The first pictures of each kind (with and without a working drill) include set-up, and the encoder of the film
-    // buffers them.
+    // The first pictures of each kind (with and without a working drill) are not timed, because they include set-up and
+    // the encoder of the film buffers them.
     if (++count <= kUntimed) return;
     each += (seconds - each) / std::min(count - kUntimed, kRemembered);
   }

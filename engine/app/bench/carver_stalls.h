@@ -14,7 +14,7 @@ namespace typodont {
 /// fault bits. So the servo's energy ledger does not include their effect.
 enum class StallLaw {
   kServo,  // the force that the servo computes, unchanged
-  /// the force falls (time constant 0.1 s) during Fault::kStalePatch; 0.25 s after its end, it has its full value
+  /// the force falls (time constant 0.1 s) during Fault::kStalePatch; 0.25 s after this fault, it has its full value
   kFadeOnStale,
   kZeroAtEdge,   // the force is zero while Fault::kPatchEdge is set
   kFadeAndZero,  // the laws kFadeOnStale and kZeroAtEdge together

@@ -37,8 +37,8 @@ struct ForceStep {
   double speed = 0;  // m/s, speed of the hand when the force changed
 };
 
-/// The largest force steps that a hand felt. A step has a limit: 1.1 N/mm times the distance that the hand
-/// moved in the same tick, but at least kPushStep. `over` is the largest amount by which a step exceeds this
+/// The largest force steps that a hand felt. The limit of a step is the larger of kPushStep and 1.1 N/mm times
+/// the distance that the hand moved in the same tick. `over` is the largest amount by which a step exceeds this
 /// limit.
 struct PushSteps {
   ForceStep largest, beyond_spring;
@@ -46,15 +46,15 @@ struct PushSteps {
 };
 struct PushResult {
   PushSteps any;             // largest force steps in all ticks
-  PushSteps after_landing;   // largest force steps later than kPushLanding after the last touch began
+  PushSteps after_landing;   // largest force steps in the ticks later than kPushLanding after the last contact began
   double least_energy = 0;   // J, lowest value of the energy ledger in the run
   std::uint32_t faults = 0;  // bits of enum Fault that any tick set
 };
 
 /// Returns the tissue that all hands drill: a molar with caries. Throws Error.
 haptics::TissueVolume pushed_tissue();
-/// Simulates one hand in a copy of the tissue, with this version of the servo's force laws. Equal hands give equal
-/// results. Throws Error.
+/// Simulates one hand in a copy of the tissue, with the version `laws` of the servo's force laws. Equal hands give
+/// equal results. Throws Error.
 PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tissue, std::uint32_t laws = kServoLaws);
 /// Returns one line for a message: tool, spindle, push and start of the hand.
 std::string text_of(const PushHand& hand);

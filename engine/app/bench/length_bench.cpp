@@ -30,7 +30,7 @@ constexpr std::string_view kScene = R"({
     {"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, -3], "size_mm": [12, 12, 6]}}},
     {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, -0.5], "size_mm": [12, 12, 1]}}}]},
   "tools": ["round_012", "condenser_composite", "explorer"], "spindle_krpm": 300, "parts": ["haptics"]})";
-constexpr double kRate = 1000, kCycle = 60;  // kRate: Hz, rate of the servo; kCycle: s, duration of a cycle
+constexpr double kRate = 1000, kCycle = 60;  // kRate: Hz, rate of the servo; kCycle: s, duration of a work cycle
 
 /// Returns the hand's pose at the time `t`. In each cycle of one minute the hand drills a pit, fills the pit, probes
 /// it, and rests. Then it moves to the next of 25 positions, so it returns to each position after 25 minutes.

@@ -58,7 +58,8 @@ constexpr Campaign kCampaigns[] = {
      "A ball of 1.2 mm moves through a sheet of 0.3 mm with 1 mm per tick. A hand that has passed through the sheet "
      "escapes if no force pushes it back"}};
 
-/// Known reason why a contact model fails in a campaign. The page prints the reason only if the model failed.
+/// Known reason why a contact model fails in a campaign (series of stress tests). The page prints the reason only if
+/// the model failed.
 struct Cause {
   std::string_view campaign, model, why;
 };

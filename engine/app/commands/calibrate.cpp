@@ -332,7 +332,8 @@ struct HandOptions : GuideOptions {
   }
 };
 
-/// Options of the steps that are computed from captures. The captures are stored beside the rig file.
+/// Options of the calibration steps whose results are computed from captures (recorded touches and poses). The captures
+/// are stored beside the rig file.
 struct RigOptions {
   std::string rig, captures, report, map, arm_serial, tracker_serial;
   bool user_offset = false;
@@ -493,7 +494,8 @@ void add_status(cli::Command& calibrate) {
   });
 }
 
-/// Runs one step: captures data, computes the result, and stores it in the rig file. Returns false if the user stopped.
+/// Runs one step of the calibration: captures data, computes the result, and stores it in the rig file. Returns false
+/// if the user stopped.
 bool guide_step(RigFile& rig, Step step, HandOptions& options) {
   GuidedCapture guide(rig.bench(), rig.captures_folder(), options.plate_pitch_mm * kMillimetre);
   guide.begin(step);

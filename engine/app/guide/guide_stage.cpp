@@ -192,7 +192,8 @@ Look look_of(const GuidedCapture& guide, const std::filesystem::path& file) {
 }
 
 #ifdef TYPODONT_WINDOW
-/// The window on the bench's screen, in the display rig's layout, with a separate picture for each eye.
+/// The window on the bench's screen, in the stereo layout that the rig file states, with a separate picture for each
+/// eye.
 class GuideScreen {
  public:
   GuideScreen(const Look& look, int monitor) : look_(look), device_(make_device()) {

@@ -77,7 +77,7 @@ class Expert {
   std::optional<haptics::TissueVolume> planned_;
   std::vector<FilledSpot> filled_;
   int layers_ = 0, cuts_ = 0;  // number of plans so far for filling, and for cutting
-  /// number of layers that were filled before the last carving; set when filling continues after it, until then 0
+  /// number of layers that were filled before the last carving; 0 until filling continues after the first carving
   int layers_cut_ = 0;
   double missing_ = 1e9;    // m³, smallest volume of missing filling so far
   double off_ = 0;          // m³, volume that differed from the ideal result before the last cutting

@@ -22,7 +22,7 @@ struct HandChoice {
   std::string left_hand;
   /// foot pedal: "auto", "none", a path or a serial number; empty: the pedal in the rig file, otherwise "auto"
   std::string pedal;
-  double rate = 1000;              // Hz, rate of the servo if the hand does not fix it
+  double rate = 1000;              // Hz, rate of the servo if the hand's device has no fixed rate
   std::vector<std::string> tools;  // names of the session's tools, which a script may use
 };
 

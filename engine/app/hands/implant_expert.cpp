@@ -74,8 +74,8 @@ double ImplantExpert::tip_depth() const {
   return glm::dot(tip_W - task_.plan.entry_W, task_.plan.axis_W);
 }
 
-/// Returns the pose of a tool that is parallel to the planned axis. `depth`: m, depth of its tip; `aside`: m, distance
-/// of the tool from the axis.
+/// Returns the pose of a tool that is parallel to the planned axis. `depth`: m, depth of its tip below the planned
+/// entry point; `aside`: m, distance of the tool from the axis.
 Pose ImplantExpert::at(double depth, const dvec3& aside) const {
   const dquat R = rotation_between({0, 0, -1}, task_.plan.axis_W);
   return {task_.plan.entry_W + (depth - tool().half()) * task_.plan.axis_W + R * aside, R};
@@ -86,7 +86,8 @@ void ImplantExpert::see(const ServoTick& tick) noexcept {
   meter_.add({&tick, 1});
 }
 
-/// Presses the tool along the planned axis with the force `newton` (N), but not deeper than `depth` (m).
+/// Presses the tool along the planned axis with the force `newton` (N), but not deeper than `depth` (m) below the
+/// planned entry point.
 void ImplantExpert::press(haptics::HandSample& sample, double newton, double depth) {
   const double force = std::max(0.0, -glm::dot(seen_.f_T_W, task_.plan.axis_W));
   lead_ = std::clamp(lead_ + kLeadPerForce * (newton - force) * dt_, 0.02e-3, kMostLead);

@@ -43,7 +43,7 @@ class ImplantExpert final : public haptics::HapticDevice {
   haptics::DeviceInfo info_;
   session::ImplantTask task_;
   std::vector<haptics::Tool> tools_;
-  std::vector<dvec3> sweep_;  // m, path of the smoothing bur across the axis
+  std::vector<dvec3> sweep_;  // m, path of the smoothing bur across the implant's axis
   session::ImplantMeter meter_;
   double dt_, stiffness_, motor_;
   ServoTick seen_;

@@ -222,7 +222,7 @@ struct ExperimentFinding {
   /// chosen (%)
   FoundValue found;
   std::array<std::string, 2> models;  // names of the compared models; empty for other questions
-  /// for a comparison of models: p-value, probability of equally or more uneven answers if no difference is felt
+  /// for a comparison of models: p-value, probability that random answers are at least as one-sided as the subject's
   double chance = 1;
 };
 struct DoctorFinding {

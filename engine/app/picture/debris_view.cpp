@@ -250,7 +250,7 @@ std::span<const render::Particle> DebrisView::particles() {
 void DebrisView::add_droplets() {
   constexpr glm::vec3 kWater(0.86f, 0.91f, 0.95f);  // sRGB, colour of water in the light of the lamp
   constexpr float kOpacity = 0.4f, kSlurryOpacity = 0.6f;
-  constexpr float kThin = 0.5f;  // ratio: width of a moving droplet's streak to the droplet's diameter
+  constexpr float kThin = 0.5f;  // width of a moving droplet's streak, divided by the droplet's diameter
   droplets_.resize(water_->spray.alive());
   const std::size_t count = water_->spray.write_points(droplets_);
   for (const debris::DebrisPoint& drop : std::span(droplets_).first(count)) {

@@ -50,7 +50,7 @@ double drawn_spin(const haptics::Tool& tool, double spindle);
 void surround(render::Renderer& renderer, const Surroundings& around, bool coarse = false);
 
 /// Returns a box that contains all tissue that the scene can ever have. Empty if tissue can appear anywhere, because a
-/// tool of the tool set adds tissue, or because redo can restore earlier cuts.
+/// tool of the tool set adds tissue, or because undo in a resumed session restores tissue.
 std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics::TissueVolume& tissue);
 
 /// Adds the statistics of a frame to the work counts.

@@ -16,7 +16,7 @@ constexpr float kEdge = 0.3e-3f;    // m, triangles with edges longer than this 
 constexpr int kSplits = 4;          // largest number of times that an edge of the gum's triangles is halved
 constexpr double kGrowth = 30e-6;   // m, a patch of blood is drawn again after its radius has changed by this
 constexpr float kOpaque = 0.95f;    // opacity of the blood in the middle of a patch of blood, 0..1
-constexpr double kRimWidth = 0.22;  // ratio: width of the rim of a patch of blood to the radius of the patch
+constexpr double kRimWidth = 0.22;  // width of the rim of a patch of blood, divided by the radius of the patch
 // m, smallest width of the rim of a patch of blood; in a narrower rim, the triangles would be visible
 constexpr double kLeastRim = 0.35e-3;
 

@@ -116,8 +116,8 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
     const glm::vec3 start = v.p / static_cast<float>(voxel) + 0.5f;
     const auto empty = [&](const glm::vec3& place) { return !solid_.solid(volume, glm::ivec3(glm::floor(place))); };
     const auto leaves_at = [&](float way) { return empty(start - way * v.n); };
-    // At the edge of a thick body, the path can leave the body through its side. This is no gap: a gap counts only if
-    // the four test points around the path are also empty.
+    // At the edge of a thick body, the line of test points can leave the body through its side. This is no gap. A gap
+    // counts only if the four test points around the line are also empty.
     const auto all_empty_at = [&](float way) {
       const glm::vec3 axis = std::abs(v.n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
       // The four test points are the corners of a square around `place`. The sides of the square are oblique to the

@@ -50,7 +50,7 @@ struct PlanFindings {
   double leaves_depth = 0;  // m, depth of the point leaves_at_W below the implant's upper end
   // m, distance between the surfaces of implant and canal; negative if the implant cuts the canal
   double canal_distance = std::numeric_limits<double>::infinity();
-  // m, distance to the nearest tooth or to the nearest root that the scene lists, ±0.15 mm
+  // m, distance from the implant to the nearest tooth or to the nearest root that the scene lists, ±0.15 mm
   double tooth_distance = std::numeric_limits<double>::infinity();
   double mean_grey = 0;  // Hounsfield units, mean grey value of the bone around the thread
   bool fits() const { return !leaves_at_W; }

@@ -112,7 +112,7 @@ class ScanReview {
  private:
   struct Step {
     std::vector<haptics::Correction> corrections;
-    std::vector<haptics::BoxContent> before;  // content before the correction; after undo(), the content after it
+    std::vector<haptics::BoxContent> before;  // labels before the correction; after undo(), the labels after it
   };
 
   void apply(Step& step, const haptics::Correction& correction);

@@ -62,7 +62,7 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
 /// reach this session. Throws Error if the tissue is missing or has changed, or if this number is too large.
 Scene scene_of(const session::SessionReader& session, int recordings = 0);
 
-/// Makes a carver (owner of the tissue) in the state of a session at time t: `start` after all cuts and edits up to t.
+/// Makes a carver (owner of the tissue) in the state of a session at time t. It applies the cuts and edits to `start`.
 std::unique_ptr<haptics::Carver> carver_at(const session::SessionReader& session, const Scene& scene,
                                            haptics::TissueVolume start, Nanos t);
 /// Returns the tissue at time t of a session (or at its end), computed from the initial tissue `start` and the recorded

@@ -1,5 +1,5 @@
-// Continues an unfinished preparation, from a saved volume or from the end of a recorded session. The scene's own
-// tissue still counts as the untouched tissue.
+// Continues an unfinished preparation, from a saved volume or from the end of a recorded session. For the score, the
+// tissue before the work is still the scene's own tissue.
 #pragma once
 
 #include <filesystem>

@@ -196,7 +196,8 @@ struct StateStream::Impl {
 
 void StateStream::Impl::tell(Reader& reader, const std::string& text, bool may_skip) {
   const std::string frame = websocket_text_frame(text);
-  // Twice as much data may wait for the reader before an event is skipped, because events are rare and important.
+  // For an event, twice as much data may wait as for other messages before it is skipped, because events are rare and
+  // important.
   if (reader.waiting.size() + frame.size() > (may_skip ? kMostWaiting : 2 * kMostWaiting)) {
     ++counts.skipped;
     return;

@@ -23,7 +23,7 @@ constexpr double kRidges = 0.07e-3;    // m, amplitude of the fine ridges on the
 constexpr double kEnamelTop = 1.9e-3;  // m, thickness of the enamel at the occlusal end
 constexpr double kPulpDepth = 2.7e-3;  // m, depth of the pulp below the surface
 constexpr double kMargin = 0.6e-3;     // m, margin of the box around the tooth
-constexpr double kRootEnd = 0.35;      // ratio: width of the root at its end to width of the neck
+constexpr double kRootEnd = 0.35;      // width of the root at its end, divided by the width of the neck
 
 /// Returns half the width (m) of the tooth at the height z.
 double half_width(double z, double neck, double widest, double table, double at, double height, double root) {

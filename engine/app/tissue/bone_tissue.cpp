@@ -55,7 +55,7 @@ struct Bone {
   Pose X_MW;           // transformation from frame W of the scene to frame M of the mesh
   BoneClass made_of;
   BoneGrey grey;
-  double variation = 0;  // ratio: largest variation of the grey value in cancellous bone to its mean
+  double variation = 0;  // largest variation of the grey value in cancellous bone, divided by its mean
   std::uint64_t seed = 1;
   double canal_wall = 0;  // m, thickness of the cortical bone around the nerve canal
   NerveCanal canal;
