@@ -56,7 +56,7 @@ constexpr double kStuckDistance = 3e-3;
 // ns, a tool is reported only if it is caught in the tissue for longer than this
 constexpr Nanos kStuckTime = 1 * kNanosPerSecond;
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A', kSprayKey = 'W';
-// Keys in an implant exercise: select the phase's instrument, slower, faster, turn backwards.
+// Keys in an implant exercise. They select the phase's instrument, make the drill slower or faster, and reverse it.
 constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';
 // change of the drill's speed per key press, as a fraction of the motor's full speed
 constexpr double kSpeedStep = 0.05;

@@ -25,9 +25,9 @@ namespace typodont {
 
 struct WorkbenchOptions {
   std::string rig;  // rig file or name of a rig; empty: a window if there is a desktop, otherwise no picture
-  /// address of the hand; empty: the hand that the rig file states, otherwise the mouse if there is a window
+  /// address of the hand (device that moves the tool); empty: the rig file's hand, otherwise a window's mouse
   std::string hand;
-  /// address of the second hand; empty: the hand that the rig file states, otherwise there is no second hand
+  /// address of the second hand's device; empty: the rig file's second hand, otherwise there is no second hand
   std::string left_hand;
   /// foot pedal: "auto", "none", a path or a serial number; empty: the pedal in the rig file, otherwise "auto"
   std::string pedal;

@@ -156,7 +156,7 @@ void write_ball(const fs::path& file, double radius) {
 
 void measure(std::vector<BenchRow>& rows, const std::string& name, const std::string& knob, double voxels,
              const std::function<haptics::Imported()>& import) {
-  malloc_trim(0);  // returns freed memory to the system, so that memory of earlier cases is not counted
+  malloc_trim(0);  // returns freed memory to the system, so that memory of earlier test cases is not counted
   const double before = Memory::now(), start = cpu_seconds(RUSAGE_SELF);
   Memory::start();
   double estimate = 0;

@@ -28,7 +28,7 @@ constexpr double kMass = 0.15, kDamping = 5, kPush = 4;
 constexpr int kMostDelay = 2;
 
 struct Course {
-  // true: the motion grows from the second to the last quarter of the run, or the hand leaves the wall
+  // true: the amplitude of the motion grows from the second to the last quarter of the run, or the hand leaves the wall
   bool grows = false;
   double least_energy = 0;  // J, smallest value of the energy ledger
 };

@@ -217,7 +217,7 @@ void run_synth(const SynthCommand& c) {
     idle.pedal = 1;
     track.states.push_back(idle);
     track.has_spindle = true;
-    // before its first sample, the track of the drill is assumed to have the state of this sample
+    // before the first sample of the track, the drill is assumed to have the state of this sample
   } else if (track.states.front().t > 0) {
     track.states.insert(track.states.begin(), track.states.front());
     track.states.front().t = 0;

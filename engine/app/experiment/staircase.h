@@ -24,8 +24,8 @@ struct StaircaseRule {
   double weighted_at = 0.75;  // kWeighted: fraction of right answers at which the staircase settles
   double start = 50;          // first level (difference between the stimuli), in the experiment's unit
   double least = 1e-3, most = 100;
-  double first_step = 1.6;  // ratio between two levels during the first `coarse` reversals
-  double step = 1.2;        // ratio between two levels after the first `coarse` reversals
+  double first_step = 1.6;  // ratio between two successive levels during the first `coarse` reversals
+  double step = 1.2;        // ratio between two successive levels after the first `coarse` reversals
   int coarse = 3;           // number of reversals at the start for which the ratio is `first_step`
 
   /// Returns the fraction of right answers at the level where the staircase settles.

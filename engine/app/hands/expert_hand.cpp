@@ -469,7 +469,7 @@ class Plan {
                                          : Joining::turn_pace;
   }
   bool goes_straight_in(const std::vector<Stroke>& strokes) const {
-    // a stroke counts as parallel to the axis if the cosine of the angle between both is above this limit
+    // a stroke counts as parallel to the axis if the cosine of the angle between stroke and axis is above this limit
     constexpr double kStraight = 1 - 1e-9;
     return strokes.size() == 1 && glm::dot(glm::normalize(strokes[0].from.p - strokes[0].to.p), axis_) > kStraight;
   }

@@ -16,9 +16,9 @@ namespace typodont {
 
 /// The user's choice of hands. A value on the command line replaces that of the rig file, which replaces the default.
 struct HandChoice {
-  /// address of the hand; empty: the hand that the rig file states, otherwise the default for the display
+  /// address of the hand (device that moves the tool); empty: the rig file's hand, otherwise the display's default
   std::string hand;
-  /// address of the second hand; empty: the hand that the rig file states, otherwise there is no second hand
+  /// address of the second hand's device; empty: the rig file's second hand, otherwise there is no second hand
   std::string left_hand;
   /// foot pedal: "auto", "none", a path or a serial number; empty: the pedal in the rig file, otherwise "auto"
   std::string pedal;

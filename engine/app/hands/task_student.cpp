@@ -31,10 +31,10 @@ constexpr double kAtOnce = 0.5;
 constexpr double kRow = 0.6;  // distance between two rows of strokes in a layer, as a fraction of the head's diameter
 // m, tolerance: floor points whose heights differ by less than this belong to the same flat part of the floor
 constexpr double kSameLevel = 10e-6;
-// m²; if a flat part of the cavity's floor is smaller than this, the tool makes no pass along its walls
+// m²; if a flat part of the cavity's floor is smaller than this, the tool makes no pass along the walls around it
 constexpr double kLeastFlat = 0.1e-6;
-// a flat part of the floor also gets no pass along its walls if it is smaller than this fraction of the head's
-// cross-section
+// a flat part of the floor also gets no pass along the walls around it if it is smaller than this fraction of the
+// head's cross-section
 constexpr double kFlatShare = 0.15;
 // Distance between a wall and the end of a row of strokes, as a fraction of the head's diameter. Another pass cuts
 // along the wall.

@@ -101,7 +101,7 @@ struct SceneChoice {
   bool jaw = false;
 };
 struct HandEntry {
-  std::string address;  // address of the hand; empty: the user types the address
+  std::string address;  // address of the hand's device; empty: the user types the address
   std::string title, detail;
   bool usable = true;
 };

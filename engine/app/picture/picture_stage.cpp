@@ -222,8 +222,8 @@ bool PictureStage::resize(glm::ivec2 eye_size) {
   vkDeviceWaitIdle(device_.device);  // the GPU may still be drawing the old pictures in the caller's window
   screen_size_ = eye_size;
   renderer_->resize(eye_size);
-  // The panel gets the aspect ratio of the picture. For this, it is enlarged about its middle, so that everything that
-  // was visible stays visible.
+  // The panel is enlarged about its middle until it has the aspect ratio of the picture. So everything that was visible
+  // stays visible.
   display::Screen& screen = rig_.screen;
   const dvec3 right = screen.lower_right - screen.lower_left, up = screen.upper_left - screen.lower_left;
   const dvec3 middle = (screen.lower_right + screen.upper_left) / 2.0;
@@ -445,8 +445,8 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   const auto target = output_->acquire();
   const Nanos acquired = now();
   if (target) {
-    // Only the changed parts are composed, because the screen already shows the others. With software rendering, this
-    // saves most of the time.
+    // Only the changed parts are composed, because the screen already shows the unchanged parts. With software
+    // rendering, this saves most of the time.
     std::array<std::vector<display::Part>, 2> changed;
     if (stats.drawn)
       for (int e = 0; e < frame.views; ++e)

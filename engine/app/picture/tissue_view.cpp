@@ -69,8 +69,8 @@ namespace {
 // voxels, the program searches for another tissue below a vertex only up to this depth
 constexpr int kSearchDepth = 14;
 // Voxels. If the natural (uncut) tissue reached at least this far above a vertex, the vertex counts as cut. Shallower
-// cuts are not recognised. With a larger value, natural fissures would count as cuts, because their opposite wall is
-// near.
+// cuts are not recognised. With a larger value, natural fissures (narrow grooves) would count as cuts, because their
+// opposite wall is near.
 constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
     // number of bricks (mesh blocks) that one update meshes again; they take some milliseconds, so that the carver
@@ -201,8 +201,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     }
     for (float way = 0.75f; way < reach; way += 0.5f) {
       if (seen_at(way) == outside) continue;
-      // The lower tissue begins within the last step. A bisection finds the boundary with a precision of an eighth of a
-      // voxel.
+      // The lower tissue begins within the last step of the search. A bisection finds the boundary with a precision of
+      // an eighth of a voxel.
       float near = std::max(way - 0.5f, 0.5f), far = way;
       for (int i = 0; i < 2; ++i) {
         const float middle = 0.5f * (near + far);

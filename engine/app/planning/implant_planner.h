@@ -24,7 +24,7 @@ struct ImplantProcedure {
   std::string name;   // name that users see, for example "bone level 4.8 x 12 mm"
   double length = 0;  // m, length of the implant
   double diameter = 0;      // m, diameter of the implant's thread
-  double bed_diameter = 0;  // m, diameter of the last drill
+  double bed_diameter = 0;  // m, diameter of the last drill, and so of the drilled hole
   double canal_margin = 0;  // m, smallest allowed distance to the nerve canal
 };
 /// Returns the shipped procedures and those in ~/Typodont/implants/procedures, sorted by name. Throws Error.

@@ -20,8 +20,8 @@ struct CrownReduction {
 CrownReduction read_crown_reduction(const Json& json);
 
 /// Changes the tissue to the preparation. `axis_W`: unit vector out of the tooth, the path of the crown's insertion.
-/// The occlusal surface moves inwards by the same depth everywhere, so the preparation follows cusps and fossae. The
-/// walls follow the outline of the tooth at the margin and lean inwards.
+/// The chewing surface moves inwards by the same depth everywhere, so the preparation follows its cusps and hollows.
+/// The walls follow the outline of the tooth at the margin and lean inwards.
 void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCopy& copy);
 
 }  // namespace typodont
