@@ -361,7 +361,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
 }
 
 void choose_model(Scene& scene, const std::string& name) {
-  // The scene already has this contact model, so the parameters of its model are kept.
+  // The scene already has this contact model, so the scene's parameters of the model are kept.
   if (name.empty() || (scene.servo.method && scene.servo.method->name() == name)) return;
   scene.servo.method = haptics::contact_method(name, "--model");
   auto json = nlohmann::ordered_json::parse(scene.text);

@@ -195,7 +195,7 @@ std::vector<BenchRow> bench_import(const BenchRun& run) {
     }
   } const remove{folder};
   haptics::ImportOptions bone;
-  bone.greys = false;  // no grey values are stored, as in the command without --preview
+  bone.greys = false;  // no grey values are stored, as with `typodont import` without the option --preview
   bone.preset = haptics::ImportPreset::kBone;
   const std::vector<glm::ivec3> heads =
       run.quick ? std::vector<glm::ivec3>{{128, 128, 40}}

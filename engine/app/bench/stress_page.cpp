@@ -20,7 +20,8 @@ namespace {
 struct Name {
   std::string campaign, model, measure;
 };
-/// Splits the name "campaign, model: measure" of a row. The parts are empty if the name has another form.
+/// Splits the name "campaign, model: measure" of a row (a campaign is a series of stress tests). The parts are empty if
+/// the name has another form.
 Name name_of(const BenchRow& row) {
   const std::size_t comma = row.name.find(", "), colon = row.name.find(": ");
   if (comma == std::string::npos || colon == std::string::npos || colon < comma) return {};

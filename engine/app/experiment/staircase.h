@@ -26,7 +26,7 @@ struct StaircaseRule {
   double least = 1e-3, most = 100;
   double first_step = 1.6;  // ratio between two successive levels during the first `coarse` reversals
   double step = 1.2;        // ratio between two successive levels after the first `coarse` reversals
-  int coarse = 3;           // number of reversals at the start for which the ratio is `first_step`
+  int coarse = 3;           // number of reversals at the start during which the ratio between levels is `first_step`
 
   /// Returns the fraction of right answers at the level where the staircase settles.
   double target() const { return kind == Kind::kTransformed ? std::pow(0.5, 1.0 / down) : weighted_at; }

@@ -69,7 +69,7 @@ class GuideHand {
   bool ended() const { return ended_.load(std::memory_order_acquire); }
   /// Requests a touch as if the user had pressed the pedal.
   void press() { asked_ = true; }
-  /// Accepts the next press. Presses are ignored while the previous press is processed.
+  /// Accepts the next press of the pedal. Presses are ignored while the previous press is processed.
   void ready() {
     asked_ = false;
     state_.store(State::kReady, std::memory_order_release);

@@ -44,7 +44,7 @@ struct ExpertLeg {
 struct ExpertGrip {
   double size = 1;     // factor by which lengths for work on a tooth are multiplied: distances, clearances, tolerances
   double force = 1;    // N, mean force that the task asks for
-  double lead = 1e-3;  // m, distance of the hand ahead of its tool that gives the mean force
+  double lead = 1e-3;  // m, distance of the hand ahead of its tool at which the force equals the mean force
   double most_force = std::numeric_limits<double>::infinity();  // N, largest force of a cut
 };
 

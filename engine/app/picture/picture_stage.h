@@ -203,7 +203,7 @@ class PictureStage {
   Surroundings around_;
   std::vector<render::LitTriangle> tooth_;  // triangles of the working tooth as it was in the first frame
   bool tooth_known_ = false;                // true after the first frame, when `tooth_` is filled
-  // Light that bodies exchange, and the lamps for which it was computed. Used only in scenes with a mouth.
+  // Light that bodies reflect to each other, and the lamps for which it was computed. Used only in scenes with a mouth.
   std::optional<render::LightScene> light_scene_;
   render::Lights lit_by_;
   bool coarse_around_ = false;

@@ -14,7 +14,7 @@ namespace typodont {
 
 struct MouthFiles {
   std::vector<std::filesystem::path> scans;   // the first scan is the one that is drilled
-  std::optional<std::filesystem::path> bite;  // surface that shows teeth of all scans in occlusion
+  std::optional<std::filesystem::path> bite;  // surface that shows teeth of all scans while the jaws are closed
   // m, distance by which the opposing scans are moved away from the first scan, so that an instrument has room
   double open = 0;
 };

@@ -29,7 +29,7 @@ struct ToothForm {
   /// m, full widths at the chewing surface, along x and y of the tooth's frame
   glm::dvec2 table{0, 0};
   double height = 0;                             // m, height of the crown up to its highest cusp
-  double proximal = 0, buccal = 0, lingual = 0;  // m, height at which each side of the tooth is widest
+  double proximal = 0, buccal = 0, lingual = 0;  // m, height of the widest point: towards neighbours, cheek, tongue
   double square = 2.5;                           // exponent of the superellipse that is the outline; 2 gives an ellipse
   double rounding = 0;                           // m, radius of the edge between the side and the chewing surface
   double lean = 0;                               // m per m, inclination of the crown towards the tongue
