@@ -105,7 +105,7 @@ struct Workbench::Impl {
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;
   Nanos fault_time = 0;
   std::uint32_t recent_faults = 0;
-  Nanos followed = 0;             // last time at which the tool was near the hand, on the session's clock
+  Nanos followed = 0;             // session time at which the tool was last near the hand
   std::vector<std::string> keys;  // help texts about keys, which the picture shows
   std::string told;               // text of say(); an experiment shows it instead of `keys`
   std::vector<int> pressed;       // keys that were pressed in the last step

@@ -41,7 +41,7 @@ struct WorkbenchOptions {
   // File for point pairs, measured with a controller and an arm, for `calibrate register`.
   std::filesystem::path touches;
   std::string quality;         // name of the picture's quality level; empty: chosen from the drawing times of frames
-  double magnify = 0;          // ratio of magnification of the picture; 0: the rig file's value
+  double magnify = 0;          // magnification of the picture; 0: the rig file's value
   double seconds = 1e18;       // s, time after which the session ends
   bool no_real_time = false;   // true: allows a device with motors without real-time scheduling
   bool explain = false;        // true: prints which features are active, and why others are not active

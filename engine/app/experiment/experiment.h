@@ -29,7 +29,7 @@ std::string_view words_of(Question question, session::Language language = sessio
 /// One of the two stimuli of a trial. Each member replaces or scales a property of the scene.
 struct Stimulus {
   std::string model;           // contact model of the stimulus; empty: the scene's contact model
-  double stiffness_ratio = 1;  // ratio: stiffness of the stimulus to stiffness of the scene
+  double stiffness_ratio = 1;  // stiffness of the stimulus, divided by the stiffness of the scene
   double force_fraction = 1;   // 0..1, factor by which the force on the hand is multiplied
   double delay = 0;            // s, delay of the force at the hand
 };

@@ -18,8 +18,8 @@ struct StaircaseRule {
     kWeighted
   };
   Kind kind = Kind::kTransformed;
-  /// kTransformed: number of right answers after which the level falls. The staircase settles at a fraction of
-  /// 0.5^(1/down) right answers.
+  /// kTransformed: number of right answers after which the level falls. The staircase settles where the fraction of
+  /// right answers is 0.5^(1/down).
   int down = 2;
   double weighted_at = 0.75;  // kWeighted: fraction of right answers at which the staircase settles
   double start = 50;          // first level (difference between the stimuli), in the experiment's unit

@@ -35,8 +35,8 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// Reads a hand on a thread of its own, without force. A touch is a point that the user touches with the hand's tip and
-/// confirms by pedal or key. take() returns the touches one by one.
+/// Reads a hand (device) on a thread of its own, without force. A touch is a point that the user touches with the
+/// hand's tip and confirms by pedal or key. take() returns the touches one by one.
 class GuideHand {
  public:
   struct Press {

@@ -75,7 +75,7 @@ struct Lead {
   // 1/s, gain with which a force error changes the largest allowed lead (distance of the hand ahead of the target
   // point)
   static constexpr double lead_per_force = 15;
-  // limits of the largest allowed lead (distance of the hand ahead of the target point), as ratios to the lead that
+  // limits of the largest allowed lead (distance of the hand ahead of the target point), as multiples of the lead that
   // gives the task's mean force
   static constexpr double least_most_lead = 0.6, most_lead = 3;
   // m; the largest allowed lead (distance of the hand ahead of the target point) may always grow to this value, because
@@ -187,7 +187,7 @@ struct Filling {
   static constexpr double rise = 0.3e-3;
   // voxels, smallest distance between the dome of filling and the instrument's head
   static constexpr double head_free = 0.5;
-  // If the gradient of the distance field is shorter than this, the point is midway between two
+  // If the gradient of the distance field at a point is shorter than this, the point counts as midway between two
   // surfaces.
   static constexpr double one_surface = 0.5;
   static constexpr double proud = 0.12e-3,
@@ -434,7 +434,7 @@ class Plan {
                         by_hand ? least_thickness : std::max(least_thickness, grip_.size * ToolChoice::least_cut));
   }
   /// Appends to the plan the steps that carry out these strokes. `bulk_force`: force of the strokes in the bulk, as a
-  /// fraction of the task's mean force.
+  /// multiple of the task's mean force.
   void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain, double bulk_force) {
     double run = 0;  // m, length of the present run (consecutive strokes of a hand instrument)
     for (std::size_t i = 0; i < strokes.size(); ++i) {

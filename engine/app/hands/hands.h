@@ -32,8 +32,8 @@ struct Hands {
   std::unique_ptr<haptics::HapticDevice> left;
 };
 
-/// Function that creates a hand of a window or a headset. Its arguments are the scheme and the rest of an address, for
-/// example "mouse" and "", or "openxr" and "right".
+/// Function that creates a hand that a window or a headset controls. Its arguments are the scheme and the rest of an
+/// address, for example "mouse" and "", or "openxr" and "right".
 using WindowHands =
     std::function<std::unique_ptr<haptics::HapticDevice>(const std::string& scheme, const std::string& rest)>;
 

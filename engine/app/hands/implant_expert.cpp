@@ -25,8 +25,8 @@ constexpr double kWithdrawal = 15e-3;  // m/s, speed of the hand out of the bed 
 constexpr double kSweepPace = 7e-3;    // m/s, speed of the smoothing bur
 // m, length of the ridge (the edge of the jaw) that is smoothed on each side of the implant's axis
 constexpr double kSweepReach = 3.0e-3;
-// m, depth of the hand below the planned ridge (edge of the jaw) while it smooths this ridge; the coupling yields, so
-// the bur is higher than the hand
+// m, depth of the hand below the planned ridge (edge of the jaw) while it smooths this ridge; the coupling spring
+// yields, so the bur is higher than the hand
 constexpr double kSweepBelow = 0.1e-3;
 constexpr double kSweepApart = 1.0e-3;  // m, distance between two strokes of the smoothing bur
 // N, forces for drilling, for cutting a thread, for checking the depth, and for marking

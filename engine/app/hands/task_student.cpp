@@ -352,9 +352,9 @@ class StrokePlanner {
     if (line.size() == 1) add(line[0], line[0], false);
     for (std::size_t k = 0; k + 1 < line.size(); ++k) add(line[k], line[k + 1], k + 2 < line.size());
   }
-  /// Adds a connection from the end of the last stroke to `to`: a straight line, or a path up, across and down. The
-  /// head must not touch the ideal (the tissue that must remain) on it. If there is no such connection, nothing is
-  /// added, and the hand will lift the tool.
+  /// Adds a connection from the end of the last stroke to `to`: a straight line, or a path up, across and down. On this
+  /// connection, the head must not touch the ideal (the tissue that must remain). If there is no such connection,
+  /// nothing is added, and the hand will lift the tool.
   void go_to(const dvec3& to) {
     if (!last_) return;
     const dvec3 from = *last_;

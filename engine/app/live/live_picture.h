@@ -76,9 +76,9 @@ class LivePicture {
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
   const gpu::Image* own_picture() const { return own_stage_ && own_frames_ > 0 ? &own_stage_->pictures() : nullptr; }
 
-  /// Switches to the next view. The order is: normal, section through the bur, glass, difference to the ideal result
-  /// (if the scene has an ideal), and normal again. In an implant exercise there are two sections through the implant's
-  /// axis, along the arch and across it.
+  /// Switches to the next view. The order is: normal, section through the bur, glass (transparent tooth), difference to
+  /// the ideal result (if the scene has an ideal), and normal again. In an implant exercise there are two sections
+  /// through the implant's axis, along the arch and across it.
   void show_next_view(const ServoTick& tick);
   /// Switches the suction on or off. Has an effect only if the scene has debris.
   void switch_suction();

@@ -154,7 +154,7 @@ struct ScanForm {
   ScanReview* review = nullptr;  // owned by ScanDesk; null until the scan is read
   std::size_t large = 0;         // index of the section that is shown larger than the others
   ScanTool tool = ScanTool::kLook;
-  int kind = 0;  // kind of label that the tool makes, a haptics::LabelKind as a number
+  int kind = 0;  // kind of label that the correction tool makes, a haptics::LabelKind as a number
   float radius_mm = 1;
   bool only_tissue = true;
   float reach_mm = 5, tolerance = 0.3f;  // for a seed (clicked point): limits of distance and grey difference

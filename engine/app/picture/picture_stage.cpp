@@ -71,7 +71,8 @@ bool same_light(const render::Lights& a, const render::Lights& b) {
 
 bool looks_same(const Pose& a, const Pose& b) {
   const dquat turn = a.R * (glm::dot(a.R, b.R) < 0 ? -1.0 : 1.0) - b.R;
-  // The tolerances of equal poses are 1e-7 m for the position, and 2.5e-6 rad for half the angle of the rotation.
+  // Two poses count as equal if the positions differ by at most 1e-7 m, and the rotations by at most 5e-6 rad (the
+  // quaternions by 2.5e-6).
   return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;
 }
 
@@ -347,7 +348,7 @@ std::optional<display::HeadTracker::Stats> PictureStage::tracker_stats() const {
   return tracker_->stats();
 }
 
-/// Makes the next frame, and sets its eyes, lamp and mouth mirror.
+/// Makes the next frame, with the positions of its eyes, the lamp and the mouth mirror.
 render::Frame PictureStage::look() const {
   render::Frame frame;
   const auto eyes = display::eye_views(rig_);

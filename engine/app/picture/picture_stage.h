@@ -178,7 +178,7 @@ class PictureStage {
   void follow_head();
   void follow_pixels(double pixel);
   void follow_light(const render::Lights& lights);
-  /// Adds the cursor of a tool at this pose: a ring in the frame, and dots in the particles.
+  /// Adds the cursor of a tool at this pose: a ring to the frame, and dots to the drawn particles.
   void add_cursor(const Pose& X_WG, render::Frame& frame);
 
   display::DisplayRig rig_;

@@ -22,7 +22,7 @@ struct MouthFiles {
 /// Registration of the bite scan to one of the scans.
 struct BiteFit {
   double median = 0, most_of = 0;  // m: 50 % and 95 % quantile of the distances between the two surfaces
-  double predicted_error = 0;      // m, rms error at the agreeing points, predicted by the covariance
+  double predicted_error = 0;      // m, rms error at the agreeing points, as the covariance predicts it
   double area = 0;                 // m², area of the bite scan that agrees with the scan
 };
 

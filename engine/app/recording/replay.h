@@ -37,7 +37,7 @@ struct ReplayResult {
 ReplayResult replay_session(const std::filesystem::path& session_file,
                             const std::function<void(double)>& progress = {});
 
-/// Result of applying the recorded motion of the hand to a changed scene, for example with another coupling or tissue.
+/// Result of applying the recorded motion of the hand to a changed scene, for example with another coupling spring.
 struct RerunResult {
   std::uint64_t ticks = 0, cuts = 0;
   double seconds = 0;

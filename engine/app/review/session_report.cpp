@@ -111,8 +111,8 @@ session::SessionSummary summary_of(const session::SessionReader& session, const 
 
 namespace {
 
-/// Reads the sessions in the folder for which `wanted` is true, except this one. Files that are not sessions are
-/// skipped.
+/// Reads the sessions in the folder for which `wanted` is true, except the present session. Files that are not sessions
+/// are skipped.
 template <typename Wanted>
 std::vector<session::SessionSummary> others_in(const std::filesystem::path& folder,
                                                const session::SessionReader& session, const Wanted& wanted) {

@@ -32,9 +32,9 @@ namespace {
 using Text = nlohmann::ordered_json;
 
 constexpr const char* kSchema = "typodont-state-1";
-// bytes, about 100 messages; if more data than this would wait for a reader, new messages to it are skipped
+// bytes, about 100 messages; if more data than this would wait for a reader (program), its new messages are skipped
 constexpr std::size_t kMostWaiting = 1 << 16;
-constexpr std::size_t kMostAsked = 1 << 13;  // bytes; a reader whose request is longer is disconnected
+constexpr std::size_t kMostAsked = 1 << 13;  // bytes; a reader whose request is longer than this is disconnected
 constexpr std::size_t kMostReaders = 32;
 
 /// A network socket whose calls never block.

@@ -14,8 +14,8 @@ constexpr double kPapillaWidth = 1.8e-3;  // m, width of a papilla (the gum betw
 // m, distances from the working tooth along the arch. Between kTiltFrom and kTiltTo, the tilt of the gum's edge
 // decreases to zero.
 constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;
-// m, distances from the row of teeth, to its side. Between kEdgeTo and kEvenFrom, the influence of the teeth on the
-// jaw's ridge decreases to zero.
+// m, sideways distances from the row of teeth. Between kEdgeTo and kEvenFrom, the influence of the teeth on the jaw's
+// ridge decreases to zero.
 constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;
 constexpr double kRowDepth = 15.5e-3;  // m, thickness of a jaw with a row of teeth
 constexpr double kBlockDepth = 9e-3;   // m, smallest thickness of a jaw without a row of teeth

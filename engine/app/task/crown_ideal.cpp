@@ -14,14 +14,15 @@ namespace {
 // cosine of the angle between a surface's normal and the preparation's axis; above this value, the surface counts as a
 // chewing surface
 constexpr double kOcclusal = 0.5;
-// m, cell size of the grid on which the tooth's outline at the margin is computed
+// m, cell size of the grid on which the tooth's outline at the margin (edge of the preparation) is computed
 constexpr double kCell = 0.1e-3;
 // voxels, distance of the samples from which a normal is computed; at a smaller distance, normals follow the CT's noise
 constexpr double kNormalReach = 2;
 // voxels, distance from a surface within which the surface's distance is computed exactly
 constexpr double kExactBand = 3;
 
-/// The outline of the tooth in the plane at the margin's height, and the signed distance from it.
+/// The outline of the tooth in the plane at the height of the margin (edge of the preparation), and the signed distance
+/// from this outline.
 class Outline {
  public:
   Outline(const DenseCopy& copy, const session::DenseField& tooth, const glm::dmat3& axes, double height) {
