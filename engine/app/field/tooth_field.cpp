@@ -40,7 +40,7 @@ Tissue ToothField::tissue(const dvec3& p_W) const {
 }
 
 Tissue ToothField::tissue_at_surface(const dvec3& p_W) const {
-  // m, depth below the surface at which the tissue is read; also the step of the finite differences
+  // m, depth below the surface at which the tissue is read; also the step of the finite differences for the gradient
   constexpr double kStep = 0.1e-3;
   dvec3 p = p_W;
   for (int round = 0; round < 4; ++round) {

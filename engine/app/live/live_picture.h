@@ -44,7 +44,7 @@ class LivePicture {
   LivePicture& operator=(const LivePicture&) = delete;
 
   /// Opens the trainee's picture on the screen of `rig`. The rig must outlive this object. Adds a description of each
-  /// active feature to `explanations`. Throws the same errors as PictureStage.
+  /// active feature to `explanations`. Throws Error if no Vulkan device or no window is available.
   void open(const display::DisplayRig& rig, std::vector<std::string>& explanations);
   /// Stores the time at which the drawing loop starts. The duration of its first pass is measured from this time.
   void begin() { last_turn_ = now(); }

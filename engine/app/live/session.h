@@ -120,7 +120,7 @@ class CarverTurns {
   explicit CarverTurns(LiveSession& s, std::function<void()> between = {});
   ~CarverTurns();
   struct Done {
-    bool worked = false;   // true: this call of turn() had work to do
+    bool worked = false;   // true: this pass of the carver's loop had work to do
     bool awaited = false;  // true: the servo has not yet begun to use the offered patch (copy of tissue)
   };
   /// Repeats the servo's cuts, executes the user's commands, offers a new patch (copy of the tissue) if one is due, and

@@ -11,7 +11,8 @@ namespace {
 
 // m, grid spacing of the distance field from which chips bounce off; bouncing needs no fine detail of a cavity
 constexpr double kCoarse = 4e-4;
-// m, grid spacing of the distance field on which the film of water flows; a cavity must be several cells wide
+// m, grid spacing of the distance field on which the film of water flows; smaller than a cavity, which needs several
+// cells
 constexpr double kFilm = 3e-4;
 constexpr double kFilmShown = 0.05;  // s, time between two updates of the picture of the film of water
 // m, each time that the tool's head has moved by this length, its cut is applied to the water's distance field

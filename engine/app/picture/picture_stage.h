@@ -197,7 +197,7 @@ class PictureStage {
   Timing timing_;
   bool missed_ = false;  // true: the last frame was not shown, or the window is minimised
   glm::ivec2 screen_size_{0};
-  /// m, right edge and upward edge of the panel as vectors, as the rig file states them
+  /// m, vectors along the panel's lower edge (rightwards) and left edge (upwards), as the rig file states them
   std::array<dvec3, 2> first_panel_{};
   display::Hud hud_;
   Surroundings around_;
@@ -229,7 +229,7 @@ class PictureStage {
 };
 
 /// Creates a GPU device for pictures with these options. If the options request a window, the device can show it.
-/// Throws the same errors as PictureStage.
+/// Throws Error if no Vulkan device or no window is available.
 gpu::Device make_picture_device(const PictureStage::Options& options);
 
 }  // namespace typodont
