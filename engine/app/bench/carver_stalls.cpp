@@ -82,8 +82,8 @@ Course make_course(const StallRun& run, Dice& dice, const Pose& at_surface) {
   return course;
 }
 
-/// Returns the pose at which the tool, lowered from the pose `X`, first touches the tissue. The height is found with a
-/// resolution of 0.01 mm.
+/// Returns the pose at which the tool, lowered from the pose `X`, first touches the tissue. The height of this pose is
+/// found with a resolution of 0.01 mm.
 Pose land(const Scene& scene, Pose X) {
   HapticLoop loop(scene, load_tissue(scene), 1000);
   ServoTick tick;

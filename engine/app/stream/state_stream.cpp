@@ -196,7 +196,7 @@ struct StateStream::Impl {
 
 void StateStream::Impl::tell(Reader& reader, const std::string& text, bool may_skip) {
   const std::string frame = websocket_text_frame(text);
-  // For an event, twice as much data may wait as for other messages before it is skipped, because events are rare and
+  // An event is skipped only if the waiting data would exceed twice kMostWaiting, because events are rare and
   // important.
   if (reader.waiting.size() + frame.size() > (may_skip ? kMostWaiting : 2 * kMostWaiting)) {
     ++counts.skipped;

@@ -20,8 +20,8 @@ struct ToothHill {
   glm::dvec2 long_by{1, 1};  // factors that stretch the hill's (cusp's) cone along x and y of the tooth's frame
 };
 
-/// The shape of a tooth. In its frame, x points to the front of the row, y to the cheek and z out of the crown; the
-/// origin is the middle of the neck. Lengths in m.
+/// The shape of a tooth. In its frame, x points along the row to the jaw's midline, y to the cheek and z out of the
+/// crown; the origin is the middle of the neck. Lengths in m.
 struct ToothForm {
   /// m, full widths at the widest part, along x and y of the tooth's frame
   glm::dvec2 widest{0, 0};
