@@ -46,7 +46,7 @@ struct PushSteps {
 };
 struct PushResult {
   PushSteps any;             // largest force steps in all ticks
-  PushSteps after_landing;   // largest force steps in the ticks later than kPushLanding after the last contact began
+  PushSteps after_landing;   // largest force steps in ticks more than kPushLanding after the latest contact began
   double least_energy = 0;   // J, lowest value of the energy ledger in the run
   std::uint32_t faults = 0;  // bits of enum Fault that any tick set
 };

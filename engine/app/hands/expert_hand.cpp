@@ -34,7 +34,7 @@ struct Lead {
   static constexpr double slowing_time = 0.04;  // s, time constant of the slowdown
   static constexpr double end_pace = 0.4e-3;    // m/s, speed at the end of a cut
   // Tolerances of the tool's distance from the target point and from the planned line. ahead: m; during a cut, the
-  // target point moves on only while the tool is nearer to it than this.
+  // target point moves on only while the tool's distance from this point is smaller than `ahead`.
   static constexpr double ahead = 0.06e-3;
   // m, tolerance: during a cut, the target point moves on only while the tool is nearer to the planned line than this
   static constexpr double beside = 0.022e-3;

@@ -13,7 +13,7 @@ class Jaw {
   struct Place {
     /// m, position along the curve of the teeth, and distance from the curve (positive towards the cheek)
     double along, beside;
-    double depth;       // m, depth below the gum's edge as it would be without papillae
+    double depth;       // m, depth below the gum's edge as it would be without papillae (the gum between teeth)
     double half_width;  // m, half the width of the row of teeth at the gum
     double x, z;        // m, coordinates in the frame of the row; x points to the front teeth, z out of the crown
   };
