@@ -144,7 +144,8 @@ fs::path find_file(const fs::path& path, const ScenePlace& place) {
   }
   for (const fs::path& folder : {place.beside, assets_folder()}) {
     const fs::path file = folder / path;
-    // Refuses paths such as "../../x", and symbolic links to files outside the folder.
+    // A path such as "../../x" or a symbolic link can lead out of the folder. Such a file must lie in an allowed
+    // folder.
     if (!place.within.empty() && !lies_in(file, folder)) require_allowed(file, place);
     if (!fs::exists(file, code)) continue;
     require_allowed(file, place);

@@ -14,12 +14,12 @@ namespace typodont {
 std::filesystem::path assets_folder();
 /// Folders in which the program searches for the files to which a scene refers.
 struct ScenePlace {
-  /// folder in which the program searches for a relative path first; then it searches in assets/
+  /// folder in which the program searches first for a file with a relative path; it searches in assets/ after that
   std::filesystem::path beside;
   // Allowed folders: a file, with its symbolic links followed, must lie in one of them or in assets/. Empty: every
   // folder is allowed.
   std::vector<std::filesystem::path> within;
-  /// number of recordings, each continuing another one, that were opened to reach this scene; it has an upper limit
+  /// number of recordings that were opened one after the other to find this scene; at most 32
   int recordings = 0;
 
   ScenePlace() = default;

@@ -192,7 +192,7 @@ class Drawing {
   }
 
  private:
-  // Chooses one scale for both views from a list of usual drawing scales.
+  // Chooses one scale for both views of the workbench from a list of usual drawing scales.
   void choose_scale() {
     std::vector<dvec3> points{plan_.rig.head.eye_center, dvec3(0, 0, -0.5 * spec_.arm_box.z), 0.5 * spec_.arm_box,
                               -0.5 * spec_.arm_box};
@@ -290,7 +290,7 @@ class Drawing {
     label(0.5 * eye, -6, -4, kInk, fmt::format("{}, {} down", mm(spec_.eye_distance), whole_degrees(spec_.gaze)), 1);
     label(dvec3(0, 0.5 * spec_.arm_box.y, -0.5 * spec_.arm_box.z), 4, -2, kArm, "arm's reach");
 
-    // Draws dimensions: heights above the work position at the left, distances from the work position at the bottom.
+    // Draws dimensions: at the left, the heights above the work position; at the bottom, the distances from it.
     const double left = view.left + 16, right = view.left + view.width - 16;
     const At origin = view(dvec3(0));
     page_.colour(kFaint);

@@ -49,16 +49,16 @@ class TimeLeft {
   void drew(double seconds, bool drilling) {
     double& each = drilling ? drilling_ : exploring_;
     int& count = drilling ? drilled_ : explored_;
-    // The first pictures of each kind (with and without a working drill) include set-up, and the encoder of the film
-    // buffers them.
+    // The first pictures of each kind (with and without a working drill) are not timed, because they include set-up and
+    // the encoder of the film buffers them.
     if (++count <= kUntimed) return;
     each += (seconds - each) / std::min(count - kUntimed, kRemembered);
   }
-  /// Adds the time (s) of drawing one of the kMoments moments at which the demonstration saves pictures in the best
-  /// quality.
+  /// Adds the time (s) that the pictures of one moment took. The demonstration saves pictures in the best quality at
+  /// kMoments moments.
   void took_pictures(double seconds) { ++moments_, pictures_ = seconds; }
   bool known() const { return explored_ > kUntimed + kTimed || measured(); }
-  /// True from the moment at which the time of pictures with a working drill is measured, not assumed.
+  /// Returns true as soon as the time of a picture with a working drill is measured and no longer assumed.
   bool measured() const { return drilled_ > kUntimed + kRemembered; }
   /// Returns the time left, s. `left`: s, remaining duration of the session.
   double seconds(double left) const {

@@ -12,10 +12,11 @@ namespace typodont {
 namespace {
 
 constexpr double kWidestHead = 8e-3;  // m, diameter of the widest head that a dental handpiece can hold
-// Limits of the numbers in a file. They limit the number of triangles that engine/render/handpiece_mesh.h makes.
+// Largest numbers of parts, rings and coloured bands in a handpiece file. They limit the number of triangles that
+// engine/render/handpiece_mesh.h makes.
 constexpr std::size_t kMostParts = 16, kMostRings = 64, kMostBands = 16;
 constexpr int kMostCopies = 12;
-constexpr double kFarthest = 300;  // mm, largest absolute value of a length or coordinate in a file
+constexpr double kFarthest = 300;  // mm, largest absolute value of a length or coordinate in a handpiece file
 
 HandpiecePart read_part(const Json& json) {
   json.allow_only({"rings_mm", "smooth", "color", "roughness", "brushed", "metal", "glow", "bands_mm", "knurl_mm",

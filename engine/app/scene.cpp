@@ -48,7 +48,7 @@ constexpr double kLitrePerMinute = 1e-3 / 60;       // m³/s, one litre per minu
 constexpr double kMillilitrePerMinute = 1e-6 / 60;  // m³/s, one millilitre per minute
 constexpr double kNewtonMillimetre = 1e-3;          // N·m, one newton millimetre
 // Allowed range of the limits of force and torque that a scene states. An example of a large force: reaming an
-// acetabulum needs 200 N, which gives 6 N·m at the rim of a 60 mm reamer.
+// acetabulum (hip socket) needs 200 N, which gives 6 N·m at the rim of a 60 mm reamer.
 constexpr double kLeastForceLimit = 0.1, kMostForceLimit = 300;    // N, smallest and largest force limit
 constexpr double kLeastTorqueLimit = 1e-3, kMostTorqueLimit = 20;  // N·m, smallest and largest torque limit
 constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
@@ -361,7 +361,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
 }
 
 void choose_model(Scene& scene, const std::string& name) {
-  // The scene already has this contact model, so the parameters of its model are kept.
+  // The scene already has this contact model, so the scene's parameters of the model are kept.
   if (name.empty() || (scene.servo.method && scene.servo.method->name() == name)) return;
   scene.servo.method = haptics::contact_method(name, "--model");
   auto json = nlohmann::ordered_json::parse(scene.text);

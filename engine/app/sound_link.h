@@ -40,7 +40,7 @@ class SoundLink {
   void listen(const dvec3& eyes_W, const dvec3& right_W) noexcept;
   bool binaural() const { return ears_.has_value(); }
   /// Sets the state of the water and of the suction. `spray`: true if the handpiece's water is on; the water flows only
-  /// while the pedal is pressed. `suction_flow`: m³/s; 0: off. Takes effect in the next block. For any thread.
+  /// while the pedal is pressed. `suction_flow`: m³/s; 0: off. Takes effect in the next audio block. For any thread.
   void water(bool spray, double suction_flow) noexcept;
   /// Computes the sound up to the time t. Application thread only; call it at least ten times per second after the
   /// session's clock has started. `t`: present time on this clock; for a sound file, the time of the latest tick. The

@@ -56,7 +56,7 @@ constexpr double kStuckDistance = 3e-3;
 // ns, a tool is reported only if it is caught in the tissue for longer than this
 constexpr Nanos kStuckTime = 1 * kNanosPerSecond;
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A', kSprayKey = 'W';
-// Keys in an implant exercise: select the phase's instrument, slower, faster, turn backwards.
+// Keys in an implant exercise. They select the phase's instrument, make the drill slower or faster, and reverse it.
 constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';
 // change of the drill's speed per key press, as a fraction of the motor's full speed
 constexpr double kSpeedStep = 0.05;
@@ -105,7 +105,7 @@ struct Workbench::Impl {
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;
   Nanos fault_time = 0;
   std::uint32_t recent_faults = 0;
-  Nanos followed = 0;             // last time at which the tool was near the hand, on the session's clock
+  Nanos followed = 0;             // session time at which the tool was last near the hand
   std::vector<std::string> keys;  // help texts about keys, which the picture shows
   std::string told;               // text of say(); an experiment shows it instead of `keys`
   std::vector<int> pressed;       // keys that were pressed in the last step

@@ -25,9 +25,9 @@ namespace typodont {
 
 struct WorkbenchOptions {
   std::string rig;  // rig file or name of a rig; empty: a window if there is a desktop, otherwise no picture
-  /// address of the hand; empty: the hand that the rig file states, otherwise the mouse if there is a window
+  /// address of the hand (device that moves the tool); empty: the rig file's hand, otherwise a window's mouse
   std::string hand;
-  /// address of the second hand; empty: the hand that the rig file states, otherwise there is no second hand
+  /// address of the second hand's device; empty: the rig file's second hand, otherwise there is no second hand
   std::string left_hand;
   /// foot pedal: "auto", "none", a path or a serial number; empty: the pedal in the rig file, otherwise "auto"
   std::string pedal;
@@ -41,7 +41,7 @@ struct WorkbenchOptions {
   // File for point pairs, measured with a controller and an arm, for `calibrate register`.
   std::filesystem::path touches;
   std::string quality;         // name of the picture's quality level; empty: chosen from the drawing times of frames
-  double magnify = 0;          // ratio of magnification of the picture; 0: the rig file's value
+  double magnify = 0;          // magnification of the picture; 0: the rig file's value
   double seconds = 1e18;       // s, time after which the session ends
   bool no_real_time = false;   // true: allows a device with motors without real-time scheduling
   bool explain = false;        // true: prints which features are active, and why others are not active

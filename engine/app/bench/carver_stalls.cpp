@@ -23,7 +23,7 @@ constexpr const char* kTools[] = {"round_006", "round_012",         "round_023",
 constexpr double kLanded = 0.5;     // s, time after the start at which the hand rests on the surface
 constexpr double kAfter = 1.0;      // s, time from the end of the carver thread's stall to the end of a run
 constexpr double kFade = 0.1;       // s, law kFadeOnStale: time constant with which the force decreases
-constexpr double kComeBack = 0.25;  // s, law kFadeOnStale: time in which the force returns to its full value
+constexpr double kComeBack = 0.25;  // s, law kFadeOnStale: time after the stall until the force has its full value
 constexpr double kRow = 5e-3;       // s, time between two rows of the table with the hand's planned positions
 
 /// The planned motion and the parameters of the simulated hand. Times are in s from the start of the run.
@@ -82,8 +82,8 @@ Course make_course(const StallRun& run, Dice& dice, const Pose& at_surface) {
   return course;
 }
 
-/// Returns the pose at which the tool, lowered from the pose `X`, first touches the tissue. The resolution of this
-/// search is 0.01 mm.
+/// Returns the pose at which the tool, lowered from the pose `X`, first touches the tissue. The height of this pose is
+/// found with a resolution of 0.01 mm.
 Pose land(const Scene& scene, Pose X) {
   HapticLoop loop(scene, load_tissue(scene), 1000);
   ServoTick tick;

@@ -1,5 +1,5 @@
 // Measures the force on a simulated hand while the carver (the thread that updates the tissue) stalls. The hand touches
-// the molar. For comparison, the force is also computed by laws other than that of the servo.
+// the molar. For comparison, the force is also computed with force laws other than the servo's own.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace typodont {
 /// fault bits. So the servo's energy ledger does not include their effect.
 enum class StallLaw {
   kServo,  // the force that the servo computes, unchanged
-  /// the force falls (time constant 0.1 s) during Fault::kStalePatch; 0.25 s after its end, it has its full value
+  /// the force falls (time constant 0.1 s) during Fault::kStalePatch; 0.25 s after this fault, it has its full value
   kFadeOnStale,
   kZeroAtEdge,   // the force is zero while Fault::kPatchEdge is set
   kFadeAndZero,  // the laws kFadeOnStale and kZeroAtEdge together
@@ -47,7 +47,7 @@ struct StallRun {
 struct StallResult {
   std::string tool;
   double worst_step = 0;  // N, the largest change of the force from one tick to the next
-  double energy = 0;      // J, energy that the hand received beyond that stored in the coupling's spring
+  double energy = 0;      // J, energy that the hand received in addition to that stored in the coupling spring
   double most_force = 0;  // N, largest force during the measured time
   double most_speed = 0;  // m/s, highest speed of the hand during the measured time
   double held_back = 0;   // N, largest force that pulls the hand to the tissue while the hand moves away from it

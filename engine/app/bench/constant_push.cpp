@@ -29,7 +29,7 @@ constexpr const char* kTissue = R"("tissue": {"volume": "teeth/molar.vdb"}, "pai
   {"tissue": "caries", "solid": {"capsule": {"a_mm": [6.6, 5.1, 18.8], "b_mm": [6.75, 6.5, 18.9], "radius_mm": 0.6}}}])";
 constexpr std::uint32_t kLawsBeforeLanding = 7;  // last version of the force laws with a force jump at first contact
 constexpr double kRate = 1000;                   // Hz, rate of the servo
-// N/m, 1.1 times 1 N/mm. A force change is a step if it exceeds this stiffness times the hand's motion in the tick.
+// N/m, 10 % above 1 N/mm. A force change is a step if it exceeds this stiffness times the hand's motion in the tick.
 constexpr double kSpring = 1.1 * 1000;
 constexpr double kSeconds = 2.5;  // s, duration of the motion of a random hand
 // number of ticks without contact; a contact after at least this many such ticks counts as a new touch
@@ -123,7 +123,8 @@ PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tiss
 
 namespace {
 
-/// Simulates the hands with the seeds 0 to hands - 1, with these force laws. The index of a result is the hand's seed.
+/// Simulates the hands with the seeds 0 to hands - 1, with the version `laws` of the force laws. The index of a result
+/// is the hand's seed.
 std::vector<PushResult> simulate_all(std::uint32_t hands, std::uint32_t laws, const std::vector<std::string>& tools,
                                      const haptics::TissueVolume& tissue) {
   std::vector<PushResult> results(hands);

@@ -26,7 +26,7 @@ struct PushHand {
 /// Returns the sorted names of all rotating tools in the assets.
 std::vector<std::string> turning_tools();
 /// Returns the hand that belongs to a seed. It pushes with 0.2 to 0.8 N, is tilted by up to 0.5 rad, moves at up to 8
-/// mm/s sideways, and falls from a height of 0.2 to 4 mm onto the occlusal face. The seed also selects one of
+/// mm/s sideways, and falls from a height of 0.2 to 4 mm onto the chewing surface. The seed also selects one of
 /// `tools`. Throws Error.
 PushHand random_push(const std::vector<std::string>& tools, std::uint32_t seed);
 
@@ -37,8 +37,8 @@ struct ForceStep {
   double speed = 0;  // m/s, speed of the hand when the force changed
 };
 
-/// The largest force steps that a hand felt. A step has a limit: 1.1 N/mm times the distance that the hand
-/// moved in the same tick, but at least kPushStep. `over` is the largest amount by which a step exceeds this
+/// The largest force steps that a hand felt. The limit of a step is the larger of kPushStep and 1.1 N/mm times
+/// the distance that the hand moved in the same tick. `over` is the largest amount by which a step exceeds this
 /// limit.
 struct PushSteps {
   ForceStep largest, beyond_spring;
@@ -46,17 +46,17 @@ struct PushSteps {
 };
 struct PushResult {
   PushSteps any;             // largest force steps in all ticks
-  PushSteps after_landing;   // largest force steps later than kPushLanding after the last touch began
+  PushSteps after_landing;   // largest force steps in ticks more than kPushLanding after the latest contact began
   double least_energy = 0;   // J, lowest value of the energy ledger in the run
   std::uint32_t faults = 0;  // bits of enum Fault that any tick set
 };
 
 /// Returns the tissue that all hands drill: a molar with caries. Throws Error.
 haptics::TissueVolume pushed_tissue();
-/// Simulates one hand in a copy of the tissue, with this version of the servo's force laws. Equal hands give equal
-/// results. Throws Error.
+/// Simulates one hand in a copy of the tissue, with the version `laws` of the servo's force laws. Equal hands give
+/// equal results. Throws Error.
 PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tissue, std::uint32_t laws = kServoLaws);
-/// Returns one line for a message: tool, spindle, push and start of the hand.
+/// Returns one line for a message: tool, spindle, push and start position of the hand.
 std::string text_of(const PushHand& hand);
 
 }  // namespace typodont

@@ -60,7 +60,7 @@ void write_hands(const fs::path& rest, const fs::path& drill, double seconds) {
                                      seconds);
   std::ofstream out(drill);
   out << "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
-  constexpr double kStep = 0.02, kSink = 0.05;  // kStep: s, time between two lines; kSink: mm/s, sink speed of the hand
+  constexpr double kStep = 0.02, kSink = 0.05;  // kStep: s, time between lines; kSink: mm/s, downward speed of the hand
   for (double t = 0; t <= seconds; t += kStep) {
     out << fmt::format("{:.3f},{:.4f},0,{:.4f},1,0,0,0,1\n", t, 1.5 * std::sin(t), 2.55 - kSink * t);
   }
@@ -91,8 +91,8 @@ double energy_between(const PackageEnergy& before, const PackageEnergy& after) {
 }
 
 void energy_rows(bool quick, std::vector<BenchRow>& rows) {
-  // The row contains the difference between a long and a short session, so it does not include the start and the end of
-  // the program.
+  // Each result is that of a long session minus that of a short session, so it does not include the start and the end
+  // of the program.
   const double brief = 2, lasting = quick ? 4 : 22;  // s
   const TemporaryFolder folder;
   const fs::path scene = folder.path() / "scene.json", rest = folder.path() / "rest.csv",

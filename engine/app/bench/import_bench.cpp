@@ -156,7 +156,7 @@ void write_ball(const fs::path& file, double radius) {
 
 void measure(std::vector<BenchRow>& rows, const std::string& name, const std::string& knob, double voxels,
              const std::function<haptics::Imported()>& import) {
-  malloc_trim(0);  // returns freed memory to the system, so that memory of earlier cases is not counted
+  malloc_trim(0);  // returns freed memory to the system, so that memory of earlier test cases is not counted
   const double before = Memory::now(), start = cpu_seconds(RUSAGE_SELF);
   Memory::start();
   double estimate = 0;
@@ -195,7 +195,7 @@ std::vector<BenchRow> bench_import(const BenchRun& run) {
     }
   } const remove{folder};
   haptics::ImportOptions bone;
-  bone.greys = false;  // no grey values are stored, as in the command without --preview
+  bone.greys = false;  // no grey values are stored, as with `typodont import` without the option --preview
   bone.preset = haptics::ImportPreset::kBone;
   const std::vector<glm::ivec3> heads =
       run.quick ? std::vector<glm::ivec3>{{128, 128, 40}}

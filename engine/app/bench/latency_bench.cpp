@@ -45,8 +45,9 @@ BenchRow row(std::string name, std::string knob, double seconds, const char* per
           .ratio = seconds / 0.1};
 }
 
-/// Measures the time from a step of the hand to its force and sound. The hand's explorer rests above a block, steps
-/// onto the block at kTouchTime and stays there. So the sound begins with silence; the first sound is the contact.
+/// Measures the time from a step of the hand to its force and sound. The hand's explorer (dental probe) rests above a
+/// block, steps onto the block at kTouchTime and stays there. So the first sound after the silence is the sound of the
+/// contact.
 void step_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
   const fs::path hand = folder.path() / "hand.csv", wav = folder.path() / "s.wav", session = folder.path() / "s.h5";
   std::ofstream(hand) << fmt::format(

@@ -30,7 +30,7 @@ constexpr std::string_view kScene = R"({
     {"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, -3], "size_mm": [12, 12, 6]}}},
     {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, -0.5], "size_mm": [12, 12, 1]}}}]},
   "tools": ["round_012", "condenser_composite", "explorer"], "spindle_krpm": 300, "parts": ["haptics"]})";
-constexpr double kRate = 1000, kCycle = 60;  // kRate: Hz, rate of the servo; kCycle: s, duration of a cycle
+constexpr double kRate = 1000, kCycle = 60;  // kRate: Hz, rate of the servo; kCycle: s, duration of a work cycle
 
 /// Returns the hand's pose at the time `t`. In each cycle of one minute the hand drills a pit, fills the pit, probes
 /// it, and rests. Then it moves to the next of 25 positions, so it returns to each position after 25 minutes.
@@ -55,8 +55,8 @@ haptics::HandSample hand_at(double t) {
     z = visit(0, 8, 0.7_mm, -0.6_mm);
   } else if (in_cycle < 12) {
     hand.tool = 1, hand.pedal = in_cycle > 9 && in_cycle < 11;
-    // The instrument's tip lies 1.5 mm below the origin of the instrument's frame. With the origin at this height, the
-    // tip is at the surface, and the filling closes the pit.
+    // The instrument's tip lies 1.5 mm below the origin of the instrument's frame. With the origin 1.5 mm above the
+    // surface, the tip is at the surface, and the filling closes the pit.
     z = visit(8, 12, 1.5_mm, 1.6_mm);
   } else {
     hand.tool = 2;

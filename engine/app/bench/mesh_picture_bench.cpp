@@ -1,5 +1,6 @@
 // Measures the picture of a mesh while it is carved (contact models mesh_lod and vertex). Compares the cost of updating
-// and uploading only the parts that changed since the last frame with the cost of the whole mesh.
+// and uploading only the parts that changed since the last frame with the cost of updating and uploading the whole
+// mesh.
 #include <fmt/format.h>
 
 #include <cmath>

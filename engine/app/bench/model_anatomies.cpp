@@ -61,8 +61,9 @@ ModelAnatomy arch() {
 }
 
 ModelAnatomy pelvis() {
-  // The hand starts at the floor of the socket. The middle of the socket is the origin, and its opening faces z. The
-  // bone has two surfaces there, and the floor is the higher of them. So the highest point near the axis is used.
+  // The hand starts at the floor of the hip's socket. The origin is the middle of the socket, and the socket opens
+  // towards +z. Near the axis, the bone has two surfaces, and the upper one is the floor. So the highest point near the
+  // axis is used.
   ModelAnatomy pelvis = of_mesh("hip/acetabulum.ply", {0.5, 0.3});
   pelvis.start = *std::ranges::min_element(pelvis.mesh.vertices, {}, [](const dvec3& p) {
     return std::hypot(p.x, p.y) < 2 * kMillimetre && p.z <= 0 ? -p.z : 1.0;

@@ -32,7 +32,8 @@ std::string duration(double ns) {
   return fmt::format("{:.3g} ns", ns);
 }
 
-/// Plots the rows that have an error and a time, one plot for each pair of units.
+/// Plots the error against the time, for the rows that have both. There is one plot for each unit of the error and unit
+/// of the work whose time is measured.
 std::vector<Plot> work_precision(const std::vector<BenchRow>& rows) {
   std::map<std::pair<std::string, std::string>, Plot> plots;
   for (const BenchRow& r : rows) {

@@ -1,4 +1,4 @@
-// Measures the cost of a frame, and the difference of its picture from the best quality.
+// Measures the cost of a frame, and the difference of its picture from the picture in the best quality.
 #include <fmt/format.h>
 
 #include <algorithm>

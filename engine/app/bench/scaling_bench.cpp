@@ -33,7 +33,7 @@ double allocated_bytes() {
 
 struct Body {
   std::string knob, tissue;
-  dvec3 top;       // m, point at which the drill enters from above
+  dvec3 top;       // m, point at which the drill enters the body from above
   double surface;  // voxels², area of the body's surface
 };
 

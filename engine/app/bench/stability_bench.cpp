@@ -28,7 +28,7 @@ constexpr double kMass = 0.15, kDamping = 5, kPush = 4;
 constexpr int kMostDelay = 2;
 
 struct Course {
-  // true: the motion grows from the second to the last quarter of the run, or the hand leaves the wall
+  // true: the amplitude of the motion grows from the second to the last quarter of the run, or the hand leaves the wall
   bool grows = false;
   double least_energy = 0;  // J, smallest value of the energy ledger
 };
@@ -157,7 +157,7 @@ double critical(double guess, F&& course) {
 }
 
 /// Adds the rows for a carver (the thread that updates the tissue) that stalls. Each row contains the worst result of
-/// several hands, for one law, one motion of the hand and one duration of the stall.
+/// several hands, for one law of the force, one motion of the hand and one duration of the stall.
 void carver_stall_rows(bool quick, std::vector<BenchRow>& rows) {
   const std::vector<double> stalls =
       quick ? std::vector<double>{0.2, 1.0} : std::vector<double>{5e-3, 10e-3, 20e-3, 50e-3, 0.1, 0.2, 0.5, 1, 2, 5};

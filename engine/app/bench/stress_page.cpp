@@ -20,7 +20,8 @@ namespace {
 struct Name {
   std::string campaign, model, measure;
 };
-/// Splits the name "campaign, model: measure" of a row. The parts are empty if the name has another form.
+/// Splits the name "campaign, model: measure" of a row (a campaign is a series of stress tests). The parts are empty if
+/// the name has another form.
 Name name_of(const BenchRow& row) {
   const std::size_t comma = row.name.find(", "), colon = row.name.find(": ");
   if (comma == std::string::npos || colon == std::string::npos || colon < comma) return {};
@@ -59,7 +60,8 @@ constexpr Campaign kCampaigns[] = {
      "A ball of 1.2 mm moves through a sheet of 0.3 mm with 1 mm per tick. A hand that has passed through the sheet "
      "escapes if no force pushes it back"}};
 
-/// Known reason why a contact model fails in a campaign. The page prints the reason only if the model failed.
+/// Known reason why a contact model fails in a campaign (series of stress tests). The page prints the reason only if
+/// the model failed.
 struct Cause {
   std::string_view campaign, model, why;
 };

@@ -1,5 +1,5 @@
-// Generates docs/stress.md: the rows of `typodont bench stress` as a map of the campaigns that each contact model
-// survives.
+// Generates docs/stress.md: the rows of `typodont bench stress` as a map of the campaigns (series of stress tests) that
+// each contact model survives.
 #pragma once
 
 #include <filesystem>
@@ -22,8 +22,8 @@ struct SurvivalCell {
   Survival survival = Survival::kSurvived;
   std::string worst;  // the measure that exceeds its limit most; empty if none does
 };
-/// Returns one cell for each campaign and model, in the order of the rows. Rows whose name is not "campaign, model:
-/// measure" are omitted.
+/// Returns one cell of the map for each campaign and model, in the order of the rows. Rows whose name is not "campaign,
+/// model: measure" are omitted.
 std::vector<SurvivalCell> survival_of(const std::vector<BenchRow>& rows);
 
 /// Writes FILE.md and, in a folder of the same name beside it, map.svg. `machine`: processor, compiler, flags and date

@@ -332,7 +332,8 @@ struct HandOptions : GuideOptions {
   }
 };
 
-/// Options of the steps that are computed from captures. The captures are stored beside the rig file.
+/// Options of the calibration steps whose results are computed from captures (recorded touches and poses). The captures
+/// are stored beside the rig file.
 struct RigOptions {
   std::string rig, captures, report, map, arm_serial, tracker_serial;
   bool user_offset = false;
@@ -440,8 +441,8 @@ void add_drift(cli::Command& calibrate) {
     const std::vector<dvec3> then = points(read_touches(file));
     const auto touched_now = [&] {
       if (!options->touches.empty()) return read_touches(options->touches);
-      // All captures are stored beside the rig. The check at a session's start has a folder of its own, so that it does
-      // not use old captures.
+      // All captures are stored beside the rig. The check of the calibration at a session's start has a folder of its
+      // own, so that it does not use old captures.
       const std::filesystem::path folder = rig.captures_folder() / "today";
       std::error_code code;
       std::filesystem::remove(folder / "drift.csv", code);
@@ -493,7 +494,8 @@ void add_status(cli::Command& calibrate) {
   });
 }
 
-/// Runs one step: captures data, computes the result, and stores it in the rig file. Returns false if the user stopped.
+/// Runs one step of the calibration: captures data, computes the result, and stores it in the rig file. Returns false
+/// if the user stopped.
 bool guide_step(RigFile& rig, Step step, HandOptions& options) {
   GuidedCapture guide(rig.bench(), rig.captures_folder(), options.plate_pitch_mm * kMillimetre);
   guide.begin(step);

@@ -293,7 +293,7 @@ void run(const Arguments& a) {
   haptics::Imported& imported = mouth.imported;
   if (!a.labels.empty()) haptics::write_labels(imported, a.labels);
   if (exercise) {
-    // If several scans are given and the user has requested no rotation, the first scan is made upright.
+    // If several scans are given and the user has requested no rotation, the first scan is turned upright.
     ImportedExercise written{.name = std::filesystem::path(a.out).stem().string(),
                              .description = imported.report.format == "DICOM" ? "DICOM" : ""};
     for (const std::string& input : imported.report.format == "DICOM" ? std::vector<std::string>{} : a.inputs)

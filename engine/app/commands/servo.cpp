@@ -68,7 +68,8 @@ class TickSink {
   std::optional<OfflineRecording> session_;
 };
 
-/// Returns the duration of the hand's path, s. Empty if the hand decides during the run when it ends.
+/// Returns the duration of the hand's path, s. Empty if the hand itself ends the run at a time that is not known in
+/// advance.
 std::optional<double> length_of(const Options& options, const Scene& scene) {
   const std::string& hand = options.hand;
   if (hand == "expert:") return std::nullopt;

@@ -217,7 +217,7 @@ void run_synth(const SynthCommand& c) {
     idle.pedal = 1;
     track.states.push_back(idle);
     track.has_spindle = true;
-    // before its first sample, the track of the drill is assumed to have the state of this sample
+    // before the first sample of the track, the drill is assumed to have the state of this sample
   } else if (track.states.front().t > 0) {
     track.states.insert(track.states.begin(), track.states.front());
     track.states.front().t = 0;
@@ -235,7 +235,7 @@ void run_synth(const SynthCommand& c) {
   }
   audio::WavWriter wav(c.out, rate, c.wide ? audio::SampleFormat::kFloat32 : audio::SampleFormat::kPcm16, ears ? 2 : 1);
   double power = 0, peak = 0;
-  std::size_t states = 0;  // number of states with audible sound
+  std::size_t states = 0;  // number of states of the drill in which it is audible
   {
     std::optional<Progress> progress;
     if (seconds > 300) progress.emplace("sound");

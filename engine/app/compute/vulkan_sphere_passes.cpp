@@ -228,7 +228,8 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
       reach = std::max({reach, glm::distance(ball.a - origin_, middle) + ball.radius,
                         glm::distance(ball.near_to - origin_, middle) + ball.radius});
     }
-    // Enlarges the sphere by the rounding error of positions and distances in single precision.
+    // Enlarges the sphere that encloses the tool's motion by the rounding error of positions and distances in single
+    // precision.
     reach += slack_ + kRounding * (glm::length(middle) + reach);
     around_ = glm::vec4(glm::vec3(middle), static_cast<float>(reach));
     return true;

@@ -82,7 +82,7 @@ void Experiment::prepare() {
   if (over()) return;
   next_ = {};
   next_.number = static_cast<int>(answered_.size()) + 1;
-  // values of the stimuli with the smaller and the greater value; for Question::kModel: indices of the two models
+  // values of the smaller and of the greater stimulus; for Question::kModel: indices of the two models
   double lesser = 0, greater = 1;
   if (plan_.question == Question::kModel) {
     next_.greater_second = orders_[answered_.size()];

@@ -29,7 +29,7 @@ std::string_view words_of(Question question, session::Language language = sessio
 /// One of the two stimuli of a trial. Each member replaces or scales a property of the scene.
 struct Stimulus {
   std::string model;           // contact model of the stimulus; empty: the scene's contact model
-  double stiffness_ratio = 1;  // ratio: stiffness of the stimulus to stiffness of the scene
+  double stiffness_ratio = 1;  // stiffness of the stimulus, divided by the stiffness of the scene
   double force_fraction = 1;   // 0..1, factor by which the force on the hand is multiplied
   double delay = 0;            // s, delay of the force at the hand
 };
@@ -56,7 +56,7 @@ struct AnsweredTrial {
 
 struct ExperimentPlan {
   Question question = Question::kStiffness;
-  double scene_stiffness = 0;  // N/m, stiffness of the scene's coupling
+  double scene_stiffness = 0;  // N/m, stiffness of the scene's coupling (spring between hand and tool)
   double reference = 0;  // value of the reference stimulus; stiffness: N/mm; force: % of the servo's force; delay: ms
   std::array<std::string, 2> models;  // the two compared contact models; used only for Question::kModel
   StaircaseRule rule;                 // rule of the staircase; not used for Question::kModel
@@ -106,7 +106,7 @@ struct ExperimentResult {
   // settled_level: difference at which the staircase settled; target: fraction of right answers at this difference
   double settled_level = 0, target = 0;
   Estimate chosen;  // fraction of the answers that chose the second model
-  // probability that a subject who feels no difference gives answers that are at least as uneven as those given
+  // p-value: probability that random answers differ from an even split at least as much as the subject's answers do
   double chance = 1;
   Estimate second;  // fraction of the trials in which the subject answered "second"
 };

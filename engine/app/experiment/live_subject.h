@@ -1,5 +1,5 @@
-// A person as the subject of an experiment. The person feels the stimuli in a live session and answers by key. Render
-// thread.
+// A person as the subject of an experiment. The person feels the stimuli in a live session and answers by key. Only for
+// the render thread.
 #pragma once
 
 #include <memory>

@@ -19,7 +19,8 @@ constexpr double kUpperQuartile = 0.6744897501960817;  // Φ(0.6745) = 0.75: upp
 constexpr double kChiSquare95 = 3.841458820694124;     // 95 % quantile of χ² with one degree of freedom
 constexpr double kLeastProbability =
     1e-12;  // lower limit for the probability of an answer, so that one answer cannot make the likelihood 0
-// ratio; the fit tries widths from (smallest difference / kWidthRange) to (largest difference · kWidthRange)
+// ratio; the fit tries widths of the curve from (smallest difference / kWidthRange) to (largest difference ·
+// kWidthRange)
 constexpr double kWidthRange = 50;
 
 double cumulative_gaussian(double x) {

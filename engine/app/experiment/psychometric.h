@@ -50,8 +50,8 @@ PsychometricFit fit_psychometric(std::span<const Judgement> judgements);
 
 /// Returns the fraction chosen / count with its exact 95 % confidence interval (Clopper & Pearson 1934).
 Estimate fraction_of(int chosen, int count);
-/// Returns the p-value of a two-sided binomial test: how probable it is, if both answers are equally likely, that the
-/// number of answers differs from half of `count` at least as much as `chosen` does.
+/// Returns the p-value of a two-sided binomial test for `chosen` out of `count` answers. It is the probability that
+/// equally likely answers would give a number that differs from half of `count` at least as much as `chosen`.
 double chance_of(int chosen, int count);
 
 }  // namespace typodont

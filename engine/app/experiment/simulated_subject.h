@@ -16,7 +16,7 @@
 
 namespace typodont {
 
-/// Judges the difference of two stimuli with Gaussian noise, and sometimes answers at random (lapses).
+/// Judges the difference of two stimuli after adding Gaussian noise to it, and sometimes answers at random (lapses).
 class SimulatedObserver {
  public:
   SimulatedObserver(const Psychometric& truth, std::uint64_t seed) : truth_(truth), random_(seed) {}

@@ -18,15 +18,15 @@ struct StaircaseRule {
     kWeighted
   };
   Kind kind = Kind::kTransformed;
-  /// kTransformed: number of right answers after which the level falls. The staircase settles at a fraction of
-  /// 0.5^(1/down) right answers.
+  /// kTransformed: number of right answers after which the level falls. The staircase settles where the fraction of
+  /// right answers is 0.5^(1/down).
   int down = 2;
   double weighted_at = 0.75;  // kWeighted: fraction of right answers at which the staircase settles
   double start = 50;          // first level (difference between the stimuli), in the experiment's unit
   double least = 1e-3, most = 100;
-  double first_step = 1.6;  // ratio between two levels during the first `coarse` reversals
-  double step = 1.2;        // ratio between two levels after the first `coarse` reversals
-  int coarse = 3;           // number of reversals at the start for which the ratio is `first_step`
+  double first_step = 1.6;  // ratio between two successive levels during the first `coarse` reversals
+  double step = 1.2;        // ratio between two successive levels after the first `coarse` reversals
+  int coarse = 3;           // number of reversals at the start during which the ratio between levels is `first_step`
 
   /// Returns the fraction of right answers at the level where the staircase settles.
   double target() const { return kind == Kind::kTransformed ? std::pow(0.5, 1.0 / down) : weighted_at; }

@@ -66,7 +66,7 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
   const auto value = [&](const dvec3& index) {
     return kFlat * static_cast<float>(distance(frame.to_world(index - 1.0)) / voxel);
   };
-  // Computes a block of samples when one of them is first needed. Far from the surface, one value serves all of them.
+  // Computes a block of samples when one of them is first needed. Far from the surface, all of them get one value.
   const auto sample = [&](const glm::ivec3& index) {
     constexpr int kBlock = 4;
     float& known = samples[at(index)];

@@ -40,7 +40,7 @@ Tissue ToothField::tissue(const dvec3& p_W) const {
 }
 
 Tissue ToothField::tissue_at_surface(const dvec3& p_W) const {
-  // m, depth below the surface at which the tissue is read; also the step of the finite differences
+  // m, depth below the surface at which the tissue is read; also the step of the finite differences for the gradient
   constexpr double kStep = 0.1e-3;
   dvec3 p = p_W;
   for (int round = 0; round < 4; ++round) {
@@ -83,8 +83,8 @@ std::array<double, kTissueCount> ToothField::fractions(const dvec3& p_W) const {
   return out;
 }
 
-/// Outside the band, the volume stores no distances. They are computed here by a chamfer distance transform (one
-/// forward and one backward pass).
+/// The volume stores distances only in a band around the surface. Other distances are computed here by a chamfer
+/// distance transform (one forward and one backward pass).
 void ToothField::extend() {
   const auto far = static_cast<float>((band_ + reach_) / frame_.voxel);
   const auto beyond = static_cast<float>(0.99 * band_ / frame_.voxel);

@@ -9,8 +9,8 @@
 namespace typodont {
 
 struct DelayCaptureOptions {
-  std::string hand;  // device A: the address of a hand
-  std::string with;  // device B: the address of another hand, or opentrack:[ADDRESS:]PORT
+  std::string hand;  // address of device A, which is a hand (a device that can move the tool)
+  std::string with;  // address of device B: another hand, or opentrack:[ADDRESS:]PORT
   std::string pedal = "none";
   // s, largest duration; the capture ends earlier if the delay is known with an accuracy of 0.1 ms
   double seconds = 30;

@@ -35,8 +35,8 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// Reads a hand on a thread of its own, without force. A touch is a point that the user touches with the hand's tip and
-/// confirms by pedal or key. take() returns the touches one by one.
+/// Reads a hand (device) on a thread of its own, without force. A touch is a point that the user touches with the
+/// hand's tip and confirms by pedal or key. take() returns the touches one by one.
 class GuideHand {
  public:
   struct Press {
@@ -69,7 +69,7 @@ class GuideHand {
   bool ended() const { return ended_.load(std::memory_order_acquire); }
   /// Requests a touch as if the user had pressed the pedal.
   void press() { asked_ = true; }
-  /// Accepts the next press. Presses are ignored while the previous press is processed.
+  /// Accepts the next press of the pedal. Presses are ignored while the previous press is processed.
   void ready() {
     asked_ = false;
     state_.store(State::kReady, std::memory_order_release);
@@ -192,7 +192,8 @@ Look look_of(const GuidedCapture& guide, const std::filesystem::path& file) {
 }
 
 #ifdef TYPODONT_WINDOW
-/// The window on the bench's screen, in the display rig's layout, with a separate picture for each eye.
+/// The window on the bench's screen, in the stereo layout that the rig file states, with a separate picture for each
+/// eye.
 class GuideScreen {
  public:
   GuideScreen(const Look& look, int monitor) : look_(look), device_(make_device()) {

@@ -34,7 +34,7 @@ struct Lead {
   static constexpr double slowing_time = 0.04;  // s, time constant of the slowdown
   static constexpr double end_pace = 0.4e-3;    // m/s, speed at the end of a cut
   // Tolerances of the tool's distance from the target point and from the planned line. ahead: m; during a cut, the
-  // target point moves on only while the tool is nearer to it than this.
+  // target point moves on only while the tool's distance from this point is smaller than `ahead`.
   static constexpr double ahead = 0.06e-3;
   // m, tolerance: during a cut, the target point moves on only while the tool is nearer to the planned line than this
   static constexpr double beside = 0.022e-3;
@@ -65,17 +65,17 @@ struct Lead {
   // m, largest lead of the hand (distance ahead of the target point) while scraping
   static constexpr double most_scrape_lead = 1.2e-3;
   // The lead of a cut is limited. The force that a lead causes depends on the tissue, so the limit is adjusted until
-  // the force equals the wanted force. The wanted forces here are fractions of the task's mean force. rough_force: for
+  // the force equals the wanted force. The wanted forces here are multiples of the task's mean force. rough_force: for
   // the bulk of the tissue if another tool cuts the final surface; bulk_force: for the bulk if the same tool cuts the
   // final surface; finishing_force: for the final surface.
   static constexpr double rough_force = 2.3, bulk_force = 1.65, finishing_force = 1.4;
-  // wanted force for the bulk with a coarse tool, as a fraction of the task's mean force; a coarse tool needs less
+  // wanted force for the bulk with a coarse tool, as a multiple of the task's mean force; a coarse tool needs less
   // energy per volume than the tissue's specific energy
   static constexpr double coarse_force = 2.7;
   // 1/s, gain with which a force error changes the largest allowed lead (distance of the hand ahead of the target
   // point)
   static constexpr double lead_per_force = 15;
-  // limits of the largest allowed lead (distance of the hand ahead of the target point), as ratios to the lead that
+  // limits of the largest allowed lead (distance of the hand ahead of the target point), as multiples of the lead that
   // gives the task's mean force
   static constexpr double least_most_lead = 0.6, most_lead = 3;
   // m; the largest allowed lead (distance of the hand ahead of the target point) may always grow to this value, because
@@ -141,8 +141,8 @@ struct ToolChoice {
   // For a coarse tool. coarse_pass: distance between two passes, as a fraction of the tool's diameter;
   // most_coarse_pass: m, upper bound of this distance. At this bound, the tool's round end leaves ridges of 0.04 mm.
   static constexpr double coarse_pass = 0.26, most_coarse_pass = 0.6e-3;
-  // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, so it keeps a distance:
-  // if it touched enamel, the enamel would bear the force, and the filling beside it would hardly be cut.
+  // m, depth to which a hand instrument may enter tissue that must stay. The value is negative, so the instrument keeps
+  // a distance. If it touched enamel, the enamel would bear the force, and the filling beside it would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
   static constexpr double allowance = 0.005e-3;  // m, depth to which a bur may enter tissue that must stay
   // m; no bur stroke is planned for tissue that is thinner than this; this limit is less than the 0.02 mm that the
@@ -152,8 +152,8 @@ struct ToolChoice {
   // removes at least the fraction 1 - tolerated_loss of the volume that the best tool removes.
   static constexpr double tolerated_loss = 0.12;
   static constexpr double same_width = 0.01e-3;  // m, tolerance: tool widths that differ by less count as equal
-  // Ratio of the tissue that another tool would leave to the tissue that the chosen tool leaves. If it is below this
-  // limit, the other tool makes the finish.
+  // Ratio of the tissue that another tool would leave to the tissue that the chosen tool leaves. If this ratio is below
+  // the limit, the other tool cuts the final surface.
   static constexpr double hardly_less = 0.6;
   // Conditions for the use of another tool. The error is the volume that differs from the ideal result. The tool must
   // leave less than the fraction needed_reduction of the present error, and reduce the error by at least the fraction
@@ -176,8 +176,8 @@ struct Filling {
   // height and radius of a portion of filling, as fractions of the distance that the filling instrument can reach
   static constexpr double portion_height = 0.6, portion_radius = 0.98;
   static constexpr double below_wall =
-      // ratio to the instrument's radius: largest height of the instrument above the cavity's floor; at a larger
-      // height, the instrument would be nearer to a wall than to the floor
+      // largest height of the instrument above the cavity's floor, as a multiple of the instrument's radius; at a
+      // larger height, the instrument would be nearer to a wall than to the floor
       0.8;
   static constexpr double near_wall = 0.2e-3,
                           // m; an instrument that is nearer than near_wall to a wall of the cavity is moved to this
@@ -187,7 +187,7 @@ struct Filling {
   static constexpr double rise = 0.3e-3;
   // voxels, smallest distance between the dome of filling and the instrument's head
   static constexpr double head_free = 0.5;
-  // If the gradient of the distance field is shorter than this, the point is midway between two
+  // If the gradient of the distance field at a point is shorter than this, the point counts as midway between two
   // surfaces.
   static constexpr double one_surface = 0.5;
   static constexpr double proud = 0.12e-3,
@@ -201,7 +201,7 @@ struct Filling {
   // voxels. A position above the final contour lies over the cavity if the point at this depth below the contour lies
   // in the cavity.
   static constexpr double rim = 0;
-  // m; filling counts as a gain only up to this height above the lowest missing voxel
+  // m; filling counts as a gain only up to this height above the lowest voxel in which filling is missing
   static constexpr double layer = 0.6e-3;
   // voxels; a voxel counts as filled only if its centre lies at least this deep inside the dome of filling
   static constexpr double whole_voxel = 0.9;
@@ -434,7 +434,7 @@ class Plan {
                         by_hand ? least_thickness : std::max(least_thickness, grip_.size * ToolChoice::least_cut));
   }
   /// Appends to the plan the steps that carry out these strokes. `bulk_force`: force of the strokes in the bulk, as a
-  /// fraction of the task's mean force.
+  /// multiple of the task's mean force.
   void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain, double bulk_force) {
     double run = 0;  // m, length of the present run (consecutive strokes of a hand instrument)
     for (std::size_t i = 0; i < strokes.size(); ++i) {
@@ -469,7 +469,7 @@ class Plan {
                                          : Joining::turn_pace;
   }
   bool goes_straight_in(const std::vector<Stroke>& strokes) const {
-    // a stroke counts as parallel to the axis if the cosine of the angle between both is above this limit
+    // a stroke counts as parallel to the axis if the cosine of the angle between stroke and axis is above this limit
     constexpr double kStraight = 1 - 1e-9;
     return strokes.size() == 1 && glm::dot(glm::normalize(strokes[0].from.p - strokes[0].to.p), axis_) > kStraight;
   }
@@ -567,7 +567,8 @@ class Plan {
     Pose X_WT;
     dvec3 center;  // m, centre of the dome (the curved surface of a portion of filling)
     // A portion is a dome of filling. excess[k]: cost of the unwanted filling in a dome with a radius of k + 1 voxels.
-    // wanted: for each k and each height level, the number of missing voxels in the dome up to this level.
+    // wanted: for each k and each height level, the number of voxels in the dome up to this level in which filling is
+    // missing.
     std::vector<double> excess, wanted;
     // m along the preparation's axis; lowest: height of the lowest level; step: distance between two levels
     double lowest = 0, step = 0;
@@ -582,8 +583,8 @@ class Plan {
     std::optional<Portion> portion;
   };
 
-  /// Plans portions of filling for the lowest missing voxels. Deep voxels are filled first, because later filling would
-  /// make them unreachable.
+  /// Plans portions of filling for the lowest voxels in which filling is missing. Deep voxels are filled first, because
+  /// later filling would make them unreachable.
   void fill_with(std::uint32_t which) {
     const haptics::Tool& tool = tools_[which];
     session::Preparation layer = judge_.preparation(state_);
@@ -652,7 +653,7 @@ class Plan {
     }
   }
 
-  /// Returns the centres of the missing voxels, the lowest first.
+  /// Returns the centres of the voxels in which filling is missing, the lowest first.
   std::vector<dvec3> lowest_first(const session::Preparation& in) const {
     std::vector<std::pair<double, dvec3>> by_height;
     for (int x = 0; x < in.after.size.x; ++x) {
@@ -671,9 +672,9 @@ class Plan {
     return voxels;
   }
 
-  /// Finds the best portion for the missing voxel q, and its radius in voxels. Null if no portion has a gain. The gain
-  /// is the missing volume in the portion up to a height of Filling::layer above q, minus the cost of excess filling.
-  /// Filling at larger heights does not count as a gain, because it would block the instrument.
+  /// Finds the best portion for q, a voxel in which filling is missing, and its radius in voxels. Null if no portion
+  /// has a gain. The gain is the missing volume in the portion up to a height of Filling::layer above q, minus the cost
+  /// of excess filling. Filling at larger heights does not count as a gain, because it would block the instrument.
   const Portion* best_for(const dvec3& q, const session::Preparation& in, const Instrument& instrument,
                           const std::vector<Spot>& spots, double& radius) const {
     const Portion* best = nullptr;
@@ -712,7 +713,7 @@ class Plan {
     return total(added) * std::pow(layer.frame.voxel, 3);
   }
 
-  /// Makes a grid of positions of the instrument above the missing voxels.
+  /// Makes a grid of positions of the instrument above the voxels in which filling is missing.
   std::vector<Spot> spots_for(const Instrument& instrument, const session::Preparation& layer) const {
     glm::dvec2 lo(1e9), hi(-1e9);
     for (int x = 0; x < layer.after.size.x; ++x) {

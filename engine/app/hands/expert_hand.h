@@ -44,7 +44,7 @@ struct ExpertLeg {
 struct ExpertGrip {
   double size = 1;     // factor by which lengths for work on a tooth are multiplied: distances, clearances, tolerances
   double force = 1;    // N, mean force that the task asks for
-  double lead = 1e-3;  // m, distance of the hand ahead of its tool that gives the mean force
+  double lead = 1e-3;  // m, distance of the hand ahead of its tool at which the force equals the mean force
   double most_force = std::numeric_limits<double>::infinity();  // N, largest force of a cut
 };
 
@@ -77,10 +77,10 @@ class Expert {
   std::optional<haptics::TissueVolume> planned_;
   std::vector<FilledSpot> filled_;
   int layers_ = 0, cuts_ = 0;  // number of plans so far for filling, and for cutting
-  /// number of layers that were filled before the last carving; set when filling continues after it, until then 0
+  /// number of layers that were filled before the last carving; 0 until filling continues after the first carving
   int layers_cut_ = 0;
   double missing_ = 1e9;    // m³, smallest volume of missing filling so far
-  double off_ = 0;          // m³, volume that differed from the ideal result before the last cutting
+  double off_ = 0;          // m³, volume that differed from the ideal result before the last round of cutting
   int useless_layers_ = 0;  // number of consecutive layers that hardly reduced the missing volume
   // Index of the filling instrument; the finest has index 0. In the second pass, which overfills, the number of
   // instruments is added to the index.
@@ -125,7 +125,7 @@ class ExpertHand final : public haptics::HapticDevice {
   Pose free_;          // pose at the end of the last step through the air
   double along_ = 0;   // m, distance from the start of the step to the target point
   double filled_ = 0;  // m³, volume that was filled before the present step
-  double waited_ = 0;  // s, time since the last progress
+  double waited_ = 0;  // s, time since the tool last came nearer to the target point
   // m, smallest distance of the tool from the target point since this point last moved
   double nearest_ = std::numeric_limits<double>::infinity();
   // A run is a sequence of strokes of a hand instrument without a stop. The instrument scrapes to and fro along the run

@@ -16,13 +16,13 @@ namespace typodont {
 
 /// The user's choice of hands. A value on the command line replaces that of the rig file, which replaces the default.
 struct HandChoice {
-  /// address of the hand; empty: the hand that the rig file states, otherwise the default for the display
+  /// address of the hand (device that moves the tool); empty: the rig file's hand, otherwise the display's default
   std::string hand;
-  /// address of the second hand; empty: the hand that the rig file states, otherwise there is no second hand
+  /// address of the second hand's device; empty: the rig file's second hand, otherwise there is no second hand
   std::string left_hand;
   /// foot pedal: "auto", "none", a path or a serial number; empty: the pedal in the rig file, otherwise "auto"
   std::string pedal;
-  double rate = 1000;              // Hz, rate of the servo if the hand does not fix it
+  double rate = 1000;              // Hz, rate of the servo if the hand's device has no fixed rate
   std::vector<std::string> tools;  // names of the session's tools, which a script may use
 };
 
@@ -32,8 +32,8 @@ struct Hands {
   std::unique_ptr<haptics::HapticDevice> left;
 };
 
-/// Function that creates a hand of a window or a headset. Its arguments are the scheme and the rest of an address, for
-/// example "mouse" and "", or "openxr" and "right".
+/// Function that creates a hand that a window or a headset controls. Its arguments are the scheme and the rest of an
+/// address, for example "mouse" and "", or "openxr" and "right".
 using WindowHands =
     std::function<std::unique_ptr<haptics::HapticDevice>(const std::string& scheme, const std::string& rest)>;
 

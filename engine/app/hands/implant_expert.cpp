@@ -25,8 +25,8 @@ constexpr double kWithdrawal = 15e-3;  // m/s, speed of the hand out of the bed 
 constexpr double kSweepPace = 7e-3;    // m/s, speed of the smoothing bur
 // m, length of the ridge (the edge of the jaw) that is smoothed on each side of the implant's axis
 constexpr double kSweepReach = 3.0e-3;
-// m, depth of the hand below the planned ridge (edge of the jaw) while it smooths this ridge; the coupling yields, so
-// the bur is higher than the hand
+// m, depth of the hand below the planned ridge (edge of the jaw) while it smooths this ridge; the coupling spring
+// yields, so the bur is higher than the hand
 constexpr double kSweepBelow = 0.1e-3;
 constexpr double kSweepApart = 1.0e-3;  // m, distance between two strokes of the smoothing bur
 // N, forces for drilling, for cutting a thread, for checking the depth, and for marking
@@ -74,8 +74,8 @@ double ImplantExpert::tip_depth() const {
   return glm::dot(tip_W - task_.plan.entry_W, task_.plan.axis_W);
 }
 
-/// Returns the pose of a tool that is parallel to the planned axis. `depth`: m, depth of its tip; `aside`: m, distance
-/// of the tool from the axis.
+/// Returns the pose of a tool that is parallel to the planned axis. `depth`: m, depth of its tip below the planned
+/// entry point; `aside`: m, distance of the tool from the axis.
 Pose ImplantExpert::at(double depth, const dvec3& aside) const {
   const dquat R = rotation_between({0, 0, -1}, task_.plan.axis_W);
   return {task_.plan.entry_W + (depth - tool().half()) * task_.plan.axis_W + R * aside, R};
@@ -86,7 +86,8 @@ void ImplantExpert::see(const ServoTick& tick) noexcept {
   meter_.add({&tick, 1});
 }
 
-/// Presses the tool along the planned axis with the force `newton` (N), but not deeper than `depth` (m).
+/// Presses the tool along the planned axis with the force `newton` (N), but not deeper than `depth` (m) below the
+/// planned entry point.
 void ImplantExpert::press(haptics::HandSample& sample, double newton, double depth) {
   const double force = std::max(0.0, -glm::dot(seen_.f_T_W, task_.plan.axis_W));
   lead_ = std::clamp(lead_ + kLeadPerForce * (newton - force) * dt_, 0.02e-3, kMostLead);

@@ -43,14 +43,14 @@ class ImplantExpert final : public haptics::HapticDevice {
   haptics::DeviceInfo info_;
   session::ImplantTask task_;
   std::vector<haptics::Tool> tools_;
-  std::vector<dvec3> sweep_;  // m, path of the smoothing bur across the axis
+  std::vector<dvec3> sweep_;  // m, path of the smoothing bur across the implant's axis
   session::ImplantMeter meter_;
   double dt_, stiffness_, motor_;
   ServoTick seen_;
   std::size_t phase_ = 0;
   Stage stage_ = Stage::kTake;
   std::uint64_t ticks_ = 0;
-  double depth_ = 0;      // m, depth of the tip below the planned entry point, at the hand's own pose
+  double depth_ = 0;      // m, depth of the tip below the planned entry point if the tool were at the hand's pose
   double lead_ = 0;       // m, lead: distance of the hand ahead of its tool
   double waited_ = 0;     // s, time since the present stage (Stage) of the phase began
   double along_ = 0;      // m, completed length of the smoothing path

@@ -27,7 +27,7 @@ constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};
 constexpr double kMostLean = 85 * kDegree;  // rad, largest tilt of the tool that the mouse can set
 // rad, change of the tilt when the pointer moves by half the picture's height
 constexpr double kLeanPerHalfHeight = 60 * kDegree;
-// ratio: while the pointer moves, the offset between tool and pointer shrinks by this fraction of the motion
+// While the pointer moves, the tool's offset from the pointer shrinks by this fraction of the pointer's motion.
 constexpr double kReturn = 0.5;
 
 class MouseHand : public haptics::HapticDevice {

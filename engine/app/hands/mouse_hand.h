@@ -44,7 +44,7 @@ class Pointer {
   double depth_ = 0;  // m, distance of the tool in front of the screen's plane, towards the user
   /// rad, tilt of the shank from the z axis of frame W: to the user's right, and away from the user
   glm::dvec2 lean_;
-  /// position of the pointer, and offset of the tool from the pointer; 1 is half the picture
+  /// position of the pointer, and offset of the tool from the pointer, in units of half the picture
   glm::dvec2 at_{0}, offset_{0};
   bool pressed_ = false;
   Nanos pressed_at_ = -kNanosPerSecond;

@@ -23,20 +23,21 @@ constexpr double kClear = 0.05;
 constexpr double kExact = 0.02;
 constexpr double kGrid = 0.1e-3;  // m, distance between the head positions that the planner evaluates
 constexpr double kLayer =
-    0.5;  // ratio: distance between two layers of strokes in the bulk of the tissue to the head's diameter
-constexpr double kCoarseLayer = 0.8;  // for a coarse tool, ratio: distance between two layers to the head's diameter
-// Ratio of thickness to the head's diameter. For tissue that is thinner than this, a coarse tool makes no separate row
-// of strokes; its passes along the floor remove this tissue.
+    0.5;  // distance between two layers of strokes in the bulk of the tissue, as a fraction of the head's diameter
+constexpr double kCoarseLayer = 0.8;  // coarse tool: distance between two layers, as a fraction of the head's diameter
+// Fraction of the head's diameter. A coarse tool makes no separate row of strokes for tissue that is thinner than this
+// fraction. Its passes along the floor remove this tissue.
 constexpr double kAtOnce = 0.5;
-constexpr double kRow = 0.6;  // ratio: distance between two rows of strokes in a layer to the head's diameter
+constexpr double kRow = 0.6;  // distance between two rows of strokes in a layer, as a fraction of the head's diameter
 // m, tolerance: floor points whose heights differ by less than this belong to the same flat part of the floor
 constexpr double kSameLevel = 10e-6;
-// m²; if a flat part of the cavity's floor is smaller than this, the tool makes no pass along its walls
+// m²; if a flat part of the cavity's floor is smaller than this, the tool makes no pass along the walls around it
 constexpr double kLeastFlat = 0.1e-6;
-// a flat part of the floor also gets no pass along its walls if it is smaller than this fraction of the head's
-// cross-section
+// a flat part of the floor also gets no pass along the walls around it if it is smaller than this fraction of the
+// head's cross-section
 constexpr double kFlatShare = 0.15;
-// Ratio: distance between the end of a row and a wall to the head's diameter. Another pass cuts along the wall.
+// Distance between a wall and the end of a row of strokes, as a fraction of the head's diameter. Another pass cuts
+// along the wall.
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.03e-3;  // m, smallest distance between the head and neighbouring teeth or gum
 constexpr double kLeastTaken = 0.05;     // voxels; no stroke is planned for tissue that is thinner than this
@@ -246,7 +247,7 @@ class StrokePlanner {
     return p;
   }
   /// Returns a straight path for a head that fits the ideal (the tissue that must remain) exactly, for example a reamer
-  /// with the diameter of the cup. For such a head, the grid contains no free position. Empty for other heads.
+  /// with the diameter of the hip's socket. For such a head, the grid contains no free position. Empty for other heads.
   std::optional<Chain> close_fit() const {
     dvec3 p = centered({lo_ + 0.5 * grid_ * glm::dvec2(count_ - 1), top_});
     const auto down_to = [&](double height) {
@@ -351,9 +352,9 @@ class StrokePlanner {
     if (line.size() == 1) add(line[0], line[0], false);
     for (std::size_t k = 0; k + 1 < line.size(); ++k) add(line[k], line[k + 1], k + 2 < line.size());
   }
-  /// Adds a connection from the end of the last stroke to `to`: a straight line, or a path up, across and down. The
-  /// head must not touch the ideal (the tissue that must remain) on it. If there is no such connection, nothing is
-  /// added, and the hand will lift the tool.
+  /// Adds a connection from the end of the last stroke to `to`: a straight line, or a path up, across and down. On this
+  /// connection, the head must not touch the ideal (the tissue that must remain). If there is no such connection,
+  /// nothing is added, and the hand will lift the tool.
   void go_to(const dvec3& to) {
     if (!last_) return;
     const dvec3 from = *last_;

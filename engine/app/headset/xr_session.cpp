@@ -171,7 +171,7 @@ struct XrSession::Thread {
     stage.set_quality(ladder.step());
     stage.surround(surroundings);
     Detail detail(wiring.tolerance, voxel);
-    // Releases the particles at every end of this function, because this must happen before their GPU device is
+    // Releases the particles whenever this function ends, because this must happen before their GPU device is
     // destroyed.
     struct InUse {
       std::optional<DebrisView>& debris;

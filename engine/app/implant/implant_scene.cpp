@@ -55,7 +55,8 @@ class Around {
     const std::size_t i = box_.field.at(p.x, p.y, p.z);
     return box_.field.distance[i] < 0 ? box_.tissue[i] : Tissue::kAir;
   }
-  // frame of the whole volume; it is used so that the nearest voxel of the copy is also the nearest voxel of the volume
+  // frame of the whole volume, of which this class copies only a box; with this frame, the voxel nearest to a point is
+  // the same in the copy and in the volume
   VoxelFrame frame_;
   glm::ivec3 lo_;
   DenseCopy box_;
@@ -194,8 +195,8 @@ void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& 
   const dquat R = across(plan.axis_W);
   session::ImplantBedMeasures& bed = measures.bed;
   if (!bed.found || bed.depth < 2 * kCrest) return;
-  // Sums the area and the second moments of the region without bone, slice by slice. The slices are perpendicular to
-  // the planned axis.
+  // Sums the area and the second moments of the region without bone (the drilled hole), slice by slice. The slices are
+  // perpendicular to the planned axis.
   const double step = bone.voxel() / 2, reach = 1.5 * plan.diameter / 2;
   double area = 0, ovality = 0;
   int slices = 0;

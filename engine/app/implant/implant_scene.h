@@ -31,7 +31,7 @@ session::ImplantTask read_implant(const Json& implant, const Json& tissue, std::
 inline constexpr double kCrest = 1.5e-3;
 
 /// Calls visit(p_W, depth) for points on the surface of the planned implant's thread, from the depth kCrest down to the
-/// apex. It ends early if visit() returns false.
+/// apex (lower end). It ends early if visit() returns false.
 template <class Visit>
 void for_thread_surface(const session::ImplantPlan& plan, Visit visit) {
   constexpr int kDown = 8, kAround = 24;

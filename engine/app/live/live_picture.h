@@ -44,7 +44,7 @@ class LivePicture {
   LivePicture& operator=(const LivePicture&) = delete;
 
   /// Opens the trainee's picture on the screen of `rig`. The rig must outlive this object. Adds a description of each
-  /// active feature to `explanations`. Throws the same errors as PictureStage.
+  /// active feature to `explanations`. Throws Error if no Vulkan device or no window is available.
   void open(const display::DisplayRig& rig, std::vector<std::string>& explanations);
   /// Stores the time at which the drawing loop starts. The duration of its first pass is measured from this time.
   void begin() { last_turn_ = now(); }
@@ -76,9 +76,9 @@ class LivePicture {
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
   const gpu::Image* own_picture() const { return own_stage_ && own_frames_ > 0 ? &own_stage_->pictures() : nullptr; }
 
-  /// Switches to the next view. The order is: normal, section through the bur, glass, difference to the ideal result
-  /// (if the scene has an ideal), and normal again. In an implant exercise there are two sections through the implant's
-  /// axis, along the arch and across it.
+  /// Switches to the next view. The order is: normal, section through the bur, glass (transparent tooth), difference to
+  /// the ideal result (if the scene has an ideal), and normal again. In an implant exercise there are two sections
+  /// through the implant's axis, along the arch and across it.
   void show_next_view(const ServoTick& tick);
   /// Switches the suction on or off. Has an effect only if the scene has debris.
   void switch_suction();

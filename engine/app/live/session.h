@@ -41,7 +41,7 @@ struct LiveSession {
   Nanos first_tick = 0;                // servo thread only: ns, time at which the first tick was finished
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
-  bool steered = false;  // true: the newest tick is read even if nothing is drawn
+  bool steered = false;  // true: the newest tick is published for the render thread even if nothing is drawn
   /// true: each brick (mesh block) is sent both to a headset and to the operator's picture
   bool watched = false;
   StrokeHistory book;          // carver thread only: the changes that each stroke made, for undo
@@ -108,7 +108,7 @@ class ServoTurns {
   ServoTick tick_;
   Cut cut_;
   std::uint64_t ticks_ = 0;
-  Nanos ticks_since_gum_ = 0;    // ns, time since the last call of send_gum(), counted in ticks
+  Nanos ticks_since_gum_ = 0;    // number of ticks since the last call of send_gum()
   std::size_t wounds_sent_ = 0;  // number of gum wounds that were sent to the picture so far
 };
 
@@ -120,7 +120,7 @@ class CarverTurns {
   explicit CarverTurns(LiveSession& s, std::function<void()> between = {});
   ~CarverTurns();
   struct Done {
-    bool worked = false;   // true: this call of turn() had work to do
+    bool worked = false;   // true: this pass of the carver's loop had work to do
     bool awaited = false;  // true: the servo has not yet begun to use the offered patch (copy of tissue)
   };
   /// Repeats the servo's cuts, executes the user's commands, offers a new patch (copy of the tissue) if one is due, and
@@ -145,7 +145,7 @@ class RecorderTurns {
   LiveSession& s_;
   session::SessionWriter& writer_;
   render::View viewed_ = render::View::kLook;
-  // the state that was last reported in the log
+  // the writer's state that was last reported in the log
   session::WriterStatus::State told_ = session::WriterStatus::State::kRecording;
 };
 

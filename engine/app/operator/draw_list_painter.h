@@ -47,7 +47,7 @@ class DrawListPainter {
 
   struct Texture {
     VkImageView view;
-    int layer;  // layer of an array texture; negative: the font, a texture that contains only coverage
+    int layer;  // layer of an array texture; negative: the font, a texture that contains only coverage (opacity)
     std::uint64_t shows;
   };
 

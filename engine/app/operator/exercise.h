@@ -19,7 +19,7 @@ namespace typodont {
 
 /// Stiffness and colour of a tissue in the new exercise, if they differ from the base scene.
 struct TissueMade {
-  double stiffness = 1;        // ratio to the stiffness in the base scene
+  double stiffness = 1;        // stiffness, divided by that in the base scene
   std::optional<dvec3> color;  // sRGB, colour of the tissue; empty: the base scene's colour
 };
 

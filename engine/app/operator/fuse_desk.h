@@ -20,11 +20,11 @@ class FuseDesk {
   FuseDesk(const FuseDesk&) = delete;
   FuseDesk& operator=(const FuseDesk&) = delete;
 
-  /// Shows the page and reads the mesh of OperatorState::fuse in the background. Requires full labels on the scan page.
+  /// Shows the page and reads the mesh of OperatorState::fuse in the background. Needs full-resolution tissue labels.
   void open();
   /// Registers the two surfaces by the picked points. If the result is refused, the message line states the reason.
   void register_points();
-  /// Replaces the crowns in the CBCT of the scan page, then shows the scan page.
+  /// Replaces the crowns in the CBCT of the scan page by the surface of the intraoral scan, then shows the scan page.
   void take();
   /// Draws the surfaces again if they have changed. Call it before the page is drawn.
   void follow();

@@ -170,8 +170,8 @@ fs::path temporary_recording_file() {
     if (process > 0 && process != getpid() && kill(process, 0) != 0 && errno == ESRCH) fs::remove(entry.path(), code);
   }
   const fs::path file = folder / fmt::format("{}.h5", getpid());
-  // The file was left by an earlier session of this window. Delete it before the new session is written, because a file
-  // that was read cannot be overwritten.
+  // An earlier session of this window may have left a file of this name. It is deleted before the new session is
+  // written, because a file that was read cannot be overwritten.
   fs::remove(file, code);
   return file;
 }

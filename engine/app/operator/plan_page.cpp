@@ -29,8 +29,8 @@ glm::dvec2 fraction_of(const SectionPlane& plane, const dvec3& p_W) {
   return {0.5 + glm::dot(from, plane.right_W) / plane.width, 0.5 - glm::dot(from, plane.up_W) / plane.height};
 }
 
-/// Handles the mouse over a section. Dragging the apex tilts the implant, dragging another point moves it, and the
-/// wheel moves it along its axis.
+/// Handles the mouse over a section. Dragging the apex (lower end) tilts the implant, dragging another point moves it,
+/// and the wheel moves it along its axis.
 void follow_mouse(PlanForm& form, const SectionPlane& plane, bool level, ImVec2 at, float size, float near) {
   const ImGuiIO& io = ImGui::GetIO();
   const auto on_screen = [&](const dvec3& p_W) {

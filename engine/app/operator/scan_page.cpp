@@ -28,7 +28,7 @@ ImU32 color_of(const glm::dvec3& rgb) {
   return IM_COL32(static_cast<int>(rgb.x), static_cast<int>(rgb.y), static_cast<int>(rgb.z), 255);
 }
 
-/// Returns the colour in which the page shows the tissue labels that a tool makes.
+/// Returns the colour in which the page shows the tissue labels that a correction tool (brush, seed) makes.
 glm::dvec3 kind_color(haptics::LabelKind kind) {
   switch (kind) {
     case haptics::LabelKind::kBone:

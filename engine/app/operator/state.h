@@ -101,7 +101,7 @@ struct SceneChoice {
   bool jaw = false;
 };
 struct HandEntry {
-  std::string address;  // address of the hand; empty: the user types the address
+  std::string address;  // address of the hand's device; empty: the user types the address
   std::string title, detail;
   bool usable = true;
 };
@@ -154,7 +154,7 @@ struct ScanForm {
   ScanReview* review = nullptr;  // owned by ScanDesk; null until the scan is read
   std::size_t large = 0;         // index of the section that is shown larger than the others
   ScanTool tool = ScanTool::kLook;
-  int kind = 0;  // kind of label that the tool makes, a haptics::LabelKind as a number
+  int kind = 0;  // kind of label that the correction tool makes, a haptics::LabelKind as a number
   float radius_mm = 1;
   bool only_tissue = true;
   float reach_mm = 5, tolerance = 0.3f;  // for a seed (clicked point): limits of distance and grey difference
@@ -222,7 +222,7 @@ struct ExperimentFinding {
   /// chosen (%)
   FoundValue found;
   std::array<std::string, 2> models;  // names of the compared models; empty for other questions
-  /// for a comparison of models: p-value, probability of equally or more uneven answers if no difference is felt
+  /// for a comparison of models: p-value, probability that random answers are at least as one-sided as the subject's
   double chance = 1;
 };
 struct DoctorFinding {

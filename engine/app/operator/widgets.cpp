@@ -24,7 +24,7 @@ void end_page() {
 
 namespace {
 // kMessageHeight: height of the message line; kFootHeight: height of the lowest row, which contains the buttons. Both
-// are ratios to the text height.
+// are multiples of the text height.
 constexpr float kMessageHeight = 2.2f, kFootHeight = 3.2f;
 }  // namespace
 

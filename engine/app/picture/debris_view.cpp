@@ -11,7 +11,8 @@ namespace {
 
 // m, grid spacing of the distance field from which chips bounce off; bouncing needs no fine detail of a cavity
 constexpr double kCoarse = 4e-4;
-// m, grid spacing of the distance field on which the film of water flows; a cavity must be several cells wide
+// m, grid spacing of the distance field on which the film of water flows; smaller than a cavity, which needs several
+// cells
 constexpr double kFilm = 3e-4;
 constexpr double kFilmShown = 0.05;  // s, time between two updates of the picture of the film of water
 // m, each time that the tool's head has moved by this length, its cut is applied to the water's distance field
@@ -250,7 +251,7 @@ std::span<const render::Particle> DebrisView::particles() {
 void DebrisView::add_droplets() {
   constexpr glm::vec3 kWater(0.86f, 0.91f, 0.95f);  // sRGB, colour of water in the light of the lamp
   constexpr float kOpacity = 0.4f, kSlurryOpacity = 0.6f;
-  constexpr float kThin = 0.5f;  // ratio: width of a moving droplet's streak to the droplet's diameter
+  constexpr float kThin = 0.5f;  // width of a moving droplet's streak, divided by the droplet's diameter
   droplets_.resize(water_->spray.alive());
   const std::size_t count = water_->spray.write_points(droplets_);
   for (const debris::DebrisPoint& drop : std::span(droplets_).first(count)) {

@@ -42,7 +42,7 @@ class FilmPicture {
 
   render::FilmGrid grid_;
   glm::ivec3 blocks_{0};
-  std::vector<render::FilmTexel> own_;  // one texel per cell of the film of water, without those of the border
+  std::vector<render::FilmTexel> own_;  // one texel per cell of the film of water, except the cells at the border
   // Texels for the renderer. For a grid point in no cell of the water film: mean of the nearest cells' texels.
   std::vector<render::FilmTexel> texels_;
   std::vector<std::uint8_t> queued_;

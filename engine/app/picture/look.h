@@ -32,7 +32,7 @@ struct Viewpoint {
   glm::dvec2 shift{0, 0};  // m, displacement of the point at which the viewer looks, to the viewer's right and up
 };
 
-/// Limits a viewpoint to valid values: it lies outside the tooth and does not pass the zenith.
+/// Limits a viewpoint to valid values: the viewer stays outside the tooth, and the view does not pass the zenith.
 Viewpoint clamped(const Viewpoint& from);
 
 /// Makes a display rig whose picture has this size (pixels) and this viewpoint. It shows the region around `middle_W`.

@@ -7,8 +7,8 @@
 namespace typodont {
 
 /// Applies the key "magnify" of the rig file. Moves screen and eyes towards the point that the rig states, or towards
-/// the middle of the tissue's upper side. Logs the effect on co-location. A headset magnifies in its own code, so it
-/// does not use this function.
+/// the middle of the tissue's upper side. Logs the effect on co-location (picture and hand at one place). A headset
+/// magnifies in its own code, so it does not use this function.
 display::DisplayRig magnified_for(const display::DisplayRig& rig, const haptics::TissueVolume& tissue);
 
 }  // namespace typodont

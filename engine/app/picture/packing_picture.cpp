@@ -8,7 +8,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kMargin = 1.05;  // ratio: width of the picture to width of the packing
+constexpr double kMargin = 1.05;  // width of the picture, divided by the width of the packing
 const dvec3 kLight = glm::normalize(dvec3(-0.45, -0.75, 0.6));
 constexpr double kAmbient = 0.25;  // fraction of a sphere's colour that remains where the sphere is in shadow
 

@@ -14,7 +14,7 @@ namespace typodont {
 class PairStage {
  public:
   /// `servo`: tools and materials of each session. `options`: only window, monitor, quality and hud are used. Throws
-  /// the same errors as PictureStage.
+  /// Error if no Vulkan device or no window is available.
   PairStage(const display::DisplayRig& rig, const std::array<haptics::ServoSettings, 2>& servo,
             const PictureStage::Options& options);
   ~PairStage();

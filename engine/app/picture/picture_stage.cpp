@@ -71,7 +71,8 @@ bool same_light(const render::Lights& a, const render::Lights& b) {
 
 bool looks_same(const Pose& a, const Pose& b) {
   const dquat turn = a.R * (glm::dot(a.R, b.R) < 0 ? -1.0 : 1.0) - b.R;
-  // The tolerances of equal poses are 1e-7 m for the position, and 2.5e-6 rad for half the angle of the rotation.
+  // Two poses count as equal if the positions differ by at most 1e-7 m, and the rotations by at most 5e-6 rad (the
+  // quaternions by 2.5e-6).
   return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;
 }
 
@@ -222,8 +223,8 @@ bool PictureStage::resize(glm::ivec2 eye_size) {
   vkDeviceWaitIdle(device_.device);  // the GPU may still be drawing the old pictures in the caller's window
   screen_size_ = eye_size;
   renderer_->resize(eye_size);
-  // The panel gets the aspect ratio of the picture. For this, it is enlarged about its middle, so that everything that
-  // was visible stays visible.
+  // The panel is enlarged about its middle until it has the aspect ratio of the picture. So everything that was visible
+  // stays visible.
   display::Screen& screen = rig_.screen;
   const dvec3 right = screen.lower_right - screen.lower_left, up = screen.upper_left - screen.lower_left;
   const dvec3 middle = (screen.lower_right + screen.upper_left) / 2.0;
@@ -347,7 +348,7 @@ std::optional<display::HeadTracker::Stats> PictureStage::tracker_stats() const {
   return tracker_->stats();
 }
 
-/// Makes the next frame, and sets its eyes, lamp and mouth mirror.
+/// Makes the next frame, with the positions of its eyes, the lamp and the mouth mirror.
 render::Frame PictureStage::look() const {
   render::Frame frame;
   const auto eyes = display::eye_views(rig_);
@@ -445,8 +446,8 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   const auto target = output_->acquire();
   const Nanos acquired = now();
   if (target) {
-    // Only the changed parts are composed, because the screen already shows the others. With software rendering, this
-    // saves most of the time.
+    // Only the changed parts are composed, because the screen already shows the unchanged parts. With software
+    // rendering, this saves most of the time.
     std::array<std::vector<display::Part>, 2> changed;
     if (stats.drawn)
       for (int e = 0; e < frame.views; ++e)

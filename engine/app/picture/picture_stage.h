@@ -50,7 +50,7 @@ double drawn_spin(const haptics::Tool& tool, double spindle);
 void surround(render::Renderer& renderer, const Surroundings& around, bool coarse = false);
 
 /// Returns a box that contains all tissue that the scene can ever have. Empty if tissue can appear anywhere, because a
-/// tool of the tool set adds tissue, or because redo can restore earlier cuts.
+/// tool of the tool set adds tissue, or because undo in a resumed session restores tissue.
 std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics::TissueVolume& tissue);
 
 /// Adds the statistics of a frame to the work counts.
@@ -178,7 +178,7 @@ class PictureStage {
   void follow_head();
   void follow_pixels(double pixel);
   void follow_light(const render::Lights& lights);
-  /// Adds the cursor of a tool at this pose: a ring in the frame, and dots in the particles.
+  /// Adds the cursor of a tool at this pose: a ring to the frame, and dots to the drawn particles.
   void add_cursor(const Pose& X_WG, render::Frame& frame);
 
   display::DisplayRig rig_;
@@ -197,13 +197,13 @@ class PictureStage {
   Timing timing_;
   bool missed_ = false;  // true: the last frame was not shown, or the window is minimised
   glm::ivec2 screen_size_{0};
-  /// m, right edge and upward edge of the panel as vectors, as the rig file states them
+  /// m, vectors along the panel's lower edge (rightwards) and left edge (upwards), as the rig file states them
   std::array<dvec3, 2> first_panel_{};
   display::Hud hud_;
   Surroundings around_;
   std::vector<render::LitTriangle> tooth_;  // triangles of the working tooth as it was in the first frame
   bool tooth_known_ = false;                // true after the first frame, when `tooth_` is filled
-  // Light that bodies exchange, and the lamps for which it was computed. Used only in scenes with a mouth.
+  // Light that bodies reflect to each other, and the lamps for which it was computed. Used only in scenes with a mouth.
   std::optional<render::LightScene> light_scene_;
   render::Lights lit_by_;
   bool coarse_around_ = false;
@@ -229,7 +229,7 @@ class PictureStage {
 };
 
 /// Creates a GPU device for pictures with these options. If the options request a window, the device can show it.
-/// Throws the same errors as PictureStage.
+/// Throws Error if no Vulkan device or no window is available.
 gpu::Device make_picture_device(const PictureStage::Options& options);
 
 }  // namespace typodont

@@ -36,7 +36,7 @@ class QualityLadder {
   /// Evaluates the time of a frame. Returns true if the level changed. Call it only for frames that were drawn.
   bool frame_took(double seconds) {
     if (fixed_) return false;
-    // The first frames of a level are ignored, because they include the creation of its pipelines.
+    // The first frames of a quality level are not timed, because they include the creation of its graphics pipelines.
     if (fresh_ > 0) return --fresh_, false;
     // The time of a single frame has only a limited effect, so that one delayed frame does not lower the quality.
     mean_ += 0.15 * (std::min(seconds, 2 * slow_) - mean_);

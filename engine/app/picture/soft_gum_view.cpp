@@ -10,13 +10,13 @@ namespace typodont {
 
 namespace {
 
-// radius in which a point of the gum moves the vertices, as a ratio to the distance between two points of the gum
+// radius in which a point of the gum moves the vertices, as a multiple of the distance between two points of the gum
 constexpr double kReach = 1.7;
 constexpr float kEdge = 0.3e-3f;    // m, triangles with edges longer than this are divided where the gum can move
 constexpr int kSplits = 4;          // largest number of times that an edge of the gum's triangles is halved
 constexpr double kGrowth = 30e-6;   // m, a patch of blood is drawn again after its radius has changed by this
 constexpr float kOpaque = 0.95f;    // opacity of the blood in the middle of a patch of blood, 0..1
-constexpr double kRimWidth = 0.22;  // ratio: width of the rim of a patch of blood to the radius of the patch
+constexpr double kRimWidth = 0.22;  // width of the rim of a patch of blood, divided by the radius of the patch
 // m, smallest width of the rim of a patch of blood; in a narrower rim, the triangles would be visible
 constexpr double kLeastRim = 0.35e-3;
 
@@ -231,7 +231,7 @@ void SoftGumView::make(std::size_t index) {
     const float blood = blood_at(rest.origin + dvec3(vertex.p));
     if (moved == glm::vec3(0) && !(blood > 0)) continue;
     at_rest = false;
-    // If a surface with normal n is lowered by h, its new normal is n + ∇h.
+    // If a surface with normal n is lowered by h, which varies along the surface, its new normal is n + ∇h.
     vertex.p += moved;
     vertex.n = glm::normalize(vertex.n + slope - glm::dot(slope, vertex.n) * vertex.n);
     if (blood > 0) {

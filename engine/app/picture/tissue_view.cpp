@@ -69,8 +69,8 @@ namespace {
 // voxels, the program searches for another tissue below a vertex only up to this depth
 constexpr int kSearchDepth = 14;
 // Voxels. If the natural (uncut) tissue reached at least this far above a vertex, the vertex counts as cut. Shallower
-// cuts are not recognised. With a larger value, natural fissures would count as cuts, because their opposite wall is
-// near.
+// cuts are not recognised. With a larger value, natural fissures (narrow grooves) would count as cuts, because their
+// opposite wall is near.
 constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
     // number of bricks (mesh blocks) that one update meshes again; they take some milliseconds, so that the carver
@@ -116,8 +116,8 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
     const glm::vec3 start = v.p / static_cast<float>(voxel) + 0.5f;
     const auto empty = [&](const glm::vec3& place) { return !solid_.solid(volume, glm::ivec3(glm::floor(place))); };
     const auto leaves_at = [&](float way) { return empty(start - way * v.n); };
-    // At the edge of a thick body, the path can leave the body through its side. This is no gap: a gap counts only if
-    // the four test points around the path are also empty.
+    // At the edge of a thick body, the line of test points can leave the body through its side. This is no gap. A gap
+    // counts only if the four test points around the line are also empty.
     const auto all_empty_at = [&](float way) {
       const glm::vec3 axis = std::abs(v.n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
       // The four test points are the corners of a square around `place`. The sides of the square are oblique to the
@@ -201,8 +201,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     }
     for (float way = 0.75f; way < reach; way += 0.5f) {
       if (seen_at(way) == outside) continue;
-      // The lower tissue begins within the last step. A bisection finds the boundary with a precision of an eighth of a
-      // voxel.
+      // The lower tissue begins within the last step of the search. A bisection finds the boundary with a precision of
+      // an eighth of a voxel.
       float near = std::max(way - 0.5f, 0.5f), far = way;
       for (int i = 0; i < 2; ++i) {
         const float middle = 0.5f * (near + far);

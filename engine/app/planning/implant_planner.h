@@ -24,7 +24,7 @@ struct ImplantProcedure {
   std::string name;   // name that users see, for example "bone level 4.8 x 12 mm"
   double length = 0;  // m, length of the implant
   double diameter = 0;      // m, diameter of the implant's thread
-  double bed_diameter = 0;  // m, diameter of the last drill
+  double bed_diameter = 0;  // m, diameter of the last drill, and so of the drilled hole
   double canal_margin = 0;  // m, smallest allowed distance to the nerve canal
 };
 /// Returns the shipped procedures and those in ~/Typodont/implants/procedures, sorted by name. Throws Error.
@@ -50,7 +50,7 @@ struct PlanFindings {
   double leaves_depth = 0;  // m, depth of the point leaves_at_W below the implant's upper end
   // m, distance between the surfaces of implant and canal; negative if the implant cuts the canal
   double canal_distance = std::numeric_limits<double>::infinity();
-  // m, distance to the nearest tooth or to the nearest root that the scene lists, ±0.15 mm
+  // m, distance from the implant to the nearest tooth or to the nearest root that the scene lists, ±0.15 mm
   double tooth_distance = std::numeric_limits<double>::infinity();
   double mean_grey = 0;  // Hounsfield units, mean grey value of the bone around the thread
   bool fits() const { return !leaves_at_W; }

@@ -14,7 +14,7 @@ namespace typodont {
 
 struct MouthFiles {
   std::vector<std::filesystem::path> scans;   // the first scan is the one that is drilled
-  std::optional<std::filesystem::path> bite;  // surface that shows teeth of all scans in occlusion
+  std::optional<std::filesystem::path> bite;  // surface that shows teeth of all scans while the jaws are closed
   // m, distance by which the opposing scans are moved away from the first scan, so that an instrument has room
   double open = 0;
 };
@@ -22,7 +22,7 @@ struct MouthFiles {
 /// Registration of the bite scan to one of the scans.
 struct BiteFit {
   double median = 0, most_of = 0;  // m: 50 % and 95 % quantile of the distances between the two surfaces
-  double predicted_error = 0;      // m, rms error at the agreeing points, predicted by the covariance
+  double predicted_error = 0;      // m, rms error at the agreeing points, as the covariance predicts it
   double area = 0;                 // m², area of the bite scan that agrees with the scan
 };
 

@@ -16,7 +16,7 @@ namespace {
 constexpr double kAirGrey = -1000, kSoftGrey = 50, kToothGrey = 3000, kDentinGrey = 1700, kMetalGrey = 10000;
 constexpr double kShortestCanal = 8e-3;  // m, smallest length of a piece of nerve tissue that counts as a canal
 constexpr double kSection = 2e-3;        // m, length of the sections into which a nerve canal is divided
-// ratio to the size of the median section of a canal; smaller sections are not used
+// a section that is smaller than this fraction of the canal's median section is not used
 constexpr double kWholeSection = 0.6;
 constexpr int kSlab = 16;  // number of samples along x that are copied at a time
 
@@ -128,8 +128,8 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
         if (in_bone <= 2 * in_tooth) continue;
         // The search starts again at one end of the canal, so that the distances increase to its other end.
         piece = distances_within_piece(piece.back().first);
-        // The path goes from voxel to voxel through their faces, so it can be √3 times as long as the canal. The true
-        // length is computed below from the centres of the sections.
+        // The path of the search goes from voxel to voxel through their faces, so it can be √3 times as long as the
+        // canal. The true length is computed below from the centres of the sections.
         const double per_section = kSection / frame_.voxel;
         const auto sections = static_cast<std::size_t>(piece.back().second / per_section) + 1;
         std::vector<dvec3> sums(sections, dvec3(0));

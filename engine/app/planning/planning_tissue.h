@@ -17,8 +17,8 @@ namespace typodont {
 /// The tissue of a jaw. All points are in m, frame W.
 class PlanningTissue {
  public:
-  /// Copies the tissue labels and the hardness of the whole volume. At most kMostSamples samples are stored: of a
-  /// larger volume, only every second voxel per axis, or fewer.
+  /// Copies the tissue labels and the hardness of the whole volume. At most kMostSamples samples are stored. From a
+  /// larger volume, only every n-th voxel along each axis is copied.
   explicit PlanningTissue(const haptics::TissueVolume& volume);
 
   static constexpr double kMostSamples = 1e8;

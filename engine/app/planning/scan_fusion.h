@@ -53,7 +53,7 @@ class ScanFusion {
     return points_[kScan].size() >= kLeastPairs && points_[kScan].size() == points_[kCt].size();
   }
 
-  /// Registers the scan by picked points and surfaces. Any thread, while no other call changes it. Throws Error.
+  /// Registers the scan by points and surfaces. For any thread, while no other call changes this object. Throws Error.
   ScanRegistration registered() const;
   /// Shows a registration: the scan over the CT, coloured by the distance between them. Picking another point discards
   /// the registration.

@@ -11,7 +11,7 @@ namespace typodont {
 namespace {
 
 constexpr double kSmallestRegion = 3e-3;  // m, smallest width of the imported region per axis
-// ratio: largest width of a section to the size of the scan
+// largest width of a section, divided by the size of the scan
 constexpr double kMargin = 1.06;
 constexpr double kSmallestWidth = 10e-3;  // m, smallest width of the part that a section shows
 // Number of samples of a coarse preview. The tissue labels of these samples can be computed in about a second.

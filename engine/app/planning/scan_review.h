@@ -50,8 +50,8 @@ class ScanReview {
   double whole_width() const { return whole_; }
   void set_width(double width);
   ScanPlanes planes() const;
-  /// Returns the letters at the left and right edge of a section, which name the patient's sides: R and L, or A and P.
-  /// Empty if the scan does not state the orientation of its coordinates.
+  /// Returns the letters at the left and right edge of a section, which name the patient's sides: R and L, or A and P
+  /// (front, back). Empty if the scan does not state the orientation of its coordinates.
   std::array<std::string_view, 2> sides(std::size_t section) const;
 
   // Functions for the region of the scan that will be imported.
@@ -112,7 +112,7 @@ class ScanReview {
  private:
   struct Step {
     std::vector<haptics::Correction> corrections;
-    std::vector<haptics::BoxContent> before;  // content before the correction; after undo(), the content after it
+    std::vector<haptics::BoxContent> before;  // labels before the correction; after undo(), the labels after it
   };
 
   void apply(Step& step, const haptics::Correction& correction);

@@ -37,7 +37,7 @@ struct ReplayResult {
 ReplayResult replay_session(const std::filesystem::path& session_file,
                             const std::function<void(double)>& progress = {});
 
-/// Result of applying the recorded motion of the hand to a changed scene, for example with another coupling or tissue.
+/// Result of applying the recorded motion of the hand to a changed scene, for example with another coupling spring.
 struct RerunResult {
   std::uint64_t ticks = 0, cuts = 0;
   double seconds = 0;
@@ -62,7 +62,7 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
 /// reach this session. Throws Error if the tissue is missing or has changed, or if this number is too large.
 Scene scene_of(const session::SessionReader& session, int recordings = 0);
 
-/// Makes a carver (owner of the tissue) in the state of a session at time t: `start` after all cuts and edits up to t.
+/// Makes a carver (owner of the tissue) in the state of a session at time t. It applies the cuts and edits to `start`.
 std::unique_ptr<haptics::Carver> carver_at(const session::SessionReader& session, const Scene& scene,
                                            haptics::TissueVolume start, Nanos t);
 /// Returns the tissue at time t of a session (or at its end), computed from the initial tissue `start` and the recorded

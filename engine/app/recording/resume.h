@@ -1,5 +1,5 @@
-// Continues an unfinished preparation, from a saved volume or from the end of a recorded session. The scene's own
-// tissue still counts as the untouched tissue.
+// Continues an unfinished preparation, from a saved volume or from the end of a recorded session. For the score, the
+// tissue before the work is still the scene's own tissue.
 #pragma once
 
 #include <filesystem>
@@ -16,9 +16,9 @@ namespace typodont {
 /// if the file is neither.
 Scene with_resume(const Scene& scene, const std::filesystem::path& file);
 
-/// Loads the tissue at the start of a session with this scene. It is the untouched tissue, or the tissue from which the
-/// scene continues. In the second case, strokes of a recorded session can be undone. Throws Error, also if the tissue
-/// to continue from was not made from the scene's own tissue.
+/// Loads the tissue at the start of a session with this scene. It is the scene's own tissue, or the tissue from which
+/// the scene continues. In the second case, strokes of a recorded session can be undone. Throws Error, also if the
+/// tissue to continue from was not made from the scene's own tissue.
 haptics::TissueVolume load_tissue(const Scene& scene);
 
 /// Converts an undo or redo to an event of the recording, and back. For an event of another kind, edit_of() returns an

@@ -21,7 +21,7 @@ struct PlaybackOptions {
   std::optional<double> ipd;    // m, interpupillary distance; empty: the rig file's value
   double magnify = 0;           // magnification of the picture; 0: the rig file's value
   double from = -1, to = 1e18;  // s, range of the recording that is played
-  double speed = 1;             // ratio to the recorded speed; negative: backwards
+  double speed = 1;             // multiple of the recorded speed; negative: backwards
   /// number of times that a film plays the range; in a window, 0 plays it once and any other value repeats it for ever
   int loops = 1;
   double fps = 30;

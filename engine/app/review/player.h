@@ -95,7 +95,7 @@ struct PlayClock {
   double begin = 0, end = 1;  // s, range of times that can be played
   double from = 0, to = 1;    // s, range of times that is repeated in a loop
   double at = 0;              // s, present time of the playback
-  double speed = 1;           // ratio to the recorded speed; negative: backwards
+  double speed = 1;           // multiple of the recorded speed; negative: backwards
   bool paused = false, loop = false;
   bool over = false;  // true: the playback has reached its end; never true if the range is repeated
 

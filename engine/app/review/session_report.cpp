@@ -17,7 +17,7 @@ namespace {
 
 constexpr float kTolerance = 0.3f;  // voxels, largest distance between the report's triangles and the tissue's surface
 
-// largest number of label samples per side; the labels add some hundred kilobytes to a page
+// largest number of label samples along each side of the volume; the labels add some hundred kilobytes to a page
 constexpr int kMostLabels = 200;
 
 /// Copies the label of every n-th voxel. n is so large that there are at most kMostLabels samples per side.
@@ -111,8 +111,8 @@ session::SessionSummary summary_of(const session::SessionReader& session, const 
 
 namespace {
 
-/// Reads the sessions in the folder for which `wanted` is true, except this one. Files that are not sessions are
-/// skipped.
+/// Reads the sessions in the folder for which `wanted` is true, except the present session. Files that are not sessions
+/// are skipped.
 template <typename Wanted>
 std::vector<session::SessionSummary> others_in(const std::filesystem::path& folder,
                                                const session::SessionReader& session, const Wanted& wanted) {

@@ -32,9 +32,9 @@ namespace {
 using Text = nlohmann::ordered_json;
 
 constexpr const char* kSchema = "typodont-state-1";
-// bytes, about 100 messages; if more data than this would wait for a reader, new messages to it are skipped
+// bytes, about 100 messages; if more data than this would wait for a reader (program), its new messages are skipped
 constexpr std::size_t kMostWaiting = 1 << 16;
-constexpr std::size_t kMostAsked = 1 << 13;  // bytes; a reader whose request is longer is disconnected
+constexpr std::size_t kMostAsked = 1 << 13;  // bytes; a reader whose request is longer than this is disconnected
 constexpr std::size_t kMostReaders = 32;
 
 /// A network socket whose calls never block.
@@ -196,7 +196,8 @@ struct StateStream::Impl {
 
 void StateStream::Impl::tell(Reader& reader, const std::string& text, bool may_skip) {
   const std::string frame = websocket_text_frame(text);
-  // Twice as much data may wait for the reader before an event is skipped, because events are rare and important.
+  // An event is skipped only if the waiting data would exceed twice kMostWaiting, because events are rare and
+  // important.
   if (reader.waiting.size() + frame.size() > (may_skip ? kMostWaiting : 2 * kMostWaiting)) {
     ++counts.skipped;
     return;

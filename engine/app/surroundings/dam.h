@@ -13,8 +13,8 @@ namespace typodont {
 /// tooth.
 double dam_sheet(const Jaw& jaw, const Jaw::Place& at, double teeth, double own, double gap);
 
-/// The clamp of a rubber dam: two jaws at the neck of the tooth, buccal and lingual, and a bow around its distal side.
-/// Positions are in the frame of the row, m.
+/// The clamp of a rubber dam: two jaws at the neck of the tooth, on the sides of cheek and tongue, and a bow around its
+/// rear side. Positions are in the frame of the row, m.
 class DamClamp {
  public:
   /// `middle`: m, middle of the working tooth; `edge`: m, height of the gum's edge; `half_width`: m, half the width of

@@ -14,20 +14,21 @@ constexpr double kPapillaWidth = 1.8e-3;  // m, width of a papilla (the gum betw
 // m, distances from the working tooth along the arch. Between kTiltFrom and kTiltTo, the tilt of the gum's edge
 // decreases to zero.
 constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;
-// m, distances from the row of teeth, to its side. Between kEdgeTo and kEvenFrom, the influence of the teeth on the
-// jaw's ridge decreases to zero.
+// m, sideways distances from the row of teeth. Between kEdgeTo and kEvenFrom, the influence of the teeth on the jaw's
+// ridge decreases to zero.
 constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;
 constexpr double kRowDepth = 15.5e-3;  // m, thickness of a jaw with a row of teeth
 constexpr double kBlockDepth = 9e-3;   // m, smallest thickness of a jaw without a row of teeth
-// m, dimensions of the jaw's ridge, on which the teeth stand. It is wider at its bottom, and ends in a fold on the
-// buccal side and on the lingual side.
+// m, dimensions of the jaw's ridge, on which the teeth stand. It is wider at its bottom, and ends in a fold towards the
+// cheek and in a fold towards the tongue.
 constexpr double kRidgeTop = 1.3e-3, kRidgeRim = 0.5e-3, kBuccalSwell = 1.7e-3, kLingualSwell = 1.1e-3,
                  kSwellDepth = 4e-3;
 constexpr double kBuccalFold = 8.5e-3, kLingualFold = 9.5e-3, kFoldRound = 5e-3, kJawEdge = 13.5e-3;
 constexpr double kBack = 25e-3;  // m, distance from the working tooth to the back of the mouth
 // kAttached: m, height of the attached gum; kLine: m, half the width of its border
 constexpr double kAttached = 4.4e-3, kLine = 0.5e-3;
-// m, dimensions of tongue and cheek: distances from the curve of the teeth, and heights above the occlusal plane.
+// m, dimensions of tongue and cheek: distances from the curve of the teeth, and heights above the plane of the chewing
+// surfaces.
 constexpr double kTongueFrom = 9.0e-3, kTongueBelow = 3.5e-3, kTongueDome = 5.5e-3, kTongueRound = 6e-3;
 constexpr double kCheekFrom = 11.5e-3, kCheekOver = 6.5e-3, kLipBelow = 1.5e-3, kCheekRound = 7e-3;
 constexpr double kLipFrom = 18e-3, kLipRadius = 3.4e-3, kFaceTo = 36e-3, kFaceFall = 14,

@@ -11,11 +11,11 @@ class Jaw {
  public:
   /// A point in the coordinates of the arch, m.
   struct Place {
-    /// m, position along the curve of the teeth, and distance from the curve (positive on the buccal side)
+    /// m, position along the curve of the teeth, and distance from the curve (positive towards the cheek)
     double along, beside;
-    double depth;       // m, depth below the gum's edge as it would be without papillae
+    double depth;       // m, depth below the gum's edge as it would be without papillae (the gum between teeth)
     double half_width;  // m, half the width of the row of teeth at the gum
-    double x, z;        // m, coordinates in the frame of the row; x points mesial, z occlusal
+    double x, z;        // m, coordinates in the frame of the row; x points to the front teeth, z out of the crown
   };
   /// `middle`: m, frame W, middle of the working tooth; `half_width`: m, half its width at the gum; `occlusal`: m, its
   /// highest point along the crown's axis; `roots`: m, depth of its roots below the gum's edge.
@@ -24,8 +24,8 @@ class Jaw {
   Place place(const dvec3& p_W) const;
   /// Returns the additional height of the gum between two teeth (the papilla), m.
   double papilla(const Place& p) const;
-  /// Returns the fraction of movable mucosa in the surface of the gum, 0..1. It is 1 below the mucogingival line, and
-  /// small at the gum's edge.
+  /// Returns the fraction of movable mucosa in the surface of the gum, 0..1. It is 1 below the mucogingival line (lower
+  /// border of the attached gum), and small at the gum's edge.
   double mucosa(const Place& p) const;
 
   /// Distances from a point to the bodies, m, negative inside. ridge(): the jaw without the collar of gum around the

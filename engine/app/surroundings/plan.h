@@ -21,8 +21,8 @@ struct NeighbourTooth {
   double turn = 0;         // rad, rotation about an axis through the point of contact, parallel to the crown's axis
 };
 
-/// The mouth that is drawn around the row of teeth. kPhantom: a phantom head with plastic teeth, acrylic gum and a
-/// mask.
+/// The mouth that is drawn around the row of teeth. kPhantom: a phantom head (training dummy) with plastic teeth,
+/// acrylic gum and a mask.
 enum class Mouth { kNone, kPatient, kPhantom };
 
 /// A rubber dam: a sheet with a hole around the working tooth.
@@ -33,7 +33,7 @@ struct RubberDam {
 
 struct SurroundingsPlan {
   std::filesystem::path volume;  // volume of the working tooth, from which neighbours are copied
-  dvec3 crown{0, 0, 1};          // unit vector along the crown's axis, towards the occlusal side
+  dvec3 crown{0, 0, 1};          // unit vector along the crown's axis, towards the chewing surface
   dvec3 arch{1, 0, 0};           // unit vector along the row of teeth, perpendicular to the crown's axis
   std::vector<NeighbourTooth> neighbours;
   std::optional<ToothRow> row;  // the other teeth of the jaw; empty if there are none

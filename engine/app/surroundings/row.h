@@ -9,8 +9,8 @@
 
 namespace typodont {
 
-/// A tooth of the row. In the frame of the row, x points along the arch at the working tooth (mesial), y buccal and z
-/// occlusal. Its origin is the origin of frame W. Lengths in m.
+/// A tooth of the row. In the frame of the row, x points along the arch at the working tooth (mesial), y to the cheek
+/// and z out of the crown. Its origin is the origin of frame W. Lengths in m.
 struct RowTooth {
   ToothForm form;
   dvec3 at{0, 0, 0};  // m, middle of the tooth's neck
@@ -28,7 +28,7 @@ class ArchCurve {
  public:
   struct Place {
     double along = 0;   // m, position along the curve, from its first point
-    double beside = 0;  // m, distance from the curve; positive on the buccal side
+    double beside = 0;  // m, distance from the curve; positive towards the cheek
   };
   ArchCurve() = default;
   explicit ArchCurve(std::vector<glm::dvec2> points);

@@ -1,4 +1,4 @@
-// The gum around the working tooth as soft tissue, with which the servo computes.
+// The gum around the working tooth as soft tissue, for the servo's computation of contact.
 #pragma once
 
 #include <memory>

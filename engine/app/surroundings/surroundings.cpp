@@ -184,7 +184,7 @@ struct SurroundingsShape::Impl {
     return b;
   }
   /// Returns the box around the whole arch. It extends `side` (m) beyond the curve of the teeth and `up` (m) above the
-  /// occlusal plane.
+  /// plane of the chewing surfaces.
   Box arch_box(double side, double up) const {
     Box b;
     const double low = glm::dot(plan.margin, plan.crown) - jaw.depth() - 2e-3;
@@ -208,7 +208,8 @@ struct SurroundingsShape::Impl {
   }
   Tissue tissue_at_surface(const Neighbour& n, const dvec3& p) const {
     if (n.row) return n.row->form.tissue(n.row->to_form(jaw.to_row(p)));
-    // The root of a neighbour is cut off. In a section the cut end would show the pulp, so it has the colour of dentin.
+    // The root of a neighbour is cut off. In a section the cut end would show the pulp, so the cut end gets the colour
+    // of dentin.
     const Tissue found = tooth.tissue_at_surface(n.copy->to_tooth(p));
     return found == Tissue::kPulp ? Tissue::kDentin : found;
   }

@@ -13,17 +13,17 @@ namespace {
 constexpr double kTip = 0.45e-3;  // m, radius of the rounded tip of a hill, such as a cusp
 // The computed distance to the side is multiplied by this factor, so that it is never larger than the true distance.
 constexpr double kSideSlope = 0.9;
-// The computed distance to the occlusal surface is multiplied by this factor, so that it is never larger than the true
+// The computed distance to the chewing surface is multiplied by this factor, so that it is never larger than the true
 // distance.
 constexpr double kTopSlope = 0.78;
 // m, rounding of the bottom of a groove between two hills (cusps or ridges). It must not be much smaller than the
 // voxels of the drawn tooth, because a sharper groove is drawn with notches.
 constexpr double kGrooveFloor = 0.2e-3;
 constexpr double kRidges = 0.07e-3;    // m, amplitude of the fine ridges on the cusps
-constexpr double kEnamelTop = 1.9e-3;  // m, thickness of the enamel at the occlusal end
+constexpr double kEnamelTop = 1.9e-3;  // m, thickness of the enamel at the chewing surface
 constexpr double kPulpDepth = 2.7e-3;  // m, depth of the pulp below the surface
 constexpr double kMargin = 0.6e-3;     // m, margin of the box around the tooth
-constexpr double kRootEnd = 0.35;      // ratio: width of the root at its end to width of the neck
+constexpr double kRootEnd = 0.35;      // width of the root at its end, divided by the width of the neck
 
 /// Returns half the width (m) of the tooth at the height z.
 double half_width(double z, double neck, double widest, double table, double at, double height, double root) {
@@ -65,8 +65,8 @@ double ToothForm::distance(const dvec3& p) const {
   };
   if (z < 0.3 * height) return smooth_max(outline(), -root - z, 1e-3);
 
-  // At each point, the occlusal surface is as high as the highest hill (cusp or ridge). Where two hills meet, there is
-  // a groove.
+  // At each point, the chewing surface is as high as the highest hill (cusp or ridge). Where two hills meet, there is a
+  // groove.
   double first = -1, second = -1;
   glm::dvec2 from_tip(0);
   for (const ToothHill& hill : hills) {

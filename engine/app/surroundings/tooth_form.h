@@ -11,28 +11,28 @@
 
 namespace typodont {
 
-/// A part of the occlusal surface, called a hill: a cusp, a ridge or an incisal edge. Its shape is a cone with a
-/// rounded tip.
+/// A part of the chewing surface, called a hill: a cusp, a ridge, or the cutting edge of a front tooth. Its shape is a
+/// cone with a rounded tip.
 struct ToothHill {
-  glm::dvec2 at{0, 0};       // m, position of the tip in the mesial and buccal directions
+  glm::dvec2 at{0, 0};       // m, position of the tip along x and y of the tooth's frame
   double height = 0;         // m, height of the tip above the neck
   double slope = 0.5;        // m per m, slope of the cone
-  glm::dvec2 long_by{1, 1};  // factors that stretch the hill's (cusp's) cone in the mesial and buccal directions
+  glm::dvec2 long_by{1, 1};  // factors that stretch the hill's (cusp's) cone along x and y of the tooth's frame
 };
 
-/// The shape of a tooth. In its frame, x points mesial, y buccal and z occlusal; the origin is the middle of the neck.
-/// Lengths in m.
+/// The shape of a tooth. In its frame, x points along the row to the jaw's midline, y to the cheek and z out of the
+/// crown; the origin is the middle of the neck. Lengths in m.
 struct ToothForm {
-  /// m, full widths at the widest part, in the mesial and buccal directions
+  /// m, full widths at the widest part, along x and y of the tooth's frame
   glm::dvec2 widest{0, 0};
-  glm::dvec2 neck{0, 0};  // m, full widths at the neck, in the mesial and buccal directions
-  /// m, full widths at the occlusal end, in the mesial and buccal directions
+  glm::dvec2 neck{0, 0};  // m, full widths at the neck, along x and y of the tooth's frame
+  /// m, full widths at the chewing surface, along x and y of the tooth's frame
   glm::dvec2 table{0, 0};
   double height = 0;                             // m, height of the crown up to its highest cusp
-  double proximal = 0, buccal = 0, lingual = 0;  // m, height at which each side of the tooth is widest
+  double proximal = 0, buccal = 0, lingual = 0;  // m, height of the widest point: towards neighbours, cheek, tongue
   double square = 2.5;                           // exponent of the superellipse that is the outline; 2 gives an ellipse
-  double rounding = 0;                           // m, radius of the edge between the side and the occlusal surface
-  double lean = 0;                               // m per m, inclination of the crown to the lingual side
+  double rounding = 0;                           // m, radius of the edge between the side and the chewing surface
+  double lean = 0;                               // m per m, inclination of the crown towards the tongue
   double root = 0;                               // m, length of the tooth's root
   double groove_depth = 0, groove_width = 0;
   std::vector<ToothHill> hills;

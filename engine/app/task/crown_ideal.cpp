@@ -11,16 +11,18 @@ namespace typodont {
 
 namespace {
 
-// cosine of the angle between a surface's normal and the axis; above this value, the surface counts as occlusal
+// cosine of the angle between a surface's normal and the preparation's axis; above this value, the surface counts as a
+// chewing surface
 constexpr double kOcclusal = 0.5;
-// m, cell size of the grid on which the tooth's outline at the margin is computed
+// m, cell size of the grid on which the tooth's outline at the margin (edge of the preparation) is computed
 constexpr double kCell = 0.1e-3;
 // voxels, distance of the samples from which a normal is computed; at a smaller distance, normals follow the CT's noise
 constexpr double kNormalReach = 2;
 // voxels, distance from a surface within which the surface's distance is computed exactly
 constexpr double kExactBand = 3;
 
-/// The outline of the tooth in the plane at the margin's height, and the signed distance from it.
+/// The outline of the tooth in the plane at the height of the margin (edge of the preparation), and the signed distance
+/// from this outline.
 class Outline {
  public:
   Outline(const DenseCopy& copy, const session::DenseField& tooth, const glm::dmat3& axes, double height) {
@@ -68,8 +70,8 @@ glm::dmat3 basis(const dvec3& axis) {
 }
 
 /// Returns the distance (m) of a point from the region that the centre of the bur's round end may enter. The region
-/// lies outside the wall and above the chamfer. `aside`: m, distance of the point from the tooth's outline at the
-/// margin; `height`: m along the axis.
+/// lies outside the wall and above the chamfer (rounded step at the margin). `aside`: m, distance of the point from the
+/// tooth's outline at the margin; `height`: m along the preparation's axis.
 double from_centers(const CrownReduction& crown, double aside, double height) {
   const double lean = 0.5 * crown.taper, bottom = crown.margin_height + crown.chamfer_radius;
   const double wall =
@@ -139,8 +141,8 @@ void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCop
   const Outline outline(copy, tooth, axes, crown.margin_height);
   if (outline.empty()) return;
 
-  // Above the chamfer, every point of the preparation lies at least as deep as the chamfer. Below the occlusal surface,
-  // it lies at least as deep as the occlusal reduction.
+  // Above the chamfer (rounded step at the margin), every point of the preparation lies at least as deep as the
+  // chamfer. Below the chewing surface, it lies at least as deep as the occlusal reduction.
   std::vector<float> gone(copy.field.distance.size(), static_cast<float>(-kExactBand * h));
   const auto above = [&](const dvec3& p_W, double height) { return glm::dot(p_W, axis_W) > height; };
   const double over_chamfer = crown.margin_height + crown.chamfer_radius;

@@ -8,8 +8,8 @@ namespace typodont {
 
 /// Dimensions of a crown preparation, m.
 struct CrownReduction {
-  double margin_height = 0;   // lowest height of the chamfer along the preparation's axis
-  double chamfer = 0;         // depth of the chamfer below the tooth's outline, and least depth of the axial walls
+  double margin_height = 0;   // lowest height of the chamfer (rounded step) along the preparation's axis
+  double chamfer = 0;         // depth of the chamfer (rounded step) below the tooth's outline; least depth of the walls
   double chamfer_radius = 0;  // radius of the chamfer's section: the radius of the bur's round end
   double taper = 0;           // rad, total occlusal convergence: twice the angle between a wall and the axis
   double occlusal = 0;        // depth of the preparation below the uncut occlusal surface
@@ -20,8 +20,8 @@ struct CrownReduction {
 CrownReduction read_crown_reduction(const Json& json);
 
 /// Changes the tissue to the preparation. `axis_W`: unit vector out of the tooth, the path of the crown's insertion.
-/// The occlusal surface moves inwards by the same depth everywhere, so the preparation follows cusps and fossae. The
-/// walls follow the outline of the tooth at the margin and lean inwards.
+/// The chewing surface moves inwards by the same depth everywhere, so the preparation follows its cusps and hollows.
+/// The walls follow the outline of the tooth at the margin and lean inwards.
 void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCopy& copy);
 
 }  // namespace typodont

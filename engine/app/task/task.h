@@ -15,7 +15,7 @@
 
 namespace typodont {
 
-/// Builds the ideal tissue; empty if the task has no ideal. `start`: result of load_tissue(scene). Throws Error.
+/// Builds the ideal tissue; empty if the task has no ideal. `start`: result of load_untouched(scene). Throws Error.
 std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const haptics::TissueVolume& start);
 
 /// Evaluates results for one scene. The object copies its arguments. One thread at a time.

@@ -17,9 +17,11 @@ namespace typodont {
 
 namespace {
 
-// m, width of the zone below the shell in which the grey value changes from cortical to cancellous bone
+// m, width of the zone below the shell in which the grey value changes from cortical (dense) to cancellous (spongy)
+// bone
 constexpr double kEndosteum = 0.5e-3;
-// m, length over which grey values vary; this length equals several distances between trabeculae
+// m, length over which grey values vary; this length equals several distances between trabeculae (struts of spongy
+// bone)
 constexpr double kGrain = 1.2e-3;
 constexpr double kMostVoxels = 2e8;
 
@@ -55,9 +57,9 @@ struct Bone {
   Pose X_MW;           // transformation from frame W of the scene to frame M of the mesh
   BoneClass made_of;
   BoneGrey grey;
-  double variation = 0;  // ratio: largest variation of the grey value in cancellous bone to its mean
+  double variation = 0;  // largest variation of the grey value in cancellous (spongy) bone, divided by its mean
   std::uint64_t seed = 1;
-  double canal_wall = 0;  // m, thickness of the cortical bone around the nerve canal
+  double canal_wall = 0;  // m, thickness of the cortical (dense) bone around the nerve canal
   NerveCanal canal;
 };
 
@@ -198,7 +200,8 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
     const double below = std::min(-outer - bone.made_of.cortical_thickness, canal - bone.canal_wall);
     const bool cortical = below < 0;
     const double cancellous_grey = bone.made_of.cancellous_grey * (1 + bone.variation * noise(bone.seed, p_W / kGrain));
-    // Below the shell, the grey value falls from the cortical to the cancellous value over the width kEndosteum.
+    // Below the shell, the grey value falls from the value of cortical (dense) bone to that of cancellous (spongy) bone
+    // over the width kEndosteum.
     const double blend = std::clamp(below / kEndosteum, 0.0, 1.0);
     const double grey = cortical ? bone.made_of.cortical_grey
                                  : std::min(bone.grey.cancellous,

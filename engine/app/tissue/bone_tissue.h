@@ -1,6 +1,6 @@
-// Jaw bone as tissue: the closed mesh of a jaw is filled with a cortical shell, cancellous bone of a class, and the
-// nerve canal. No openly licensed scan of a jaw contains grey values. So the grey values are synthetic: the mean of the
-// class plus a variation per voxel.
+// Jaw bone as tissue: the closed mesh of a jaw is filled with a shell of dense bone, cancellous (spongy) bone of a
+// class, and the nerve canal. No openly licensed scan of a jaw contains grey values. So the grey values are synthetic:
+// the mean of the class plus a variation per voxel.
 #pragma once
 
 #include <filesystem>

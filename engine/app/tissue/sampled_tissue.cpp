@@ -75,7 +75,7 @@ void write(const fs::path& path, const haptics::DenseTissue& dense) {
   if (!written) throw Error(path.string(), "", "not written", "a writable place");
 }
 
-/// Reads the tissue from the cache file `path`. Returns false if the file does not contain this tissue.
+/// Reads the tissue from the cache file `path`. Returns false if the file does not contain a complete tissue.
 bool read(const fs::path& path, haptics::DenseTissue& dense) {
   const File file(gzopen(path.c_str(), "rb"));
   Head head;
