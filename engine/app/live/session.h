@@ -108,8 +108,8 @@ class ServoTurns {
   ServoTick tick_;
   Cut cut_;
   std::uint64_t ticks_ = 0;
-  Nanos ticks_since_gum_ = 0;    // number of ticks since the last call of send_gum()
-  std::size_t wounds_sent_ = 0;  // number of gum wounds that were sent to the picture so far
+  std::int64_t ticks_since_gum_ = 0;  // number of ticks since the last call of send_gum()
+  std::size_t wounds_sent_ = 0;       // number of gum wounds that were sent to the picture so far
 };
 
 /// The loop of the carver thread. Each call of turn() runs the loop once.
