@@ -36,7 +36,7 @@ double ear_delay(double angle);
 double ear_shadow(double angle);
 
 /// Renders a mono sound for two ears. Used by one thread at a time. Only the constructor allocates. If the head moves,
-/// delays and shadows approach their new values with the time constant kGlide, so that no clicks are heard.
+/// its delays and sound shadows approach their new values with the time constant kGlide, so that no clicks are heard.
 class Binaural {
  public:
   explicit Binaural(double sample_rate);
@@ -48,11 +48,11 @@ class Binaural {
 
   /// Returns the delay (s) of both channels, compared with the mono sound, if the source is straight ahead.
   double latency() const noexcept;
-  static constexpr double kGlide = 0.02;  // s, time constant of delays and shadows
+  static constexpr double kGlide = 0.02;  // s, time constant of the delay and of the head's acoustic shadow
 
  private:
   struct Ear {
-    // samples; `delay`: present delay of this ear; `wanted_delay`: delay that `delay` approaches
+    // in samples: the present delay of this ear (`delay`), and the delay that it approaches (`wanted_delay`)
     double delay = 0, wanted_delay = 0;
     // `shadow`: present factor α of the head's shadow; `wanted_shadow`: factor that `shadow` approaches
     double shadow = 1, wanted_shadow = 1;
@@ -63,8 +63,8 @@ class Binaural {
 
   double rate_;
   double glide_;  // fraction of the remaining difference by which delay and shadow change per sample
-  /// coefficients of the shadow's filter: y = input_ (x + x') + slope (x - x') - pole_ y'; x: input, y: output, x' and
-  /// y': previous values
+  /// coefficients of the filter that models the head's acoustic shadow: y = input_ (x + x') + slope (x - x') - pole_
+  /// y'; x: input, y: output, x' and y': previous values
   double pole_, input_;
   double slope_;
   std::vector<float> line_;  // ring buffer of the mono samples

@@ -24,16 +24,16 @@ struct ArmGeometry {
   double base = 0.080, upper = 0.205, fore = 0.245;  // m, lengths La, Lb, Lc of the published kinematics
   // m, position of the origin of frame H (the haptic base), measured from the arm's foot
   dvec3 origin{0.220, 0, 0.080};
-  std::array<double, 6> offset{};        // rad, offsets of the encoders of A to F
-  std::array<double, 3> scale{1, 1, 1};  // scale factors of the encoders of A, B, C
+  std::array<double, 6> offset{};        // rad, offsets of the encoders of the joints A to F
+  std::array<double, 3> scale{1, 1, 1};  // scale factors of the encoders of the joints A, B, C
   dvec3 tip_S{0.12, 0, 0};  // m, position of the stylus tip relative to the wrist's centre; x points along the stylus
 };
 
 inline constexpr std::size_t kArmParameters = 18;
 /// Returns the names of the parameters in the order of to_vector: "upper link", …
 std::span<const char* const> arm_parameter_names();
-/// Returns the plausible error of each parameter: 1 mm, 1°, 0.5 %. The solver divides each parameter by this scale, and
-/// compares the parameter's uncertainty with the scale.
+/// Returns the plausible error of each parameter: 1 mm for lengths, 1° for angles, 0.5 % for scales. The solver divides
+/// each parameter by this scale, and compares the parameter's uncertainty with the scale.
 std::array<double, kArmParameters> arm_parameter_scales();
 std::array<double, kArmParameters> to_vector(const ArmGeometry& geometry);
 ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);
@@ -56,7 +56,7 @@ struct ArmCapture {
 
 struct ArmParameter {
   std::string name;
-  double before = 0, after = 0;  // values before and after the calibration, in SI units
+  double before = 0, after = 0;  // values of the parameter before and after the calibration, in SI units
   /// standard deviation in SI units; if the captures do not determine the parameter, its plausible error
   double sigma = 0;
   double determined = 0;  // 0..1: fraction by which the captures reduced the plausible error

@@ -51,7 +51,7 @@ struct CameraResult {
   double tilt_sigma = 0;  // rad, standard deviation of the panel's tilt, about the axis for which it is largest
   std::optional<MirrorPlane> mirror;
   // mirror_tilt_sigma: rad, standard deviation of the mirror's tilt; mirror_offset_sigma: m, standard deviation of the
-  // plane's offset, at the mirror point below the panel
+  // mirror's position along its normal, at the point of the mirror below the panel
   double mirror_tilt_sigma = 0, mirror_offset_sigma = 0;
   double rms_px = 0, worst_px = 0;
   int outliers = 0;  // number of corners in pictures (sightings) with a residual above five times pixel_sigma

@@ -17,7 +17,7 @@ struct Stream {
 };
 
 struct DelayOptions {
-  double max_delay = 2.0;  // s, search range in both directions; at most 40 % of the common time
+  double max_delay = 2.0;  // s, search range in both directions; at most 40 % of the time that both streams cover
 };
 
 struct DelayResult {

@@ -1,5 +1,5 @@
-// The guided part of the calibration: it asks the user for the next touch, takes touches, shows residuals at once, and
-// stores every touch on disk, so that an interrupted routine can continue. This code has no access to devices; the
+// The guided part of the calibration: it asks the user for the next touch, receives touches, shows residuals at once,
+// and stores every touch on disk, so that an interrupted routine can continue. This code has no access to devices; the
 // owner of the devices calls add().
 #pragma once
 
@@ -27,7 +27,7 @@ struct Prompt {
   std::optional<Dots> dots;                // dots to show to the left and the right eye
   bool left_eye = true, right_eye = true;  // true if the left eye sees its dot; true if the right eye sees its dot
   std::optional<dvec3> target_D;           // m, frame D of the display: position at which the point should appear
-  // where a ring is drawn around the last touch (one per eye), if this touch does not fit the other touches
+  // positions on the panel (one per eye) of a ring around the last touch, drawn if this touch does not fit the others
   std::optional<Dots> astray;
 };
 

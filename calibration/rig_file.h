@@ -35,7 +35,7 @@ class RigFile {
   /// Stores the present time as the date of a step that computes no result.
   void mark_done(const std::string& step);
   void set_device(const std::string& role, const std::string& serial);
-  /// Sets the date, and writes the file completely or not at all.
+  /// Stores the present time as the calibration's date, and writes the file completely or not at all.
   void save();
 
  private:

@@ -416,7 +416,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   x.resize(fitted);
   report.level_dB = in_dB(mean_power(x));
 
-  // Separates the rotor's lines from the noise.
+  // Separates the rotor's spectral lines from the noise.
   const std::vector<double> whole = x;
   ArModel& model = report.model;
   std::vector<TakenLine> taken;

@@ -28,7 +28,7 @@ struct LineTrack {
   double variation() const;
   /// Returns variation() without the contribution of the noise next to the line.
   double own_variation() const;
-  /// Returns true for a sinusoid, false for narrow-band noise (which has a variation of 0.52). True only if the noise
+  /// Returns true for a sinusoid, false for narrow-band noise (for which variation() is 0.52). True only if the noise
   /// next to the line is so weak that both cases can be distinguished.
   bool steady() const {
     return !amplitude.empty() && own_variation() < kSteadyVariation && amplitude_variance_of_noise() < kWeakestLine;
@@ -49,9 +49,9 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency);
 
 struct TakenLine {
   ModelLine line;
-  // Hz, standard deviation of the line's frequency in the recording, including the drift of the spindle.
+  // Hz, standard deviation of the line's frequency in the recording, including the drift of the spindle's speed
   double spread = 0;
-  // relative variation of the line's frequency in the recording, as LineTrack::variation() returns it
+  // relative variation of the line's amplitude in the recording, as LineTrack::variation() returns it
   double variation = 0;
 };
 

@@ -80,7 +80,7 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
 
   FitOptions fit;
   fit.order = std::to_string(*std::max_element(options.orders.begin(), options.orders.end()));
-  // fits without lines, because these rows measure how well a filter of each order represents the recording
+  // fits without separate spectral lines, because these rows measure how well a filter of each order fits the recording
   fit.lines = false;
   const FitReport best = fit_recording(options.recording, fit);
   for (const int order : options.orders) {

@@ -289,7 +289,8 @@ struct DrillSynth::Impl {
       }
       for (std::size_t t = 0; t < weights.size(); ++t) {
         if (!active[t]) continue;
-        // The idle noise comes from air and bearings. The cutting sound is proportional to the bur's speed.
+        // The idle noise comes from air and bearings and grows as speed^3.75; the cutting sound is proportional to the
+        // speed.
         for (int i = 0; i < count; ++i) {
           gains[t][i] = level_at(weights[t], i) * (t == 0 ? rotor[i] : static_cast<float>(speeds[i]));
         }

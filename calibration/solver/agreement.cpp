@@ -67,8 +67,8 @@ class Consensus {
   /// (least trimmed squares).
   Agreement find() const {
     Agreement best = find_core();
-    // A spread that is smaller than 1e-9 of the coordinates is rounding error. Rounding errors are not normally
-    // distributed, so the test does not apply, and no pair counts as wrong.
+    // If the residuals are smaller than 1e-9 of the coordinates, they are rounding errors. Rounding errors are not
+    // normally distributed, so the following test for wrong pairs does not apply, and no pair counts as wrong.
     if (best.log_nfa < 0 && sigma_of(best.fit) < kArithmetic * floor_) return best;
     const Fit majority = find_majority();
     if (majority.pairs.size() >= 4 && 2 * majority.pairs.size() > n_ && sigma_of(majority) < sigma_of(best.fit)) {
@@ -137,12 +137,13 @@ class Consensus {
     const std::size_t step = 1 + n_ / 200;
     while (best.pairs.size() < n_) {
       const std::size_t next = std::min(n_, best.pairs.size() + step);
-      // the `next` pairs with the smallest residuals; order[next - 1] has the largest of them
+      // indices of the `next` pairs with the smallest residuals; of these, order[next - 1] has the largest residual
       Indices pairs = nearest(best.X_DH, next);
       const double dof = 3 * static_cast<double>(best.pairs.size()) - 6;
       const double variance = std::max(best.sse / dof, floor_ * floor_);
       const double farthest = r2[order[next - 1]];
-      // The F quantile is never below the chi-squared quantile. So for most pairs this cheap test is sufficient.
+      // The F quantile, which is slow to compute, is never below the chi-squared quantile. So for most pairs, the
+      // comparison with the chi-squared quantile is sufficient.
       if (farthest > variance * surely_within &&
           farthest > 3 * variance * f_quantile(1 - kGrowthFalseAlarm / static_cast<double>(next), 3, dof)) {
         break;
@@ -369,7 +370,7 @@ class KnownNoise {
       mark();
       needed = needed_for(std::max(least, found));
     }
-    // Computes the probability that random pairs agree so well, as in Consensus.
+    // Computes the probability that random pairs agree so well, as the class Consensus does.
     const auto n = static_cast<double>(n_), k = static_cast<double>(best.fit.pairs.size());
     if (k < 4) return {std::move(best.fit)};
     const double edge = std::max({extent(p_H_), extent(p_D_), 1e-300});

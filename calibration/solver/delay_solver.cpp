@@ -53,8 +53,8 @@ Track clean(const Stream& stream, const char* which) {
     }
   }
   Track track;
-  // A frozen sensor repeats all bits of a value. A coarse encoder also repeats values, but it does so most of the
-  // time.
+  // A frozen sensor repeats all bits of a value, so repeated values are removed. If most values are repeated, the cause
+  // is a coarse encoder, and they are kept.
   int repeats = 0;
   for (std::size_t i = 1; i < stream.t.size(); ++i) repeats += stream.p[i] == stream.p[i - 1];
   const bool drop = 10 * repeats < 4 * static_cast<int>(stream.t.size());
@@ -211,7 +211,7 @@ class Matcher {
 
   struct Solution {
     Shift shift;
-    Pose X;  // pose of the sparse stream's frame in the query stream's frame
+    Pose X;  // pose of the sparse stream's frame in the frame of the denser stream (the query stream)
     double variance_u = 0, covariance = 0, variance_rate = 0;
     double residual2 = 0;  // m² per axis, mean squared residual
     double noise_gain = 1;

@@ -59,7 +59,7 @@ struct HmdRig {
   // tissue is placed in front of the user.
   std::optional<Pose> X_WD;
   double magnify = 1;  // magnification of the picture and of the hand's motion; only if X_WD is not measured
-  /// m, without X_WD: distance of the tissue in front of the eyes, and below the eyes
+  /// m, position of the tissue: distance in front of the eyes, and below the eyes; used only if X_WD is not measured
   double distance = 0.35, below = 0.22;
   bool passthrough = false;  // true: shows the room behind the tissue, if the headset can
   bool depth = true;         // true: passes depth to the runtime, if the runtime accepts depth

@@ -82,7 +82,7 @@ class Hmd {
   virtual bool running() const = 0;
   /// Waits for the runtime's next frame, begins it, and locates the head and the hands.
   virtual HmdFrame wait() = 0;
-  /// record() copies the eyes' pictures (two layers) and their depth to the swapchain. Depth: its source; null: none.
+  /// The source of one eye's depth (null: none). record() copies both eyes' pictures and depths to the swapchain.
   struct Depth {
     const gpu::Image* image = nullptr;
     std::uint32_t layer = 0;

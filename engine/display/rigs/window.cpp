@@ -367,8 +367,8 @@ class Window final : public Output {
       }
       done_.push_back(create_semaphore());
     }
-    // The number is one more than the number of frames in flight, so that no semaphore is reused while a frame waits
-    // for it.
+    // The number of semaphores is one more than the number of frames in flight, so that no semaphore is reused while a
+    // frame waits for it.
     for (int i = 0; i < gpu::FrameRing::kSlots + 1; ++i) ready_.push_back(create_semaphore());
     sync_ = 0;
   }
