@@ -1,4 +1,4 @@
-// Fits an autoregressive model to a recording: trims, checks, and estimates. Not for real time.
+// Fits an autoregressive model to a recording: trims and checks the sound, then estimates. Not for real time.
 #pragma once
 
 #include <filesystem>

@@ -36,7 +36,7 @@ double ear_delay(double angle);
 double ear_shadow(double angle);
 
 /// Renders a mono sound for two ears. Used by one thread at a time. Only the constructor allocates. If the head moves,
-/// its delays and sound shadows approach their new values with the time constant kGlide, so that no clicks are heard.
+/// delays and acoustic shadows approach their new values with the time constant kGlide, so that no clicks are heard.
 class Binaural {
  public:
   explicit Binaural(double sample_rate);

@@ -28,7 +28,7 @@ struct Sighting {
   int picture = 0;
   SeenOn on = SeenOn::kPanel;
   PanelPoint corner;  // position on the panel
-  // m, position of a point that was touched with the stylus; sightings with equal `touched_W` show the same point
+  // m, position of a touched point; sightings (corners in pictures) with equal `touched_W` show the same point
   dvec3 touched_W{0, 0, 0};
   double px = 0, py = 0;  // pixels, position to the right of and below the centre of the first pixel
 };

@@ -298,7 +298,8 @@ void GuidedCapture::solve() {
       solve_verify_step(bench_, captures_);
       break;
     case Step::kDrift:
-      // This step computes no result. The touches of its marks are only stored, for comparison with later sessions.
+      // This step only stores its touches of the panel's marks, for comparison with later sessions. It computes no
+      // result.
       break;
   }
 }

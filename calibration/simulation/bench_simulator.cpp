@@ -26,7 +26,7 @@ RigGeometry drawn_rig() {
   const double width = 0.345, height = 0.194;  // m, a 15.6" panel
   const dvec3 corner = -0.5 * width * right - 0.5 * height * up;
   rig.mirror = mirror;
-  // The mirror swaps left and right. So the panel's left side is placed where the user sees the picture's right side.
+  // The mirror swaps left and right. So the panel's left side must appear at the right side of the picture.
   rig.panel = {mirror.reflect(corner + width * right), mirror.reflect(corner),
                mirror.reflect(corner + width * right + height * up)};
   rig.eyes = {eye, 0.063, right};

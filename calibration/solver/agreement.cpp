@@ -60,11 +60,11 @@ class Consensus {
     }
   }
 
-  /// Finds the tightest consensus. Wrong touches near their true positions also agree, but less closely. So the search
-  /// examines whether the found set contains a core that agrees far more closely than expected by chance in a normal
-  /// distribution of the set's size, and restarts from this core. If more than half of all pairs agree more closely
-  /// than this consensus, these pairs are the result. Wrong pairs cannot prevent this while they are fewer than half
-  /// (least trimmed squares).
+  /// Finds the pairs that agree most closely. Touches that are slightly wrong also agree, but less closely. So the
+  /// search tests whether a core of the found set agrees far more closely than chance would explain for a normal
+  /// distribution of the set's size, and restarts from this core. Finally, least trimmed squares searches for a set of
+  /// more than half of all pairs that agree still more closely; such a set is the result. The search finds it as long
+  /// as fewer than half of the pairs are wrong.
   Agreement find() const {
     Agreement best = find_core();
     // If the residuals are smaller than 1e-9 of the coordinates, they are rounding errors. Rounding errors are not

@@ -232,7 +232,7 @@ class Matcher {
       double limit2 = std::numeric_limits<double>::infinity();
       double information = 0;
       for (int round = 0; round < 12; ++round) {
-        // Builds the equations at the present shift.
+        // Builds the equations for the present time shift.
         rows_.clear();
         std::size_t hint = 0;
         for (std::size_t k = 0; k < query_.t.size() && query_.t[k] <= stop; ++k) {

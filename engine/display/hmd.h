@@ -103,7 +103,7 @@ class Hmd {
   virtual std::optional<std::vector<glm::vec3>> hidden() = 0;
   /// Returns the timings that became known since the last call.
   virtual std::vector<HmdTiming> timings() = 0;
-  /// Describes which features are used, and which are not.
+  /// Describes which features of the headset are used, and which are not.
   virtual std::vector<std::string> explanations() const = 0;
 };
 

@@ -42,7 +42,7 @@ struct Hud {
 };
 
 /// Least angle (rad) that the x-height of a text subtends at the eye. ISO 9241-303 recommends 20 to 22 minutes of arc
-/// for the height of whole characters. Here it is the limit for lower-case letters, which is stricter.
+/// for the height of whole characters. Here the angle is that of lower-case letters, which is stricter.
 inline constexpr double kLeastXHeight = 20.0 / 60 * 3.14159265358979323846 / 180;
 /// For the rig of a mirror bench, returns the letters' height, as a ratio to half the picture's height, at which
 /// lower-case letters in the middle of the picture subtend the angle kLeastXHeight. Returns 0 for other rigs, because

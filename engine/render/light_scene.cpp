@@ -15,7 +15,7 @@ namespace typodont::render {
 namespace {
 
 constexpr int kRays = 48;              // number of rays for each sample of the grid
-constexpr std::int32_t kNothing = -1;  // value in `met` (index of the triangle that a ray meets): none
+constexpr std::int32_t kNothing = -1;  // value in `met` if a ray meets no triangle; else `met` has the triangle's index
 constexpr std::int32_t kBack = -2;     // value in `met` if the ray meets the back of a triangle
 // largest fraction of a sample's rays that may meet the back of a triangle; with a larger fraction, the sample is
 // inside a body

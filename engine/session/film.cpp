@@ -84,7 +84,7 @@ std::optional<std::filesystem::path> find_ffmpeg() {
 }
 
 struct FilmWriter::Impl {
-  /// Paths of the temporary files that ffmpeg writes, before they become the film.
+  /// Paths of the temporary files that ffmpeg writes.
   struct Parts {
     explicit Parts(const std::filesystem::path& file)
         : pictures(file, FileKind::kFilm, Over::kNoInput, "pictures"),

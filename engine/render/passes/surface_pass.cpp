@@ -14,7 +14,7 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
   for (const DrawGroup& g : groups)
     if (glassy_in(view, g.mesh) == glass) wanted.push_back(g);
   if (wanted.empty()) return;
-  // If bodies are drawn as glass, the innermost come first. They have higher numbers than the tooth: reverse order.
+  // Glass bodies: the innermost are drawn first. They have higher numbers than the tooth, so the order is reversed.
   if (glass) {
     std::reverse(wanted.begin(), wanted.end());
   } else {

@@ -376,8 +376,9 @@ void Contourer::Scratch::find_crossings(std::vector<BrickContour::Edge>& edges) 
   }
 }
 
-// Returns the number of a cell's shape. If the surfaces of this cell and a neighbour would meet in two arcs of their
-// common face, the shape with the other connection on this face is used (CellShapes).
+// Returns the number of a cell's shape. The surfaces of this cell and a neighbour must not meet in two arcs on their
+// common face. If they would, returns the shape whose arcs on this face connect the crossings the other way
+// (CellShapes).
 int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   const int doubtful = shapes.flippable_faces(config);
   if (doubtful == 0) return config;
