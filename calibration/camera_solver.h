@@ -23,7 +23,7 @@ struct CameraIntrinsics {
 
 enum class SeenOn { kTouchedPoint, kPanel, kPanelInMirror };
 
-/// One corner that is visible in one picture.
+/// One point (a corner of the panel's board, or a touched point) that is visible in one picture.
 struct Sighting {
   int picture = 0;
   SeenOn on = SeenOn::kPanel;

@@ -10,7 +10,7 @@
 
 namespace typodont::calibration {
 
-/// One recording. Times strictly increase. They may be irregular; samples may be missing or frozen.
+/// One recording. Times strictly increase. They may be irregular; samples may be missing or repeated (frozen sensor).
 struct Stream {
   std::vector<double> t;  // s, times of the samples
   std::vector<dvec3> p;   // m, positions of the samples

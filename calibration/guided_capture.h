@@ -18,7 +18,7 @@ inline constexpr Step kSteps[] = {Step::kArm,      Step::kScreen, Step::kMirror,
 const char* name(Step step);
 std::optional<Step> step_named(std::string_view name);
 
-/// Sounds that accompany events; see cue_sound().
+/// Events of the guided capture that a sound accompanies; see cue_sound().
 enum class Cue { kReady, kTaken, kOutlier, kUndone, kDone };
 
 struct Prompt {
@@ -36,13 +36,13 @@ struct Live {
   std::size_t index = 0;  // index of the touch in its step
   double residual = 0;    // m, residual of this touch; 0 while the step has too few touches
   double rms = 0;         // m, root mean square of all residuals of the step up to now
-  // m, predicted error at the points of the workspace; only in the step that registers the base
+  // m, predicted error at the points of the workspace; only in the step that registers the haptic base
   double predicted_tre = 0;
   bool outlier = false;               // true if this touch is an outlier
   std::optional<dvec3> p_W;           // m, frame W, position of the touch
   std::vector<std::size_t> outliers;  // indices of all outliers of the step up to now
   Cue cue = Cue::kTaken;
-  std::string text;  // text of one line to show
+  std::string text;  // one line of text for the user
 };
 
 class GuidedCapture {
@@ -57,7 +57,7 @@ class GuidedCapture {
   std::size_t taken() const;
   std::size_t planned() const;
   Prompt prompt() const;
-  /// Takes one touch, writes it to disk, and evaluates it.
+  /// Adds one touch, writes it to disk, and evaluates it.
   Live add(const Touch& touch);
   /// Deletes the last touch of this step. Returns false if no touch exists.
   bool undo();

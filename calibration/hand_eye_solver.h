@@ -28,7 +28,7 @@ struct HandEyeResult {
   /// (exp([θ]) R, p + t).
   std::array<double, 36> X_covariance{}, Z_covariance{};
   std::vector<std::size_t> inliers, outliers;  // indices of the pairs (A_i, B_i), ascending
-  std::vector<double> rotation_residuals;      // rad, one for each pair
+  std::vector<double> rotation_residuals;      // rad, one per pair: angle between the rotations of A X and Z B
   std::vector<double> translation_residuals;   // m, one per pair: distance between the origins of the poses A X and Z B
   /// rad per axis, standard deviation of the noise of arm and tracker together
   double rotation_sigma = 0;

@@ -29,7 +29,7 @@ constexpr double kFloorReach = 100;   // Hz, width of the band on each side of a
 // a band about a line is narrow enough if the noise in it causes a variance of the amplitude (divided by the squared
 // mean amplitude) below this
 constexpr double kWeakNoise = 0.02;
-// Hz, half widths of the bands in which a line may be followed; the first band of this list that suits the line is used
+// Hz, half widths of the bands in which a line may be followed, in the order in which they are tried
 constexpr std::array kBandwidths = {80.0, 40.0, 20.0};
 
 /// Applies three centred moving averages of the same length: nearly a Gaussian filter, without phase shift or delay.

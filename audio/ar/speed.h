@@ -10,7 +10,7 @@ namespace typodont::audio {
 /// Speed of the spindle over time, relative to its mean. One value per `step` s; the first value is the speed at time
 /// 0.
 struct SpeedTrack {
-  double frequency = 0;       // Hz, mean frequency of the spectral line that shows the speed
+  double frequency = 0;       // Hz, mean frequency of the spectral line that gives the speed
   double step = 0;            // s, time between two values of the speed
   std::vector<double> ratio;  // ratio of the speed to the mean speed; empty if no line could be followed
 

@@ -114,7 +114,7 @@ dvec3 BenchSimulator::reached_for(const RigGeometry& believed, const dvec3& p_W)
 }
 
 void BenchSimulator::capture_arm(Captures& captures, const BenchState& bench) {
-  // The captures come from four sockets, and from a plate of 5×5 points at a distance of 40 mm, at two positions.
+  // The captures come from four sockets, and from a plate (5×5 points, 40 mm apart) at two positions.
   int group = 0;
   for (const dvec3 socket :
        {dvec3(-0.08, -0.06, 0.0), dvec3(0.08, -0.06, 0.04), dvec3(0, 0.05, -0.05), dvec3(0.02, -0.02, 0.09)}) {

@@ -40,15 +40,15 @@ class Consensus {
         n_(p_H.size()),
         false_alarm_(false_alarm),
         floor_(std::max(rounding_of(p_H, p_D), sigma / 30)),
-        // Logarithm of the volume in which wrong pairs are assumed to lie. If the noise is known, this volume is the
-        // reciprocal of the largest density of the noise, which a normal distribution has at its centre.
+        // Logarithm of the volume in which wrong pairs are assumed to lie. If the noise is known, this volume is 1 /
+        // the noise's probability density at its centre, where a normal distribution has its largest density.
         log_volume_(sigma > 0 ? 1.5 * std::log(2 * kPi) + 3 * std::log(sigma)
                               : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
         log_choose_(n_ + 1) {
     const double octaves = std::log2(std::max(floor_ * floor_, 1e-300));
     first_bin_ = bin_of_bits(std::exp2(std::floor(octaves)));
     for (std::size_t b = 0; b < kBins; ++b) {
-      // Upper edge of bin b. Each octave is divided into four bins of equal width.
+      // Upper edge of the histogram's bin b. Each octave is divided into four bins of equal width.
       const double edge =
           std::exp2(std::floor(octaves) + static_cast<double>(b / 4)) * (1 + static_cast<double>(b % 4 + 1) / 4);
       log_alpha_[b] = log_alpha(edge);
@@ -341,7 +341,7 @@ class KnownNoise {
                          static_cast<double>(n_) * floor * floor);
   }
 
-  /// Finds the largest agreement. `all` is the fit to all pairs. Sets smaller than `least` are not needed.
+  /// Finds the largest set of agreeing pairs. `all`: fit to all pairs. Sets smaller than `least` are not needed.
   Agreement find(const Fit& all, std::size_t least) const {
     Agreement best{grow(all, 0), 0};
     // Largest number of triples. With this number, the probability of missing four good pairs among sixteen is 1e-9. If

@@ -225,7 +225,7 @@ class Matcher {
     const int columns = 1 + (skew ? 1 : 0) + 3 + (rotate ? 3 : 0);
     Solution best;
     double best_information = 0;
-    // Chooses the span for the slope: long spans reduce noise, short spans preserve fast motion.
+    // Chooses the number m of samples for the slope: a large m reduces noise, a small m preserves fast motion.
     for (std::size_t m = 1; m <= 64; m *= 2) {
       Solution solution;
       solution.shift = shift;
@@ -469,8 +469,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   }
   std::sort(plausible.begin(), plausible.end(), [](auto& x, auto& y) { return std::abs(x.u) < std::abs(y.u); });
 
-  // Refines the result over longer and longer intervals, so that the search also finds the match if the clocks have
-  // different rates.
+  // Refines the result over longer and longer intervals, so that the delay is also found if the clocks have different
+  // rates.
   const auto refine = [&](double u, bool skew) {
     Matcher::Solution solution = matcher.solve({u, 0}, result.rotated, false, std::min(horizon, shared));
     if (!skew || !solution.determined) return solution;

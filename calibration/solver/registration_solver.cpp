@@ -195,8 +195,8 @@ class Registration {
     while (rest.size() >= 4) {
       std::vector<dvec3> h, d;
       for (const std::size_t i : rest) h.push_back(p_H_[i]), d.push_back(p_D_[i]);
-      // largest probability that an agreement arises by chance; a more probable agreement is rejected; with known noise
-      // the limit is higher, so that four agreeing pairs are sufficient
+      // largest accepted probability that the pairs of another motion agree by chance; with known noise it is larger,
+      // so that four agreeing pairs are sufficient
       const double chance = options_.known_sigma > 0 ? 1e-3 : 1e-4;
       const auto [rival, log_nfa] = largest_agreement(h, d, options_, 3 * fit_.pairs.size() / 10);
       // If the pairs agree only loosely, they are wrong touches near their true positions and not a second motion.

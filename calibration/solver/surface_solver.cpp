@@ -124,7 +124,7 @@ class SurfaceFit {
   }
   Vector7 row(const Residual& r) const {
     Vector7 J;
-    // Rotations act about the centroid and are multiplied by the radius, so that all unknowns are lengths.
+    // Rotations act about the points' centroid and are multiplied by radius_ (m), so that all unknowns are lengths.
     J << eigen(glm::cross(r.p_D - X_ * centroid_S_, r.n_D)) / radius_, eigen(r.n_D), -1;
     return J;
   }

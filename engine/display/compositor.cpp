@@ -69,8 +69,8 @@ struct Compositor::Impl {
   std::array<ivec2, 2> region_sizes{};  // size of the regions in pixels
   struct OnDevice {
     Writings holds;
-    gpu::Buffer pixels;                                // pixels of all panels, one panel after the other
-    std::array<std::vector<std::int32_t>, 2> first{};  // index of each panel's first pixel
+    gpu::Buffer pixels;                                // pixels of all text panels, one after the other
+    std::array<std::vector<std::int32_t>, 2> first{};  // index in `pixels` of each text panel's first pixel
   };
   std::array<OnDevice, kSlots> on_device;
 

@@ -61,12 +61,12 @@ struct HmdRig {
   double magnify = 1;  // magnification of the picture and of the hand's motion; only if X_WD is not measured
   /// m, position of the tissue: distance in front of the eyes, and below the eyes; used only if X_WD is not measured
   double distance = 0.35, below = 0.22;
-  bool passthrough = false;  // true: shows the room behind the tissue, if the headset can
-  bool depth = true;         // true: passes depth to the runtime, if the runtime accepts depth
-  double refresh_hz = 0;     // Hz, refresh rate of the headset; 0: the runtime chooses
-  double resolution = 1;     // factor on the runtime's recommended width and height
+  bool passthrough = false;  // true: shows the room behind the tissue, if the headset supports this
+  bool depth = true;         // true: passes the picture's depth to the headset's runtime, if accepted
+  double refresh_hz = 0;     // Hz, refresh rate of the headset; 0: its runtime chooses
+  double resolution = 1;     // factor by which the headset runtime's recommended size is multiplied
   double wait = 15;          // s, time limit for the user to put the headset on
-  double stall = 3;          // s, if the runtime does not answer for this time, the session ends
+  double stall = 3;          // s, if the headset's runtime does not answer for this time, the session ends
   dvec3 tip{0, 0, -0.06};    // m, position of the tool's head in the controller's aim frame
 };
 

@@ -176,7 +176,7 @@ ToolMesh make_suction_mesh(double opening, double wall, double slant, double len
   const double inner = opening / 2, outer = inner + wall, depth = 4 * opening, slope = std::tan(slant);
   const double ends = outer * slope + opening;  // m, z at which the slanted opening of the suction tip ends
   ToolMesh mesh;
-  // The profile begins at the dark bottom inside the tube, goes down to the rounded rim, and then up along the outside.
+  // The suction tip's profile begins at the dark bottom in the tube, goes down to the rounded rim, then up the outside.
   add_lathe(mesh, {{0, depth}, {inner, depth}, {inner, ends}, {inner, 0.3 * wall}, {inner + 0.2 * wall, 0}}, 48, 0.9f);
   for (ToolVertex& v : mesh.vertices) v.mark = 1;
   add_lathe(mesh,

@@ -37,7 +37,7 @@ constexpr double kRim = 1e-3;
 // Half width, in voxels, of the stencil with which a wall's inclination is measured. It is wide, so that ripples
 // average out.
 constexpr double kAcross = 1.5;
-constexpr double kFarthestWall = 5e-3;  // m, largest distance at which the far side of a wall is searched for
+constexpr double kFarthestWall = 5e-3;  // m, the far side of a wall is searched for up to this depth
 constexpr double kSmoothing = 0.25e-3;  // m, standard deviation of the Gaussian that smooths the margin
 
 struct Facet {
