@@ -25,7 +25,7 @@ struct FitOptions {
   std::string method = "burg";  // method of the fit: burg, yule-walker or modified-covariance
   // order of the model: a number, or "aic" or "bic", the criterion by which the fit chooses the order
   std::string order = "300";
-  int max_order = 600;  // highest order that the criterion may choose
+  int max_order = 600;  // highest order that the criterion (aic or bic) may choose
   /// name of the window: none, hann, hamming or blackman; the window weights the errors (Burg) or the samples
   /// (Yule–Walker)
   std::string window = "none";
@@ -39,7 +39,7 @@ struct FitOptions {
   // the whole recording
   std::string part;
   std::string hum = "auto";  // removal of mains hum: auto, off, 50 or 60 (Hz)
-  double spindle = 0;        // rad/s, speed of the drill in the recording; 0: estimated from the recording's lines
+  double spindle = 0;        // rad/s, speed of the drill in the recording; 0: estimated from spectral lines
   bool lines = true;  // true: steady lines are modelled as sinusoids; false: the whole sound is modelled as noise
   // Fraction (0 to 0.9) at the end of the fitted part that is held out: it is not used for the fit, but compared with
   // the model afterwards.

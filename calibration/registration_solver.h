@@ -49,7 +49,7 @@ struct RegistrationOptions {
   double false_alarm = 5e-4;  // probability of rejecting at least one good pair of the set
 };
 
-/// Another motion with which many of the pairs agree.
+/// A rigid motion, other than the result, with which many of the pairs agree.
 struct Rival {
   Pose X_DH;
   std::vector<std::size_t> pairs;

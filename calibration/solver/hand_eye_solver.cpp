@@ -34,7 +34,7 @@ constexpr double kFloor = 1e-13;  // rad and m; a residual that is smaller than 
 // Number of random samples of three rows (pairs of poses A, B). If half of the rows are good, the probability that
 // every sample contains at least one bad row is 1e-23.
 constexpr std::size_t kTriples = 400;
-constexpr std::size_t kRefined = 10;       // number of samples that are refined by concentration steps
+constexpr std::size_t kRefined = 10;       // number of random samples that concentration steps refine
 constexpr std::size_t kLeastToReject = 8;  // smallest number of pairs of poses for which any pair may be rejected
 // smallest number of pairs of poses for which the 6×6 covariance of the noise is estimated
 constexpr std::size_t kLeastForFullNoise = 20;
@@ -80,7 +80,7 @@ struct Unknowns {
 /// arm from the stylus S to the marker M.
 struct Row {
   Pose A, B;
-  Unknowns at;  // linearisation point of the steps `x` and `z`
+  Unknowns at;  // the residuals are linearised in the steps `x` and `z` at this point
   Matrix6 whitening;
 
   template <class T>

@@ -59,7 +59,7 @@ double ImplantCylinder::distance(const dvec3& p_W) const {
 }
 
 double ImplantCylinder::distance(std::span<const dvec3> path_W) const {
-  constexpr double kStep = 0.05e-3;  // m, length of the steps along the path at which the distance is computed
+  constexpr double kStep = 0.05e-3;  // m, spacing of the points of a path at which its distance is computed
   double best = 1e9;
   for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
     const dvec3 way = path_W[i + 1] - path_W[i];
