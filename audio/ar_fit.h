@@ -76,11 +76,11 @@ struct FitReport {
   /// `frequencies`: Hz; the other two: power spectra of recording and model at these frequencies, dB re 1/Hz
   std::vector<double> frequencies, recording_dB, model_dB;
   std::vector<SoundPart> parts;  // parts of the whole recording, in order
-  // For each line of the model: standard deviation of its amplitude divided by the mean amplitude, in the fitted part.
-  // It includes the effect of the noise in the band in which the line was followed.
+  // For each spectral line of the model: standard deviation of its amplitude divided by the mean amplitude, in the
+  // fitted part. It includes the effect of the noise in the band in which the line was followed.
   std::vector<double> line_variation;
-  // Speed of the spindle over the fitted part, if a line could be followed: times in s from the part's beginning, and
-  // ratios of the speed to its mean. Empty if no line is steady.
+  // Speed of the spindle over the fitted part, if a spectral line could be followed: times in s from the part's
+  // beginning, and ratios of the speed to its mean. Empty if no line is steady.
   std::vector<double> speed_times, speed_ratio;
   std::optional<HeldOut> held_out;
   std::vector<std::string> notes;  // notes about the processing of the recording, as sentences for the user

@@ -21,7 +21,7 @@ struct ArmReading {
 /// Geometry of a serial arm such as WoodenHaptics or Polhem, with their published kinematics. Angles B and C are
 /// measured from the vertical. x points towards the user, y right, z up. True angle = scale · reading + offset.
 struct ArmGeometry {
-  double base = 0.080, upper = 0.205, fore = 0.245;  // m, lengths La, Lb, Lc of the published kinematics
+  double base = 0.080, upper = 0.205, fore = 0.245;  // m, lengths of base (La), upper arm (Lb) and forearm (Lc)
   // m, position of the origin of frame H (the haptic base), measured from the arm's foot
   dvec3 origin{0.220, 0, 0.080};
   std::array<double, 6> offset{};        // rad, offsets of the encoders of the joints A to F

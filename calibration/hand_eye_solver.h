@@ -23,7 +23,7 @@ struct HandEyeOptions {
 };
 
 struct HandEyeResult {
-  Pose X, Z;  // solution of A X = Z B; for motions, Z equals X
+  Pose X, Z;  // solution of A X = Z B; for relative motions, Z equals X
   /// Row-major 6×6 covariance of (rotation vector, rad; translation, m), defined as in RegistrationResult: X =
   /// (exp([θ]) R, p + t).
   std::array<double, 36> X_covariance{}, Z_covariance{};

@@ -32,7 +32,7 @@ class RigFile {
 
   /// Copies the results of the bench's calibration steps into the file. Steps without a result keep their old record.
   void set(const BenchState& bench);
-  /// Stores the present time as the date of a step that computes no result.
+  /// Stores the present time as the date of a calibration step that computes no result.
   void mark_done(const std::string& step);
   void set_device(const std::string& role, const std::string& serial);
   /// Stores the present time as the calibration's date, and writes the file completely or not at all.
@@ -44,7 +44,7 @@ class RigFile {
   std::unique_ptr<Document> document_;
 };
 
-/// Returns the results of all steps as JSON, for --json and for "calibration.steps" of the rig.
+/// Returns the results of all calibration steps as JSON, for the option --json and for "calibration.steps" of the rig.
 std::string bench_json(const BenchState& bench);
 
 }  // namespace typodont::calibration

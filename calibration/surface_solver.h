@@ -29,8 +29,8 @@ using SurfaceField = std::function<FieldSample(const dvec3& p_D)>;
 
 struct SurfaceOptions {
   double point_area = 1e-6;  // m², area that a point represents
-  // m, largest residual that is used in the first round; in later rounds it is smaller, because the residuals are
-  // smaller
+  // m, largest residual that is used in the first round; in later rounds this limit is smaller, because the residuals
+  // decrease
   double start_reach = 1.5e-3;
   double resolution = 0.3e-3;    // m, voxel size of the field; residuals of a good fit are smaller than this
   double correlation = 2e-3;     // m, distance over which errors of the two surfaces are correlated

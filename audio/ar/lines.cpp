@@ -17,7 +17,7 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kProminence = 10;              // dB, smallest prominence of a line above its surroundings
+constexpr double kProminence = 10;              // dB, smallest prominence of a spectral line
 constexpr double kFineWindow = 8192.0 / 48000;  // s, length of the analysis window in which lines are searched
 constexpr std::size_t kMostLines = 10;
 constexpr std::size_t kNoiseOrder = 16;  // number of poles of the models for the deviations of amplitude and frequency
@@ -25,9 +25,9 @@ constexpr std::size_t kNoiseOrder = 16;  // number of poles of the models for th
 // as a width of the spectral line
 constexpr double kDrift = 1;
 constexpr double kLongestTrack = 60;  // s, longest part in the middle of a recording in which a line is followed
-constexpr double kFloorReach = 100;   // Hz, width of the band on each side of a line in which the noise is measured
-// a band about a line is narrow enough if the noise in it causes a variance of the amplitude (divided by the squared
-// mean amplitude) below this
+constexpr double kFloorReach = 100;   // Hz, width of the band on each side of a spectral line for its noise
+// a band about a spectral line is narrow enough if the noise in it causes a variance of the line's amplitude (divided
+// by the squared mean amplitude) below this value
 constexpr double kWeakNoise = 0.02;
 // Hz, half widths of the bands in which a line may be followed, in the order in which they are tried
 constexpr std::array kBandwidths = {80.0, 40.0, 20.0};
@@ -90,8 +90,8 @@ void replace_band(std::vector<double>& x, double rate, double frequency, double 
   }
 }
 
-/// Measures amplitude and frequency of a line from its band `z`. `z` must not include the ends of the sound, where the
-/// moving averages use samples of one side only.
+/// Measures amplitude and frequency of a spectral line from its band `z`. `z` must not include the ends of the sound,
+/// where the moving averages use samples of one side only.
 LineTrack track_of(std::span<const std::complex<double>> z, double rate, double frequency, double bandwidth) {
   LineTrack track;
   track.bandwidth = bandwidth;
@@ -145,8 +145,8 @@ LineNoise noise_of(std::vector<double> values) {
   return noise;
 }
 
-/// Returns the power density (1/Hz) of the noise next to a line: the median over the frequencies next to the band in
-/// which the line is followed.
+/// Returns the power density (1/Hz) of the noise next to a spectral line: the median over the frequencies next to the
+/// band in which the line is followed.
 double floor_about(const std::vector<double>& power, double bin, double frequency, double bandwidth) {
   const double nearest = std::max(1.2 * bandwidth, 3 * bin);
   std::vector<double> around;

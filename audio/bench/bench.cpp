@@ -162,7 +162,7 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
   const double noise_ns = median_ns(options, [&] { generator.fill(out.data(), static_cast<int>(count)); });
   rows.push_back({"noise", "gaussian", BenchRow::kNone, "", noise_ns, "sample"});
 
-  // Measures the complete voice with its lines: time per sample, and as a fraction of real time.
+  // Measures the complete voice with its spectral lines: time per sample, and as a fraction of real time.
   SoundModels models;
   models.idle = fit_recording(options.recording, {}).model;
   models.free_speed = 300 * kKrpm;

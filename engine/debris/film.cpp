@@ -14,7 +14,7 @@ namespace {
 constexpr int kMostNeighbours = 16;  // largest number of neighbours of a cell; on a smooth surface a cell has eight
 // largest fraction of a cell's content that may flow out in one substep, for stability
 constexpr float kStableShare = 0.4f;
-constexpr double kDryMass = 1e-16;  // kg; a cell with less water counts as dry
+constexpr double kDryMass = 1e-16;  // kg; a cell with less water than this counts as dry
 
 Load scaled(const Load& load, double share) {
   Load out;

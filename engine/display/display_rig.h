@@ -145,8 +145,8 @@ EyeView eye_view(const Screen& screen, const std::optional<Mirror>& mirror, cons
 std::array<dvec3, 2> eye_positions(const Head& head, Layout layout);
 /// Returns true if both of the head's eyes are at least 5 cm in front of the picture.
 bool sees(const DisplayRig& rig, const Head& head) noexcept;
-/// Returns the near and far planes around the workspace: 0.1 m and 2 m, or farther apart if the picture is closer or
-/// more distant.
+/// Returns the distances of the near and far planes: 0.1 m and 2 m. If the picture is nearer than 0.2 m, the near plane
+/// is nearer, too; if it is farther than 1 m, the far plane is farther, too.
 ClipRange clip_range(const DisplayRig& rig);
 /// Returns the views of the left and the right eye.
 std::array<EyeView, 2> eye_views(const DisplayRig& rig);

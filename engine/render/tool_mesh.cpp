@@ -21,7 +21,7 @@ using glm::dvec3;
 constexpr double kMark = 0.4e-3;       // m, height of a depth mark's ring
 constexpr double kMarkEdge = 0.01e-3;  // m, height of the soft edge of a depth mark's ring
 constexpr int kRingsPerTurn = 10;      // number of rings of mesh vertices per turn of a thread
-// number of corners around the axis; kHeadAround is divisible by the usual numbers of flutes: 6, 8 and 12
+// number of mesh corners around the tool's axis; kHeadAround is divisible by the usual numbers of flutes: 6, 8 and 12
 constexpr int kHeadAround = 72, kShaftAround = 36;
 
 /// Adds points of a circular arc about (0, z0), from angle a to angle b. Angles are measured from the direction −z.

@@ -68,7 +68,7 @@ struct ToolBody {
   /// A section of the tool along its axis, in the tool's frame: a cylinder that contains the section at every spindle
   /// angle.
   struct Slice {
-    float low = 0, high = 0, radius = 0;  // m, lower and upper end along the axis, and radius
+    float low = 0, high = 0, radius = 0;  // m, lower and upper end of the slice along the tool's axis, and radius
   };
   std::array<Slice, 8> slices{};
   void set(gpu::Device& device, const ToolMesh& shape);
