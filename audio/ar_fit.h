@@ -40,7 +40,7 @@ struct FitOptions {
   std::string part;
   std::string hum = "auto";  // removal of mains hum: auto, off, 50 or 60 (Hz)
   double spindle = 0;        // rad/s, speed of the drill in the recording; 0: estimated from spectral lines
-  bool lines = true;  // true: steady lines are modelled as sinusoids; false: the whole sound is modelled as noise
+  bool lines = true;         // true: steady spectral lines are modelled as sinusoids; false: the whole sound as noise
   // Fraction (0 to 0.9) at the end of the fitted part that is held out: it is not used for the fit, but compared with
   // the model afterwards.
   double hold_out = 0;

@@ -48,7 +48,7 @@ struct Live {
 class GuidedCapture {
  public:
   /// Continues from the captures in `folder` if there are any. Throws Error if they cannot be read. `plate_pitch`: m,
-  /// distance of the 5×5 points of the arm's plate.
+  /// distance between neighbouring points of the plate (5×5 points).
   GuidedCapture(BenchState bench, std::filesystem::path folder, double plate_pitch = 0.04);
 
   void begin(Step step);

@@ -34,7 +34,7 @@ struct SurfaceOptions {
   double start_reach = 1.5e-3;
   double resolution = 0.3e-3;    // m, voxel size of the field; residuals of a good fit are smaller than this
   double correlation = 2e-3;     // m, distance over which errors of the two surfaces are correlated
-  double least_area = 30e-6;     // m², smallest area of agreeing points with which the result can be trusted
+  double least_area = 30e-6;     // m²; if the area of the agreeing points is smaller, the result is not trusted
   double least_agreement = 0.7;  // if a smaller fraction of the near points fits, the result is not trusted
   double most_error = 0.2e-3;    // m; a result with a larger predicted error at the scan is not trusted
 };

@@ -218,7 +218,7 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency) 
 
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<TakenLine> lines;
-  // the frequencies that were already tried as lines: frequency (Hz), and half the width of the line's band (Hz)
+  // the frequencies already tried as spectral lines: frequency (Hz), and half the width of the line's band (Hz)
   std::vector<std::pair<double, double>> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
     if (lines.size() == kMostLines) break;

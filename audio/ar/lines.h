@@ -55,9 +55,9 @@ struct TakenLine {
   double variation = 0;
 };
 
-/// Removes the steady lines from x, so that the rest can be modelled as noise. Returns at most 16 lines, strongest
-/// first. A change of frequency that takes longer than a second counts as a change of the spindle's speed, not of the
-/// line.
+/// Removes the steady spectral lines from x, so that the rest can be modelled as noise. Returns at most 16 lines,
+/// strongest first. A change of frequency that takes longer than a second counts as a change of the spindle's speed,
+/// not of the line.
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate);
 
 /// Returns the one-sided power density (1/Hz) of the lines at the frequencies i·rate/n, i = 0…n/2, as welch() would

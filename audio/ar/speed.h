@@ -20,8 +20,8 @@ struct SpeedTrack {
   double range() const;  // returns the highest minus the lowest ratio of the speed to its mean
 };
 
-/// Follows the strongest steady line of the sound. The result is empty if no line is steady, or if the sound is
-/// shorter than 0.5 s or longer than a minute.
+/// Follows the strongest steady spectral line of the sound. The result is empty if no line is steady, or if the sound
+/// is shorter than 0.5 s or longer than a minute.
 SpeedTrack speed_of(std::span<const double> x, double rate);
 
 /// Returns the sound as it would be at the mean speed. The sound is played faster where the spindle was slow, and

@@ -297,7 +297,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     result.parameters.push_back({kNames[p], start[p], values[p], scales[p] * std::sqrt(covariance(index, index)),
                                  1 - covariance(index, index)});
   }
-  // A hand holds still within a millimetre. If the residuals are much larger than this, the arm has another type, or
+  // A hand holds still within a millimetre. If the residuals are much larger than this, the arm is of another type, or
   // the plate has other dimensions.
   if (result.sigma > 2e-3) {
     result.misfit = fmt::format(

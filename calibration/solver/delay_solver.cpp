@@ -497,7 +497,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   Matcher::Solution solution = refine(u0, true);
   if (solution.determined) {
     const double rate_sigma = std::sqrt(solution.variance_rate * noise2(solution).second);
-    // No real clock has an error of 1e-3. If the estimate is larger than this, noise of a short recording is the cause.
+    // No real clock has a relative rate error of 1e-3. If the estimate is larger, noise of a short recording is the
+    // cause.
     if (std::abs(solution.shift.rate) > 3 * rate_sigma && std::abs(solution.shift.rate) < 1e-3) {
       result.skew = sign * solution.shift.rate, result.skew_sigma = rate_sigma;
     } else {

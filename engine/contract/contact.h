@@ -115,7 +115,7 @@ struct Cut {
   Pose X_WA, X_WB;         // pose of the head before and after the cut; origin in the head's centre
   std::uint32_t tool = 0;  // index in the session's list of tools
   PerTissue removed{};     // m³, for each tissue: volume that this cut removed; negative for a filling
-  dvec3 n_C_W{0, 0, 0};    // unit normal, pointing out of the tissue
+  dvec3 n_C_W{0, 0, 0};    // unit contact normal, pointing out of the tissue
   double spindle = 0;      // rad/s, rotation speed of the spindle about the tool's z, with sign
   double fill_radius = 0;  // m, radius of the filled ball; 0 if the cut removes tissue
 };

@@ -172,7 +172,7 @@ struct Compositor::Impl {
     return chosen;
   }
 
-  /// Copies the panels' pixels to the buffer that the shaders of this slot (frame in flight) read.
+  /// Copies the text panels' pixels to the buffer that the shaders of this slot (frame in flight) read.
   void put_on_device(int slot) {
     OnDevice& there = on_device[static_cast<std::size_t>(slot)];
     if (there.pixels.buffer && there.holds == writing) return;
@@ -268,7 +268,7 @@ struct Compositor::Impl {
     return made = gpu::create_pipeline(device, o);
   }
 
-  /// Draws panels over an eye's region, in the same rendering pass that composed it.
+  /// Draws text panels over an eye's region, in the same rendering pass that composed it.
   void write_over(VkCommandBuffer commands, VkFormat target_format, std::size_t eye, const Place& place, int slot,
                   const std::vector<std::size_t>& panels) {
     if (panels.empty()) return;

@@ -17,7 +17,7 @@ namespace {
 // Limit in voxels: a part of the surface counts as new if it lies deeper than this below the old surface.
 constexpr double kNewSurface = 0.75;
 const double kFloor = std::cos(30 * kPi / 180);  // a floor's normal is within 30° of the opening's axis
-constexpr double kWall = 0.5;                    // sine of 30°: a wall is within 30° of parallel to the opening's axis
+constexpr double kWall = 0.5;  // sine of 30°: a wall is within 30° of parallel to the opening's axis
 // A facet counts as part of one flat face if the gradient of the distance field around it is at least this long and
 // within 10° of the facet's normal. At an edge between two faces the gradient is shorter. Ripples of a tenth of a
 // voxel, which a bur leaves, also shorten the gradient. With a larger limit, half of a rippled floor would be omitted,

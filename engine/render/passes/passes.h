@@ -14,7 +14,7 @@ namespace typodont::render {
 struct ShadowPass {
   gpu::Image map;
   VkPipeline pipeline = VK_NULL_HANDLE;
-  /// Redraws the given part of the map; the other parts keep their content.
+  /// Redraws the given part of the shadow map; the other parts keep their content.
   void record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks, int slot,
               View view, const glm::mat4& light_from_world, const ShadowMapBox& part, FrameStats& stats);
   void create_map(PassContext& context);  // sets the new map to the largest depth, which means no shadow
