@@ -62,7 +62,7 @@ class Binaural {
   float read(double delay) const noexcept;
 
   double rate_;
-  double glide_;  // fraction of the remaining difference by which delay and shadow change per sample
+  double glide_;  // fraction of the remaining difference by which delay and acoustic shadow change per sample
   /// coefficients of the filter that models the head's acoustic shadow: y = input_ (x + x') + slope (x - x') - pole_
   /// y'; x: input, y: output, x' and y': previous values
   double pole_, input_;

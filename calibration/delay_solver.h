@@ -37,7 +37,7 @@ struct DelayResult {
   // pose of the frame of stream A in the frame of stream B; its rotation is the identity unless the streams clearly
   // need a rotation
   Pose X_BA;
-  bool rotated = false;  // true if a rotation was needed
+  bool rotated = false;  // true if a rotation was needed to align the streams
   int samples = 0;       // number of compared samples
   int lost_a = 0, lost_b = 0, frozen_a = 0, frozen_b = 0, rejected = 0;
 };

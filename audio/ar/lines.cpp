@@ -18,7 +18,7 @@ namespace typodont::audio {
 namespace {
 
 constexpr double kProminence = 10;              // dB, smallest prominence of a spectral line
-constexpr double kFineWindow = 8192.0 / 48000;  // s, length of the analysis window in which lines are searched
+constexpr double kFineWindow = 8192.0 / 48000;  // s, length of the analysis window in which spectral lines are searched
 constexpr std::size_t kMostLines = 10;
 constexpr std::size_t kNoiseOrder = 16;  // number of poles of the models for the deviations of amplitude and frequency
 // s, if the frequency changes over a longer time than this, the change counts as a change of the spindle's speed, not
@@ -222,8 +222,8 @@ std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<std::pair<double, double>> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
     if (lines.size() == kMostLines) break;
-    // A line whose frequency fluctuates has several peaks in its band. A peak in a band that was already tried belongs
-    // to the same line, so it is skipped.
+    // A spectral line whose frequency fluctuates has several peaks in its band. A peak in a band that was already tried
+    // belongs to the same line, so it is skipped.
     const auto near = [&](const auto& other) { return std::abs(other.first - found.frequency) < other.second; };
     if (found.frequency < kBandwidths.front() || std::any_of(tried.begin(), tried.end(), near)) continue;
     const LineTrack track = follow_line(x, rate, found.frequency);

@@ -163,7 +163,7 @@ struct Map {
   }
 };
 
-/// Draws into one panel, in user coordinates.
+/// Draws into one text panel, in user coordinates.
 class Painter {
  public:
   Painter(const Map& map, const dvec2& lo, const dvec2& hi) : map_(map) {

@@ -34,7 +34,7 @@ struct Hud {
   bool force_shown = true;
   double force = 0;        // N, force that the text shows
   double force_limit = 5;  // N, force at which the bar is full
-  std::string hint;        // parts separated by three spaces; lines break there
+  std::string hint;        // text of the hint; three spaces separate its parts, and lines break there
   HudWords words;
   double least_letters = 0;  // least ratio of the letters' height to half the picture's height; see readable_letters()
   glm::dmat2 upright{1.0};   // matrix that makes the text upright on the screen; result of display::upright()

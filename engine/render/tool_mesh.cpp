@@ -203,8 +203,8 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
 
   mesh.blades = shape.flutes > 0 ? shape.flutes : 1;
 
-  // Head: the profile of a blade rises steeply at its cutting edge and falls slowly behind it, like a saw tooth. The
-  // blades run along a helix.
+  // Head of a bur: the profile of a blade rises steeply at its cutting edge and falls slowly behind it, like a saw
+  // tooth. The blades run along a helix.
   const auto cut = [&](double r, double z, double angle) {
     if (shape.thread_pitch > 0) {
       // A sharp right-handed thread: a clockwise rotation, as seen from the shank, screws the thread in. The thread

@@ -191,8 +191,8 @@ std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseFie
     segments.push_back({crossed[0], crossed[1]});
   });
 
-  // Connects the segments to curves. Open curves come first, because a curve must start at its end and not in its
-  // middle.
+  // Connects the segments to curves. Open curves come first, because an open curve must be followed from one of its
+  // ends.
   std::vector<bool> used(segments.size(), false);
   std::vector<std::vector<dvec3>> curves;
   const auto follow = [&](std::size_t start) {
@@ -287,8 +287,8 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
   const dvec3 across = -std::sin(angle) * axes.u + std::cos(angle) * axes.v;
   const dvec3 center = mu * axes.u + mv * axes.v + w * axes.w;
 
-  // Computes the width of each section. The width is the longest interval that was tissue before, is empty now, and
-  // ends at walls.
+  // Computes the width of each cross-section. The width is the longest interval that was tissue before, is empty now,
+  // and ends at walls.
   const double reach = glm::length(dvec3(before.size));
   struct Section {
     double s, width;
