@@ -1,4 +1,4 @@
-// Fits an autoregressive model to a recording: trims, checks, and estimates. Not for real time.
+// Fits an autoregressive model to a recording: trims and checks the sound, then estimates. Not for real time.
 #pragma once
 
 #include <filesystem>
@@ -25,7 +25,7 @@ struct FitOptions {
   std::string method = "burg";  // method of the fit: burg, yule-walker or modified-covariance
   // order of the model: a number, or "aic" or "bic", the criterion by which the fit chooses the order
   std::string order = "300";
-  int max_order = 600;  // highest order that the criterion may choose
+  int max_order = 600;  // highest order that the criterion (aic or bic) may choose
   /// name of the window: none, hann, hamming or blackman; the window weights the errors (Burg) or the samples
   /// (Yule–Walker)
   std::string window = "none";
@@ -39,8 +39,8 @@ struct FitOptions {
   // the whole recording
   std::string part;
   std::string hum = "auto";  // removal of mains hum: auto, off, 50 or 60 (Hz)
-  double spindle = 0;        // rad/s, speed of the drill in the recording; 0: estimated from the recording's lines
-  bool lines = true;  // true: steady lines are modelled as sinusoids; false: the whole sound is modelled as noise
+  double spindle = 0;        // rad/s, speed of the drill in the recording; 0: estimated from spectral lines
+  bool lines = true;         // true: steady spectral lines are modelled as sinusoids; false: the whole sound as noise
   // Fraction (0 to 0.9) at the end of the fitted part that is held out: it is not used for the fit, but compared with
   // the model afterwards.
   double hold_out = 0;
@@ -73,14 +73,14 @@ struct FitReport {
   double condition = 0;  // condition number of the direct form, see ar/filter.h
   std::string form;      // filter form that the synthesizer will use: float, double, lattice
   std::vector<double> variance_by_order;
-  /// Hz; power spectra of recording and model at these frequencies, dB re 1/Hz
+  /// `frequencies`: Hz; the other two: power spectra of recording and model at these frequencies, dB re 1/Hz
   std::vector<double> frequencies, recording_dB, model_dB;
   std::vector<SoundPart> parts;  // parts of the whole recording, in order
-  // For each line of the model: standard deviation of its amplitude divided by the mean amplitude, in the fitted part.
-  // It includes the effect of the noise in the band in which the line was followed.
+  // For each spectral line of the model: standard deviation of its amplitude divided by the mean amplitude, in the
+  // fitted part. It includes the effect of the noise in the band in which the line was followed.
   std::vector<double> line_variation;
-  // Speed of the spindle over the fitted part, if a line could be followed: times in s from the part's beginning, and
-  // ratios of the speed to its mean. Empty if no line is steady.
+  // Speed of the spindle over the fitted part, if a spectral line could be followed: times in s from the part's
+  // beginning, and ratios of the speed to its mean. Empty if no line is steady.
   std::vector<double> speed_times, speed_ratio;
   std::optional<HeldOut> held_out;
   std::vector<std::string> notes;  // notes about the processing of the recording, as sentences for the user

@@ -21,10 +21,10 @@ inline constexpr int kLineStep = 64;
 /// A spectral line of a rotor: a sinusoid whose amplitude and frequency vary slowly about their means. A turbine's
 /// whistle is such a line. Filtered noise with the same spectrum would hiss instead.
 struct ModelLine {
-  double frequency = 0;       // Hz, mean frequency of the line
+  double frequency = 0;       // Hz, mean frequency of the spectral line
   double amplitude = 0;       // mean amplitude; full scale is 1
   LineNoise amplitude_noise;  // noise of the amplitude, as a ratio to the mean amplitude
-  LineNoise frequency_noise;  // noise by which the line's frequency varies, Hz
+  LineNoise frequency_noise;  // noise by which the spectral line's frequency varies, Hz
 };
 
 /// y[n] = gain·e[n] − Σ a_i y[n−i] with white noise e of unit variance, and A(z) = 1 + Σ a_i z^-i. The model stores the
@@ -45,10 +45,10 @@ struct ArModel {
   std::size_t order() const { return reflection.size(); }
 };
 
-/// Returns the mean power of the model's output: gain² Π 1/(1 − k²) of the noise, plus the power of the lines.
+/// Returns the mean power of the model's output: gain² Π 1/(1 − k²) of the noise, plus the power of the spectral lines.
 double power_of(const ArModel& model);
-/// Returns 10·log10 of the one-sided power density (1/Hz) of the noise, without the lines, at the frequencies given in
-/// Hz.
+/// Returns 10·log10 of the one-sided power density (1/Hz) of the noise, without the spectral lines, at the frequencies
+/// given in Hz.
 std::vector<double> spectrum_dB(const ArModel& model, const std::vector<double>& frequencies);
 
 /// Returns the model reduced to its first `order` lattice stages, with the same power. For Burg's method this is

@@ -37,7 +37,7 @@ struct AudioStats {
   std::uint64_t recoveries = 0;  // number of times that the device was opened again
   std::uint64_t clipped = 0;     // number of samples that were limited to full scale
   double sample_rate = 0;
-  /// s, time from a tick until its sample leaves the program; the device's own latency is not included
+  /// s, time from a servo tick until its sound leaves the program; the device's own latency is not included
   double latency = 0;
   double device_latency = 0;  // s, additional latency as reported by the device; 0 for files
 };

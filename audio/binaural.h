@@ -30,13 +30,13 @@ EarAngles ear_angles(const dvec3& source_W, const dvec3& eyes_W, const dvec3& ri
 /// Returns the delay (s) of the sound at an ear, compared with its arrival at the head's centre; negative if the ear
 /// faces the source. Brown & Duda 1998, eq. 6 (Woodworth's formula for distant sources).
 double ear_delay(double angle);
-/// Returns the factor α(θ) of the filter H = (1 + jαω/2ω0) / (1 + jω/2ω0), which models the shadow of the head for the
-/// angle θ (rad); ω0 = speed of sound / head radius. A factor of 2 doubles high frequencies; a factor of 0.1 nearly
-/// removes them. Brown & Duda 1998, eqs. 3 and 4.
+/// Returns the factor α(θ) of the filter H = (1 + jαω/2ω0) / (1 + jω/2ω0), which models the acoustic shadow of the head
+/// at the angle θ (rad); ω0 = speed of sound / head radius. A factor of 2 doubles high frequencies; a factor of 0.1
+/// nearly removes them. Brown & Duda 1998, eqs. 3 and 4.
 double ear_shadow(double angle);
 
 /// Renders a mono sound for two ears. Used by one thread at a time. Only the constructor allocates. If the head moves,
-/// delays and shadows approach their new values with the time constant kGlide, so that no clicks are heard.
+/// delays and acoustic shadows approach their new values with the time constant kGlide, so that no clicks are heard.
 class Binaural {
  public:
   explicit Binaural(double sample_rate);
@@ -48,23 +48,23 @@ class Binaural {
 
   /// Returns the delay (s) of both channels, compared with the mono sound, if the source is straight ahead.
   double latency() const noexcept;
-  static constexpr double kGlide = 0.02;  // s, time constant of delays and shadows
+  static constexpr double kGlide = 0.02;  // s, time constant of the delay and of the head's acoustic shadow
 
  private:
   struct Ear {
-    // samples; `delay`: present delay of this ear; `wanted_delay`: delay that `delay` approaches
+    // in samples: the present delay of this ear (`delay`), and the delay that it approaches (`wanted_delay`)
     double delay = 0, wanted_delay = 0;
-    // `shadow`: present factor α of the head's shadow; `wanted_shadow`: factor that `shadow` approaches
+    // `shadow`: present factor α of the head's acoustic shadow; `wanted_shadow`: factor that `shadow` approaches
     double shadow = 1, wanted_shadow = 1;
-    // previous input (`before`) and previous output (`after`) of the filter of the head's shadow
+    // previous input (`before`) and previous output (`after`) of the filter that models the head's acoustic shadow
     float before = 0, after = 0;
   };
   float read(double delay) const noexcept;
 
   double rate_;
-  double glide_;  // fraction of the remaining difference by which delay and shadow change per sample
-  /// coefficients of the shadow's filter: y = input_ (x + x') + slope (x - x') - pole_ y'; x: input, y: output, x' and
-  /// y': previous values
+  double glide_;  // fraction of the remaining difference by which delay and acoustic shadow change per sample
+  /// coefficients of the filter that models the head's acoustic shadow: y = input_ (x + x') + slope (x - x') - pole_
+  /// y'; x: input, y: output, x' and y': previous values
   double pole_, input_;
   double slope_;
   std::vector<float> line_;  // ring buffer of the mono samples

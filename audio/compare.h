@@ -23,9 +23,9 @@ struct Comparison {
   double distance_dB = 0;  // dB, log-spectral distance between the sounds, including the difference in level
   // dB, log-spectral distance after the mean difference of the two spectra in dB is subtracted
   double shape_distance_dB = 0;
-  double itakura_saito = 0;        // Itakura–Saito distance of a from b
-  double level_difference_dB = 0;  // dB, level of b minus level of a
-  /// frequency of b's strongest tone divided by the frequency of a's strongest tone; 0 if one sound has no tone
+  double itakura_saito = 0;        // Itakura–Saito distance of sound a from sound b
+  double level_difference_dB = 0;  // dB, level of sound b minus level of sound a
+  /// frequency of the strongest tone of sound b divided by that of sound a; 0 if one sound has no tone
   double tone_ratio = 0;
   double up_to = 0;  // Hz, highest frequency that the distances include
 };

@@ -28,7 +28,7 @@ struct SoundState {
 };
 
 struct SynthOptions {
-  double hold = 0;  // s; if no state arrives for this time, contact ends and the drill runs down; 0: never
+  double hold = 0;  // s; if no SoundState arrives for this time, contact ends and the drill runs down; 0: never
   /// true: each model is reduced to the order with the least Bayesian information criterion (sufficient_order())
   bool lower_order = false;
 };

@@ -27,8 +27,8 @@ struct WorkLevel {
   double contact_area = 0;  // m², contact area at which the sound was recorded
   double removal_rate = 0;  // m³/s, removal rate at which the sound was recorded
   double spindle = 0;       // rad/s, spindle speed at work
-  double level_dB = 0;      // dB, change of the level of the whole sound
-  double high_dB = 0;       // dB, change of the level above 4 kHz
+  double level_dB = 0;      // dB, level of the whole sound at work minus its level at idle
+  double high_dB = 0;       // dB, level above 4 kHz at work minus the level at idle
 };
 
 /// Plain data. A missing working model is derived from the idle model by the mapping in audio/README.md ("Working
@@ -42,7 +42,7 @@ struct SoundModels {
   std::vector<RotorTone> tones;
   // Number of cutting edges (blades) of the bur. At low speed, each edge is heard separately. 0: never separately.
   double teeth = 0;
-  double working_gain = 1;  // factor of the amplitude of all working models
+  double working_gain = 1;  // factor by which the amplitude of all working models is multiplied
   // gain of the additional high frequencies at high force and high removal rate; the value 1 doubles the amplitude of
   // the high frequencies
   double brightness = 1;

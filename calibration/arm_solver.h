@@ -18,22 +18,22 @@ struct ArmReading {
   std::array<double, 6> angle{};  // rad, angles of the joints A to F
 };
 
-/// Geometry of a serial arm such as WoodenHaptics or Polhem, with their published kinematics: angles B and C are
-/// relative to the vertical; x points towards the user, y right, z up. True angle = scale · reading + offset.
+/// Geometry of a serial arm such as WoodenHaptics or Polhem, with their published kinematics. Angles B and C are
+/// measured from the vertical. x points towards the user, y right, z up. True angle = scale · reading + offset.
 struct ArmGeometry {
-  double base = 0.080, upper = 0.205, fore = 0.245;  // m, lengths La, Lb, Lc of the published kinematics
+  double base = 0.080, upper = 0.205, fore = 0.245;  // m, lengths of base (La), upper arm (Lb) and forearm (Lc)
   // m, position of the origin of frame H (the haptic base), measured from the arm's foot
   dvec3 origin{0.220, 0, 0.080};
-  std::array<double, 6> offset{};        // rad, offsets of the encoders of A to F
-  std::array<double, 3> scale{1, 1, 1};  // scale factors of the encoders of A, B, C
+  std::array<double, 6> offset{};        // rad, offsets of the encoders of the joints A to F
+  std::array<double, 3> scale{1, 1, 1};  // scale factors of the encoders of the joints A, B, C
   dvec3 tip_S{0.12, 0, 0};  // m, position of the stylus tip relative to the wrist's centre; x points along the stylus
 };
 
 inline constexpr std::size_t kArmParameters = 18;
-/// Returns the names of the parameters in the order of to_vector: "upper link", …
+/// Returns the names of the parameters in the order of to_vector, for example "upper link".
 std::span<const char* const> arm_parameter_names();
-/// Returns the plausible error of each parameter: 1 mm, 1°, 0.5 %. The solver divides each parameter by this scale, and
-/// compares the parameter's uncertainty with the scale.
+/// Returns the plausible error of each parameter: 1 mm for lengths, 1° for angles, 0.5 % for scales. The solver divides
+/// each parameter by this scale, and compares the parameter's uncertainty with the scale.
 std::array<double, kArmParameters> arm_parameter_scales();
 std::array<double, kArmParameters> to_vector(const ArmGeometry& geometry);
 ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);
@@ -46,8 +46,8 @@ dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading);
 /// per rad, or per unit of scale).
 std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& geometry, const ArmReading& reading);
 
-/// One capture of the resting tip. Captures of the same group come from the same socket (`known` is empty) or the
-/// same plate (`known` is the position on the plate).
+/// One capture (recorded touch) of the resting tip. Captures of the same group come from the same socket (`known` is
+/// empty) or the same plate (`known` is the position on the plate).
 struct ArmCapture {
   int group = 0;
   std::optional<dvec3> known;  // m, position on the plate, in its frame; empty for a socket, whose position is unknown
@@ -56,10 +56,10 @@ struct ArmCapture {
 
 struct ArmParameter {
   std::string name;
-  double before = 0, after = 0;  // values before and after the calibration, in SI units
-  /// standard deviation in SI units; if the captures do not determine the parameter, its plausible error
+  double before = 0, after = 0;  // values of the parameter before and after the calibration, in SI units
+  /// standard deviation in SI units; a parameter that the captures do not determine keeps its plausible error
   double sigma = 0;
-  double determined = 0;  // 0..1: fraction by which the captures reduced the plausible error
+  double determined = 0;  // 0..1: fraction by which the captures reduced the uncertainty
 };
 
 struct ArmResult {

@@ -8,8 +8,8 @@
 
 namespace typodont::calibration {
 
-/// Measures all solvers. Takes a few seconds; with `quick`, less than one second, with fewer trials. A row's name is
-/// "task, method"; its size is the number of touches: pairs, samples, captures or corners.
+/// Measures all solvers. Takes a few seconds; with `quick`, less than one second, with fewer trials. Each row of the
+/// table has the name "task, method", and as its size the number of touches (pairs, samples, captures or corners).
 std::vector<BenchRow> bench_rows(bool quick = false);
 
 }  // namespace typodont::calibration

@@ -30,7 +30,7 @@ class BenchSimulator {
 
   const ArmGeometry& true_arm() const { return arm_; }
   const RigGeometry& truth() const { return truth_; }
-  /// Returns the nominal bench, which has the dimensions of the drawings. The routine starts with it.
+  /// Returns the nominal bench, which has the dimensions of the drawings. The calibration routine starts with it.
   BenchState drawings() const;
 
   /// Returns the encoder readings of the arm while its tip is exactly at p_W (m, frame W). The orientation of the wrist
@@ -42,7 +42,7 @@ class BenchSimulator {
   /// Returns the position to which this user moves the tip in order to touch a point that a program draws at p_W.
   dvec3 reached_for(const RigGeometry& believed, const dvec3& p_W) const;
 
-  // Makes the captures of each step. `bench` is the estimate of the bench before this step.
+  // Each capture function makes the captures of one step. `bench` is the estimate of the bench before this step.
   void capture_arm(Captures& captures, const BenchState& bench);
   void capture_screen(Captures& captures, const BenchState& bench);
   void capture_eyes(Captures& captures, const BenchState& bench);
@@ -66,8 +66,8 @@ class BenchSimulator {
   RigGeometry truth_;
 };
 
-/// Runs the routine step by step, beginning with the bench of the drawings. Each step makes its captures, then solves
-/// them.
+/// Runs the calibration routine step by step, beginning with the nominal bench of the drawings. Each step makes its
+/// captures, then solves them.
 struct SimulatedRoutine {
   Captures captures;
   BenchState bench;

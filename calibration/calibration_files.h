@@ -1,5 +1,5 @@
-// Reads the captures and writes the results of the single solvers, in the formats of docs/interface.md. The name of a
-// key contains its unit; in the program, values are in metres and seconds. Throws Error with the file, the line, the
+// Reads the captures and writes the results of the individual solvers, in the formats of docs/interface.md. The name of
+// a key contains its unit; in the program, values are in metres and seconds. Throws Error with the file, the line, the
 // column, the value that was found, and the value that was expected. Units: each group of length columns ends in _mm or
 // in _m. A group in _mm is refused if all its coordinates are below 3 mm, because these are probably metres. A group
 // with a coordinate beyond 10 m is also refused.
@@ -32,8 +32,8 @@ Stream read_stream(const std::filesystem::path& file);  // the file has the colu
 /// Reads pairs of poses. Columns ax_mm,ay_mm,az_mm,aqw,aqx,aqy,aqz, and the same columns for b. A quaternion's length
 /// must be within 1 % of 1.
 PosePairs read_pose_pairs(const std::filesystem::path& file);
-/// Reads points in frame H of the haptic base. Columns x_mm,y_mm,z_mm or hx_mm,hy_mm,hz_mm. All points may be at the
-/// origin.
+/// Reads points in frame H of the haptic base. Columns x_mm,y_mm,z_mm or hx_mm,hy_mm,hz_mm. Points that all lie at the
+/// origin are accepted.
 std::vector<dvec3> read_points(const std::filesystem::path& file);
 
 std::string registration_json(const RegistrationResult& result, const std::vector<dvec3>& targets_H);

@@ -23,12 +23,12 @@ struct CameraIntrinsics {
 
 enum class SeenOn { kTouchedPoint, kPanel, kPanelInMirror };
 
-/// One corner that is visible in one picture.
+/// One point (a corner of the panel's board, or a touched point) that is visible in one picture.
 struct Sighting {
   int picture = 0;
   SeenOn on = SeenOn::kPanel;
   PanelPoint corner;  // position on the panel
-  // m, position of a point that was touched with the stylus; sightings with equal `touched_W` show the same point
+  // m, position of a touched point; sightings (corners in pictures) with equal `touched_W` show the same point
   dvec3 touched_W{0, 0, 0};
   double px = 0, py = 0;  // pixels, position to the right of and below the centre of the first pixel
 };
@@ -51,7 +51,7 @@ struct CameraResult {
   double tilt_sigma = 0;  // rad, standard deviation of the panel's tilt, about the axis for which it is largest
   std::optional<MirrorPlane> mirror;
   // mirror_tilt_sigma: rad, standard deviation of the mirror's tilt; mirror_offset_sigma: m, standard deviation of the
-  // plane's offset, at the mirror point below the panel
+  // mirror's position along its normal, at the point of the mirror below the panel
   double mirror_tilt_sigma = 0, mirror_offset_sigma = 0;
   double rms_px = 0, worst_px = 0;
   int outliers = 0;  // number of corners in pictures (sightings) with a residual above five times pixel_sigma

@@ -10,14 +10,14 @@
 
 namespace typodont::calibration {
 
-/// One recording. Times strictly increase. They may be irregular; samples may be missing or frozen.
+/// One recording. Times strictly increase. They may be irregular; samples may be missing or repeated (frozen sensor).
 struct Stream {
   std::vector<double> t;  // s, times of the samples
   std::vector<dvec3> p;   // m, positions of the samples
 };
 
 struct DelayOptions {
-  double max_delay = 2.0;  // s, search range in both directions; at most 40 % of the common time
+  double max_delay = 2.0;  // s, search range in both directions; at most 40 % of the time that both streams cover
 };
 
 struct DelayResult {
@@ -37,7 +37,7 @@ struct DelayResult {
   // pose of the frame of stream A in the frame of stream B; its rotation is the identity unless the streams clearly
   // need a rotation
   Pose X_BA;
-  bool rotated = false;  // true if a rotation was needed
+  bool rotated = false;  // true if a rotation was needed to align the streams
   int samples = 0;       // number of compared samples
   int lost_a = 0, lost_b = 0, frozen_a = 0, frozen_b = 0, rejected = 0;
 };

@@ -46,8 +46,8 @@ struct EyesResult {
 EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometry& rig);
 
 /// Returns the mean of the touched minus the seen positions, without outliers. Outliers are found by their distance
-/// from the median. Needs at least two touches. A displaced base has the same effect as a user's offset, so the base
-/// must be calibrated separately (joint_solver.h distinguishes base and offset).
+/// from the median. Needs at least two touches. A displaced haptic base has the same effect as a user's offset, so the
+/// base must be calibrated separately (joint_solver.h distinguishes both).
 UserOffset user_offset_of(std::span<const SeenTouch> touches);
 
 }  // namespace typodont::calibration

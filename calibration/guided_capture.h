@@ -1,5 +1,5 @@
-// The guided part of the calibration: it asks the user for the next touch, takes touches, shows residuals at once, and
-// stores every touch on disk, so that an interrupted routine can continue. This code has no access to devices; the
+// The guided part of the calibration: it asks the user for the next touch, receives touches, shows residuals at once,
+// and stores every touch on disk, so that an interrupted routine can continue. This code has no access to devices; the
 // owner of the devices calls add().
 #pragma once
 
@@ -18,7 +18,7 @@ inline constexpr Step kSteps[] = {Step::kArm,      Step::kScreen, Step::kMirror,
 const char* name(Step step);
 std::optional<Step> step_named(std::string_view name);
 
-/// Sounds that accompany events; see cue_sound().
+/// Events of the guided capture that a sound accompanies; see cue_sound().
 enum class Cue { kReady, kTaken, kOutlier, kUndone, kDone };
 
 struct Prompt {
@@ -27,7 +27,7 @@ struct Prompt {
   std::optional<Dots> dots;                // dots to show to the left and the right eye
   bool left_eye = true, right_eye = true;  // true if the left eye sees its dot; true if the right eye sees its dot
   std::optional<dvec3> target_D;           // m, frame D of the display: position at which the point should appear
-  // where a ring is drawn around the last touch (one per eye), if this touch does not fit the other touches
+  // positions on the panel (one per eye) of a ring around the last touch, drawn if this touch does not fit the others
   std::optional<Dots> astray;
 };
 
@@ -36,19 +36,19 @@ struct Live {
   std::size_t index = 0;  // index of the touch in its step
   double residual = 0;    // m, residual of this touch; 0 while the step has too few touches
   double rms = 0;         // m, root mean square of all residuals of the step up to now
-  // m, predicted error at the points of the workspace; only in the step that registers the base
+  // m, predicted error at the points of the workspace; only in the step that registers the haptic base
   double predicted_tre = 0;
   bool outlier = false;               // true if this touch is an outlier
   std::optional<dvec3> p_W;           // m, frame W, position of the touch
   std::vector<std::size_t> outliers;  // indices of all outliers of the step up to now
   Cue cue = Cue::kTaken;
-  std::string text;  // text of one line to show
+  std::string text;  // one line of text for the user
 };
 
 class GuidedCapture {
  public:
   /// Continues from the captures in `folder` if there are any. Throws Error if they cannot be read. `plate_pitch`: m,
-  /// distance of the 5×5 points of the arm's plate.
+  /// distance between neighbouring points of the plate (5×5 points).
   GuidedCapture(BenchState bench, std::filesystem::path folder, double plate_pitch = 0.04);
 
   void begin(Step step);
@@ -57,7 +57,7 @@ class GuidedCapture {
   std::size_t taken() const;
   std::size_t planned() const;
   Prompt prompt() const;
-  /// Takes one touch, writes it to disk, and evaluates it.
+  /// Adds one touch, writes it to disk, and evaluates it.
   Live add(const Touch& touch);
   /// Deletes the last touch of this step. Returns false if no touch exists.
   bool undo();

@@ -4,7 +4,7 @@
 //
 // Robot–world: a marker M is on the stylus and a tracker K in the room. Then A = X_HS, B = X_KM, X = X_SM, Z = X_HK.
 // Hand–eye: a camera K is on the stylus and a target M in the room. Then A = X_HS, B = X_MK (the inverse of the pose
-// that the camera reports), X = X_SK, Z = X_HM. For pure motions (A_i X = X B_i), Z equals X.
+// that the camera reports), X = X_SK, Z = X_HM. For relative motions (A_i X = X B_i), Z equals X.
 #pragma once
 
 #include <array>
@@ -23,26 +23,26 @@ struct HandEyeOptions {
 };
 
 struct HandEyeResult {
-  Pose X, Z;  // solution of A X = Z B; for motions, Z equals X
+  Pose X, Z;  // solution of A X = Z B; for relative motions, Z equals X
   /// Row-major 6×6 covariance of (rotation vector, rad; translation, m), defined as in RegistrationResult: X =
   /// (exp([θ]) R, p + t).
   std::array<double, 36> X_covariance{}, Z_covariance{};
   std::vector<std::size_t> inliers, outliers;  // indices of the pairs (A_i, B_i), ascending
-  std::vector<double> rotation_residuals;      // rad, one for each pair
-  std::vector<double> translation_residuals;   // m, one for each pair, at the origin of the moving frame of the poses B
+  std::vector<double> rotation_residuals;      // rad, one per pair: angle between the rotations of A X and Z B
+  std::vector<double> translation_residuals;   // m, one per pair: distance between the origins of the poses A X and Z B
   /// rad per axis, standard deviation of the noise of arm and tracker together
   double rotation_sigma = 0;
   /// m per axis, standard deviation of the noise of arm and tracker together
   double translation_sigma = 0;
-  // rad rms, how far the arm rotated: about the axis with the largest rotations, and about the second axis
+  // rad rms, how far the arm rotated: about the axis of the largest rotations, and of the second largest
   double main_turn = 0, second_turn = 0;
   std::string not_determined;  // reason why X and Z must not be used; empty: they can be used
 };
 
 /// Solves A X = Z B, first in closed form (Shah 2013, Kronecker product), then by maximum likelihood (Ceres). The 6×6
-/// covariance of the noise is estimated from the residuals. Up to half of the pairs minus two may be wrong in any way
-/// (least trimmed squares, Rousseeuw & Van Driessen 2006). If there are fewer than eight pairs, no pair is rejected.
-/// Throws Error if the lists differ in length or have fewer than 3 poses (2 motions).
+/// covariance of the noise is estimated from the residuals. Of n pairs, up to n/2 − 2 may be wrong in any way (least
+/// trimmed squares, Rousseeuw & Van Driessen 2006). If there are fewer than eight pairs, no pair is rejected. Throws
+/// Error if the lists differ in length or have fewer than 3 poses (2 motions).
 HandEyeResult solve_hand_eye(std::span<const Pose> A, std::span<const Pose> B, const HandEyeOptions& options = {});
 
 }  // namespace typodont::calibration

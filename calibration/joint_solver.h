@@ -1,5 +1,5 @@
 // Solves all captures together: one set of values for arm, panel, mirror, eyes and the user's offset must explain all
-// touches. The results of the single steps are the initial guess. An error in one step's result also causes errors in
+// touches. The results of the separate steps are the initial guess. An error in one step's result also causes errors in
 // the results of later steps; the joint solution removes them. For example, eye touches alone determine an eye only to
 // millimetres; touches of points seen with both eyes improve this. Metres; any thread may call it.
 #pragma once

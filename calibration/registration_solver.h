@@ -49,7 +49,7 @@ struct RegistrationOptions {
   double false_alarm = 5e-4;  // probability of rejecting at least one good pair of the set
 };
 
-/// Another motion with which many of the pairs agree.
+/// A rigid motion, other than the result, with which many of the pairs agree.
 struct Rival {
   Pose X_DH;
   std::vector<std::size_t> pairs;
@@ -72,14 +72,14 @@ struct RegistrationResult {
   double predicted_tre_rms = 0;  // m, root mean square of the predicted target error over the workspace
   dvec3 centroid_H{0, 0, 0};
   Degeneracy degeneracy;
-  // other motions, each followed by a group of pairs (the largest first); if any, the result is ambiguous
+  // other motions that each fit a group of the pairs, largest group first; if there are any, the result is ambiguous
   std::vector<Rival> rivals;
   bool trusted() const { return degeneracy.defect == Defect::kNone && rivals.empty(); }
 };
 
 /// Registers pairs of points robustly, with uncertainty and outlier detection. Fewer than half of the pairs may be
-/// wrong in any way; the result is then no worse than if the errors of these pairs were as small as the noise. If the
-/// outliers are scattered, up to 70 % of the pairs may be outliers. Throws Error if there is no pair, or if the two
+/// wrong in any way; the result is then at least as accurate as if these pairs had errors of the size of the noise. If
+/// the outliers are scattered, up to 70 % of the pairs may be outliers. Throws Error if there is no pair, or if the two
 /// lists differ in length.
 RegistrationResult register_points(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                    const RegistrationOptions& options = {});

@@ -15,7 +15,7 @@ namespace typodont::calibration {
 
 class RigFile {
  public:
-  /// Loads an existing file, or creates a new mirror rig.
+  /// Loads an existing rig file. If there is none, creates the rig of a mirror bench.
   static RigFile load(const std::filesystem::path& file);
   static RigFile create(const std::filesystem::path& file);
   RigFile(RigFile&&) noexcept;
@@ -26,16 +26,16 @@ class RigFile {
   /// Returns the folder that the file names, or "FILE.captures" beside the rig.
   std::filesystem::path captures_folder() const;
 
-  /// Returns the date at which a step was last solved, for example "2026-03-01T10:15:00Z"; empty if it was never
-  /// solved.
+  /// Returns the date at which a calibration step was last solved, for example "2026-03-01T10:15:00Z"; empty if it was
+  /// never solved.
   std::string step_date(const std::string& step) const;
 
-  /// Copies the results of the bench's steps into the file. Steps without a result keep their old record in the file.
+  /// Copies the results of the bench's calibration steps into the file. Steps without a result keep their old record.
   void set(const BenchState& bench);
-  /// Stores the present time as the date of a step that computes no result.
+  /// Stores the present time as the date of a calibration step that computes no result.
   void mark_done(const std::string& step);
   void set_device(const std::string& role, const std::string& serial);
-  /// Sets the date, and writes the file completely or not at all.
+  /// Stores the present time as the calibration's date, and writes the file completely or not at all.
   void save();
 
  private:
@@ -44,7 +44,7 @@ class RigFile {
   std::unique_ptr<Document> document_;
 };
 
-/// Returns the results of all steps as JSON, for --json and for "calibration.steps" of the rig.
+/// Returns the results of all calibration steps as JSON, for the option --json and for "calibration.steps" of the rig.
 std::string bench_json(const BenchState& bench);
 
 }  // namespace typodont::calibration

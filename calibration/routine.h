@@ -60,7 +60,7 @@ struct Captures {
 /// drift.csv, delay_a.csv, delay_b.csv). Steps without captures have no file. Throws Error.
 void write_captures(const std::filesystem::path& folder, const Captures& captures);
 Captures read_captures(const std::filesystem::path& folder);
-// Each of the following functions reads the file of one step.
+// Each of the following functions reads the captures of one calibration step.
 std::vector<ArmCapture> read_arm_captures(const std::filesystem::path& file);
 std::vector<MarkCapture> read_mark_captures(const std::filesystem::path& file);
 std::vector<Touch> read_touches(const std::filesystem::path& file);
@@ -69,7 +69,7 @@ std::vector<PairCapture> read_pair_captures(const std::filesystem::path& file);
 
 struct JointResult;
 
-/// The present estimate of a bench, and the result of each step.
+/// The present estimate of a bench, and the result of each calibration step.
 struct BenchState {
   ArmGeometry arm;
   RigGeometry rig;  // geometry in frame W, which equals frame D of the display
@@ -86,7 +86,7 @@ struct BenchState {
   std::optional<DelayResult> delay;
 };
 
-// Each of these functions solves one step from its captures. If the captures determine the result, it is applied to the
+// Each of these functions solves one calibration step. If the captures determine the result, it is applied to the
 // bench; otherwise the bench keeps its values. Throws Error.
 void solve_arm_step(BenchState& bench, const Captures& captures);
 void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius = 0);
@@ -99,7 +99,7 @@ EyesResult eyes_of(const BenchState& bench, const Captures& captures);
 void solve_register_step(BenchState& bench, const Captures& captures);
 void solve_delay_step(BenchState& bench, const Captures& captures);
 void solve_verify_step(BenchState& bench, const Captures& captures);
-/// Solves every step that has captures, in order.
+/// Solves every calibration step that has captures, in order.
 void solve_all(BenchState& bench, const Captures& captures);
 
 }  // namespace typodont::calibration

@@ -37,7 +37,7 @@ PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius = 
 struct MirrorResult {
   MirrorPlane mirror;
   double tilt_sigma = 0;    // rad, standard deviation of the mirror's tilt, about the axis for which it is largest
-  double offset_sigma = 0;  // m, standard deviation of the offset at the centre of the touches
+  double offset_sigma = 0;  // m, standard deviation of the plane's offset, at the centre of the touches
   double sigma = 0, rms = 0;
   std::vector<std::size_t> rejected;  // indices of the rejected touches
   std::vector<double> residuals;      // m, residual of each touch

@@ -28,9 +28,9 @@ class StillTouch {
   /// the same way. Never allocates.
   Verdict add(Nanos t, const dvec3& p, double pedal, bool asked, std::span<const double> joints = {}) noexcept;
 
-  // returns the mean position (m) of the tip at the last kTaken or kMoved
+  // returns the mean position (m) of the tip at the last touch with the verdict kTaken or kMoved
   const dvec3& point() const noexcept { return mean_; }
-  /// Returns true if every sample of the last kTaken had six joint angles.
+  /// Returns true if every sample of the last touch with the verdict kTaken had six joint angles.
   bool has_joints() const noexcept { return has_joints_; }
   const std::array<double, 6>& joints() const noexcept { return joints_; }  // returns the mean joint angles, rad
   double moved() const noexcept { return moved_; }  // returns the largest distance (m) of a sample from point()

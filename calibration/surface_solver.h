@@ -29,14 +29,14 @@ using SurfaceField = std::function<FieldSample(const dvec3& p_D)>;
 
 struct SurfaceOptions {
   double point_area = 1e-6;  // m², area that a point represents
-  // m, largest residual that is used in the first round; in later rounds it is smaller, because the residuals are
-  // smaller
+  // m, largest residual that is used in the first round; in later rounds this limit is smaller, because the residuals
+  // decrease
   double start_reach = 1.5e-3;
   double resolution = 0.3e-3;    // m, voxel size of the field; residuals of a good fit are smaller than this
   double correlation = 2e-3;     // m, distance over which errors of the two surfaces are correlated
-  double least_area = 30e-6;     // m², smallest area of agreeing points with which the result can be trusted
-  double least_agreement = 0.7;  // smallest fraction of the points near the surface that must fit it
-  double most_error = 0.2e-3;    // m, largest predicted error at the scan for a trusted result
+  double least_area = 30e-6;     // m²; if the area of the agreeing points is smaller, the result is not trusted
+  double least_agreement = 0.7;  // if a smaller fraction of the near points fits, the result is not trusted
+  double most_error = 0.2e-3;    // m; a result with a larger predicted error at the scan is not trusted
 };
 
 struct SurfaceRegistration {

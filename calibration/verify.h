@@ -44,7 +44,7 @@ VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, cons
                     const Tolerance& tolerance, const Box& workspace_D);
 
 struct DriftResult {
-  double shift = 0;      // m, displacement at `center` since calibration time
+  double shift = 0;      // m, displacement of the point `center_H` since calibration time
   double turn = 0;       // rad, rotation since calibration time
   double worst = 0;      // m, largest displacement of the three points
   double sigma = 0;      // m, value of `worst` that touch noise alone would cause

@@ -91,7 +91,7 @@ void refuse_one_tone(const std::filesystem::path& file, std::span<const double> 
   double total = 0, line = 0;
   for (std::size_t i = 0; i < power.size(); ++i) {
     total += power[i];
-    // the main lobe and the first side lobes of the window are counted as parts of the line
+    // the main lobe and the first side lobes of the window are counted as parts of the spectral line
     if (i + 4 >= peak && i <= peak + 4) line += power[i];
   }
   if (line > 0.999 * total) {
@@ -176,7 +176,7 @@ void remove_hum(std::vector<double>& x, double mains, double rate) {
     if (w > 0.9 * kPi) break;
     // A notch filter with a width of 4 Hz: the zeros are on the unit circle, the poles slightly inside.
     const double r = 1 - kPi * 4 / rate, c = -2 * std::cos(w);
-    const double gain = (1 + c * r + r * r) / (2 + c);  // factor for a gain of 1 at 0 Hz
+    const double gain = (1 + c * r + r * r) / (2 + c);  // factor that makes the gain 1 at 0 Hz
     for (int pass = 0; pass < 2; ++pass) {
       double x1 = 0, x2 = 0, y1 = 0, y2 = 0;
       for (double& v : x) {
@@ -416,7 +416,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   x.resize(fitted);
   report.level_dB = in_dB(mean_power(x));
 
-  // Separates the rotor's lines from the noise.
+  // Separates the rotor's spectral lines from the noise.
   const std::vector<double> whole = x;
   ArModel& model = report.model;
   std::vector<TakenLine> taken;

@@ -17,19 +17,19 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kProminence = 10;              // dB, smallest prominence of a line above its surroundings
-constexpr double kFineWindow = 8192.0 / 48000;  // s, length of the analysis window in which lines are searched
+constexpr double kProminence = 10;              // dB, smallest prominence of a spectral line
+constexpr double kFineWindow = 8192.0 / 48000;  // s, length of the analysis window in which spectral lines are searched
 constexpr std::size_t kMostLines = 10;
 constexpr std::size_t kNoiseOrder = 16;  // number of poles of the models for the deviations of amplitude and frequency
 // s, if the frequency changes over a longer time than this, the change counts as a change of the spindle's speed, not
 // as a width of the spectral line
 constexpr double kDrift = 1;
 constexpr double kLongestTrack = 60;  // s, longest part in the middle of a recording in which a line is followed
-constexpr double kFloorReach = 100;   // Hz, width of the band on each side of a line in which the noise is measured
-// a band about a line is narrow enough if the noise in it causes a variance of the amplitude (divided by the squared
-// mean amplitude) below this
+constexpr double kFloorReach = 100;   // Hz, width of the band on each side of a spectral line for its noise
+// a band about a spectral line is narrow enough if the noise in it causes a variance of the line's amplitude (divided
+// by the squared mean amplitude) below this value
 constexpr double kWeakNoise = 0.02;
-// Hz, half widths of the bands in which a line may be followed; the first band of this list that suits the line is used
+// Hz, half widths of the bands in which a line may be followed, in the order in which they are tried
 constexpr std::array kBandwidths = {80.0, 40.0, 20.0};
 
 /// Applies three centred moving averages of the same length: nearly a Gaussian filter, without phase shift or delay.
@@ -90,8 +90,8 @@ void replace_band(std::vector<double>& x, double rate, double frequency, double 
   }
 }
 
-/// Measures amplitude and frequency of a line from its band `z`. `z` must not include the ends of the sound, where the
-/// moving averages use samples of one side only.
+/// Measures amplitude and frequency of a spectral line from its band `z`. `z` must not include the ends of the sound,
+/// where the moving averages use samples of one side only.
 LineTrack track_of(std::span<const std::complex<double>> z, double rate, double frequency, double bandwidth) {
   LineTrack track;
   track.bandwidth = bandwidth;
@@ -125,7 +125,7 @@ std::vector<double> without_drift(const std::vector<double>& values, double rate
   std::vector<double> sums(values.size() + 1, 0.0), result = values;
   std::partial_sum(values.begin(), values.end(), sums.begin() + 1);
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    // the mean is symmetric, so that a linear drift is removed completely
+    // the interval of the mean is symmetric about the value, so that a linear drift is removed completely
     const auto reach = std::min({half, i, count - 1 - i});
     const double around = sums[static_cast<std::size_t>(i + reach + 1)] - sums[static_cast<std::size_t>(i - reach)];
     result[static_cast<std::size_t>(i)] -= around / static_cast<double>(2 * reach + 1);
@@ -145,8 +145,8 @@ LineNoise noise_of(std::vector<double> values) {
   return noise;
 }
 
-/// Returns the power density (1/Hz) of the noise next to a line: the median over the frequencies next to the band in
-/// which the line is followed.
+/// Returns the power density (1/Hz) of the noise next to a spectral line: the median over the frequencies next to the
+/// band in which the line is followed.
 double floor_about(const std::vector<double>& power, double bin, double frequency, double bandwidth) {
   const double nearest = std::max(1.2 * bandwidth, 3 * bin);
   std::vector<double> around;
@@ -218,12 +218,12 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency) 
 
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<TakenLine> lines;
-  // the frequencies that were already tried as lines: frequency (Hz), and half the width of the line's band (Hz)
+  // the frequencies already tried as spectral lines: frequency (Hz), and half the width of the line's band (Hz)
   std::vector<std::pair<double, double>> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
     if (lines.size() == kMostLines) break;
-    // A line whose frequency fluctuates has several peaks in its band. A peak in a band that was already tried belongs
-    // to the same line, so it is skipped.
+    // A spectral line whose frequency fluctuates has several peaks in its band. A peak in a band that was already tried
+    // belongs to the same line, so it is skipped.
     const auto near = [&](const auto& other) { return std::abs(other.first - found.frequency) < other.second; };
     if (found.frequency < kBandwidths.front() || std::any_of(tried.begin(), tried.end(), near)) continue;
     const LineTrack track = follow_line(x, rate, found.frequency);

@@ -11,11 +11,11 @@ namespace typodont::audio {
 
 /// Amplitude and frequency of one spectral line over time, one entry per kLineStep samples.
 struct LineTrack {
-  double frequency = 0;           // Hz, mean frequency of the line
-  double bandwidth = 0;           // Hz, half width (−3 dB) of the band in which the line was followed
-  double floor = 0;               // one-sided power density (1/Hz) of the noise next to the line
+  double frequency = 0;           // Hz, mean frequency of the spectral line
+  double bandwidth = 0;           // Hz, half width (−3 dB) of the band in which the spectral line was followed
+  double floor = 0;               // one-sided power density (1/Hz) of the noise next to the spectral line
   std::vector<double> amplitude;  // amplitude of the sinusoid; full scale is 1
-  std::vector<double> deviation;  // Hz, deviation of the line's frequency from its mean frequency
+  std::vector<double> deviation;  // Hz, deviation of the spectral line's frequency from its mean frequency
 
   double mean_amplitude() const;
   /// The two functions return the variances that the noise in the band would cause without any fluctuation of the line.
@@ -28,16 +28,16 @@ struct LineTrack {
   double variation() const;
   /// Returns variation() without the contribution of the noise next to the line.
   double own_variation() const;
-  /// Returns true for a sinusoid, false for narrow-band noise (which has a variation of 0.52). True only if the noise
+  /// Returns true for a sinusoid, false for narrow-band noise (for which variation() is 0.52). True only if the noise
   /// next to the line is so weak that both cases can be distinguished.
   bool steady() const {
     return !amplitude.empty() && own_variation() < kSteadyVariation && amplitude_variance_of_noise() < kWeakestLine;
   }
-  // a line whose own_variation() is at most this counts as a sinusoid; the value lies between 0 (sinusoid) and 0.52
-  // (narrow-band noise)
+  // a spectral line whose own_variation() is at most this counts as a sinusoid; the limit lies between the values 0 for
+  // a sinusoid and 0.52 for narrow-band noise
   static constexpr double kSteadyVariation = 0.3;
-  // if noise causes a larger variance of the amplitude than this (divided by the squared mean amplitude), the line is
-  // too weak
+  // if noise causes a larger variance of the amplitude than this (divided by the squared mean amplitude), the spectral
+  // line is too weak
   static constexpr double kWeakestLine = 0.1;
 };
 
@@ -49,15 +49,15 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency);
 
 struct TakenLine {
   ModelLine line;
-  // Hz, standard deviation of the line's frequency in the recording, including the drift of the spindle.
+  // Hz, standard deviation of the spectral line's frequency, including the drift of the spindle's speed
   double spread = 0;
-  // relative variation of the line's frequency in the recording, as LineTrack::variation() returns it
+  // relative variation of the spectral line's amplitude in the recording, as LineTrack::variation() returns it
   double variation = 0;
 };
 
-/// Removes the steady lines from x, so that the rest can be modelled as noise. Returns at most 16 lines, strongest
-/// first. A change of frequency that takes longer than a second counts as a change of the spindle's speed, not of the
-/// line.
+/// Removes the steady spectral lines from x, so that the rest can be modelled as noise. Returns at most 16 lines,
+/// strongest first. A change of frequency that takes longer than a second counts as a change of the spindle's speed,
+/// not of the line.
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate);
 
 /// Returns the one-sided power density (1/Hz) of the lines at the frequencies i·rate/n, i = 0…n/2, as welch() would

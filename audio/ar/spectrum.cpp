@@ -28,7 +28,7 @@ struct PlanFree {
   }
 };
 
-/// A real Fourier transform of fixed length in both directions.
+/// A Fourier transform of real samples with a fixed length, forward and inverse.
 class RealFft {
  public:
   explicit RealFft(std::size_t n)

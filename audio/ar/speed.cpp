@@ -14,9 +14,9 @@ namespace typodont::audio {
 namespace {
 // s, the speed is followed only in sounds whose length is between these limits
 constexpr double kShortest = 0.5, kLongest = 60;
-// dB, least prominence above its surroundings that a line must have to be followed
+// dB, least prominence above its surroundings that a spectral line must have to be followed
 constexpr double kProminence = 10;
-constexpr std::size_t kMostTried = 6;  // largest number of lines that are tried, the strongest first
+constexpr std::size_t kMostTried = 6;  // largest number of spectral lines that are tried, strongest first
 // s, length of the moving average over the speed, which changes smoothly because the spindle has inertia
 constexpr double kSmoothing = 0.3;
 constexpr int kPasses = 3;  // number of moving averages in succession, which are together nearly a Gaussian filter

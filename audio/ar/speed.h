@@ -10,7 +10,7 @@ namespace typodont::audio {
 /// Speed of the spindle over time, relative to its mean. One value per `step` s; the first value is the speed at time
 /// 0.
 struct SpeedTrack {
-  double frequency = 0;       // Hz, mean frequency of the spectral line that shows the speed
+  double frequency = 0;       // Hz, mean frequency of the spectral line that gives the speed
   double step = 0;            // s, time between two values of the speed
   std::vector<double> ratio;  // ratio of the speed to the mean speed; empty if no line could be followed
 
@@ -20,8 +20,8 @@ struct SpeedTrack {
   double range() const;  // returns the highest minus the lowest ratio of the speed to its mean
 };
 
-/// Follows the strongest steady line of the sound. The result is empty if no line is steady, or if the sound is
-/// shorter than 0.5 s or longer than a minute.
+/// Follows the strongest steady spectral line of the sound. The result is empty if no line is steady, or if the sound
+/// is shorter than 0.5 s or longer than a minute.
 SpeedTrack speed_of(std::span<const double> x, double rate);
 
 /// Returns the sound as it would be at the mean speed. The sound is played faster where the spindle was slow, and

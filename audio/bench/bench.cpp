@@ -80,7 +80,7 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
 
   FitOptions fit;
   fit.order = std::to_string(*std::max_element(options.orders.begin(), options.orders.end()));
-  // fits without lines, because these rows measure how well a filter of each order represents the recording
+  // fits without separate spectral lines, because these rows measure how well a filter of each order fits the recording
   fit.lines = false;
   const FitReport best = fit_recording(options.recording, fit);
   for (const int order : options.orders) {
@@ -162,7 +162,7 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
   const double noise_ns = median_ns(options, [&] { generator.fill(out.data(), static_cast<int>(count)); });
   rows.push_back({"noise", "gaussian", BenchRow::kNone, "", noise_ns, "sample"});
 
-  // Measures the complete voice with its lines: time per sample, and as a fraction of real time.
+  // Measures the complete voice with its spectral lines: time per sample, and as a fraction of real time.
   SoundModels models;
   models.idle = fit_recording(options.recording, {}).model;
   models.free_speed = 300 * kKrpm;

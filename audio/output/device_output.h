@@ -52,7 +52,7 @@ class DeviceOutput final : public AudioOutput {
 
   // Used only by the audio thread while a stream runs.
   ClockFilter clock_{48000};
-  Nanos offset_ = 0;  // ns, tick time minus host time
+  Nanos offset_ = 0;  // ns, difference between the two clocks: tick time minus host time
   std::array<float, 4096> block_{};
 
   std::atomic<std::uint64_t> samples_{0}, underruns_{0}, clipped_{0};

@@ -10,9 +10,9 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kOmega = kSpeedOfSound / kHeadRadius;  // rad/s, ω0 in the filter of the head's shadow
-constexpr double kLeastShadow = 0.1;                    // α_min, smallest factor of the head's shadow
-constexpr double kDarkest = 150.0 / 180 * kPi;          // rad, θ_min: the angle at which the head's shadow is deepest
+constexpr double kOmega = kSpeedOfSound / kHeadRadius;  // rad/s, ω0 in the filter of the acoustic shadow
+constexpr double kLeastShadow = 0.1;                    // α_min, smallest factor of the acoustic shadow
+constexpr double kDarkest = 150.0 / 180 * kPi;          // rad, θ_min: angle with the deepest acoustic shadow
 constexpr int kReach = 2;                               // samples on each side that the interpolation reads
 
 }  // namespace

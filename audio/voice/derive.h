@@ -13,7 +13,7 @@ namespace typodont::audio {
 /// bursts (higher level and slope). Bone and dentin resonate at lower frequencies. Soft tissue damps high frequencies.
 struct TissueColour {
   double level_dB;       // dB, power of the working sound relative to the idle sound, at free speed
-  double slope_dB;       // dB per octave, 0 at 3 kHz; constant below 200 Hz and above 16 kHz
+  double slope_dB;       // dB per octave, slope of the gain (0 dB at 3 kHz); no slope below 200 Hz and above 16 kHz
   double centre;         // Hz, centre frequency of the tissue's resonance
   double resonance_dB;   // dB, gain at the centre of the resonance
   double width_octaves;  // octaves, standard deviation of the Gaussian resonance curve

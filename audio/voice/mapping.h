@@ -22,7 +22,7 @@ inline constexpr double kIdleExponent = 3.75;
 inline double load_of(double area, double force, double removal) noexcept {
   return 1 - std::exp(-(area / kTypicalArea + force / kTypicalForce + removal / kTypicalRemoval));
 }
-/// Returns the fraction 0..1 of the largest gain of the high frequencies.
+/// Returns the gain of the high frequencies as a fraction 0..1 of its largest value.
 inline double brightness_of(double force, double removal) noexcept {
   return 1 - std::exp(-(force / kBrightForce + removal / kBrightRemoval));
 }

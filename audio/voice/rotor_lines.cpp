@@ -9,7 +9,7 @@
 namespace typodont::audio {
 
 namespace {
-// ratio of a line's frequency to the sample rate; a line with a higher frequency is omitted
+// ratio of a spectral line's frequency to the sample rate; a line with a higher ratio is omitted
 constexpr double kHighest = 0.45;
 constexpr int kWarmUp = 4000;  // a process that starts from zero is stationary after this number of values
 }  // namespace

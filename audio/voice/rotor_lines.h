@@ -11,7 +11,7 @@
 
 namespace typodont::audio {
 
-/// Generates a LineNoise: one value per kLineStep samples of the model's rate.
+/// Generates a LineNoise (a slow random process): one value per kLineStep samples of the model's rate.
 class RunningNoise {
  public:
   RunningNoise(const LineNoise& noise, std::uint64_t seed);
@@ -25,11 +25,11 @@ class RunningNoise {
   std::size_t at_ = 0;
 };
 
-/// The lines of one rotor. Idle and working sounds share the oscillator of a line, so that a transition between them
-/// causes no beats. Only the constructor allocates.
+/// The spectral lines of one rotor. Idle and working sounds share the oscillator of a line, so that a transition
+/// between them causes no beats. Only the constructor allocates.
 class RotorLines {
  public:
-  /// Gain of a line in each tissue's sound, as a ratio to the line's amplitude.
+  /// Gain of a spectral line in each tissue's sound, as a ratio to the line's amplitude.
   using Factors = std::array<float, kTissueCount>;
 
   explicit RotorLines(double device_rate) : rate_(device_rate) {}
@@ -48,9 +48,9 @@ class RotorLines {
     Factors factors;
     RunningNoise amplitude_noise, frequency_noise;
     int step;                 // number of device samples between two values of the line noises
-    int since = 0;            // number of samples since the last values
+    int since = 0;            // number of samples since the last value of the line noises
     std::uint32_t phase = 0;  // phase of the oscillator in units of 2^-32 turns
-    /// relative amplitude at the last and at the next value of the line noise; values between them are interpolated
+    /// relative deviation of the spectral line's amplitude: last and next value of its noise; interpolated in between
     double varies = 0, varies_next = 0;
     double wanders = 0, wanders_next = 0;  // Hz, last and next value of the deviation of the frequency
     void add(const double* speeds, const float* power, float* out, int count, double rate) noexcept;

@@ -142,8 +142,8 @@ struct DrillSynth::Impl {
       streams.emplace_back(recorded ? lowered(*recorded, options.lower_order) : derived[t], rate, kernels,
                            mixed(seed + t));
     }
-    // A working sound that was derived from the idle sound has the lines of the idle model, changed by the tissue. A
-    // recorded working sound has its own lines.
+    // A working sound that was derived from the idle sound has the spectral lines of the idle model, changed by the
+    // tissue. A recorded working sound has its own lines.
     std::uint64_t line_seed = mixed(seed ^ 0x11e5);
     for (std::size_t i = 0; i < idle.lines.size(); ++i) {
       RotorLines::Factors factors{1};
@@ -237,7 +237,7 @@ struct DrillSynth::Impl {
     last_state = index_now;
   }
 
-  /// Renders up to kChunk samples during which no state takes effect.
+  /// Renders up to kChunk samples. No state of the servo takes effect within them.
   void chunk(float* out, int count) noexcept {
     double speeds[kChunk];
     float gains[kTissueCount][kChunk], brightness[kChunk], rotor[kChunk];
@@ -289,14 +289,15 @@ struct DrillSynth::Impl {
       }
       for (std::size_t t = 0; t < weights.size(); ++t) {
         if (!active[t]) continue;
-        // The idle noise comes from air and bearings. The cutting sound is proportional to the bur's speed.
+        // The idle noise comes from air and bearings and grows as speed^3.75; the cutting sound is proportional to the
+        // speed.
         for (int i = 0; i < count; ++i) {
           gains[t][i] = level_at(weights[t], i) * (t == 0 ? rotor[i] : static_cast<float>(speeds[i]));
         }
         streams[t].add(speeds, gains[t], t == 0 ? out : working, count);
       }
       if (teeth > 0) strike(speeds, working, count);
-      // the lines come from the motor, so they continue between the bursts of the cutting edges
+      // the spectral lines come from the motor, so they continue between the bursts of the cutting edges
       if (!lines.empty()) lines.add(speeds, gains, active, working, count);
       for (int i = 0; i < count; ++i) {
         low = speeds[i] == 0 ? 0.0f : low + bright_pole * (working[i] - low);

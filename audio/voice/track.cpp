@@ -147,8 +147,8 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
 }
 
 std::optional<SoundState> VoicedTrack::next() noexcept {
-  // Turbine: stall torque of at most 2.33 N·mm (measured handpieces); bur of 1.2 mm, friction coefficient 0.4 at its
-  // rim.
+  // Turbine: stall torque of at most 2.33 N·mm (measured handpieces); bur of 1.2 mm diameter, friction coefficient 0.4
+  // at its rim.
   constexpr double kStallTorque = 2.33e-3, kRim = 0.6e-3, kFriction = 0.4;
   constexpr Nanos kStep = kNanosPerSecond / 1000;
   if (row_ == track_.states.size()) return std::nullopt;

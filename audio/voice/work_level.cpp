@@ -36,7 +36,7 @@ double brightened(double frequency, double gain) {
   return std::norm(1.0 + gain * (1.0 - pole / (1.0 - (1 - pole) * z)));
 }
 
-/// Adds the power of a model that is played at `speed`. `gain` is a factor of the model's power.
+/// Adds the power of a model that is played at `speed`. The model's power is multiplied by `gain`.
 void add_noise(Power& power, const ArModel& model, double speed, double gain, double bright) {
   const auto density = sampled_power(model.reflection, model.gain, kPoints);
   for (std::size_t i = 0; i < kPoints; ++i) {

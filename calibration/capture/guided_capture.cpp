@@ -298,7 +298,8 @@ void GuidedCapture::solve() {
       solve_verify_step(bench_, captures_);
       break;
     case Step::kDrift:
-      // This step computes no result. The touches of its marks are only stored, for comparison with later sessions.
+      // This step only stores its touches of the panel's marks, for comparison with later sessions. It computes no
+      // result.
       break;
   }
 }
@@ -379,9 +380,9 @@ Live GuidedCapture::judge(std::size_t index) const {
 }
 
 std::vector<float> cue_sound(Cue cue, double sample_rate) {
-  // Pairs of tones: rising for a touch that was taken, falling for an undone touch, two low tones for a touch that
-  // does not fit.
-  // Hz, frequencies of the two tones of each pair
+  // Hz, frequencies of the two tones of each event, in the order of Cue. The tones rise for a touch
+  // that was recorded and fall for an undone touch. A touch that does not fit the others has two low
+  // tones.
   constexpr double kTones[][2] = {{660, 660}, {880, 1320}, {220, 196}, {1320, 880}, {1047, 1568}};
   const auto& tones = kTones[static_cast<int>(cue)];
   std::vector<float> sound(static_cast<std::size_t>(0.16 * sample_rate));

@@ -36,7 +36,7 @@ StillTouch::Verdict StillTouch::judge() noexcept {
   const Nanos begin = back(0).t - from_seconds(limits_.window);
   std::size_t used = 0;
   while (used < count_ && back(used).t >= begin) ++used;
-  // The window is complete if the buffer contains a sample from the beginning of the window or from before it.
+  // The averaging window is complete if the buffer contains a sample from the window's beginning or from before it.
   if (used < kFewest || (used == count_ && back(used - 1).t > begin)) return Verdict::kTooSoon;
   // Computes the mean from the differences to one of the samples. So the mean of equal samples has no rounding error.
   const dvec3 origin = back(0).p;

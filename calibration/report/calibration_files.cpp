@@ -20,7 +20,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// m, if every coordinate is smaller than this, the file is probably in metres
+// m; if every coordinate is smaller than this, the unit of the file is probably m and not mm
 constexpr double kSmallestReach = 3e-3;
 constexpr double kLargestReach = 10;       // m, largest plausible distance of a point from the origin
 constexpr double kUnitLengthError = 0.01;  // tolerance of a quaternion's length, which should be 1
@@ -91,7 +91,7 @@ PointPairs read_pairs(const std::filesystem::path& file, const std::string& H_na
   const LengthColumns H(header, H_name), D(header, D_name);
   std::vector<std::string> columns;
   H.add_to(columns), D.add_to(columns);
-  // Guided capture writes the columns in braces (dots and joint angles) to the same file, too.
+  // Guided capture writes optional columns (dots and joint angles), listed in braces below, to the same file.
   const CsvTable table = read_csv(
       file, columns, {"left_u", "left_v", "right_u", "right_v", "a_rad", "b_rad", "c_rad", "d_rad", "e_rad", "f_rad"});
   if (table.rows.empty()) throw Error(file.string(), "", "no rows", "at least one pair of points");

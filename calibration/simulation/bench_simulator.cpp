@@ -26,7 +26,7 @@ RigGeometry drawn_rig() {
   const double width = 0.345, height = 0.194;  // m, a 15.6" panel
   const dvec3 corner = -0.5 * width * right - 0.5 * height * up;
   rig.mirror = mirror;
-  // The user sees the panel's mirror image. So the right side of the panel must be at the left of its picture.
+  // The mirror swaps left and right. So the panel's left side must appear at the right side of the picture.
   rig.panel = {mirror.reflect(corner + width * right), mirror.reflect(corner),
                mirror.reflect(corner + width * right + height * up)};
   rig.eyes = {eye, 0.063, right};
@@ -114,7 +114,7 @@ dvec3 BenchSimulator::reached_for(const RigGeometry& believed, const dvec3& p_W)
 }
 
 void BenchSimulator::capture_arm(Captures& captures, const BenchState& bench) {
-  // The captures come from four sockets, and from a plate of 5×5 points at a distance of 40 mm, at two positions.
+  // The captures come from four sockets, and from a plate (5×5 points, 40 mm apart) at two positions.
   int group = 0;
   for (const dvec3 socket :
        {dvec3(-0.08, -0.06, 0.0), dvec3(0.08, -0.06, 0.04), dvec3(0, 0.05, -0.05), dvec3(0.02, -0.02, 0.09)}) {

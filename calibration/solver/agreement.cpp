@@ -40,15 +40,15 @@ class Consensus {
         n_(p_H.size()),
         false_alarm_(false_alarm),
         floor_(std::max(rounding_of(p_H, p_D), sigma / 30)),
-        // Logarithm of the volume in which wrong pairs are assumed to lie. If the noise is known, this volume is the
-        // reciprocal of the largest density of the noise, which a normal distribution has at its centre.
+        // Logarithm of the volume in which wrong pairs are assumed to lie. If the noise is known, this volume is 1 /
+        // the noise's probability density at its centre, where a normal distribution has its largest density.
         log_volume_(sigma > 0 ? 1.5 * std::log(2 * kPi) + 3 * std::log(sigma)
                               : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
         log_choose_(n_ + 1) {
     const double octaves = std::log2(std::max(floor_ * floor_, 1e-300));
     first_bin_ = bin_of_bits(std::exp2(std::floor(octaves)));
     for (std::size_t b = 0; b < kBins; ++b) {
-      // Upper edge of bin b. Each octave is divided into four bins of equal width.
+      // Upper edge of the histogram's bin b. Each octave is divided into four bins of equal width.
       const double edge =
           std::exp2(std::floor(octaves) + static_cast<double>(b / 4)) * (1 + static_cast<double>(b % 4 + 1) / 4);
       log_alpha_[b] = log_alpha(edge);
@@ -60,15 +60,15 @@ class Consensus {
     }
   }
 
-  /// Finds the tightest consensus. Wrong touches near their true positions also agree, but less closely. So the search
-  /// examines whether the found set contains a core that agrees far more closely than expected by chance in a normal
-  /// distribution of the set's size, and restarts from this core. If more than half of all pairs agree more closely
-  /// than this consensus, these pairs are the result. Wrong pairs cannot prevent this while they are fewer than half
-  /// (least trimmed squares).
+  /// Finds the pairs that agree most closely. Touches that are slightly wrong also agree, but less closely. So the
+  /// search tests whether a core of the found set agrees far more closely than chance would explain for a normal
+  /// distribution of the set's size, and restarts from this core. Finally, least trimmed squares searches for a set of
+  /// more than half of all pairs that agree still more closely; such a set is the result. The search finds it as long
+  /// as fewer than half of the pairs are wrong.
   Agreement find() const {
     Agreement best = find_core();
-    // A spread that is smaller than 1e-9 of the coordinates is rounding error. Rounding errors are not normally
-    // distributed, so the test does not apply, and no pair counts as wrong.
+    // If the residuals are smaller than 1e-9 of the coordinates, they are rounding errors. Rounding errors are not
+    // normally distributed, so the following test for wrong pairs does not apply, and no pair counts as wrong.
     if (best.log_nfa < 0 && sigma_of(best.fit) < kArithmetic * floor_) return best;
     const Fit majority = find_majority();
     if (majority.pairs.size() >= 4 && 2 * majority.pairs.size() > n_ && sigma_of(majority) < sigma_of(best.fit)) {
@@ -137,12 +137,13 @@ class Consensus {
     const std::size_t step = 1 + n_ / 200;
     while (best.pairs.size() < n_) {
       const std::size_t next = std::min(n_, best.pairs.size() + step);
-      // the `next` pairs with the smallest residuals; order[next - 1] has the largest of them
+      // indices of the `next` pairs with the smallest residuals; of these, order[next - 1] has the largest residual
       Indices pairs = nearest(best.X_DH, next);
       const double dof = 3 * static_cast<double>(best.pairs.size()) - 6;
       const double variance = std::max(best.sse / dof, floor_ * floor_);
       const double farthest = r2[order[next - 1]];
-      // The F quantile is never below the chi-squared quantile. So for most pairs this cheap test is sufficient.
+      // The F quantile, which is slow to compute, is never below the chi-squared quantile. So for most pairs, the
+      // comparison with the chi-squared quantile is sufficient.
       if (farthest > variance * surely_within &&
           farthest > 3 * variance * f_quantile(1 - kGrowthFalseAlarm / static_cast<double>(next), 3, dof)) {
         break;
@@ -340,7 +341,7 @@ class KnownNoise {
                          static_cast<double>(n_) * floor * floor);
   }
 
-  /// Finds the largest agreement. `all` is the fit to all pairs. Sets smaller than `least` are not needed.
+  /// Finds the largest set of agreeing pairs. `all`: fit to all pairs. Sets smaller than `least` are not needed.
   Agreement find(const Fit& all, std::size_t least) const {
     Agreement best{grow(all, 0), 0};
     // Largest number of triples. With this number, the probability of missing four good pairs among sixteen is 1e-9. If
@@ -369,7 +370,7 @@ class KnownNoise {
       mark();
       needed = needed_for(std::max(least, found));
     }
-    // Computes the probability that random pairs agree so well, as in Consensus.
+    // Computes the probability that random pairs agree so well, as the class Consensus does.
     const auto n = static_cast<double>(n_), k = static_cast<double>(best.fit.pairs.size());
     if (k < 4) return {std::move(best.fit)};
     const double edge = std::max({extent(p_H_), extent(p_D_), 1e-300});

@@ -13,7 +13,7 @@ namespace typodont::calibration {
 using Points = std::span<const dvec3>;
 using Indices = std::vector<std::size_t>;
 
-/// The least-squares motion for some of the pairs.
+/// A least-squares rigid motion for some of the pairs of points.
 struct Fit {
   Pose X_DH;
   Indices pairs;   // indices of the pairs, ascending
@@ -24,7 +24,7 @@ Fit fit_to(Points p_H, Points p_D, Indices pairs);
 /// Returns the noise per axis (m), estimated from the residuals of a fit of at least four pairs.
 double sigma_of(const Fit& fit);
 
-/// Returns the number of pairs that lie within `limit` (m) of their position under the motion.
+/// Returns the number of pairs whose residual under the motion X_DH is at most `limit` (m).
 std::size_t followers(Points p_H, Points p_D, const Pose& X_DH, double limit);
 
 /// Returns the rounding error (m) of the points' coordinates in double precision.
@@ -33,9 +33,9 @@ double rounding_of(Points p_H, Points p_D);
 /// The largest set of agreeing pairs, and the expected number of equally good sets that arise by chance.
 struct Agreement {
   Fit fit;
-  double log_nfa = std::numeric_limits<double>::infinity();  // logarithm of the number of false alarms
+  double log_nfa = std::numeric_limits<double>::infinity();  // logarithm of the expected number of such sets by chance
 };
-/// Finds the largest agreement. If the noise is known, sets smaller than `least` are not needed.
+/// Finds the largest set of agreeing pairs. If the noise is known, sets smaller than `least` are not needed.
 Agreement largest_agreement(Points p_H, Points p_D, const RegistrationOptions& options, std::size_t least);
 
 }  // namespace typodont::calibration

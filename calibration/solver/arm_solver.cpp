@@ -230,7 +230,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
         const dvec3 arm = place[captures[i].group].rotate(*captures[i].known);
         Eigen::Matrix3d lever;
         lever << 0, arm.z, -arm.y, -arm.z, 0, arm.x, arm.y, -arm.x, 0;
-        // derivative per 0.1 rad, so that all columns have similar magnitudes
+        // derivative with respect to the plate's rotation, per 0.1 rad, so that all columns have similar magnitudes
         N.block(row, first + 3, 3, 3) = -lever * 10;
       }
       row += 3;
@@ -262,7 +262,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     const double total = rms(to_geometry(values));
     const double previous = sigma;
     // The estimated noise has a lower limit. Without this limit, rounding errors of exact data would seem to determine
-    // some directions.
+    // some combinations of parameters.
     if (result.degrees_of_freedom > 0) {
       sigma = std::max(1e-9, total * std::sqrt(static_cast<double>(rows) / 3 / result.degrees_of_freedom));
     }
@@ -297,7 +297,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     result.parameters.push_back({kNames[p], start[p], values[p], scales[p] * std::sqrt(covariance(index, index)),
                                  1 - covariance(index, index)});
   }
-  // A hand holds still within a millimetre. If the residuals are much larger than this, the arm has another type, or
+  // A hand holds still within a millimetre. If the residuals are much larger than this, the arm is of another type, or
   // the plate has other dimensions.
   if (result.sigma > 2e-3) {
     result.misfit = fmt::format(

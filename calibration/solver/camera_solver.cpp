@@ -182,7 +182,7 @@ struct PointTouched : ceres::SizedCostFunction<3, 3> {
 
 using Planar = std::vector<std::array<double, 4>>;  // x, y on the plane (m); x, y in the picture (pixels)
 
-// Computes a homography by the direct linear transform, with normalised coordinates on both sides.
+// Computes a homography by the direct linear transform. The coordinates in both planes are normalised first.
 Eigen::Matrix3d homography(const Planar& points) {
   Eigen::Vector4d mean = Eigen::Vector4d::Zero(), spread = Eigen::Vector4d::Zero();
   for (const auto& p : points) mean += Eigen::Vector4d(p[0], p[1], p[2], p[3]) / static_cast<double>(points.size());
@@ -444,7 +444,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   solver.function_tolerance = 0.1;  // low accuracy, because this is only an initial solution
   ceres::Solve(solver, &problem, &summary);
   problem.SetManifold(lens, nullptr);
-  solver.function_tolerance = 1e-8;  // limit of the relative change of chi-squared
+  solver.function_tolerance = 1e-8;  // the iteration ends if the relative change of chi-squared is below this
   ceres::Solve(solver, &problem, &summary);
 
   // The unknowns whose uncertainty is requested come last in the normal equations. So only the last block of the
@@ -552,7 +552,7 @@ BoardPicture draw_board(int columns, int rows, int width, int height) {
       height,
       std::vector<unsigned char>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 255),
       {}};
-  // A cell has a whole number of pixels; the white border is one cell wide.
+  // A cell of the chessboard has a whole number of pixels; the white border is one cell wide.
   const int cell = std::min(width / (columns + 3), height / (rows + 3));
   if (cell < 4)
     throw Error(fmt::format("board: found {} by {} pixels for {} by {} corners, expected at least four a cell", width,
@@ -560,7 +560,7 @@ BoardPicture draw_board(int columns, int rows, int width, int height) {
   const int left = (width - cell * (columns + 1)) / 2, top = (height - cell * (rows + 1)) / 2;
   for (int j = 0; j <= rows; ++j) {
     for (int i = 0; i <= columns; ++i) {
-      // Cell (1, 1), which lies between the first four inner corners, is dark.
+      // Cell (1, 1) of the chessboard, which lies between the first four inner corners, is dark.
       if ((i + j) % 2 != 0) continue;
       for (int y = 0; y < cell; ++y) {
         for (int x = 0; x < cell; ++x) {

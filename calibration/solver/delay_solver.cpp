@@ -53,8 +53,8 @@ Track clean(const Stream& stream, const char* which) {
     }
   }
   Track track;
-  // A frozen sensor repeats all bits of a value. A coarse encoder also repeats values, but it does so most of the
-  // time.
+  // A frozen sensor repeats all bits of a value, so repeated values are removed. If most values are repeated, the cause
+  // is a coarse encoder, and they are kept.
   int repeats = 0;
   for (std::size_t i = 1; i < stream.t.size(); ++i) repeats += stream.p[i] == stream.p[i - 1];
   const bool drop = 10 * repeats < 4 * static_cast<int>(stream.t.size());
@@ -211,7 +211,7 @@ class Matcher {
 
   struct Solution {
     Shift shift;
-    Pose X;  // pose of the sparse stream's frame in the query stream's frame
+    Pose X;  // pose of the sparse stream's frame in the frame of the denser stream (the query stream)
     double variance_u = 0, covariance = 0, variance_rate = 0;
     double residual2 = 0;  // m² per axis, mean squared residual
     double noise_gain = 1;
@@ -225,14 +225,14 @@ class Matcher {
     const int columns = 1 + (skew ? 1 : 0) + 3 + (rotate ? 3 : 0);
     Solution best;
     double best_information = 0;
-    // Chooses the span for the slope: long spans reduce noise, short spans preserve fast motion.
+    // Chooses the number m of samples for the slope: a large m reduces noise, a small m preserves fast motion.
     for (std::size_t m = 1; m <= 64; m *= 2) {
       Solution solution;
       solution.shift = shift;
       double limit2 = std::numeric_limits<double>::infinity();
       double information = 0;
       for (int round = 0; round < 12; ++round) {
-        // Builds the equations at the present shift.
+        // Builds the equations for the present time shift.
         rows_.clear();
         std::size_t hint = 0;
         for (std::size_t k = 0; k < query_.t.size() && query_.t[k] <= stop; ++k) {
@@ -469,8 +469,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   }
   std::sort(plausible.begin(), plausible.end(), [](auto& x, auto& y) { return std::abs(x.u) < std::abs(y.u); });
 
-  // Refines the result over longer and longer intervals, so that the search also finds the match if the clocks have
-  // different rates.
+  // Refines the result over longer and longer intervals, so that the delay is also found if the clocks have different
+  // rates.
   const auto refine = [&](double u, bool skew) {
     Matcher::Solution solution = matcher.solve({u, 0}, result.rotated, false, std::min(horizon, shared));
     if (!skew || !solution.determined) return solution;
@@ -497,7 +497,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   Matcher::Solution solution = refine(u0, true);
   if (solution.determined) {
     const double rate_sigma = std::sqrt(solution.variance_rate * noise2(solution).second);
-    // No real clock has an error of 1e-3. If the estimate is larger than this, noise of a short recording is the cause.
+    // No real clock has a relative rate error of 1e-3. If the estimate is larger, noise of a short recording is the
+    // cause.
     if (std::abs(solution.shift.rate) > 3 * rate_sigma && std::abs(solution.shift.rate) < 1e-3) {
       result.skew = sign * solution.shift.rate, result.skew_sigma = rate_sigma;
     } else {

@@ -30,11 +30,11 @@ using Indices = std::vector<std::size_t>;
 
 // m, length that converts a rotation error to a displacement; about the length of a stylus
 constexpr double kLever = 0.1;
-constexpr double kFloor = 1e-13;  // rad and m, a residual that is smaller than this is a rounding error
-// Number of random samples of three rows (pairs of poses A, B). If half of the rows are good, the probability that all
-// samples contain bad rows is 1e-23.
+constexpr double kFloor = 1e-13;  // rad and m; a residual that is smaller than this is a rounding error
+// Number of random samples of three rows (pairs of poses A, B). If half of the rows are good, the probability that
+// every sample contains at least one bad row is 1e-23.
 constexpr std::size_t kTriples = 400;
-constexpr std::size_t kRefined = 10;       // number of samples that are refined by concentration steps
+constexpr std::size_t kRefined = 10;       // number of random samples that concentration steps refine
 constexpr std::size_t kLeastToReject = 8;  // smallest number of pairs of poses for which any pair may be rejected
 // smallest number of pairs of poses for which the 6×6 covariance of the noise is estimated
 constexpr std::size_t kLeastForFullNoise = 20;
@@ -80,7 +80,7 @@ struct Unknowns {
 /// arm from the stylus S to the marker M.
 struct Row {
   Pose A, B;
-  Unknowns at;  // linearisation point of the steps `x` and `z`
+  Unknowns at;  // the residuals are linearised in the steps `x` and `z` at this point
   Matrix6 whitening;
 
   template <class T>
@@ -233,8 +233,8 @@ class Solver {
   std::size_t kept_half() const { return n_ / 2 + 2; }
 
   // Least trimmed squares: finds the half of the rows (pairs of poses A, B) that agree best. The search starts from
-  // random triples of rows. (For motions, pairs would be sufficient, but a third row costs little.) Concentration steps
-  // refine the best triples until they do not change.
+  // random triples of rows. (For relative motions, two rows would be sufficient, but a third row costs little.)
+  // Concentration steps refine the best triples until they do not change.
   Indices trimmed_rows() const {
     Noise random(1);
     std::vector<Sample> best;
@@ -257,7 +257,7 @@ class Solver {
       }
       if (sample.score < winner.score) winner = std::move(sample);
     }
-    // Estimates the noise of rotation and of translation. The largest residual in the better half of the rows is
+    // Estimates the noise of rotation and of translation. The largest residual in the half of the rows that fit best is
     // divided by the value that is expected for a noise of 1 if all rows are good.
     const Unknowns at = closed_form(winner.rows);
     std::vector<double> turns, shifts;

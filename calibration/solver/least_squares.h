@@ -15,7 +15,7 @@ struct LeastSquares {
   double sigma = 0;            // standard deviation of each component of the residuals
   int degrees_of_freedom = 0;
   std::vector<bool> used;
-  std::vector<double> residuals;  // norm of each block's residual
+  std::vector<double> residuals;  // norm of the residual of each block (for example a touch)
   Eigen::MatrixXd open_axes;      // each column is a combination of x / scale that the data do not determine
 };
 

@@ -43,8 +43,8 @@ std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double
 
 std::optional<double> other_scale_by_median(Points p_H, Points p_D, double rounding) {
   const std::size_t n = p_H.size(),
-                    // About two thousand pairs of points are sufficient. If there are more points, only every step-th
-                    // point is used.
+                    // 64 points are sufficient, because they form about two thousand distances. If there are more
+                    // points, only every step-th point is used.
       step = std::max<std::size_t>(1, n / 64);
   std::vector<double> ratios;
   for (std::size_t i = 0; i < n; i += step) {

@@ -20,8 +20,8 @@ bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const Registrati
 /// fit without scale, and the scale differs from 1 by 2 % or more.
 std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double rounding);
 
-/// Same as other_scale(), but in the presence of outliers. The scale is the median over pairs of points, so up to half
-/// of these pairs may be wrong.
+/// Same as other_scale(), but in the presence of outliers. The scale is the median of the ratios of corresponding
+/// distances in D and H, so up to half of these ratios may be wrong.
 std::optional<double> other_scale_by_median(Points p_H, Points p_D, double rounding);
 
 }  // namespace typodont::calibration

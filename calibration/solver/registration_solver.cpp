@@ -26,8 +26,8 @@ using Eigen::Vector3d;
 
 // largest accepted probability that two motions explain the pairs better than one motion by chance
 constexpr double kSplitChance = 1e-3;
-// Limit of the noise with added pairs divided by the noise without them. Above this limit, the added pairs are
-// wrong.
+// Limit of a ratio: the estimated noise after some pairs are added, divided by the noise before. If the ratio exceeds
+// this limit, the added pairs are wrong.
 constexpr double kNoNoisier = 1.5;
 constexpr double kUndetermined = 1e16;  // value of `condition` for an undetermined rotation; beyond double precision
 constexpr double kUniformAngleVariance = kPi * kPi / 3;
@@ -48,7 +48,7 @@ Matrix3d cross_matrix(const Vector3d& v) {
 }
 
 struct Scatter {
-  Vector3d values;  // sums of squares along each principal axis, ascending
+  Vector3d values;  // m², sum of squares along each principal axis, relative to the centroid; ascending
   Matrix3d axes;    // principal axes in frame H of the haptic base, one per column
 };
 
@@ -195,11 +195,11 @@ class Registration {
     while (rest.size() >= 4) {
       std::vector<dvec3> h, d;
       for (const std::size_t i : rest) h.push_back(p_H_[i]), d.push_back(p_D_[i]);
-      // largest probability that an agreement arises by chance; a more probable agreement is rejected; with known noise
-      // the limit is higher, so that four agreeing pairs are sufficient
+      // largest accepted probability that the pairs of another motion agree by chance; with known noise it is larger,
+      // so that four agreeing pairs are sufficient
       const double chance = options_.known_sigma > 0 ? 1e-3 : 1e-4;
       const auto [rival, log_nfa] = largest_agreement(h, d, options_, 3 * fit_.pairs.size() / 10);
-      // If the pairs agree only loosely, they are wrong touches near their true positions, and no second motion.
+      // If the pairs agree only loosely, they are wrong touches near their true positions and not a second motion.
       const double sigma = std::max(sigma_of(fit_), rounding_);
       if (log_nfa > std::log(chance) || sigma_of(rival) > 4 * sigma) break;
       Indices pairs, left;
@@ -211,8 +211,8 @@ class Registration {
     }
   }
 
-  // Three outliers can agree by chance. But if they agree within the noise of the other pairs, and three in ten pairs
-  // would follow their motion, the result is reported as doubtful.
+  // Three outliers can agree by chance. But if they agree within the noise of the other pairs, and the number of pairs
+  // that fit their motion is at least 30 % of the agreeing pairs, the result is reported as doubtful.
   void check_three_outliers() {
     const Indices& rest = result_.outliers;
     if (rest.size() < 3 || rest.size() > 12) return;
@@ -294,7 +294,8 @@ class Registration {
     }
   }
 
-  // Tests whether no rigid motion can explain the data, because D is a mirror image or has another unit of length.
+  // Tests whether no rigid motion can explain the data: D is a mirror image of H, or has another unit of
+  // length.
   void test_rigidity() {
     Degeneracy& degeneracy = result_.degeneracy;
     const auto mirror = [&] {

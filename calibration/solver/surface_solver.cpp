@@ -26,7 +26,7 @@ constexpr double kFaces = 0.5;
 constexpr double kTukey = 4.685;  // Tukey's constant, for which the estimate has 95 % efficiency if errors are normal
 // ratio of the standard deviation to the median of |residual|, for normal errors
 constexpr double kPerMedian = 1.4826;
-constexpr double kShrink = 0.8;  // in one round, the largest used residual falls at most to this fraction
+constexpr double kShrink = 0.8;  // in one round, the residual limit decreases at most by this factor
 constexpr double kStill = 1e-7;  // m, if a step is shorter than this, the iteration ends
 // ridge term for the offset: without it, the offset is not determined if no two walls face each other
 constexpr double kOffsetRidge = 1e-3;
@@ -124,7 +124,7 @@ class SurfaceFit {
   }
   Vector7 row(const Residual& r) const {
     Vector7 J;
-    // Rotations act about the centroid and are multiplied by the radius, so that all unknowns are lengths.
+    // Rotations act about the points' centroid and are multiplied by radius_ (m), so that all unknowns are lengths.
     J << eigen(glm::cross(r.p_D - X_ * centroid_S_, r.n_D)) / radius_, eigen(r.n_D), -1;
     return J;
   }

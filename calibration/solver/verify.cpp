@@ -137,7 +137,8 @@ DriftResult check_drift(std::span<const dvec3> then_H, std::span<const dvec3> no
     result.worst = std::max(result.worst, moved);
     squares += moved * moved;
   }
-  // The old touch of a mark and the new one both have the noise σ per axis, so their difference has the variance 6 σ².
+  // The old touch of a mark and the new one have the noise σ per axis, so their difference (3 axes) has the variance 6
+  // σ².
   result.sigma = std::sqrt(6.0) * touch_sigma;
   const double chance =
       2 * touch_sigma * touch_sigma * chi_squared_quantile(0.99, 3.0 * static_cast<double>(then_H.size()));

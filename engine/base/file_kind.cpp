@@ -66,7 +66,7 @@ bool is_plain_text(std::string_view head) {
 }
 
 /// Returns true for a DICOM file that contains a segmentation (SOP class UID Segmentation Storage). Only such a DICOM
-/// file may be replaced, not the images of a scan.
+/// file may be overwritten, not the images of a scan.
 bool is_dicom_segmentation(std::string_view head) {
   constexpr std::size_t kMagic = 128, kMeta = 400;  // kMagic: offset of "DICM"; kMeta: bytes searched for the class UID
   return head.size() > kMagic + 4 && head.substr(kMagic, 4) == "DICM" &&

@@ -53,8 +53,8 @@ class Latest {
   // The following functions are for the reader thread.
   /// Fetches the newest value. Returns true if a value was published since the last fetch.
   bool fetch() noexcept {
-    // Not a plain exchange: between the load and the exchange, the writer may replace the new value by an old one
-    // (take_back). The compare-exchange then fails, and the loop tests again.
+    // A plain exchange would be wrong: between the load and the exchange, the writer may replace the new value by an
+    // old one (take_back). The compare-exchange then fails, and the loop tests again.
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     while (there & kFresh) {
       if (middle_.compare_exchange_strong(there, front_, std::memory_order_acq_rel, std::memory_order_relaxed)) {

@@ -41,18 +41,18 @@ constexpr std::uint32_t bits(Fault fault) {
 
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
-/// - 12: In the vertex model, the head also moves in a cut that follows a cut in which vertices stayed inside the head.
-/// Such vertices are merged in more cases. The force changes more slowly, and all searches take several ticks. In the
-/// model mesh_lod, a long search of a ball-shaped head continues in the next tick, and the carver lists the points
-/// around other heads. In both models, cuts split no edge while very many faces are near the head.
-/// - 11: The cut of a turning head with a round end follows bent parts of its path, so fewer parts are needed. If a
-/// sample is nearest to a single line of the head's outline, its depth has a closed form. During a fast motion, the cut
-/// in the coarse copy of the tissue may wait for some ticks. In the vertex model, a long cut or a long search for the
-/// points around the head can continue in the next tick. Between two cuts, most ticks of this model compute only the
-/// contact, from distances that are extrapolated while the head moves little. A cut of the models vertex and mesh_lod
-/// may collapse a tiny edge next to a face of bad shape, so that fewer tiny faces collect at the rim of a hole. In the
-/// packing model, a head with a large contact area saves energy until it suffices for a cut of 1 µm, and a proxy that
-/// does not move is projected onto its contacts once per tick.
+/// - 12: In the vertex model, if vertices stayed inside the head in one cut, the head also moves in the next cut. Such
+/// vertices are merged in more cases. The force changes more slowly, and all searches take several ticks. In the model
+/// mesh_lod, a long search of a ball-shaped head continues in the next tick, and the carver lists the points around
+/// heads of other shapes. In both models, cuts split no edge while very many faces are near the head.
+/// - 11: In a cut, the path of a turning head with a round end is divided into fewer parts, because a part may be bent.
+/// If a sample is nearest to a single line of the head's outline, its depth is computed in closed form. During a fast
+/// motion, the cut in the coarse copy of the tissue may wait for some ticks. In the vertex model, a long cut or a long
+/// search for the points around the head can continue in the next tick. Between two cuts, most ticks of this model
+/// compute only the contact, from distances that are extrapolated while the head moves little. A cut of the models
+/// vertex and mesh_lod may collapse a tiny edge next to a face of bad shape, so that fewer tiny faces collect at the
+/// rim of a hole. In the packing model, a head with a large contact area saves energy until it suffices for a cut of 1
+/// µm, and a proxy that does not move is projected onto its contacts once per tick.
 /// - 10: In the packing model, a head with a large contact area saves the energy of up to 5 ms for one cut. Each cut
 /// processes thousands of spheres, but the energy of a single tick would move the head by only some ten nanometres.
 /// - 9: After a jump of the hand's pose, the proxy of the offset model follows the hand at once, even if it was
@@ -62,7 +62,7 @@ constexpr std::uint32_t bits(Fault fault) {
 /// tissue's voxels, the cutting law over the drill's end is evaluated at coarser points. In the packing model, heads
 /// are rings of overlapping spheres, and each overlap counts only once. In this model, the search for the tool's
 /// position starts from the contact forces of the last tick. A blocked tool is moved back faster in scenes with large
-/// forces. The hole that a detached sphere leaves is not larger than the part of the sphere that was left.
+/// forces. The hole that a detached sphere leaves is not larger than the uncut rest of that sphere.
 /// - 6: The cutting law over an implant drill's end is computed in single precision.
 /// - 5: The cut of a fast rotating long head has fewer straight parts and skips samples from which the head recedes.
 ///   An instrument that fills keeps its speed limit also while it searches for free space.
@@ -115,7 +115,7 @@ struct Cut {
   Pose X_WA, X_WB;         // pose of the head before and after the cut; origin in the head's centre
   std::uint32_t tool = 0;  // index in the session's list of tools
   PerTissue removed{};     // m³, for each tissue: volume that this cut removed; negative for a filling
-  dvec3 n_C_W{0, 0, 0};    // unit normal, pointing out of the tissue
+  dvec3 n_C_W{0, 0, 0};    // unit contact normal, pointing out of the tissue
   double spindle = 0;      // rad/s, rotation speed of the spindle about the tool's z, with sign
   double fill_radius = 0;  // m, radius of the filled ball; 0 if the cut removes tissue
 };

@@ -30,7 +30,7 @@ struct HandpiecePart {
   // Begin and end of the knurl in m, along the path from the first ring. If both are equal, the part has no knurl.
   std::array<double, 2> knurl{0, 0};
   double width = 1;  // ratio of the tube's radius along y to `radius`; 1: round
-  int repeat = 1;    // number of copies, spaced evenly around the tool's axis
+  int repeat = 1;    // number of copies of the part, spaced evenly around the tool's axis
 };
 
 /// A handpiece in its frame H. The origin of H is on the tool's axis, z points along the shank as in the tool's frame

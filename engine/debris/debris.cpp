@@ -215,7 +215,7 @@ std::size_t create_particles(const Cut& cut, double head_radius, const MaterialT
   RandomStream random(options.seed, cut.index);
   const dvec3 axis = cut.X_WB.rotate({0, 0, 1});
   // The chips leave the head on its cutting side. If there is no contact normal, they leave in all directions around
-  // the axis.
+  // the head's axis.
   const double normal_length = glm::length(cut.n_C_W);
   std::size_t count = 0;
   for (int t = 0; t < kTissueCount; ++t) {

@@ -14,7 +14,7 @@ namespace {
 constexpr int kMostNeighbours = 16;  // largest number of neighbours of a cell; on a smooth surface a cell has eight
 // largest fraction of a cell's content that may flow out in one substep, for stability
 constexpr float kStableShare = 0.4f;
-constexpr double kDryMass = 1e-16;  // kg; a cell with less water counts as dry
+constexpr double kDryMass = 1e-16;  // kg; a cell with less water than this counts as dry
 
 Load scaled(const Load& load, double share) {
   Load out;
@@ -200,7 +200,7 @@ void Film::State::link(std::int32_t i) {
 
 void Film::State::rebuild(glm::ivec3 lo, glm::ivec3 hi) {
   // The gradient at a sample uses the neighbouring samples, and a cell's links use the neighbouring cells. So the
-  // changed region is enlarged by one sample for the gradients, and below by another one for the links.
+  // changed region is enlarged by one sample for the gradients, and later by another one for the links.
   const glm::ivec3 first = glm::max(lo - 1, glm::ivec3(1)), last = glm::min(hi + 1, field.size - 2);
   std::vector<std::pair<glm::dvec3, Load>> homeless;  // points and loads of the cells that disappeared
   glm::ivec3 s;

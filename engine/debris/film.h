@@ -30,7 +30,7 @@ struct FilmOptions {
   // rises towards infinity at this fraction (Krieger & Dougherty 1959).
   double most_solids = 0.6;
   double clinging = 10e-6;    // m, thickness of the layer that adheres to the surface and does not flow
-  double hanging = 60e-6;     // m, largest thickness of the film below an overhang; more water drips off
+  double hanging = 60e-6;     // m, largest thickness of the film below an overhang; excess water drips off
   double overhang = -0.25;    // a surface is an overhang if the cosine between its normal and `up` is less than this
   double drying = 0.5e-6;     // m/s, thickness that evaporates per second; a film of 30 µm dries in a minute
   double suction_rate = 20;   // 1/s, rate at which the film is carried away by air with the speed `suction_speed`

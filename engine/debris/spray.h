@@ -1,7 +1,7 @@
 // Droplets: the water of a handpiece's spray, and the slurry that the turning bur throws off.
 //
 //   Spray spray({.seed = 7});
-//   spray.step(1.0 / 60, source, field, film, &suction);   // source: null if the water is off
+//   spray.step(1.0 / 60, source, field, film, &suction);   // source: null if there is no bur
 //
 // A droplet flies for a few milliseconds, whereas a chip flies for seconds. Therefore droplets are stored separately
 // from chips, and most of them reach the surface within one step. For one thread. Without water and slurry, step()

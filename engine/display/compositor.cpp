@@ -69,8 +69,8 @@ struct Compositor::Impl {
   std::array<ivec2, 2> region_sizes{};  // size of the regions in pixels
   struct OnDevice {
     Writings holds;
-    gpu::Buffer pixels;                                // pixels of all panels, one panel after the other
-    std::array<std::vector<std::int32_t>, 2> first{};  // index of each panel's first pixel
+    gpu::Buffer pixels;                                // pixels of all text panels, one after the other
+    std::array<std::vector<std::int32_t>, 2> first{};  // index in `pixels` of each text panel's first pixel
   };
   std::array<OnDevice, kSlots> on_device;
 
@@ -172,7 +172,7 @@ struct Compositor::Impl {
     return chosen;
   }
 
-  /// Copies the panels' pixels to the buffer that the shaders of this slot (frame in flight) read.
+  /// Copies the text panels' pixels to the buffer that the shaders of this slot (frame in flight) read.
   void put_on_device(int slot) {
     OnDevice& there = on_device[static_cast<std::size_t>(slot)];
     if (there.pixels.buffer && there.holds == writing) return;
@@ -268,7 +268,7 @@ struct Compositor::Impl {
     return made = gpu::create_pipeline(device, o);
   }
 
-  /// Draws panels over an eye's region, in the same rendering pass that composed it.
+  /// Draws text panels over an eye's region, in the same rendering pass that composed it.
   void write_over(VkCommandBuffer commands, VkFormat target_format, std::size_t eye, const Place& place, int slot,
                   const std::vector<std::size_t>& panels) {
     if (panels.empty()) return;

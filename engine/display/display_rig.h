@@ -59,14 +59,14 @@ struct HmdRig {
   // tissue is placed in front of the user.
   std::optional<Pose> X_WD;
   double magnify = 1;  // magnification of the picture and of the hand's motion; only if X_WD is not measured
-  /// m, without X_WD: distance of the tissue in front of the eyes, and below the eyes
+  /// m, position of the tissue: distance in front of the eyes, and below the eyes; used only if X_WD is not measured
   double distance = 0.35, below = 0.22;
-  bool passthrough = false;  // true: shows the room behind the tissue, if the headset can
-  bool depth = true;         // true: passes depth to the runtime, if the runtime accepts depth
-  double refresh_hz = 0;     // Hz, refresh rate of the headset; 0: the runtime chooses
-  double resolution = 1;     // factor on the runtime's recommended width and height
+  bool passthrough = false;  // true: shows the room behind the tissue, if the headset supports this
+  bool depth = true;         // true: passes the picture's depth to the headset's runtime, if accepted
+  double refresh_hz = 0;     // Hz, refresh rate of the headset; 0: its runtime chooses
+  double resolution = 1;     // factor by which the headset runtime's recommended size is multiplied
   double wait = 15;          // s, time limit for the user to put the headset on
-  double stall = 3;          // s, if the runtime does not answer for this time, the session ends
+  double stall = 3;          // s, if the headset's runtime does not answer for this time, the session ends
   dvec3 tip{0, 0, -0.06};    // m, position of the tool's head in the controller's aim frame
 };
 
@@ -145,8 +145,8 @@ EyeView eye_view(const Screen& screen, const std::optional<Mirror>& mirror, cons
 std::array<dvec3, 2> eye_positions(const Head& head, Layout layout);
 /// Returns true if both of the head's eyes are at least 5 cm in front of the picture.
 bool sees(const DisplayRig& rig, const Head& head) noexcept;
-/// Returns the near and far planes around the workspace: 0.1 m and 2 m, or farther apart if the picture is closer or
-/// more distant.
+/// Returns the distances of the near and far planes: 0.1 m and 2 m. If the picture is nearer than 0.2 m, the near plane
+/// is nearer, too; if it is farther than 1 m, the far plane is farther, too.
 ClipRange clip_range(const DisplayRig& rig);
 /// Returns the views of the left and the right eye.
 std::array<EyeView, 2> eye_views(const DisplayRig& rig);

@@ -106,7 +106,7 @@ void MotionFilter::add(Nanos t, const dvec3& measured) noexcept {
     v_ = dvec3(0);
     p_xx_ = sigma2_;
     p_xv_ = 0;
-    p_vv_ = 1;  // (m/s)², variance of a head's speed
+    p_vv_ = 1;  // (m/s)², initial variance of the head's speed
     return;
   }
   const double dt = to_seconds(t - t_);

@@ -82,7 +82,7 @@ class Hmd {
   virtual bool running() const = 0;
   /// Waits for the runtime's next frame, begins it, and locates the head and the hands.
   virtual HmdFrame wait() = 0;
-  /// record() copies the eyes' pictures (two layers) and their depth to the swapchain. Depth: its source; null: none.
+  /// The source of one eye's depth (null: none). record() copies both eyes' pictures and depths to the swapchain.
   struct Depth {
     const gpu::Image* image = nullptr;
     std::uint32_t layer = 0;
@@ -103,7 +103,7 @@ class Hmd {
   virtual std::optional<std::vector<glm::vec3>> hidden() = 0;
   /// Returns the timings that became known since the last call.
   virtual std::vector<HmdTiming> timings() = 0;
-  /// Describes which features are used, and which are not.
+  /// Describes which features of the headset are used, and which are not.
   virtual std::vector<std::string> explanations() const = 0;
 };
 

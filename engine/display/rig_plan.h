@@ -35,7 +35,7 @@ struct BenchSpec {
 /// A face of the common workspace, and the limit of the arm or the picture that determines its position.
 struct Face {
   dvec3 outward{0, 0, 0};
-  std::string limit;  // "the arm", "the picture's left edge", …
+  std::string limit;  // name of the limit: "the arm", "the picture's left edge", …
 };
 
 struct BenchPlan {

@@ -163,7 +163,7 @@ struct Map {
   }
 };
 
-/// Draws into one panel, in user coordinates.
+/// Draws into one text panel, in user coordinates.
 class Painter {
  public:
   Painter(const Map& map, const dvec2& lo, const dvec2& hi) : map_(map) {
@@ -296,7 +296,7 @@ double readable_letters(const DisplayRig& rig) {
   const dvec3 seen = up - sight * (glm::dot(up, sight) / (distance * distance));
   // rad, angle that half the picture's height subtends at the eye
   const double half_height = 0.5 * glm::length(seen) / distance;
-  // ratio of the height of x to the height of the letters
+  // ratio of the height of the lower-case letter x to the height `font::kSize` of the letters
   const double x_height = ink_rows(*glyph('x')) / font::kSize;
   return kLeastXHeight / (x_height * half_height);
 }

@@ -34,7 +34,7 @@ struct Hud {
   bool force_shown = true;
   double force = 0;        // N, force that the text shows
   double force_limit = 5;  // N, force at which the bar is full
-  std::string hint;        // parts separated by three spaces; lines break there
+  std::string hint;        // text of the hint; three spaces separate its parts, and lines break there
   HudWords words;
   double least_letters = 0;  // least ratio of the letters' height to half the picture's height; see readable_letters()
   glm::dmat2 upright{1.0};   // matrix that makes the text upright on the screen; result of display::upright()
@@ -42,11 +42,11 @@ struct Hud {
 };
 
 /// Least angle (rad) that the x-height of a text subtends at the eye. ISO 9241-303 recommends 20 to 22 minutes of arc
-/// for the height of whole characters. Here the limit is applied to the height of small letters, which is stricter.
+/// for the height of whole characters. Here the angle is that of lower-case letters, which is stricter.
 inline constexpr double kLeastXHeight = 20.0 / 60 * 3.14159265358979323846 / 180;
-/// For the rig of a mirror bench, returns the letters' height, as a ratio to half the picture's height, at which small
-/// letters in the middle of the picture subtend the angle kLeastXHeight. Returns 0 for other rigs, because the size of
-/// a window on the desk is not known.
+/// For the rig of a mirror bench, returns the letters' height, as a ratio to half the picture's height, at which
+/// lower-case letters in the middle of the picture subtend the angle kLeastXHeight. Returns 0 for other rigs, because
+/// the size of a window on the desk is not known.
 double readable_letters(const DisplayRig& rig);
 
 /// A box in pixels from the upper left corner of an eye's region on the screen.

@@ -78,7 +78,7 @@ struct Device {
   // true: both eyes are drawn in one pass. False for lavapipe 22.3, which has two bugs: clipped triangles lose their
   // view index and appear in the other eye, and only the first layer of a multisampled pass is resolved.
   bool multiview = true;
-  bool processor = false;  // true: the Vulkan device is a CPU (software renderer), so less is drawn
+  bool processor = false;  // true: the Vulkan device is a CPU (software renderer), so details are omitted
   int max_samples = 1;
   // pipelines that are stored between runs (driver_cache.h); null: none are stored
   VkPipelineCache pipelines = VK_NULL_HANDLE;

@@ -107,7 +107,7 @@ struct SamplerOptions {
   VkFilter filter = VK_FILTER_LINEAR;
   VkSamplerAddressMode beyond = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
   VkBorderColor border = VK_BORDER_COLOR_FLOAT_OPAQUE_BLACK;
-  bool compare = false;  // true: a sampler that compares with ≤
+  bool compare = false;  // true: the sampler compares a value with the texels (≤), as for shadow maps
 };
 VkSampler create_sampler(Device& device, const SamplerOptions& options = {});
 

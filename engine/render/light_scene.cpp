@@ -15,15 +15,15 @@ namespace typodont::render {
 namespace {
 
 constexpr int kRays = 48;              // number of rays for each sample of the grid
-constexpr std::int32_t kNothing = -1;  // value in `met` (index of the triangle that a ray meets): none
+constexpr std::int32_t kNothing = -1;  // value in `met` if a ray meets no triangle; else `met` has the triangle's index
 constexpr std::int32_t kBack = -2;     // value in `met` if the ray meets the back of a triangle
 // largest fraction of a sample's rays that may meet the back of a triangle; with a larger fraction, the sample is
 // inside a body
 constexpr double kInside = 0.25;
 constexpr float kMargin = 20e-6f;  // m, distance of a ray's start from the surface
 constexpr int kLampRays = 4;
-// in grid spacings: largest distance between the lookup points of a flat triangle and of the curved surface for which
-// it stands. (Light is looked up at a point in front of the surface.)
+// in grid spacings: tolerance for the position at which a surface's light is looked up. A flat triangle may stand for a
+// curved surface, so the shaders' lookup points can lie this far from those of the triangle.
 constexpr float kCurved = 0.15f;
 // distance from a surface, in grid spacings, of the point at which the surface's light is looked up
 constexpr double kBegin = 0.5;

@@ -37,7 +37,7 @@ struct LightSources {
   /// radiance that a white surface facing the lamp reflects: the irradiance divided by π
   glm::vec3 lamp{0};
 };
-/// Returns the sources that the shaders use.
+/// Returns the sources of light that the shaders use for `lights`.
 LightSources sources_of(const Lights& lights);
 
 class LightScene {

@@ -469,8 +469,8 @@ struct Renderer::Impl {
       for (std::size_t e = 0; e < views; ++e) {
         scene_boxes[e] = tiles[e].boxes(true, tiles[e].picture());
         kept[e] = tiles[e].boxes(false, tiles[e].bounds());
-        // Particles are blended over the restored scene. If one of the tiles (squares of the picture) that they cover
-        // is redrawn, all tiles that they cover must be redrawn.
+        // Particles are blended over the scene, which is stored without them. If one of the tiles (squares of the
+        // picture) that they cover is redrawn, all tiles that they cover must be redrawn.
         Tiles shown = tiles[e];
         shown.mark(over_tiles[e]);
         if (targets.layered() && shown.touch(particle_tiles[e])) shown.mark(particle_tiles[e]);

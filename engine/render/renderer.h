@@ -201,8 +201,8 @@ struct FrameStats {
   int pipelines = 0;             // number of pipelines that exist now
   std::uint64_t film_bytes = 0;  // number of bytes that were uploaded for the film on the surfaces
   double pixel = 0;  // m, size of a drawn pixel on the working tooth at its point nearest to an eye; 0: no tooth
-  // Counts for the picture in the mouth mirror, which is drawn only if an eye sees the glass. `passes` includes its
-  // passes.
+  // Numbers of passes and bricks for the picture in the mouth mirror, which is drawn only if an eye sees the glass.
+  // `passes` includes mirror_passes.
   int mirror_passes = 0, mirror_bricks = 0;
   std::uint64_t mirror_triangles = 0;
   double gpu_ms = 0;  // ms, GPU time of the last finished frame; 0 if the device has no timestamps

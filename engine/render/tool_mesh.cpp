@@ -21,7 +21,7 @@ using glm::dvec3;
 constexpr double kMark = 0.4e-3;       // m, height of a depth mark's ring
 constexpr double kMarkEdge = 0.01e-3;  // m, height of the soft edge of a depth mark's ring
 constexpr int kRingsPerTurn = 10;      // number of rings of mesh vertices per turn of a thread
-// number of corners around the axis; kHeadAround is divisible by the usual numbers of flutes: 6, 8 and 12
+// number of mesh corners around the tool's axis; kHeadAround is divisible by the usual numbers of flutes: 6, 8 and 12
 constexpr int kHeadAround = 72, kShaftAround = 36;
 
 /// Adds points of a circular arc about (0, z0), from angle a to angle b. Angles are measured from the direction −z.
@@ -176,7 +176,7 @@ ToolMesh make_suction_mesh(double opening, double wall, double slant, double len
   const double inner = opening / 2, outer = inner + wall, depth = 4 * opening, slope = std::tan(slant);
   const double ends = outer * slope + opening;  // m, z at which the slanted opening of the suction tip ends
   ToolMesh mesh;
-  // The profile begins at the dark bottom inside the tube, goes down to the rounded rim, and then up along the outside.
+  // The suction tip's profile begins at the dark bottom in the tube, goes down to the rounded rim, then up the outside.
   add_lathe(mesh, {{0, depth}, {inner, depth}, {inner, ends}, {inner, 0.3 * wall}, {inner + 0.2 * wall, 0}}, 48, 0.9f);
   for (ToolVertex& v : mesh.vertices) v.mark = 1;
   add_lathe(mesh,
@@ -203,8 +203,8 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
 
   mesh.blades = shape.flutes > 0 ? shape.flutes : 1;
 
-  // Head: the profile of a blade rises steeply at its cutting edge and falls slowly behind it, like a saw tooth. The
-  // blades run along a helix.
+  // Head of a bur: the profile of a blade rises steeply at its cutting edge and falls slowly behind it, like a saw
+  // tooth. The blades run along a helix.
   const auto cut = [&](double r, double z, double angle) {
     if (shape.thread_pitch > 0) {
       // A sharp right-handed thread: a clockwise rotation, as seen from the shank, screws the thread in. The thread

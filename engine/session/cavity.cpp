@@ -17,7 +17,7 @@ namespace {
 // Limit in voxels: a part of the surface counts as new if it lies deeper than this below the old surface.
 constexpr double kNewSurface = 0.75;
 const double kFloor = std::cos(30 * kPi / 180);  // a floor's normal is within 30° of the opening's axis
-constexpr double kWall = 0.5;                    // sine of 30°: a wall is within 30° of parallel to the axis
+constexpr double kWall = 0.5;  // sine of 30°: a wall is within 30° of parallel to the opening's axis
 // A facet counts as part of one flat face if the gradient of the distance field around it is at least this long and
 // within 10° of the facet's normal. At an edge between two faces the gradient is shorter. Ripples of a tenth of a
 // voxel, which a bur leaves, also shorten the gradient. With a larger limit, half of a rippled floor would be omitted,
@@ -37,7 +37,7 @@ constexpr double kRim = 1e-3;
 // Half width, in voxels, of the stencil with which a wall's inclination is measured. It is wide, so that ripples
 // average out.
 constexpr double kAcross = 1.5;
-constexpr double kFarthestWall = 5e-3;  // m, largest distance at which the far side of a wall is searched for
+constexpr double kFarthestWall = 5e-3;  // m, the far side of a wall is searched for up to this depth
 constexpr double kSmoothing = 0.25e-3;  // m, standard deviation of the Gaussian that smooths the margin
 
 struct Facet {
@@ -191,8 +191,8 @@ std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseFie
     segments.push_back({crossed[0], crossed[1]});
   });
 
-  // Connects the segments to curves. Open curves come first, because a curve must start at its end and not in its
-  // middle.
+  // Connects the segments to curves. Open curves come first, because an open curve must be followed from one of its
+  // ends.
   std::vector<bool> used(segments.size(), false);
   std::vector<std::vector<dvec3>> curves;
   const auto follow = [&](std::size_t start) {
@@ -287,8 +287,8 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
   const dvec3 across = -std::sin(angle) * axes.u + std::cos(angle) * axes.v;
   const dvec3 center = mu * axes.u + mv * axes.v + w * axes.w;
 
-  // Computes the width of each section. The width is the longest interval that was tissue before, is empty now, and
-  // ends at walls.
+  // Computes the width of each cross-section. The width is the longest interval that was tissue before, is empty now,
+  // and ends at walls.
   const double reach = glm::length(dvec3(before.size));
   struct Section {
     double s, width;
@@ -306,7 +306,7 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
       const double a = after.sample(p), b = before.sample(p);
       if (!open && a >= 0 && b < 0) {
         open = true;
-        // tissue was at the previous sample before the work and is still there, so the empty interval begins at a wall
+        // the previous sample was tissue before the work and still is, so the empty interval begins at a wall
         walled = last < 0 && before_last < 0;
         begin = walled ? t - 0.5 + 0.5 * last / (last - a) : t;
       } else if (open && a < 0) {

@@ -43,9 +43,9 @@ struct CavityMeasures {
   std::optional<double> contour;
 
   double cut_area = 0;                   // m², area of the new surface
-  std::optional<double> floor_depth;     // m, mean depth of the floor below the old surface, measured along the axis
+  std::optional<double> floor_depth;     // m, mean depth of the floor below the old surface, along axis_W
   std::optional<double> floor_flatness;  // m, root mean square distance of the floor from a plane
-  std::optional<double> floor_tilt;      // rad, angle between the floor and the plane perpendicular to the axis
+  std::optional<double> floor_tilt;      // rad, angle between the floor and the plane perpendicular to axis_W
   // Total occlusal convergence in rad: twice the mean inclination of the walls. Positive: the walls diverge towards the
   // opening.
   std::optional<double> taper;

@@ -9,8 +9,8 @@ namespace typodont::session {
 
 namespace {
 
-// Limit, in voxels, of a voxel's distance from the surface: beyond it, the surface point of the nearest seed (a voxel
-// next to the surface) is used unchanged; below it, this point is refined.
+// voxels, limit of a voxel's distance from the surface. Beyond this limit, the surface point of the nearest seed (a
+// voxel next to the surface) is used unchanged; within it, this point is refined.
 constexpr float kRefineLimit = 20;
 // voxels; samples nearer to the surface than this keep their old distances; the value exceeds a voxel's diagonal (1.73)
 constexpr float kUnchangedBand = 1.8f;

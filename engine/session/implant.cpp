@@ -24,13 +24,13 @@ constexpr double kHeld = 0.3;
 constexpr double kDrilled = 0.05e-3;
 constexpr double kChecked = 0.25e-3;  // m, tolerance of the depth for a phase with a depth gauge
 constexpr double kThreaded = 0.3e-3;  // m, tolerance of the depth for a phase that cuts a thread
-// Limit in N: if the force is smaller, the tool counts as having no contact. A tool without contact follows the hand,
-// so its force is nearly zero.
+// Limit in N: if the force is smaller than this, the tool counts as having no contact. A tool without contact follows
+// the hand, so its force is nearly zero.
 constexpr double kLeastContactForce = 0.05;
 constexpr double kLargestProtrusion = 1e-3;  // m, largest length by which a placed implant or screw may protrude
 // m/s; if the tool moves faster than this along the planned axis, it is being moved into the bone
 constexpr double kInsertionSpeed = 0.1e-3;
-constexpr double kInsertionFilterTime = 0.1;  // s, time constant of the filter for the tool's speed along the axis
+constexpr double kInsertionFilterTime = 0.1;  // s, time constant of the filter for the tool's axial speed
 // m; a mark on the bone is at the right site if it is within this distance of the planned axis
 constexpr double kAtSite = 3e-3;
 constexpr double kOffAxisFrom = 1e-3;  // m; the angle to the planned axis is checked only if the tip is deeper
@@ -59,7 +59,7 @@ double ImplantCylinder::distance(const dvec3& p_W) const {
 }
 
 double ImplantCylinder::distance(std::span<const dvec3> path_W) const {
-  constexpr double kStep = 0.05e-3;  // m, length of the steps along the path at which the distance is computed
+  constexpr double kStep = 0.05e-3;  // m, spacing of the points of a path at which its distance is computed
   double best = 1e9;
   for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
     const dvec3 way = path_W[i + 1] - path_W[i];

@@ -70,7 +70,7 @@ struct ImplantTask {
   std::vector<ImplantPhase> phases;
   std::vector<double> tip;     // for each tool: distance in m from the tool's origin to its tip
   std::vector<double> radius;  // for each tool: its radius in m
-  double greatest_force = 0;   // N, largest allowed force; the time with a larger force is measured as over-force
+  double greatest_force = 0;   // N, largest allowed force; the time with a larger force counts as over-force
   double greatest_angle = 0;   // rad, if the angle to the planned axis is larger than this, the trainee is warned
   // m, if the tool is deeper than the planned depth by more than this, the trainee is warned
   double depth_tolerance = 0;

@@ -14,16 +14,17 @@ namespace {
 
 // largest |cosine| of the angle between the directions mesial and buccal, which must be nearly perpendicular
 constexpr double kSquare = 0.05;
-// If the cosine between a surface's normal and the axis is larger than this, the surface is a floor; otherwise a wall.
+// If the cosine between a surface's normal and the task's axis is larger than this, the surface is a floor, else a
+// wall.
 constexpr double kLevel = 0.7;
-// A point is "central" if its distance from the work's middle is less than this fraction of its half width.
+// A point is "central" if its distance from the work's middle is less than this fraction of the work's half width.
 constexpr double kCentral = 0.25;
 
 /// The extent of the work. The work is all tissue that was changed or should have been changed.
 struct Work {
   dvec3 middle_W{0};         // m, centre of the volume of the work (changed tissue)
-  double low = 0, high = 0;  // m, lowest and highest position of the work along the axis
-  double half_width = 0;     // m, largest distance of the changed tissue from its middle, perpendicular to the axis
+  double low = 0, high = 0;  // m, lowest and highest position of the work along the task's axis
+  double half_width = 0;     // m, largest distance of the changed tissue from its middle, perpendicular to axis_W
   // true if the ideal (target shape) keeps tissue in the middle of the work, as for a crown's stump or a filling
   bool around_tissue = false;
 };

@@ -446,8 +446,8 @@ void SessionWriter::Impl::write_all() noexcept {
     if (!good || H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0) fail(reason());
   }
   count_commit();
-  // The next flush interval begins with the start of this write. Otherwise a slow disk would also make the intervals
-  // longer.
+  // The next flush interval begins when this write begins, not when it ends. Otherwise a slow disk would also make the
+  // intervals longer.
   last_write = begin;
   status.slowest_flush = std::max(status.slowest_flush, now() - begin);
 }

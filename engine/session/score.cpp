@@ -20,7 +20,7 @@ constexpr double kTremorCutoff = 5.0;
 // path.
 constexpr double kPathBlock = 0.1;
 constexpr double kFreeBetween = 0.1;     // s; a stroke ends after this time without contact
-constexpr double kLeastRemoved = 1e-15;  // m³; a contact that removed less volume is no stroke
+constexpr double kLeastRemoved = 1e-15;  // m³; a contact that removed less volume than this is no stroke
 
 }  // namespace
 
@@ -178,9 +178,9 @@ constexpr double kDegreesPerRadian = 180 / kPi;
 using In = const ScoreInput&;
 using Value = std::optional<double>;
 
-// smallest value, in the measure's unit, that counts; a smaller value is a rounding error
+// in the measure's unit; a value that is smaller than this is a rounding error
 constexpr double kLeastMeasured = 1e-6;
-// m³; the session did no work if it removed or added less volume
+// m³; if the session removed or added less volume than this, it did no work
 constexpr double kLeastChanged = 1e-12;
 
 constexpr Measure kMeasures[] = {

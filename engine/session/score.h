@@ -55,7 +55,7 @@ class HandMeter {
   dvec3 block_sum_{0}, last_mean_{0};
   bool have_mean_ = false;
   double path_ = 0;
-  // The state with which strokes are counted.
+  // State for counting the strokes.
   bool in_stroke_ = false;
   Nanos last_contact_ = 0;
   double stroke_cut_ = 0, removed_last_ = 0;

@@ -200,8 +200,8 @@ std::vector<std::string> read_texts(const TableReader& table, std::size_t column
   return texts;
 }
 
-/// Makes a copy of the file that can be changed, in the file's folder or in the temporary folder. Returns no value if
-/// there is no space.
+/// Makes a changeable copy of the file in the same folder or in the temporary folder. Returns no value if there is no
+/// space for it.
 std::optional<std::filesystem::path> private_copy(const std::filesystem::path& file) {
   std::error_code code;
   for (const auto& folder : {file.parent_path(), std::filesystem::temp_directory_path(code)}) {

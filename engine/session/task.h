@@ -42,7 +42,7 @@ struct Task {
   std::vector<Json> region;   // solids in JSON that define the region to explore
 };
 
-/// Reads and checks a task, except its solids and its ideal. Throws Error.
+/// Reads and checks a task, but not the geometry of its solids and of its ideal (target shape). Throws Error.
 Task read_task(const Json& json);
 
 /// Returns the rules of a scene: those of its task, or those of its block "score" if there is no task, or the default

@@ -128,9 +128,9 @@ void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c,
     low = static_cast<Tissue>(std::min(best, next));
     high = static_cast<Tissue>(std::max(best, next));
   }
-  // A corner on a crease gets a normal of the side of the crease to which the triangle belongs: the sum of the smooth
-  // corners' normals, or the triangle's own normal. A gentle crease (the floor of a fissure, narrower than a cell) is
-  // shaded as if it were round if the triangle is as small as a cell.
+  // A corner on a crease gets the normal of that side of the crease to which the triangle belongs: the sum of the
+  // smooth corners' normals, or the triangle's own normal. A gentle crease (the floor of a fissure, narrower than a
+  // cell) is shaded as if it were round if the triangle is as small as a cell.
   glm::vec3 side(0);
   bool small = false;
   if (a.data->crease || b.data->crease || c.data->crease) {

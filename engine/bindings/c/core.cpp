@@ -106,7 +106,7 @@ bool CoreObject::step(const haptics::HandSample& sample) {
 namespace {
 
 /// If the servo runs on another thread, repeats its new cuts in the tissue, passes a new copy of the tissue (patch) to
-/// it, and writes to the recording. Returns false if there was nothing to do.
+/// the servo, and writes to the recording. Returns false if there was nothing to do.
 bool carve(CoreObject& core) {
   Channels& channels = *core.shared->channels;
   haptics::Carver& carver = core.carver();

@@ -486,7 +486,7 @@ class OpenXrHmd final : public Hmd {
         const bool good = std::max({indices[i], indices[i + 1], indices[i + 2]}) < vertices.size();
         for (std::size_t k = 0; good && k < 3; ++k) {
           const XrVector2f& v = vertices[indices[i + k]];
-          const glm::dvec4 clip = P * glm::dvec4(v.x, v.y, -1, 1);  // the mask lies in the eye's plane z = −1
+          const glm::dvec4 clip = P * glm::dvec4(v.x, v.y, -1, 1);  // mask (hidden area) in the eye's plane z = −1
           corners.emplace_back(static_cast<float>(clip.x / clip.w), static_cast<float>(clip.y / clip.w),
                                static_cast<float>(view));
         }

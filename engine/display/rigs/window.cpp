@@ -367,8 +367,8 @@ class Window final : public Output {
       }
       done_.push_back(create_semaphore());
     }
-    // The number is one more than the number of frames in flight, so that no semaphore is reused while a frame waits
-    // for it.
+    // The number of semaphores is one more than the number of frames in flight, so that no semaphore is reused while a
+    // frame waits for it.
     for (int i = 0; i < gpu::FrameRing::kSlots + 1; ++i) ready_.push_back(create_semaphore());
     sync_ = 0;
   }
@@ -415,7 +415,7 @@ class Window final : public Output {
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   ivec2 extent_{0}, wanted_{0};
   std::vector<VkImage> images_;
-  std::vector<std::uint8_t> drawn_;  // for each image: true if it contains a frame
+  std::vector<std::uint8_t> drawn_;  // for each swapchain image: true if it contains a frame
   std::vector<std::vector<VkImageView>> views_;
   std::vector<VkSemaphore> ready_, done_;
   std::size_t sync_ = 0;

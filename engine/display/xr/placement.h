@@ -16,8 +16,8 @@ class Placement {
  public:
   Placement(const HmdRig& rig, const dvec3& work_W);
 
-  /// Stores the runtime's announcement that it will move its space at `time`. `X_old_new` is the pose of the new space
-  /// in the old space, if known.
+  /// Stores the announcement of the headset's runtime that it will move its coordinate space at `time`. `X_old_new` is
+  /// the pose of the new space in the old space, if known.
   void will_move(XrTime time, const std::optional<Pose>& X_old_new) { moves_.push_back({time, X_old_new}); }
   /// Applies the announced moves of the space. A measured workbench keeps its position in the room. Otherwise the
   /// tissue is placed in front of the user again.

@@ -254,8 +254,8 @@ std::optional<SceneBounds> BrickStore::bounds() const {
 
 namespace {
 
-/// Returns a plane in mesh coordinates for this view. Bricks (blocks of triangles) beyond the plane that the mesh had
-/// at the start are inside another body, so they need not be drawn. A zero plane covers no brick.
+/// Returns a plane in mesh coordinates for this view. Bricks (blocks of triangles) that exist since the start and lie
+/// beyond the plane are inside another body, so they are not drawn. A zero plane covers no brick.
 glm::vec4 cover_of(const std::map<MeshId, glm::dvec4>& covers, MeshId id, View view, const Pose& X_WM) {
   const auto found = covers.find(id);
   if (found == covers.end() || view == View::kSection || view == View::kXray) return glm::vec4(0);

@@ -82,7 +82,7 @@ struct BrickStore {
   std::map<MeshId, glm::dvec4> covers;
   std::vector<BrickBlock> blocks;
   SlotBuffers indirect, shadow_indirect, mirror_indirect;
-  std::uint64_t version = 1;        // increases with every change
+  std::uint64_t version = 1;        // version of all bricks; increases with every change
   std::uint64_t order = 1;          // increases when a body is placed, removed or covered
   std::vector<BoxInWorld> changed;  // old and new boxes of the bricks that changed since the last frame
   int uploaded = 0;                 // number of bricks (blocks of triangles) uploaded since the last frame

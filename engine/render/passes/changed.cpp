@@ -107,7 +107,7 @@ PixelBox Tiles::bounds() const {
 
 namespace {
 
-/// Returns the distance of the origin from the line between p and q.
+/// Returns the distance of the origin from the line segment between p and q.
 float distance_to_segment(const glm::vec3& p, const glm::vec3& q) {
   const glm::vec3 d = q - p;
   const float dd = glm::dot(d, d);
@@ -117,7 +117,7 @@ float distance_to_segment(const glm::vec3& p, const glm::vec3& q) {
 
 /// Returns true if the handpiece may shade a surface inside this ball by its shadow.
 bool handpiece_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
-  constexpr float kHandpieceReach = 40e-3f;  // m, same value as in lighting.glsl
+  constexpr float kHandpieceReach = 40e-3f;  // m, longest shadow of a handpiece, as in lighting.glsl
   constexpr int kPieces = 6;
   const glm::vec3 l(data.key);
   for (int cone = 0; cone < 2; ++cone) {
@@ -138,7 +138,7 @@ bool handpiece_shades(const shared::FrameData& data, const glm::vec3& center, fl
 }  // namespace
 
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
-  constexpr float kToolReach = 3.0e-3f, kToolShadowReach = 25e-3f;  // m, same values as in lighting.glsl
+  constexpr float kToolReach = 3.0e-3f, kToolShadowReach = 25e-3f;  // m, reach of occlusion, and of the shadow
   constexpr int kPieces = 6;
   if (data.tool_head.w <= 0) return false;
   if (handpiece_shades(data, center, radius)) return true;

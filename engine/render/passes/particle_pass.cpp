@@ -25,8 +25,8 @@ void ParticlePass::prepare(PassContext& context, int slot, std::span<const Parti
       std::count_if(particles.begin(), particles.end(), [](const Particle& p) { return p.streak != glm::vec3(0); }));
   count = static_cast<std::uint32_t>(particles.size()) - streaks;
   if (particles.empty()) return;
-  // A particle is drawn as six vertices without instancing, because software rendering needs many times longer for
-  // many small instances.
+  // A particle is drawn as six vertices without instancing, because software rendering draws many small instances much
+  // more slowly.
   const auto of = [&](SlotBuffers& buffers, std::size_t bytes) -> gpu::Buffer& {
     return buffers.at_least(context.device, slot, bytes, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   };

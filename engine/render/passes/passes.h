@@ -14,7 +14,7 @@ namespace typodont::render {
 struct ShadowPass {
   gpu::Image map;
   VkPipeline pipeline = VK_NULL_HANDLE;
-  /// Redraws the given part of the map; the other parts keep their content.
+  /// Redraws the given part of the shadow map; the other parts keep their content.
   void record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks, int slot,
               View view, const glm::mat4& light_from_world, const ShadowMapBox& part, FrameStats& stats);
   void create_map(PassContext& context);  // sets the new map to the largest depth, which means no shadow
@@ -68,7 +68,7 @@ struct ToolBody {
   /// A section of the tool along its axis, in the tool's frame: a cylinder that contains the section at every spindle
   /// angle.
   struct Slice {
-    float low = 0, high = 0, radius = 0;  // m, lower and upper end along the axis, and radius
+    float low = 0, high = 0, radius = 0;  // m, lower and upper end of the slice along the tool's axis, and radius
   };
   std::array<Slice, 8> slices{};
   void set(gpu::Device& device, const ToolMesh& shape);

@@ -98,8 +98,8 @@ void HandpieceBody::set(gpu::Device& device, const HandpieceMesh& shape) {
   body = shape.body;
   boxes.clear();
   if (!mesh.index_count) return;
-  // Computes one box for each slice along z and along x. The body is long, so a single box would cover the whole
-  // picture.
+  // Computes one box for each slice of the handpiece along z and along x. The handpiece is long, so a single box would
+  // cover the whole picture.
   constexpr int kSlices = 12;
   glm::vec3 lo(1e9f), hi(-1e9f);
   for (const HandpieceVertex& v : shape.vertices) lo = glm::min(lo, v.p), hi = glm::max(hi, v.p);

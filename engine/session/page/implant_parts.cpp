@@ -9,7 +9,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kLeastNoted = 0.05;  // s; a note that was shown for a shorter time is not reported
+constexpr double kLeastNoted = 0.05;  // s; a note that was shown for a shorter time than this is not reported
 
 }  // namespace
 

@@ -63,7 +63,7 @@ std::string section_svg(const Preparation& in, const dvec3& through_W, const dve
   const auto inside_box = [&](const dvec3& p) {
     return !glm::any(glm::lessThan(p, dvec3(0))) && !glm::any(glm::greaterThan(p, dvec3(in.before.size - 1)));
   };
-  // Finds the limits of a drawing that contains all differences between the three surfaces.
+  // Finds the limits of a drawing that contains all differences between the surfaces before, after and ideal.
   const double step = 0.5 * in.frame.voxel, reach = glm::length(dvec3(in.before.size)) * in.frame.voxel;
   Window w{1e9, -1e9, 1e9, -1e9};
   for (double x = -reach; x <= reach; x += 2 * step) {

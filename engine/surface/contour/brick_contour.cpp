@@ -43,8 +43,8 @@ constexpr float kLeastSpread = 4e-3f;
 constexpr float kMaxLift = 0.1f;
 constexpr double kFlatEigenvalue = 0.01;
 constexpr float kOutside = 0.7f;  // voxels, a crease vertex lies outside its cell by at most this distance
-// voxels, limits of the absolute value of the field (by trilinear interpolation) at an accepted vertex: on a crease
-// (kCreaseValue) and elsewhere
+// voxels; a block is not merged if the field's absolute value (by trilinear interpolation) at its vertex exceeds the
+// tolerance by more than this: on a crease (kCreaseValue) or elsewhere
 constexpr float kCreaseValue = 0.4f;
 constexpr float kSmoothValue = 0.1f;
 
@@ -71,7 +71,7 @@ std::uint32_t solid_bits(const float* row) {
 // A patch of surface in a cell (at full resolution), or the whole surface in a merged block, with its vertex.
 struct Node {
   Moments moments;
-  glm::vec3 position{0};         // position of the vertex, in cell-corner coordinates
+  glm::vec3 position{0};         // position of the vertex; cell corners have integer coordinates
   Tissue tissue = Tissue::kAir;  // the only tissue near the vertex; kAir: several tissues
   bool crease = false, gentle = false;
   std::uint16_t vertex = kNone;
@@ -229,8 +229,8 @@ glm::vec3 crease_vertex(const PlaneSums& sums, float s) {
   return glm::vec3(sums.point / sums.count);
 }
 
-// Returns the trilinear interpolation of the field at point p, which is in cell-corner coordinates and within the
-// samples.
+// Returns the trilinear interpolation of the field at point p, which is within the samples. The corners of cells have
+// integer coordinates.
 float field_at(const float* field, const glm::vec3& p) {
   const glm::vec3 low = glm::clamp(glm::floor(p), glm::vec3(-1), glm::vec3(kCells));
   const glm::vec3 f = glm::clamp(p - low, 0.f, 1.f);
@@ -376,8 +376,9 @@ void Contourer::Scratch::find_crossings(std::vector<BrickContour::Edge>& edges) 
   }
 }
 
-// Returns the number of a cell's shape. If the surfaces of this cell and a neighbour would meet in two arcs of their
-// common face, the shape with the other connection on this face is used (CellShapes).
+// Returns the number of a cell's shape. The surfaces of this cell and a neighbour must not meet in two arcs on their
+// common face. If they would, returns the shape whose arcs on this face connect the crossings the other way
+// (CellShapes).
 int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   const int doubtful = shapes.flippable_faces(config);
   if (doubtful == 0) return config;

@@ -50,7 +50,7 @@ Joined join(int config, int flipped_faces) {
   };
   auto unite = [&](int a, int b) { parent[static_cast<std::size_t>(root(a))] = root(b); };
 
-  // On each face, the surface's outline consists of arcs. Each arc joins two crossings.
+  // The surface crosses each face of the cell in arcs. Each arc joins two crossings, which lie on edges of the face.
   Joined out;
   for (int face = 0; face < 6; ++face) {
     const auto ring = ring_of(face);

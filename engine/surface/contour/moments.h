@@ -13,7 +13,7 @@ namespace typodont::surface {
 /// Points are relative to the centre of the cell or block, so that single precision is sufficient.
 struct Moments {
   using Four = float __attribute__((vector_size(16)));
-  Four m[4][2] = {};  // row i: p_i (or 1) times p.x p.y p.z n.x | n.y n.z H 1
+  Four m[4][2] = {};  // row i < 3: Σ p_i · (p.x p.y p.z n.x | n.y n.z H 1); row 3: the same without the factor p_i
 
   void add(const Crossing& crossing, const glm::vec3& centre) {
     Four low, high;
