@@ -71,7 +71,7 @@ constexpr std::uint32_t bits(Fault fault) {
 /// - 2: While the copy of the tissue is late, the contact yields (docs/safety.md). The force is reduced if the energy
 /// ledger contains too little energy for it. Small debts of the ledger (negative values) are cancelled, too.
 /// - 1: The laws before version 2, used for recordings without a version.
-inline constexpr std::uint32_t kServoLaws = 12;
+inline constexpr std::uint32_t kServoLaws = 13;
 
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {

@@ -7,12 +7,11 @@ namespace typodont::haptics::vertex {
 using P = FollowParameters;
 
 bool HeadFollower::approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double slack,
-                            bool give) noexcept {
+                            bool give, double most) noexcept {
   constexpr double kUnbounded = 1e300;  // m, gap of the unused lanes of the last batch
   const double radius = head.radius();
   const dvec3 rest = X_WT.p - at;
   const double left = glm::length(rest);
-  const double most = P::longest_step(radius, left);
   distances_.find(head, points, {at, X_WT.R}, most);
   const HeadDistances::Columns near = distances_.columns();
   double least = 0;

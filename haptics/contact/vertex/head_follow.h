@@ -73,9 +73,10 @@ class HeadFollower {
   /// that satisfies all bounds, no point is inside the head. `slack`: allowed overlap, m. `give`: a point that is
   /// already inside the head only prevents a deeper overlap. `list(p)` must list the points around p, unless the
   /// present list is still valid. A fast head needs several lists in one tick; otherwise it would lag behind the hand.
-  /// `complete(p, far)` must add the points within the distance `far` (m) of the head at p that the list lacks. If
-  /// `may_go_on()` returns false, no further list is made in this tick, and the head stops where its last list is no
-  /// longer valid.
+  /// `complete(p, far)` must add the points within the distance `far` (m) of the head at p that the list lacks, and
+  /// return `far`. Or it returns a shorter step for which the present list is complete; if this step is 0, the head
+  /// stops. If `may_go_on()` returns false, no further list is made in this tick, and the head stops where its last
+  /// list is no longer valid.
   template <class List, class Complete, class MayGoOn>
   dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double slack, bool give,
                List&& list, Complete&& complete, MayGoOn&& may_go_on) noexcept {
@@ -86,8 +87,10 @@ class HeadFollower {
       if (points.empty()) break;
       bool more = true;
       for (int look = 0; look < FollowParameters::looks && more; ++look) {
-        complete(from, FollowParameters::longest_step(head.radius(), glm::distance(from, X_WT.p)));
-        more = approach(head, points, from, X_WT, slack, give);
+        const double most =
+            complete(from, FollowParameters::longest_step(head.radius(), glm::distance(from, X_WT.p)));
+        if (!(most > 0)) return from;
+        more = approach(head, points, from, X_WT, slack, give, most);
       }
       if (!more) break;
     }
@@ -102,9 +105,10 @@ class HeadFollower {
   const Hold& hold(int i) const noexcept { return holds_[i]; }
 
  private:
-  /// Makes one step of the head, as far as the listed points allow. Returns true if a further iteration is needed.
-  bool approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double slack,
-                bool give) noexcept;
+  /// Makes one step of the head of at most `most` (m), as far as the listed points allow. Returns true if a further
+  /// iteration is needed.
+  bool approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double slack, bool give,
+                double most) noexcept;
 
   HeadDistances& distances_;
   std::vector<double> gaps_;  // m, for each near point: the distance that the head may move towards it

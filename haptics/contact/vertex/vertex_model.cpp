@@ -71,7 +71,7 @@ double VertexModel::travel() const noexcept {
 }
 
 void VertexModel::forget() noexcept {
-  found_ = touching_ = eases_ = false;
+  found_ = touching_ = eases_ = ahead_ = false;
   filtered_ = eased_ = dvec3(0);
 }
 
@@ -91,7 +91,7 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
     for (std::size_t t = 0; t < removed.size(); ++t) removed[t] -= fresh.taken_back[t] - snapshot_.taken_back[t];
   }
   std::swap(fresh, snapshot_);
-  found_ = touching_ = false;
+  found_ = touching_ = ahead_ = false;
   part_.open = false;  // an unfinished cut is discarded: it existed only in the old mesh
 }
 
@@ -101,6 +101,7 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
   // Versions 9 and 10 of the force laws finish a cut in progress before they read the mesh.
   if (Effort left = kNoLimit; part_.open && !divides_anywhere()) continue_cut(left);
   part_.lists = false;
+  ahead_ = near_changed_ = false;
   begin_list(head, edge, X, margin);
   Effort left = kNoLimit;
   list_points(list_, left);
@@ -290,6 +291,31 @@ void VertexModel::complete_list(const Pose& X, double far) noexcept {
   gather(head(), edge(), Pose(list_.points.listed_at()), complete);
 }
 
+/// Returns the distance (m) from the head at X within which the list contains all points, without the length of the
+/// virtual motion (P::probe) that the springs need.
+double VertexModel::room_in_list(const Pose& X) const noexcept {
+  return list_.within - moved_since_listing(X) - P::probe * head().radius();
+}
+
+/// Lists the points around the moving head in parts, before the present list becomes invalid. Called if no cut is in
+/// progress.
+void VertexModel::list_ahead(const ContactInput& in, const Pose& proxy) noexcept {
+  if (!found_ || list_.points.empty()) return;
+  if (!ahead_) {
+    const double complete = complete_list_length();
+    const double valid = list_.within < complete ? P::short_list : FollowParameters::kept;
+    if (moved_since_listing(proxy) < P::begin_next * valid * head().radius()) return;
+    begin_list(head(), edge(), proxy, in.cuts ? short_list_length() : complete);
+    ahead_ = near_changed_ = true;
+  }
+  Effort left = effort_for_cut() - listed_;
+  if (left <= 0 || !list_points(next_list_, left)) return;
+  std::swap(list_, next_list_);
+  distances_.forget();
+  ahead_ = near_changed_ = false;
+  found_ = !list_.points.empty();
+}
+
 double VertexModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
   if (touching_ && X_WG.p == touching_at_) return 0;
@@ -423,8 +449,17 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   // The slack is the allowed overlap. With zero slack, a head with a rim could not re-enter the hole that it has cut.
   // If a bur overlaps tissue because the mesh could not yield, this tissue only prevents a deeper overlap.
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
-  const auto list = [&](const dvec3& p) { list_where_needed({p, in.X_WT.R}, in.cuts); };
-  const auto complete = [&](const dvec3& p, double far) { complete_list({p, in.X_WT.R}, far); };
+  // While a cut or the next list is in progress, a head that cuts moves only where the present list is valid. Otherwise
+  // this tick would have to make a list at once.
+  const bool keeps_list = lists_ahead() && in.cuts && found_ && (part_.open || ahead_);
+  const auto list = [&](const dvec3& p) {
+    if (!keeps_list) list_where_needed({p, in.X_WT.R}, in.cuts);
+  };
+  const auto complete = [&](const dvec3& p, double far) {
+    if (keeps_list) return std::clamp(room_in_list({p, in.X_WT.R}), 0.0, far);
+    complete_list({p, in.X_WT.R}, far);
+    return far;
+  };
   listed_ = 0;
   distances_.count_anew();
   const auto may_go_on = [&] { return !divides_anywhere() || listed_ + last_list_ <= P::most_listed; };
@@ -443,7 +478,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   if (!out.touching) return come_free(in, out);
   out.depth = depth;
   const dvec3 way = pull / depth;
-  complete(out.p_WG, P::probe * head().radius());
+  if (!keeps_list) complete_list({out.p_WG, in.X_WT.R}, P::probe * head().radius());
   springs_ = springs_at({out.p_WG, in.X_WT.R}, way);
   // The springs determine only the direction of the force and the stiffness of the tissue. If the sides of a head are
   // nearly parallel to the direction from the head to the hand (a cone), the springs push in opposite directions, and
@@ -504,7 +539,10 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
 bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
   const bool began = !part_.open;
   ++(began ? part_.rest : part_.ticks);
-  if (began && !begin_cut(in, contact)) return false;
+  if (began && !begin_cut(in, contact)) {
+    if (lists_ahead()) list_ahead(in, {contact.p_WG, in.X_WT.R});
+    return false;
+  }
   if (!work_on_cut(in, {contact.p_WG, in.X_WT.R})) return false;
   part_.open = false;
   const CutDone& done = part_.done;
@@ -548,6 +586,7 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
   }
   part_ = {true, in.scrapes, part_.done.held, tool_, from, to, springs_.across * met_ * glm::distance(from.p, to.p),
            {},   false,      false,           false, 1,    0};
+  ahead_ = false;
   snapshot_.cutter.begin(head(), from, to, edge());
   return true;
 }
@@ -593,12 +632,14 @@ bool VertexModel::work_on_cut(const ContactInput& in, const Pose& proxy) noexcep
   if (!part_.done.changed) return true;
   if (left <= 0) return false;
   if (!std::exchange(part_.lists, true)) {
+    near_changed_ = true;
     part_.advances = !part_.done.held && is_ahead(proxy.p, in);
     begin_list(head(), edge(), part_.advances ? part_.to : proxy, short_list_length());
   }
   if (!list_points(next_list_, left)) return false;
   std::swap(list_, next_list_);
   distances_.forget();
+  near_changed_ = false;
   found_ = !list_.points.empty();
   return true;
 }

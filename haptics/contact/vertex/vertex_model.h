@@ -46,6 +46,8 @@ struct FeelParameters {
   // While the head cuts, only the points very near to it are listed (short list), because it moves little until the
   // next list. When it has moved by this ratio of its radius, the list must be completed.
   static constexpr double short_list = 0.05;
+  // When the head has used this fraction of the motion for which a list is valid, the next list is begun.
+  static constexpr double begin_next = 0.3;
   // Distances of points are extrapolated until the head has moved by this ratio of its radius.
   static constexpr double reuse = 0.02;
   // After a cut, the next cut waits for up to `rest` times as many ticks as the cut took, so that most ticks do not
@@ -94,6 +96,9 @@ class VertexModel final : public ContactModel {
   // before the next cut. The force also changes more slowly, and the search for the faces near a head is divided over
   // several ticks.
   static constexpr std::uint32_t kMovesOn = 12;
+  // first version that lists the points around a moving head before they are needed, in parts, and that makes no list
+  // while a cut is in progress
+  static constexpr std::uint32_t kListsAhead = 13;
   /// A contact point near the head: a vertex, or a point that a refinement of a large face would add.
   struct Sample {
     double area;    // m², area that the point represents, a third of the area of the triangles around it
@@ -139,6 +144,7 @@ class VertexModel final : public ContactModel {
   Effort effort_for_cut() const noexcept;
   bool moves_on() const noexcept { return settings_.laws >= kMovesOn; }
   bool divides_search() const noexcept { return settings_.laws >= kMovesOn; }
+  bool lists_ahead() const noexcept { return settings_.laws >= kListsAhead && !parameters_.as_printed; }
   bool divides_anywhere() const noexcept { return settings_.laws >= kFineParts; }
   /// Returns true if a cut is divided only between its stages: in versions 9 and 10 of the force laws, unless the hand
   /// draws the cutting edge, or vertices stayed inside the head in the previous cut.
@@ -147,7 +153,7 @@ class VertexModel final : public ContactModel {
            !part_.stayed;
   }
   KnownFaces known_faces() const noexcept {
-    return {near_, list_.points.listed_at(), found_ ? list_.within : 0, list_.points.number()};
+    return {near_, list_.points.listed_at(), found_ && !near_changed_ ? list_.within : 0, list_.points.number()};
   }
   // m, distance from the head within which points are listed: in a complete list, and in the list while the head cuts
   double complete_list_length() const noexcept;
@@ -157,6 +163,8 @@ class VertexModel final : public ContactModel {
   double moved_since_listing(const Pose& X) const noexcept;
   void list_where_needed(const Pose& X, bool cuts) noexcept;
   void complete_list(const Pose& X, double far) noexcept;
+  double room_in_list(const Pose& X) const noexcept;
+  void list_ahead(const ContactInput& in, const Pose& proxy) noexcept;
   void gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept;
   void begin_list(const VertexHead& head, double edge, const Pose& X, double margin) noexcept;
   bool list_points(PointList& list, Effort& left) noexcept;
@@ -184,7 +192,9 @@ class VertexModel final : public ContactModel {
   dquat last_R_{1, 0, 0, 0};       // orientation of the hand in the last tick
   std::vector<mesh::Index> near_;  // faces near the head in the last search for points
   PointList list_;
-  PointList next_list_;  // list of points for the mesh after the cut in progress
+  PointList next_list_;  // list in progress: for the mesh after the cut in progress, or for the moving head (ahead_)
+  bool ahead_ = false;   // true while list_ahead() makes next_list_
+  bool near_changed_ = false;  // true if near_ belongs to next_list_ and not to list_
   Listing listing_;
   Effort listed_ = 0, last_list_ = 0;  // computing effort of all undivided lists in this tick, and of the last list
   bool found_ = false;                 // true if the mesh has not changed since list_ was made
