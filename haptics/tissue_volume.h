@@ -103,7 +103,7 @@ class TissueVolume {
   void copy_blocks(const Copied& box, std::span<const glm::ivec3> keys) const;
   /// Copies every n-th sample as copy_every() does, but only the samples of `part`, which is inside the box.
   void copy_part_of_every(int n, const Copied& box, const VoxelBox& part) const;
-  /// Returns the box of those samples of a copy of every n-th sample that writes within `written` may have changed.
+  /// For a copy of every n-th sample: returns the box of its samples that writes within `written` may have changed.
   static VoxelBox every_around(int n, const VoxelBox& written);
 
   /// Result of a removal: the bounding box of its writes, and the blocks (see solid_block()) in which tissue may have

@@ -536,8 +536,8 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                .room = front.parts_[0].room()};
   const bool capsule = !is_ball();
   fill_heights(&b.f, capsule, heights_from, heights_to);
-  // A list of groups of samples is valid until the head has moved by a fixed path length. A fast head moves so far in
-  // one tick, so no list is made for it. If the lists of several parts of the front are made in one tick, they get
+  // A list of groups of samples is valid until the head has moved by a fixed path length. A fast head covers this path
+  // in one tick, so no list is made for it. If the lists of several parts of the front are made in one tick, they get
   // different lifetimes, so that they expire at different times.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfBall / std::max(front.outdated(), 1);
   const int early = ahead > 0 ? front.renewed_early(travel_) : -1;

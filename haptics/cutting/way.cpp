@@ -174,7 +174,7 @@ struct Search {
 struct Deepest {
   F8 share;
   Points at;
-  F8 rho, below, depth;  // voxels; below: z relative to the end of the flank if z is lower, otherwise 0
+  F8 rho, below, depth;  // voxels; below: z relative to the flank's lower end for a sample below this end, otherwise 0
 };
 
 /// Returns where eight samples are deepest below one line of the meridian. If the line is the flank of a cylinder with
@@ -200,8 +200,8 @@ TYPODONT_KERNEL Deepest deepest_below(const Straight& head, int line_index, cons
   const bool round = has_round_end(head.pieces, line_index);
   if (round) {
     // The distance from a half-line is convex along the path. So if the path comes closest to the centre of the round
-    // end at a point below this centre, this point is the result. Otherwise it is the point at which the path comes
-    // closest to the axis.
+    // end at a point of the path that lies below this centre, this point is the result. Otherwise it is the point at
+    // which the path comes closest to the axis.
     const F8 above = from.z - line.az;
     F8 at_end = -(B + above * way.z) / eight::greater(across2 + way.z * way.z, least);
     at_end = eight::greater(eight::lesser(at_end, one), none);

@@ -1,5 +1,5 @@
-// Parameters of the servo's steps, each with its unit and reason. The parameters of a contact method are in that
-// method's folder.
+// Parameters of the steps of a servo tick, each with its unit and reason. The parameters of a contact method are in
+// that method's folder.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ struct CuttingParameters {
   // s. A bur saves energy until it can remove a voxel, or until it touches tissue again. It can save at most (present
   // power × this time).
   static constexpr double budget_time = 0.5;
-  // s. This time replaces budget_time if the bur is at a wall, or if the hand draws an edge over the tissue.
+  // s; replaces budget_time if the bur is at a border to harder tissue, or if the hand draws an edge over the tissue
   static constexpr double held_time = 0.05;
   // m³, when a tip breaks into tissue, at most this volume may be removed before the motor has done the work for
   // it
@@ -74,7 +74,7 @@ struct LimitParameters {
   static constexpr double debt = 2e-9;
   // N, force that the coupling may always give, even if the energy ledger is empty
   static constexpr double unpaid_force = 0.1;
-  // Largest ratio of the coupling's force to the force that the energy in the energy ledger can pay for
+  // If the coupling's force exceeds the force that the ledger can pay for by this factor, the ledger limits it.
   static constexpr double unpaid_ratio = 2;
   // First version of the force laws in which a drilling tool meets tissue without force steps (landing_fraction in
   // limits.cpp)

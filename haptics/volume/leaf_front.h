@@ -51,7 +51,7 @@ class LeafFront {
   }
 
  private:
-  // leaves (8³ samples); the window is larger than the sweep by this margin, so that it must be moved only rarely
+  // leaves (8³ samples); the stored box of leaves exceeds the sweep by this margin, so that it must rarely be moved
   static constexpr int kRoom = 2;
   static constexpr double kLongest =
       512;  // voxels, path length after which counting restarts; a float then resolves 6e-5

@@ -73,7 +73,7 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
   const auto band_voxels = static_cast<float>(dense.band / dense.frame.voxel);
   v.make_grids(band_voxels);
 
-  // The conversion works leaf by leaf, so that no memory is allocated for voxels beyond the band.
+  // The conversion works leaf by leaf, so that no memory is allocated for voxels whose distances are not stored.
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
   const auto to_voxels = static_cast<float>(1 / dense.frame.voxel), band = static_cast<float>(dense.band);
   auto distance = v.distance->getAccessor();

@@ -257,9 +257,9 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
   return Advance::kOn;
 }
 
-/// Finds the contacts at p.c. Existing contacts are reused while the head has moved only a little. Two kinds of
-/// contacts are always searched again, because their exact planes are refined from approximate planes: a single contact
-/// with an exact plane, and contacts around a rim.
+/// Finds the contacts of the head at its present centre, p.c. Existing contacts are reused while the head has moved
+/// only a little. Two kinds of contacts are always searched again, because their exact planes are refined from
+/// approximate planes: a single contact with an exact plane, and contacts around a rim.
 void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_free) noexcept {
   const dvec3& c = step_.c;
   const bool ball = tool().shape == HeadShape::kSphere;

@@ -81,9 +81,9 @@ struct CutBuffers {
 };
 
 /// Removes the tissue that the tool's head covers on its motion from A to B. Servo and carver both call this function,
-/// so their tissues stay equal bit by bit. Calls keep(place, sphere before) for each sphere that changes. near(t,
-/// places) must list in `places` the tissue spheres that head sphere t can touch on its motion, as indices in the
-/// tree's order, and return their number.
+/// so their tissues stay equal bit by bit. Calls keep(index, sphere before the cut) for each sphere that changes.
+/// near(t, places) must list in `places` the tissue spheres that head sphere t can touch on its motion, as indices in
+/// the tree's order, and return their number.
 template <class Near, class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Near&& near, Keep&& keep) noexcept(noexcept(keep(Place{}, CutSphere{}))) {

@@ -485,7 +485,7 @@ std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept 
 
 void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept {
   std::size_t at = contact_of(tool_sphere, sphere);
-  if (at == kMostContacts) {  // if the array of contacts is full, the new contact replaces that with the smallest push
+  if (at == kMostContacts) {  // if the array of contacts is full, the new one replaces the one with the smallest push
     at = 0;
     for (std::size_t k = 1; k < count_; ++k) {
       if (constraints_[k].multiplier < constraints_[at].multiplier) at = k;

@@ -85,8 +85,8 @@ struct Faces {
   }
   double above(int i, const dvec3& p) const noexcept { return glm::dot(face[i].n, p - face[i].x); }
 
-  /// Computes the point of the enclosed solid that is nearest to c. It lies on a face, on the line where two faces
-  /// meet, or at the point where three faces meet.
+  /// Computes the point nearest to c of the solid that the faces enclose. It lies on a face, on the line where two
+  /// faces meet, or at the point where three faces meet.
   bool nearest(const dvec3& c, dvec3& p) const noexcept {
     double least = 1e300;
     for (unsigned which = 1; which < (1u << count); ++which) {

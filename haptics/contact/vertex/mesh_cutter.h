@@ -47,9 +47,9 @@ struct CutParameters {
   static constexpr double least_area = 1e-6;
   // first version of the servo's force laws in which an edge next to a face of bad shape may be collapsed
   static constexpr std::uint32_t laws_of_bad_faces = 11;
-  // First version with these rules: a vertex that cannot leave the head is merged even if this makes edges longer than
-  // `longest`. A face that faces the nearest point of the head is not tested for intersection. The search for the faces
-  // near the head is divided between ticks. `most_faces` limits the number of faces near the head.
+  // First version of the force laws with these rules: a vertex that cannot leave the head is merged even if this makes
+  // edges longer than `longest`. A face that faces the nearest point of the head is not tested for intersection. The
+  // search for the faces near the head is divided between ticks. `most_faces` limits the number of faces near the head.
   static constexpr std::uint32_t laws_12 = 12;
   // longest edge, in target edge lengths, after a vertex was merged into a neighbour; the next cut splits it
   static constexpr double longest_merged = 2;

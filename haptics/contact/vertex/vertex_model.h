@@ -201,7 +201,7 @@ class VertexModel final : public ContactModel {
     bool stayed = false;  // true if vertices stayed inside the head in the previous cut
     std::uint32_t tool = 0;
     Pose from, to;
-    double estimated = 0;  // m³, volume that was expected when the cut began
+    double estimated = 0;  // m³, removed volume that was expected when the cut began
     CutDone done;
     bool finished = false;  // true if the mesh has been cut
     bool lists = false;     // true if the new list of points has been begun
