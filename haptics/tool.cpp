@@ -17,8 +17,8 @@ namespace {
 
 using glm::dvec2;
 
-// Ratio of a height above the free end to the head's diameter. The density of surface samples increases towards the
-// free end; below this height, it does not increase further.
+// Height above the free end, as a ratio to the head's diameter. The density of surface samples increases towards the
+// free end, but no further below this height.
 constexpr double kBluntEnd = 0.1;
 
 /// One piece of a head's meridian, in the half plane (ρ ≥ 0, z). A meridian is a convex chain of straight lines and

@@ -60,9 +60,9 @@ inline constexpr float kSlow = 0.05f;
 // corner
 inline constexpr float kNear = 0.01f;
 
-/// Returns a distance r from the axis. For a sample that is farther than r from the axis, the maximum of the depth
-/// along the path need not be searched. Reason: if one piece of the meridian is nearest on the whole path, the sample
-/// is deeper on the path than at both ends of it by at most about L² / (4 r); L is the length of the path.
+/// Returns the distance r from the axis beyond which the maximum of a sample's depth on its path need not be searched.
+/// Reason: if one piece of the meridian is nearest on the whole path, the sample is deeper on the path than at both
+/// ends by at most about L² / (4 r), with the length L of the path. This is below the tolerance kTop.
 inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   const float least = way.longest * way.longest / (3.6f * kTop);
   // The margin of 4 voxels includes the depth of a cut, which is at most 3 voxels.

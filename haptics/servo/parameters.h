@@ -31,8 +31,8 @@ struct CuttingParameters {
   static constexpr double budget_time = 0.5;
   // s; replaces budget_time if the bur is at a border to harder tissue, or if the hand draws an edge over the tissue
   static constexpr double held_time = 0.05;
-  // m³, when a tip breaks into tissue, at most this volume may be removed before the motor has done the work for
-  // it
+  // m³; a bur that breaks into tissue may remove at most this volume before its motor has done the work for the
+  // removal
   static constexpr double owed_volume = 8e-12;
   // number of voxels; owed_volume is at least the volume of this many voxels, because on a grid with voxels larger than
   // 0.1 mm, 8e-12 m³ would be less than eight voxels

@@ -53,8 +53,8 @@ struct CutParameters {
   static constexpr std::uint32_t laws_12 = 12;
   // longest edge, in target edge lengths, after a vertex was merged into a neighbour; the next cut splits it
   static constexpr double longest_merged = 2;
-  // Since version 12: edges are split only while the number of faces near the head, divided by the number of faces of
-  // this edge length on the head's surface, is below this ratio. A usual cut reaches a ratio of about two. More faces
+  // Since version 12: edges are split only while the number of faces near the head is below this ratio × the number of
+  // faces of the target edge length that cover the head's surface. A usual cut reaches a ratio of about two. More faces
   // collect only at the rim of a membrane, where each split would be followed by others.
   static constexpr double most_faces = 4;
   // m, tolerance: a vertex that overlaps the head by less than this counts as on its surface
