@@ -11,7 +11,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-constexpr std::size_t kUnknowns = Shading::kTerms - 1;  // the gradient does not determine the constant
+constexpr std::size_t kUnknowns = Shading::kTerms - 1;  // the gradient does not determine the constant term
 using Unknowns = std::array<double, kUnknowns>;
 
 /// A cell of the scan with uniform regions.

@@ -114,10 +114,10 @@ struct Servo::State {
     double unfelt_for = 0;
     FrictionState friction;
     TipState tip;
-    double rate = 0;  // m/s, smoothed rate at which the depth changes
+    double rate = 0;  // m/s, smoothed rate at which the penetration depth changes
     VelocityEstimator
         depth_speed;        // estimates the rate of the depth for a quantised position, whose differences are noisy
-    double last_depth = 0;  // m, depth in the last tick
+    double last_depth = 0;  // m, penetration depth in the last tick
     dvec3 torque{0};        // N·m, torque before the limits
     dvec3 teeth_force{0};   // N, force of the cutting edges before the limits
     explicit Coupling(double position_step) : depth_speed(position_step, 1) {}
@@ -173,7 +173,7 @@ struct Servo::State {
   double free_speed() const noexcept { return tool().free_speed(settings.spindle.free_speed); }
   /// Mean material properties of the tissues under the head; 0 if there is no tissue.
   struct TissueMeans {
-    double stiffness = 0;  // N/m, scaled by the hardness
+    double stiffness = 0;  // N/m, mean stiffness, scaled by the hardness
     double static_friction = 0, dynamic_friction = 0;
     Tissue most = Tissue::kAir;  // the most frequent tissue
   };

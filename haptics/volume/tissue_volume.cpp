@@ -480,7 +480,7 @@ std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
   for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {
     std::uint8_t rows[kLeafEdge * kLeafEdge];
     samples_within(leaf->buffer().data(), nearest, farthest, rows);
-    glm::ivec3 lo(INT_MAX), hi(INT_MIN);  // relative to the leaf's origin
+    glm::ivec3 lo(INT_MAX), hi(INT_MIN);  // box of these samples, relative to the leaf's origin
     std::uint32_t near = 0;               // bit z: a row of the leaf has a sample near the surface at z
     for (std::uint32_t row = 0; row < std::size(rows); ++row) {
       const std::uint32_t bits = rows[row] & leaf->getValueMask().getWord<std::uint8_t>(row);

@@ -15,7 +15,7 @@ inline constexpr std::string_view kName = "implant";
 struct Bed {
   dvec3 entry_W{0};        // m, point where the bed's axis crosses the bone's surface
   dvec3 axis_W{0, 0, -1};  // unit vector along the axis, from the surface to the bottom of the bed
-  double depth = 0;        // m, distance from the entry to the bottom
+  double depth = 0;        // m, depth of the bed, from its entry to its bottom
   double radius = 0;       // m, radius of the widest tool that has widened the bed
   double tapped = 0;       // m, length of the thread that was cut into the wall, measured from the entry; 0: no thread
   bool bore = false;       // true: the bed is the bore of a placed implant

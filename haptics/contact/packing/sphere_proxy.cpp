@@ -21,7 +21,7 @@ constexpr int kStuck = 8;
 // largest number of contacts of the non-cutting parts that are searched in one cut
 constexpr int kSlides = 6;
 constexpr int kRounds = 60;         // largest number of iterations in one projection onto the contact planes
-constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projection
+constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projection onto the contact planes
 // m, tolerance: the proxy has reached its goal if the remaining displacement is smaller than this
 constexpr double kArrived = 1e-10;
 // rad, largest rotation in one step; the chord of the step then deviates from the arc by less than 5e-5 of the reach

@@ -15,7 +15,7 @@ constexpr int kMostFaces = FlatWalls::kMost;
 
 struct Face {
   dvec3 x{0}, n{0};    // x: point on the face; n: outward normal of the face
-  bool clean = false;  // true if no other face is near
+  bool clean = false;  // true if no other face is near this face
 };
 
 /// Moves `x` onto the nearest face. Returns false if the field there does not belong to a plane.

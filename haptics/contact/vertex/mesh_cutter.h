@@ -88,7 +88,7 @@ inline constexpr Effort kNoLimit = std::numeric_limits<Effort>::max();
 struct KnownFaces {
   std::span<const mesh::Index> faces;  // contains at least all faces within the distance `within` of the head at X_W
   Pose X_W;
-  double within = 0;         // m; 0: no faces are known
+  double within = 0;         // m, distance from the head within which all faces are known; 0: no faces are known
   std::uint64_t number = 0;  // identifies the list: two different lists have different numbers
 };
 

@@ -124,7 +124,7 @@ class VertexModel final : public ContactModel {
     dvec3 force{0}, torque{0};  // sums of force (N) and torque (N·m), each multiplied by the vertex's area (m²)
     double area = 0;            // m², area that the vertices represent
     double across = 0;   // m², area that the vertices represent, projected along the pull (from the head to the hand)
-    double sum = 0;      // N·m², sum of the magnitudes of the forces
+    double sum = 0;      // N·m², sum of (area × magnitude of the force) over the vertices
     double weight = 0;   // m³, sum of (area × depth) over the vertices in contact
     PerTissue tissue{};  // m³, sum of (area × depth) over the vertices in contact, for each tissue
     int count = 0;
