@@ -426,8 +426,8 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             any_raised |= raised;
             const I8 lost = eight::share_taken(old, now);
             if (any_of(lost > 0)) taken.add(lost, b.tissue + first, at, 0, 8);
-            // The slack is the distance that the head must still approach before its depth exceeds the sample's value.
-            // A sample that already has the largest value (kInner) never changes again.
+            // The slack of a sample is the distance by which the head must still approach it before its depth in the
+            // head exceeds its value. A sample that already has the largest value (kInner) never changes again.
             F8 slack = (raised ? now : least) - depth;
             slack = now >= Sweep::kInner ? F8{} + kNever : slack;
             least_slack = slack < least_slack ? slack : least_slack;

@@ -1,5 +1,5 @@
 // This file is included once in each namespace of lane_ops.h, that is, once for each vector width, after cut_kernel.h.
-// It raises the samples of one leaf of the tissue to their depth in a ball.
+// It raises the samples of one leaf (8³ samples) of the tissue to their depth in a ball.
 
 /// Terms of a sample's distance from the ball that are the same in every plane of constant x. The array index is 8 y +
 /// z.

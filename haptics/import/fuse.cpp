@@ -474,7 +474,7 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   });
   progress(0.6);
 
-  // Computes the distances to the new surface. Samples farther than the band from the changed surface keep the CT's
+  // Computes the distances to the new surface. Samples farther than `band` from the changed surface keep the CT's
   // distances.
   const double band = ct.band / voxel;
   const importing::DistanceField field = importing::signed_distance(phi, out.size, {}, band, band);

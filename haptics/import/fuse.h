@@ -61,7 +61,7 @@ class ToothField {
  public:
   explicit ToothField(const DenseTissue& ct) : ct_(ct) {}
   struct Value {
-    bool tooth = false;   // true if the nearest surface lies within the band and belongs to a tooth or a restoration
+    bool tooth = false;   // true if a surface is near (within the CT's band) and belongs to a tooth or a restoration
     double distance = 0;  // m, distance to the surface, negative inside
     dvec3 gradient{0};    // gradient of the distance (m per m); on the surface, its direction is the outward normal
   };

@@ -44,8 +44,8 @@ std::int32_t value_at(const DenseTissue& dense, std::size_t i) {
   return grid_value(dense.tissue[i], dense.hardness.empty() ? kOwnHardness : dense.hardness[i]);
 }
 
-/// If a leaf of n³ voxels lies inside the tissue, deeper than the band, and all its voxels have the same value, returns
-/// this value of the label grid. Otherwise returns nullopt.
+/// If a leaf of n³ voxels lies inside the tissue, deeper than the band of stored distances, and all its voxels have the
+/// same value, returns this value of the label grid. Otherwise returns nullopt.
 std::optional<std::int32_t> uniform_inside(const DenseTissue& dense, const glm::ivec3& lo, const glm::ivec3& end,
                                            int n) {
   if (end != lo + n) return std::nullopt;
