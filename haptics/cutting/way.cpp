@@ -30,7 +30,7 @@ namespace {
 
 namespace {
 
-// first version of the force laws in which the depth below a single line is computed in closed form
+// first version of the force laws in which the depth below one line of the head's outline has a closed form
 constexpr std::uint32_t kLawsOfLines = 11;
 // if tan(half the angle between the normals at a corner) exceeds this, the depth is not computed from one line alone
 constexpr float kRightAngle = 1.001f;

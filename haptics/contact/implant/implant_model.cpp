@@ -21,7 +21,7 @@ constexpr double kSeated = 0.05e-3;
 // Fraction of the motor's stall torque. Up to (1 - this fraction) × stall torque, the motor has its full speed; above,
 // the speed decreases linearly to zero at the stall torque.
 constexpr double kSpeedHeldUpTo = 0.1;
-constexpr double kTorqueTime = 4e-3;  // s, time constant of the low-pass filter for the torque about the axis
+constexpr double kTorqueTime = 4e-3;  // s, time constant of the low-pass filter for the torque about the tool's axis
 // m, distance between the samples along a bed's axis by which the depth of the bed is measured
 constexpr double kAcross = 0.05e-3;
 

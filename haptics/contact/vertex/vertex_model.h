@@ -26,13 +26,13 @@ struct FeelParameters {
   static constexpr double most_aside = 0.25;
   // N/s, largest rate of change of a bur's force while the hand does not move; `ease_before`: before force laws 12
   static constexpr double ease = 6.5, ease_before = 15;
-  // Shortest displacement of the head that is cut in one step, as a ratio to the edge length. Shorter displacements are
-  // collected; otherwise every tick would cut.
+  // Shortest displacement of the head that is cut in one step, as a ratio to the edge length of the mesh. Shorter
+  // displacements are collected; otherwise every tick would cut.
   static constexpr double sweep = 0.04;
   // Shortest displacement that is cut in one step by an edge that the hand draws without rotation, as a ratio to the
   // edge length of the mesh. It is very short, because a dragged edge stores little energy.
   static constexpr double scrape = 2e-5;
-  // longest displacement of the head that is cut in one step, as a ratio to the edge length
+  // longest displacement of the head that is cut in one step, as a ratio to the edge length of the mesh
   static constexpr double stride = 0.5;
   // In one tick, the cutting edge of a hand instrument advances by less than the height differences between
   // neighbouring vertices. So it meets only a fraction of the area that the springs represent. The model measures this
