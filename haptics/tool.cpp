@@ -463,8 +463,8 @@ Tool read_tool(const Json& json) {
     if (tool.neck_diameter > tool.diameter * (1 + 1e-9)) {
       shank->fail(fmt::format("a neck of {:g} mm", tool.neck_diameter / kMillimetre), "neck_mm no wider than the head");
     }
-    // Without a taper, the step from the neck to the wider shank would make the outline concave. So it becomes a very
-    // short cone.
+    // Without a taper, the step from the neck to the wider shank would make the outline concave. So this step becomes a
+    // very short cone.
     if (tool.neck_diameter < tool.shank_diameter) tool.neck_length = std::max(tool.neck_length, 0.01 * kMillimetre);
   }
   if (const auto end = json.find("safe_end")) {

@@ -205,8 +205,8 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
     });
     return before;
   }
-  // Computes the signed distance to the part that is removed. Its border lies half a voxel outside its samples. The
-  // distance is smoothed, because the samples form steps.
+  // Computes the signed distance to the part that is removed. The border of this part lies half a voxel outside its
+  // samples. The distance is smoothed, because the samples form steps.
   const VoxelBox box = box_around(t, seed.point, seed.point, seed.reach + t.band);
   BoxContent before = copy_of(t, box);
   Mask inside(box.hi - box.lo + 1, 0), outside(inside.size, 1);

@@ -135,7 +135,7 @@ bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x)
       return true;
     }
     // The error hardly decreases if (curvature × distance) is near one: then the step in the tangent plane is too long.
-    // So it is reduced.
+    // So this step is reduced.
     if (error > 0.9 * before) damping *= 0.6;
     before = error;
     glm::dvec3 step = onto + damping * along;

@@ -190,8 +190,8 @@ dvec3 away_from_base(const Mesh& mesh) {
     faces.push_back({normal / area, (at(0) + at(1) + at(2)) / 3.0, area});
     whole += area;
   }
-  // In a mesh with many small triangles, only one of `every` triangles is used and represents them all. So a fine mesh
-  // takes no longer than a coarse one.
+  // Of the small triangles of a fine mesh, only every n-th one (n: `every`) is used and represents n triangles. So a
+  // fine mesh takes no longer than a coarse one.
   constexpr double kEnough = 20'000;
   const double small = whole / kEnough;
   const auto every = static_cast<std::size_t>(1 + static_cast<double>(faces.size()) / kEnough);

@@ -509,7 +509,7 @@ void ImplantModel::feel(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   // This model does not compute the normal forces of the bed's wall. So the only torque that it reports is the torque
-  // about the axis.
+  // about the tool's axis.
   out.turns_tool = true;
   out.unit = voxel();
   out.count = out.own = 2;
