@@ -22,7 +22,7 @@ TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
   return differ == 0;
 }
 
-/// Terms of the distance that are equal for all samples of a group, for kChunk groups.
+/// Terms of a sample's distance from the ball that are equal for all samples of a group, for kChunk groups.
 struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };

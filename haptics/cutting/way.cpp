@@ -95,7 +95,7 @@ struct Depth {
 /// so the intersection of the tangents on both sides of the maximum is an upper bound. The search point alternates
 /// between this intersection (exact for a corner) and the maximum of a parabola.
 struct Search {
-  unsigned set;  // one bit for each piece that can be nearest to one of the samples on this path
+  unsigned set;  // one bit for each piece of the meridian that can be nearest to one of the samples on this path
   // in the head's frame: start positions of the samples, vectors of their paths, second-order terms of their paths
   Points from, way, bend;
   // fractions of the path, 0..1: the largest depth of the sample lies between a and b, and is now searched at s
@@ -668,7 +668,7 @@ class PathPass {
     put(starts_, started_, glm::vec3(first - way_.from.base) + kMiddle);
     if (++started_ == 8) choose();
   }
-  /// Processes the blocks that still wait. Returns true if any sample changed.
+  /// Processes the remaining blocks. Returns true if any sample changed.
   bool finish() {
     if (started_ > 0) choose();
     for (int group = 0; group <= HeadField::kMaxPieces; ++group) {

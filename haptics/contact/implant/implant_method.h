@@ -14,7 +14,7 @@ inline constexpr std::string_view kName = "implant";
 /// An implant bed: a hole in the bone, or the bore of a placed implant. SI, frame W.
 struct Bed {
   dvec3 entry_W{0};        // m, point where the bed's axis crosses the bone's surface
-  dvec3 axis_W{0, 0, -1};  // unit vector along the axis, from the surface to the bottom of the bed
+  dvec3 axis_W{0, 0, -1};  // unit vector along the bed's axis, from the bone's surface to the bottom
   double depth = 0;        // m, depth of the bed, from its entry to its bottom
   double radius = 0;       // m, radius of the widest tool that has widened the bed
   double tapped = 0;       // m, length of the thread that was cut into the wall, measured from the entry; 0: no thread
@@ -41,7 +41,7 @@ struct Parameters {
   double loose = 0.75e-3;
   // rad (10 degrees), largest angle between the axes of tool and bed at which the tool may enter
   double axis_tolerance = 0.175;
-  double enter_force = 0.3;  // N; criterion 4 requires that the force along the axis is larger than this
+  double enter_force = 0.3;  // N; criterion 4 requires that the force along the tool's axis is larger
   // m; hysteresis: the tool leaves the bed only when its tip is this far outside the entry
   double leave = 0.3e-3;
   double least_depth = 0.5e-3;  // m, smallest depth of a bed; a shallower hole does not count as a bed

@@ -82,7 +82,7 @@ class ImplantModel final : public offset::OffsetModel {
   // For each tissue and each hardness byte: the torque of a thread relative to reference bone, (grey value /
   // reference)^exponent.
   std::array<std::array<double, 256>, kTissueCount> thread_resistance_{};
-  std::array<dvec3, 12> around_thread_;  // unit vectors in T, perpendicular to the axis and evenly spaced around it
+  std::array<dvec3, 12> around_thread_;  // unit vectors in T, perpendicular to the tool's axis, evenly spaced around it
   std::vector<Bed> beds_;
   static constexpr std::size_t kMostBeds = 64;
 

@@ -30,8 +30,8 @@ struct Parameters {
   // the contact area (for reaming); false: it uses the normalised density ρ̂.
   bool by_contact = false;
   double epsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the estimate of the tissue's surface
-  // density of each tissue relative to dentin; a negative value means the ratio of the tissue's specific energy to that
-  // of dentin
+  // density of each tissue relative to dentin; if it is negative, the ratio of the tissue's specific energy to that of
+  // dentin is used
   PerTissue density = given();
   std::filesystem::path material;              // file with the result of a material fit (paper S2, eq. 14)
   std::optional<std::uint64_t> material_hash;  // hash of the tissue for which the material was fitted

@@ -254,8 +254,8 @@ void SphereTissue::set(int i, const CutSphere& s) noexcept {
   tree_.mend_above(tree_.place_of(i));
 }
 
-/// Updates the tree's boxes above a sphere that make() has changed. Most cuts only widen the boxes, which is faster
-/// than making them exact.
+/// Updates the tree's boxes above a sphere that make() has changed. After most cuts, the boxes are only widened, which
+/// is faster than making them exact.
 void SphereTissue::renew_boxes(Place place) noexcept {
   if ((made_ + static_cast<std::size_t>(place) / SphereTree::kWide) % kExactEvery == 0) {
     tree_.mend_above(place);

@@ -130,7 +130,7 @@ class Rings {
     return i > 0 ? std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(2 * kPi * rho(i) / (kRingStep * r))))
                  : 1;
   }
-  /// Calls f(level, first node, end node) for each level (nodes at one height) that the ring through the node (i, j)
+  /// Calls f(level, first node, end node) for each level (nodes at one height) that the ring through grid node (i, j)
   /// covers. The cross-section is taken midway between two spheres of the ring, where the ring is thinnest.
   template <class F>
   void each_level(int i, int j, F&& f) const {
@@ -143,7 +143,7 @@ class Rings {
       f(j + dj, std::max(0, i - di), std::min(kCells, i + di + 1));
     }
   }
-  /// Returns the volume that the ring through the node (i, j) covers and that no earlier ring covers.
+  /// Returns the volume that the ring through the grid node (i, j) covers and that no earlier ring covers.
   double covers(int i, int j) const {
     double gain = 0;
     each_level(i, j, [&](int level, int from, int to) { gain += open_[sum(to, level)] - open_[sum(from, level)]; });
