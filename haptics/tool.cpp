@@ -62,7 +62,7 @@ Meridian cylinder(const Tool& tool) {
   return m;
 }
 
-/// Returns a cylinder with a hemisphere at the free end; the length includes the hemisphere.
+/// Returns the outline of a cylinder with a hemisphere at the free end; the length includes the hemisphere.
 Meridian round_end_cylinder(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -72,7 +72,7 @@ Meridian round_end_cylinder(const Tool& tool) {
   return m;
 }
 
-/// Returns a cone whose tip is at the free end.
+/// Returns the outline (meridian) of a cone whose tip is at the free end.
 Meridian cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -81,7 +81,7 @@ Meridian cone(const Tool& tool) {
   return m;
 }
 
-/// Returns a hemisphere of full width at the free end, followed by a tangent cone that narrows to a neck half as wide.
+/// Returns the outline: a hemisphere of full width at the free end, then a tangent cone down to a neck half as wide.
 Meridian pear(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const dvec2 center(0, -half + r);
@@ -97,8 +97,8 @@ Meridian pear(const Tool& tool) {
   return m;
 }
 
-/// Returns an arc from the tip to the largest diameter at a third of the length, followed by a cone that narrows to a
-/// neck half as wide.
+/// Returns the outline: an arc from the tip to the largest diameter at a third of the length, followed by a cone that
+/// narrows to a neck half as wide.
 Meridian flame(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const double belly = -half + tool.length / 3;
@@ -114,7 +114,7 @@ Meridian flame(const Tool& tool) {
   return m;
 }
 
-/// Returns a cone whose largest diameter is at the free end, and whose neck is half as wide.
+/// Returns the outline of a cone whose largest diameter is at the free end, and whose neck is half as wide.
 Meridian inverted_cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -124,7 +124,7 @@ Meridian inverted_cone(const Tool& tool) {
   return m;
 }
 
-/// Returns a shank: a cylinder that widens from its neck to its full diameter.
+/// Returns the outline of a shank: a cylinder that widens from its neck to its full diameter.
 Meridian shaft(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const double neck = tool.neck_diameter / 2, taper = -half + tool.neck_length;
@@ -252,8 +252,8 @@ HeadField HeadField::with_exit_path(const Tool& tool, double unit) {
   return field;
 }
 
-/// Returns the signed distance in the half plane. `n_rho`, `n_z` receive the unit direction in which the distance
-/// increases.
+/// Returns the signed distance from the point (rho, z) to the meridian, in the half plane. `n_rho`, `n_z` receive the
+/// unit direction in which the distance increases.
 double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) const noexcept {
   // best2: squared distance to the closest point; best_x, best_z: vector from the closest point to (ρ, z)
   double best2 = 1e300, best_x = 0, best_z = 0;

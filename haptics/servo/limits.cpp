@@ -122,7 +122,7 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
     // The hand is expected to retreat as fast as it advanced.
     const double ahead = std::max(at_stake / strength, l.law.margin * l.passivity.pace.most * settings.tick);
     most = paid > k * ahead * ahead ? std::sqrt(2 * k * paid - k * k * ahead * ahead) : paid / ahead;
-    // A force that rises while the hand retreats would give the hand energy that the ledger does not have.
+    // A force that rises while the hand retreats would give the hand more energy than the energy ledger has.
     if (paid < now.stored) {
       most = std::min(most, glm::length(l.last_force) + std::max(0.0, slew - P::retreat_weight * k * retreat));
     }

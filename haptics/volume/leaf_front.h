@@ -22,7 +22,7 @@ class LeafFront {
 
   struct Place {
     Leaf* leaf = nullptr;  // the leaf; null: the leaf was not examined yet
-    Kept* kept = nullptr;  // the copy of the leaf with which the present stroke can be undone; null: no stroke
+    Kept* kept = nullptr;  // copy of the leaf (8³ samples) with which the present stroke can be undone; null: no stroke
     bool cut = false;      // true if the leaf (8³ samples) was cut since it was first examined
     // the last mark (numbered state of the tissue, TissueVolume::mark) after which a write to the leaf was logged
     std::uint64_t logged = 0;

@@ -53,8 +53,8 @@ struct Parameters {
   double turn_slew = 0.5;
   double sliding_drag = 2;  // N·s/m, viscous friction of a tool that slides in the bed
   double steps = 1;         // largest advance per tick in voxels of the tissue (Zhao 2020, eq. 9)
-  // true: eq. (7) of Zhao 2020 as printed; a tool then does not move in a bed without an obstacle. false: the corrected
-  // equation (README.md).
+  // true: eq. (7) of Zhao 2020 as printed; a tool in a bed then moves only if there is an obstacle. false: the
+  // corrected equation (README.md).
   bool as_printed = false;
   // Hounsfield units, grey values of the tissues with the hardness 1
   double cortical_grey = 1650, cancellous_grey = 1250, tooth_grey = 3000, metal_grey = 10000,
