@@ -64,8 +64,8 @@ class CutFront {
     std::uint8_t* label;   // tissue of the samples that may change
   };
 
-  /// Must be called after a filling or an undo, and after cuts by another tool, because the stored slacks are then not
-  /// valid.
+  /// Must be called after a filling or an undo, and after cuts by another tool, because the stored slacks (motion until
+  /// a sample can change) are then not valid.
   void forget() noexcept { known_ = false; }
   /// The first sample of a listed group, as an index in a patch (copy of the tissue around the tool) with edge length n
   /// whose first voxel is `patch_lo`. `lanes`: number of samples in the group.
@@ -143,7 +143,7 @@ class CutFront {
   void drop_listed() noexcept {
     for (Groups& part : parts_) part.until = -1;
   }
-  /// Returns the number of parts that have expired of the lists of samples that cuts may change.
+  /// Returns how many parts of the lists (of samples that cuts may change) have expired.
   int outdated() const noexcept;
   /// Returns a part of the lists of samples that should be renewed now, before it expires, so that later no tick must
   /// renew several parts; -1: none. `way`: path of the head per tick, voxels.

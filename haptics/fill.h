@@ -65,7 +65,7 @@ class Fill {
   const Solid* within_;  // solid that limits the filling; null: no limit
   VoxelFrame frame_;
   HeadField head_;  // voxels, distance field of the head with its exit path
-  dvec3 center_;    // voxels, centre of the ball
+  dvec3 center_;    // voxels, centre of the ball of filling
   double radius_;
   Pose X_VT_;  // pose of the head in the frame V of the voxel grid, in voxels
   glm::ivec3 lo_, hi_;

@@ -54,7 +54,7 @@ TYPODONT_KERNEL bool any_of(const I8& mask) {
 }
 
 TYPODONT_KERNEL void take_root(D8& v) {
-  asm("" : "+m"(v));  // to memory and back; otherwise the compiler would compute some roots one by one
+  asm("" : "+m"(v));  // writes and reads v; otherwise the compiler would compute some roots one by one
   D8 root;
   for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
   v = root;

@@ -19,9 +19,9 @@ class MeshBaseline {
   MeshBaseline(const MeshBaseline&) = delete;
   MeshBaseline& operator=(const MeshBaseline&) = delete;
 
-  /// Sets one sample in the band. `distance`: voxels, negative inside.
+  /// Sets one sample in the narrow band around the surface. `distance`: voxels, negative inside.
   void set(const glm::ivec3& i, float distance);
-  /// Must be called after the last sample. Sets the signs of the samples outside the band.
+  /// Must be called after the last sample. Sets the signs of the samples outside the narrow band around the surface.
   void finish();
 
   struct Mesh {

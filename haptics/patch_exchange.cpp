@@ -4,7 +4,7 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr Nanos kPatience = 5'000'000;  // ns, longest time that the servo waits; a cutting hand moves < 0.25 mm in 5 ms
+constexpr Nanos kPatience = 5'000'000;  // ns, longest wait for a complete patch; a cutting hand moves < 0.25 mm in 5 ms
 
 }  // namespace
 

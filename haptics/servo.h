@@ -23,7 +23,7 @@ class SoftTissue;
 
 /// The settings of the servo: everything that it needs before its first tick. SI units.
 struct ServoSettings {
-  // N/m, stiffness of the coupling for enamel; for other tissue it is scaled by that tissue's stiffness
+  // N/m, stiffness of the coupling for enamel (1 N/mm); for other tissue, in proportion to that tissue's stiffness
   double stiffness = 1000;
   double damping = 2;  // N·s/m, damping along the contact normal
   bool friction = true;

@@ -168,7 +168,7 @@ class SoftTissue {
   /// The tool as a distance function, with balls that enclose it.
   struct Shape {
     HeadField head, shank;
-    double shank_z = 0;  // m, position of the shank on the tool's axis
+    double shank_z = 0;  // m, z of the shank's centre on the tool's axis
     // m, distance by which the head is enlarged, because a thin tip could otherwise pass between two points
     double blunt = 0;
     bool has_shank = false;

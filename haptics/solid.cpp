@@ -382,7 +382,7 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
     near.clear();
     const Part* deep = nullptr;
     // crossed: a border between two labels passes through the block of voxels. covered: one solid contains the whole
-    // block, and the block lies deeper below its surface than the width of the band.
+    // block, and the block lies deeper below its surface than the largest stored distance (the band).
     bool crossed = false, covered = false;
     for (const Part& part : parts) {
       const double own = part.solid->distance(middle);

@@ -33,7 +33,7 @@ struct CutSphere {
   dvec3 base{0};           // m, centre of the base, frame W
   double base_radius = 0;  // m, radius of the base
   double base_volume = 0;  // m³, volume of the base
-  dvec3 away{0};           // unit direction from the nearest point of the tool's path to the base's centre
+  dvec3 away{0};           // unit direction from the nearest point of the tool's path to the centre of the base sphere
   // m, largest overlap of the tool with the base sphere so far; at 2 · base_radius the sphere is removed completely
   double overlap = 0;
   double tool = 0;  // m, radius of the tool's ball that cut the sphere

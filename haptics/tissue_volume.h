@@ -54,15 +54,15 @@ class TissueVolume {
   bool exact_outside() const;
   /// Sets `a_lo` and `a_hi` to the bounding box of all cuts within the box lo .. hi; a_lo > a_hi if there are none.
   void cut_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;
-  /// Returns the bounding box (inclusive, voxels) of all voxels nearer to the surface than the band; lo > hi if there
-  /// are none.
+  /// Returns the bounding box (inclusive, voxels) of all voxels whose distance from the surface is less than band(); lo
+  /// > hi if there are none.
   void bounds(glm::ivec3& lo, glm::ivec3& hi) const;
 
   /// Returns true if any voxel has ever had another hardness than its tissue's own. Otherwise hardness uses no memory.
   bool graded() const;
 
-  /// Copies a box of samples that starts at voxel `lo`: distances in voxels (limited to the band), labels, and hardness
-  /// (hardness.h). z runs fastest. A null pointer means that this array is not copied.
+  /// Copies a box of samples that starts at voxel `lo`: distances in voxels (at most the stored band), labels, and
+  /// hardness (hardness.h). z runs fastest. A null pointer means that this array is not copied.
   void copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
             std::uint8_t* hardness = nullptr) const;
   /// Copies a box of samples as copy() does, but with labels in the encoding of a patch (the servo's copy of the
@@ -82,7 +82,7 @@ class TissueVolume {
   /// Returns a number that identifies the present state of the tissue, for written_since(). It is never 0, and
   /// different volumes have different numbers.
   std::uint64_t mark();
-  /// Describes where carve() and fill() have written since a mark.
+  /// Describes where carve() and fill() have written since a mark (a numbered state of the tissue).
   struct Written {
     std::vector<glm::ivec3> blocks;  // keys of the blocks (see solid_block()); a key may occur more than once
     VoxelBox box;                    // bounding box of all writes, voxels
@@ -103,7 +103,7 @@ class TissueVolume {
   void copy_blocks(const Copied& box, std::span<const glm::ivec3> keys) const;
   /// Copies every n-th sample as copy_every() does, but only the samples of `part`, which is inside the box.
   void copy_part_of_every(int n, const Copied& box, const VoxelBox& part) const;
-  /// Returns the box of those samples of a copy of every n-th sample that writes within `written` may have changed.
+  /// For a copy of every n-th sample: returns the box of its samples that writes within `written` may have changed.
   static VoxelBox every_around(int n, const VoxelBox& written);
 
   /// Result of a removal: the bounding box of its writes, and the blocks (see solid_block()) in which tissue may have

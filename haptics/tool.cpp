@@ -17,8 +17,8 @@ namespace {
 
 using glm::dvec2;
 
-// Ratio of a height above the free end to the head's diameter. The density of surface samples increases towards the
-// free end; below this height, it does not increase further.
+// Height above the free end, as a ratio to the head's diameter. The density of surface samples increases towards the
+// free end, but no further below this height.
 constexpr double kBluntEnd = 0.1;
 
 /// One piece of a head's meridian, in the half plane (ρ ≥ 0, z). A meridian is a convex chain of straight lines and
@@ -62,7 +62,7 @@ Meridian cylinder(const Tool& tool) {
   return m;
 }
 
-/// Returns a cylinder with a hemisphere at the free end; the length includes the hemisphere.
+/// Returns the outline of a cylinder with a hemisphere at the free end; the length includes the hemisphere.
 Meridian round_end_cylinder(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -72,7 +72,7 @@ Meridian round_end_cylinder(const Tool& tool) {
   return m;
 }
 
-/// Returns a cone whose tip is at the free end.
+/// Returns the outline (meridian) of a cone whose tip is at the free end.
 Meridian cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -81,7 +81,7 @@ Meridian cone(const Tool& tool) {
   return m;
 }
 
-/// Returns a hemisphere of full width at the free end, followed by a tangent cone that narrows to a neck half as wide.
+/// Returns the outline: a hemisphere of full width at the free end, then a tangent cone down to a neck half as wide.
 Meridian pear(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const dvec2 center(0, -half + r);
@@ -97,8 +97,8 @@ Meridian pear(const Tool& tool) {
   return m;
 }
 
-/// Returns an arc from the tip to the largest diameter at a third of the length, followed by a cone that narrows to a
-/// neck half as wide.
+/// Returns the outline: an arc from the tip to the largest diameter at a third of the length, followed by a cone that
+/// narrows to a neck half as wide.
 Meridian flame(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const double belly = -half + tool.length / 3;
@@ -114,7 +114,7 @@ Meridian flame(const Tool& tool) {
   return m;
 }
 
-/// Returns a cone whose largest diameter is at the free end, and whose neck is half as wide.
+/// Returns the outline of a cone whose largest diameter is at the free end, and whose neck is half as wide.
 Meridian inverted_cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -124,7 +124,7 @@ Meridian inverted_cone(const Tool& tool) {
   return m;
 }
 
-/// Returns a shank: a cylinder that widens from its neck to its full diameter.
+/// Returns the outline of a shank: a cylinder that widens from its neck to its full diameter.
 Meridian shaft(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const double neck = tool.neck_diameter / 2, taper = -half + tool.neck_length;
@@ -252,8 +252,8 @@ HeadField HeadField::with_exit_path(const Tool& tool, double unit) {
   return field;
 }
 
-/// Returns the signed distance in the half plane. `n_rho`, `n_z` receive the unit direction in which the distance
-/// increases.
+/// Returns the signed distance from the point (rho, z) to the meridian, in the half plane. `n_rho`, `n_z` receive the
+/// unit direction in which the distance increases.
 double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) const noexcept {
   // best2: squared distance to the closest point; best_x, best_z: vector from the closest point to (ρ, z)
   double best2 = 1e300, best_x = 0, best_z = 0;
@@ -463,8 +463,8 @@ Tool read_tool(const Json& json) {
     if (tool.neck_diameter > tool.diameter * (1 + 1e-9)) {
       shank->fail(fmt::format("a neck of {:g} mm", tool.neck_diameter / kMillimetre), "neck_mm no wider than the head");
     }
-    // Without a taper, the step from the neck to the wider shank would make the outline concave. So it becomes a very
-    // short cone.
+    // Without a taper, the step from the neck to the wider shank would make the outline concave. So this step becomes a
+    // very short cone.
     if (tool.neck_diameter < tool.shank_diameter) tool.neck_length = std::max(tool.neck_length, 0.01 * kMillimetre);
   }
   if (const auto end = json.find("safe_end")) {

@@ -67,8 +67,8 @@ struct Tool {
   std::string name;
   std::string iso_code;  // ISO 6360 code, if the tool has one
   HeadShape shape = HeadShape::kSphere;
-  double diameter = 1.2e-3;  // m, largest diameter
-  double length = 1.2e-3;    // m, length along the axis; for a ball its diameter
+  double diameter = 1.2e-3;  // m, largest diameter of the head
+  double length = 1.2e-3;    // m, length of the head along the axis; for a ball its diameter
   bool cuts = true;          // false for probes and gauges, which touch tissue but never remove it
   // fraction of the normal force that contributes to cutting, if the side of the head has contact
   double side_efficiency = 1;

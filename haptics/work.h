@@ -12,9 +12,9 @@ std::uint64_t queries_of_this_thread() noexcept;
 void count_queries(std::uint64_t count) noexcept;
 /// For each contact model: number of tissue elements that it examined near the head.
 struct SearchCounts {
-  std::uint64_t spheres = 0;    // contact model "packing"
-  std::uint64_t triangles = 0;  // contact model "mesh_lod"
-  std::uint64_t vertices = 0;   // contact model "vertex"
+  std::uint64_t spheres = 0;    // examined by the contact model "packing"
+  std::uint64_t triangles = 0;  // examined by the contact model "mesh_lod"
+  std::uint64_t vertices = 0;   // examined by the contact model "vertex"
 };
 SearchCounts looks_of_this_thread() noexcept;
 /// Returns the number of voxels that carve() and fill() of TissueVolume have visited on this thread, in leaves (8³

@@ -39,7 +39,7 @@ class MovingHand {
  public:
   MovingHand(const Tool& tool, const Motion& motion)
       : motion_(motion), from_(kBoneTop + tool.half() + 0.1e-3), down_(std::min(tool.length + 2e-3, 8e-3)) {}
-  static constexpr double kDown = 0.4;  // s, duration of the push down
+  static constexpr double kDown = 0.4;  // s, duration of the push down at the start
   Pose next(double dt) {
     constexpr double kSwing = 6, kAside = 15;  // Hz, frequencies of the rotation and of the sideways motion
     t_ += dt;

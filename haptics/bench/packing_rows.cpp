@@ -34,7 +34,7 @@ using namespace packing;
 
 constexpr double kBall = 5e-3;     // m, radius of the tissue, which is a ball
 constexpr double kHead = 0.6e-3;   // m, radius of a round bur
-constexpr double kDepth = 0.1e-3;  // m, depth at which the surface is estimated
+constexpr double kDepth = 0.1e-3;  // m, enlargement of the tool's spheres for the surface estimate
 constexpr std::size_t kToolSpheres = 200;
 constexpr double kReamer = 22e-3;  // m, radius of the reamer
 // m, initial height of the reamer's centre: 1 mm above its height at the first contact

@@ -87,7 +87,7 @@ double measure_session(const ProcessCase& c, const DenseTissue& dense, const Ser
 /// CPU time of a run. Servo, carver and transfer of patches run on one thread, so the CPU time of this thread is the
 /// time of the whole program.
 struct ProcessTime {
-  double all = std::numeric_limits<double>::infinity();  // ns, mean time of a tick with the carver and the transfer
+  double all = std::numeric_limits<double>::infinity();  // ns, mean time of a tick with carver and patch transfer
   double session = 0;                                    // ns, result of measure_session()
   std::vector<double> servo;                             // ns, time of the servo in each tick
 };

@@ -184,7 +184,7 @@ struct Slide {
   }
 
   /// Measures a lower bound for the time of a query: the time to read and add the 6 × 6 rows of samples that a query
-  /// reads, at points that are known before.
+  /// reads, at points that are known beforehand.
   void query_floor(const SurfacePatch& patch, const std::vector<dvec3>& points, double cubic_ns);
 };
 

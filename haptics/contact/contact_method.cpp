@@ -27,7 +27,7 @@ struct Entry {
   ContactMethodReader read;
   std::uint64_t models = 0, bodies = 0;  // number of contact models and of tissue bodies created so far
 };
-std::mutex g_counts;  // protects the two counters
+std::mutex g_counts;  // protects the counters of models and bodies
 
 /// Registrations fill this table before main(). Afterwards it is only read.
 std::vector<Entry>& table() {

@@ -43,8 +43,8 @@ void PatchModel::repeat_cuts(SurfacePatch& fresh, PerTissue& all_removed) noexce
   const double h = voxel();
   for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {
     const CutLog::Made& made = log_.made(i);
-    // The removed volume may differ from that of the first time. It is larger if undo has restored tissue, and smaller
-    // if a piece was removed.
+    // The repeated cut may remove another volume than the first time: more if undo has restored tissue, and less if a
+    // loose piece was removed.
     const PerTissue removed = repeat(made, i, fresh);
     for (std::size_t t = 0; t < removed.size(); ++t) all_removed[t] += (removed[t] - made.removed[t]) * h * h * h;
   }

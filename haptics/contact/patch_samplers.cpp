@@ -17,7 +17,7 @@ const int kCubicLanes = widest_cubic();
 
 struct Cell {
   int x, y, z;
-  double u, v, w;  // position inside the cell, 0..1
+  double u, v, w;  // position of the point in its grid cell, 0..1
 };
 
 Cell cell_at(const SurfacePatch& patch, const dvec3& p_V) {

@@ -10,8 +10,8 @@
 namespace typodont::haptics {
 
 DampingFit fit_damping(std::span<const PushSample> samples) {
-  // Tolerance: a ratio det / (dd · vv) smaller than this means that depth and velocity are proportional, so that the
-  // fit cannot separate stiffness and damping.
+  // Tolerance. If the determinant of the normal equations, divided by Σ depth² · Σ velocity², is smaller than this,
+  // depth and velocity are proportional, and the fit cannot separate stiffness and damping.
   constexpr double kIndependent = 1e-9;
   const auto each = [&](auto&& use) {
     for (std::size_t i = 1; i + 1 < samples.size(); ++i) {

@@ -9,7 +9,7 @@ struct FrictionLaw {
   double static_coefficient = 0.2;
   double dynamic_coefficient = 0.15;
   double stiffness = 1000;  // N/m, stiffness of the tangential spring
-  /// the adhesion point stays fixed while the displacement is below this fraction of z_max (break-away displacement)
+  /// below this fraction of z_max (break-away displacement), the displacement does not move the adhesion point
   double stick_fraction = 0.5;
 };
 

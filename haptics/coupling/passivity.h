@@ -46,7 +46,7 @@ struct PassivityLaw {
   // s, time for which the greatest speed does not decay while the hand has no contact; shorter than `hold`, because the
   // hand may approach fast and then touch slowly
   double free_hold = 0.15;
-  double fading = 0.5;  // s, time constant of the decay after the time `hold`
+  double fading = 0.5;  // s, time constant with which the greatest speed and change decay after the time `hold`
   double uneven = 1.5;  // if the clock is irregular, the next tick may take this factor × the longest recent tick
   double still = 1e-4;  // m/s; a motion slower than this is rounding or rest
   double leap = 2;      // m/s; a motion faster than this is a jump of the input

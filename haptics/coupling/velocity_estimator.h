@@ -3,10 +3,10 @@
 //
 // The method is end-fit FOAW (Janabi-Sharifi, Hayward & Chen 2000, "Discrete-time adaptive windowing for velocity
 // estimation"). It uses the longest window whose samples all lie within the position noise of the straight line through
-// the window's ends. This file changes the method: (1) The test "every sample within d of the line" is an interval of
-// slopes, so a tick costs O(window), not O(window²). (2) The three axes use the shortest of their windows, so that the
-// vector has one lag. (3) Stored samples are at least kSpacing apart, so that loops of 4 or 10 kHz have as little noise
-// as a loop of 1 kHz.
+// the window's ends. This file changes the method: (1) The test "every sample within d of the line" uses an interval of
+// allowed slopes, so a tick costs O(window), not O(window²). (2) The three axes use the shortest of their windows, so
+// that the vector has one lag. (3) Stored samples are at least kSpacing apart, so that loops of 4 or 10 kHz have as
+// little noise as a loop of 1 kHz.
 #pragma once
 
 #include <algorithm>

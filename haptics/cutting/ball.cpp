@@ -426,8 +426,8 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, RemovedVolume* removed) {
             any_raised |= raised;
             const I8 lost = eight::share_taken(old, now);
             if (any_of(lost > 0)) taken.add(lost, b.tissue + first, at, 0, 8);
-            // The slack is the distance that the head must still approach before its depth exceeds the sample's value.
-            // A sample that already has the largest value (kInner) never changes again.
+            // The slack of a sample is the distance by which the head must still approach it before its depth in the
+            // head exceeds its value. A sample that already has the largest value (kInner) never changes again.
             F8 slack = (raised ? now : least) - depth;
             slack = now >= Sweep::kInner ? F8{} + kNever : slack;
             least_slack = slack < least_slack ? slack : least_slack;
@@ -536,8 +536,8 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                .room = front.parts_[0].room()};
   const bool capsule = !is_ball();
   fill_heights(&b.f, capsule, heights_from, heights_to);
-  // A list of groups of samples is valid until the head has moved by a fixed path length. A fast head moves so far in
-  // one tick, so no list is made for it. If the lists of several parts of the front are made in one tick, they get
+  // A list of groups of samples is valid until the head has moved by a fixed path length. A fast head covers this path
+  // in one tick, so no list is made for it. If the lists of several parts of the front are made in one tick, they get
   // different lifetimes, so that they expire at different times.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfBall / std::max(front.outdated(), 1);
   const int early = ahead > 0 ? front.renewed_early(travel_) : -1;

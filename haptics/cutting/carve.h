@@ -56,9 +56,9 @@ PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed = nu
 /// Adds the filling to the patch (the servo's copy of the tissue). Returns the added volume per tissue in voxels³.
 PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept;
 
-/// Adds the cuts in the inclusive box lo..hi (voxels) that `patch` lacks. They are in `old`, the servo's previous patch
-/// of the same size. Each sample of `patch` becomes the larger of its distances in both. `filled`: true if the box was
-/// also filled; then all samples of the box are copied from `old`, labels included.
+/// Adds to a new `patch` the cuts that the servo made in `old`, its previous patch of the same size, while the carver
+/// copied the new one. In the box lo..hi (voxels, inclusive), each sample becomes the larger of its distances in both.
+/// `filled`: true if the box was also filled; then all samples of the box are copied from `old`, labels included.
 void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& lo, const glm::ivec3& hi,
            bool filled = false) noexcept;
 

@@ -684,9 +684,9 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .tops = &tops};
   const int outdated = front.outdated();
   if (outdated < front.parts()) {
-    // The tables with terms that depend only on z must extend beyond the sweep, for two reasons: groups of samples
-    // extend to the ends of their blocks of samples, and the lists were made when the head was up to one voxel away.
-    // Lists that were made before the head moved along its axis also extend beyond the box of this motion.
+    // The tables with terms that depend only on z must extend beyond the sweep's box: groups of samples extend to the
+    // ends of their blocks of samples, and the lists were made when the head was up to one voxel away. For a motion
+    // along the axis, the box contains only the head's end, and lists from before this motion extend beyond it.
     const int beyond = along_axis_ ? 64 : 16;
     const int lo = std::max(((lo_.z - from.z) & ~7) - beyond, 0),
               hi = std::min(((hi_.z - from.z) | 7) + beyond, front.size_.z * kDeep - 1);

@@ -1,5 +1,5 @@
 // This file is included once in each namespace of lane_ops.h, that is, once for each vector width, after cut_kernel.h.
-// It raises the samples of one leaf of the tissue to their depth in a ball.
+// It raises the samples of one leaf (8³ samples) of the tissue to their depth in a ball.
 
 /// Terms of a sample's distance from the ball that are the same in every plane of constant x. The array index is 8 y +
 /// z.
@@ -26,8 +26,8 @@ TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
   }
   const Floats from = all(c.continues ? 0.0f : -1e30f), radius = all(c.radius), zero = all(0.0f);
   const Floats inner = all(Sweep::kInner), never = all(1e9f);
-  // Calls visit(position of the first sample, depths, mask of the samples ahead of A (the start of the sweep)) for all
-  // samples, kLanes at a time.
+  // Calls visit(position of the first sample, depths, mask) for all samples, kLanes at a time. The mask marks the
+  // samples ahead of A, the start of the sweep.
   const auto for_each = [&](const auto& visit) __attribute__((always_inline)) {
     for (int x = 0; x < n; ++x) {
       const float px = static_cast<float>(lo.x + x) - c.ax, qx = px - c.abx;

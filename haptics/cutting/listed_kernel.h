@@ -22,7 +22,7 @@ TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
   return differ == 0;
 }
 
-/// Terms of the distance that are equal for all samples of a group, for kChunk groups.
+/// Terms of a sample's distance from the ball that are equal for all samples of a group, for kChunk groups.
 struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };
@@ -205,9 +205,9 @@ struct HeadRows {
 
 /// Motion of the head relative to groups of samples, evaluated at the middle of each group.
 struct HeadSides {
-  // voxels: half length of a group of samples, and upper bound of its component perpendicular to the axis
+  // voxels: half length of a group of samples, and upper bound of its component perpendicular to the head's axis
   float half, off;
-  float across;  // voxels, upper bound of the motion's component perpendicular to the axis
+  float across;  // voxels, upper bound of the motion's component perpendicular to the head's axis
   // Voxels. bend: difference of the motion between adjacent samples of a group of samples, as a vector. turned: upper
   // bound of the difference between the motion of a group's middle and the motion of the group's samples.
   float bend[3], turned;

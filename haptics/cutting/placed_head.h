@@ -12,7 +12,7 @@
 namespace typodont::haptics {
 
 /// Adds the shape of a tool's head at one pose to the tissue, as Fill adds a ball. It is used for an implant that stays
-/// in the bone. Carver's thread.
+/// in the bone. Carver thread only.
 class PlacedHead {
  public:
   PlacedHead(const Tool& tool, Tissue label, const Pose& X_WT, const VoxelFrame& frame);

@@ -18,12 +18,12 @@ class SlackRows {
  public:
   static constexpr int kStretch = 64;  // number of samples of a row that are listed together
 
-  /// Stores the slack of eight samples of a row.
+  /// Stores the slack (motion until a sample can change) of eight samples of a row.
   TYPODONT_KERNEL void put(int row, int z, const F8& slack) {
     std::memcpy(rows_ + row * kRow + z, &slack, sizeof slack);
   }
-  /// Returns the smallest slack among sixteen samples of a row, from z on. Only samples that are marked in `which`
-  /// count, because the slack of the other samples may not have been stored.
+  /// Returns the smallest slack (motion until a change) among sixteen samples of a row, from z on. Only samples that
+  /// are marked in `which` count, because the slack of the other samples may not have been stored.
   TYPODONT_KERNEL float least(int row, int z, std::uint64_t which) const {
     const I8 bits = I8{} + static_cast<int>(which & 0xffff), one = {1, 2, 4, 8, 16, 32, 64, 128};
     F8 low, high;

@@ -30,7 +30,7 @@ namespace {
 
 namespace {
 
-// first version of the force laws in which the depth below a single line is computed in closed form
+// first version of the force laws in which the depth below one line of the head's outline has a closed form
 constexpr std::uint32_t kLawsOfLines = 11;
 // if tan(half the angle between the normals at a corner) exceeds this, the depth is not computed from one line alone
 constexpr float kRightAngle = 1.001f;
@@ -95,7 +95,7 @@ struct Depth {
 /// so the intersection of the tangents on both sides of the maximum is an upper bound. The search point alternates
 /// between this intersection (exact for a corner) and the maximum of a parabola.
 struct Search {
-  unsigned set;  // one bit for each piece that can be nearest to one of the samples on this path
+  unsigned set;  // one bit for each piece of the meridian that can be nearest to one of the samples on this path
   // in the head's frame: start positions of the samples, vectors of their paths, second-order terms of their paths
   Points from, way, bend;
   // fractions of the path, 0..1: the largest depth of the sample lies between a and b, and is now searched at s
@@ -174,7 +174,7 @@ struct Search {
 struct Deepest {
   F8 share;
   Points at;
-  F8 rho, below, depth;  // voxels; below: z relative to the end of the flank if z is lower, otherwise 0
+  F8 rho, below, depth;  // voxels; below: z relative to the flank's lower end for a sample below this end, otherwise 0
 };
 
 /// Returns where eight samples are deepest below one line of the meridian. If the line is the flank of a cylinder with
@@ -200,8 +200,8 @@ TYPODONT_KERNEL Deepest deepest_below(const Straight& head, int line_index, cons
   const bool round = has_round_end(head.pieces, line_index);
   if (round) {
     // The distance from a half-line is convex along the path. So if the path comes closest to the centre of the round
-    // end at a point below this centre, this point is the result. Otherwise it is the point at which the path comes
-    // closest to the axis.
+    // end at a point of the path that lies below this centre, this point is the result. Otherwise it is the point at
+    // which the path comes closest to the axis.
     const F8 above = from.z - line.az;
     F8 at_end = -(B + above * way.z) / eight::greater(across2 + way.z * way.z, least);
     at_end = eight::greater(eight::lesser(at_end, one), none);
@@ -668,7 +668,7 @@ class PathPass {
     put(starts_, started_, glm::vec3(first - way_.from.base) + kMiddle);
     if (++started_ == 8) choose();
   }
-  /// Processes the blocks that still wait. Returns true if any sample changed.
+  /// Processes the remaining blocks. Returns true if any sample changed.
   bool finish() {
     if (started_ > 0) choose();
     for (int group = 0; group <= HeadField::kMaxPieces; ++group) {

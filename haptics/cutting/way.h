@@ -1,5 +1,5 @@
 // A part of a head's motion during which samples move along straight lines in the head's frame. A head is convex, so
-// the depth of a sample is a concave function along such a path, with one maximum. Private to sweeps.
+// the depth of a sample is a concave function along such a path, with one maximum. Private to haptics/cutting.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace typodont::haptics {
 /// turn p.
 struct Straight {
   HeadPose from;
-  float shift[3], turn[9];  // `shift`: vector in voxels; `turn`: matrix, column by column
+  float shift[3], turn[9];  // motion p → p + shift (voxels) + turn p; matrix: column by column
   const MeridianPiece* pieces;
   int count;
   float turned;   // voxels, upper bound of the difference between the paths of two samples that are one voxel apart
@@ -53,16 +53,16 @@ struct DueBlocks {
 };
 
 inline constexpr float kTop = 5e-4f;  // voxels, tolerance of the computed largest depth of a sample
-// voxels, for a motion of at most this length, only the head's final pose is cut, which saves a seventh of the
+// voxels; for a motion of at most this length, a cut uses only the head's final pose, which saves a seventh of the
 // time
 inline constexpr float kSlow = 0.05f;
 // voxels; nearer to a corner of the head's outline than this, rounding errors dominate the direction from the
 // corner
 inline constexpr float kNear = 0.01f;
 
-/// Returns a distance r from the axis. For a sample that is farther than r from the axis, the maximum of the depth
-/// along the path need not be searched. Reason: if one piece of the meridian is nearest on the whole path, the sample
-/// is deeper on the path than at both ends of it by at most about L² / (4 r); L is the length of the path.
+/// Returns the distance r from the axis beyond which the maximum of a sample's depth on its path need not be searched.
+/// Reason: if one piece of the meridian is nearest on the whole path, the sample is deeper on the path than at both
+/// ends by at most about L² / (4 r), with the length L of the path. This is below the tolerance kTop.
 inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   const float least = way.longest * way.longest / (3.6f * kTop);
   // The margin of 4 voxels includes the depth of a cut, which is at most 3 voxels.

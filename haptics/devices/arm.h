@@ -34,8 +34,8 @@ struct Arm {
   double continuous_force = 0;               // N, force that the motors can give permanently without overheating
   double vibration_band = 0;                 // Hz, largest vibration frequency that the arm can render
   double silence = 0;  // s, time without a write after which the watchdog sends zero force; 0: the default, 1.8 ms
-  // rad/s, largest angular speed of a joint: of a body A, B, C, and of an axis of the stylus; if an encoder's count
-  // changes faster than this, this is treated as an encoder error
+  // rad/s, largest angular speed of a body A, B, C and of an axis of the stylus; a count that changes faster than this
+  // is treated as an error of the encoder
   double joint_speed = 30;
   // Values for the gravity compensation of the bodies B and C: masses, and distances of their centres of mass from
   // their joints.

@@ -67,8 +67,8 @@ WatchdogProcess::WatchdogProcess(int descriptor, std::span<const std::uint8_t> z
   priority.sched_priority = 85;
   ::sched_setscheduler(0, SCHED_FIFO, &priority);  // has no effect if the permission is missing
 
-  // ns; after a silence of the parent, zero force is sent once; this is the time of the parent's last write before that
-  // silence; -1: none so far
+  // ns; time of the parent's last write before a silence after which zero force was already sent (only once per
+  // silence); -1: none so far
   Nanos silent_since = -1;
   for (;;) {
     pollfd parent{ends[0], POLLIN, 0};

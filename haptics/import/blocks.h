@@ -140,10 +140,10 @@ Sparse<float> gaussian(const Grid<float>& g, const std::shared_ptr<const BlockSe
                        float inside);
 Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 
-/// Smooths with the kernel (1 + c) G − c G·G, where G is a Gaussian of `sigma` (voxels) and c = 1 + (blur / sigma)².
-/// This reduces noise. It also corrects curved iso-surfaces. The scan's blur (a Gaussian with the standard deviation
-/// `blur`, voxels) has displaced them by blur²·(mean curvature); the kernel moves them back, because its second moment
-/// is −blur². The correction is exact to second order. c is limited to 3, because a larger c would increase the noise.
+/// Smooths with the kernel (1 + c) G − c G∗G (∗: convolution), where G is a Gaussian of `sigma` (voxels) and c = 1 +
+/// (blur / sigma)². This reduces noise and corrects curved iso-surfaces. The scan's blur (a Gaussian of the standard
+/// deviation `blur`, voxels) displaces them by blur²·(mean curvature); the kernel moves them back: its second moment is
+/// −blur². The correction is exact to second order. c is at most 3: a larger c would increase the noise.
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
 /// Returns the factor by which smooth_in_place() changes the standard deviation of white noise. It is the norm of the
 /// kernel.

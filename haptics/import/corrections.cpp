@@ -129,7 +129,7 @@ BoxContent paint(Imported& imported, const LabelStroke& stroke) {
   } else {
     // Tissue that touches the walls of the box would have no surface there. So no tissue is added within kWall of the
     // walls.
-    constexpr double kWall = 3;  // voxels, width of the margin without added tissue
+    constexpr double kWall = 3;  // voxels, width of the margin at the walls to which no tissue is added
     for_each_in(box, [&](const glm::ivec3& p) {
       const std::size_t at = t.at(p.x, p.y, p.z);
       const glm::ivec3 from_wall = glm::min(p, t.size - 1 - p);
@@ -205,8 +205,8 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
     });
     return before;
   }
-  // Computes the signed distance to the part that is removed. Its border lies half a voxel outside its samples. The
-  // distance is smoothed, because the samples form steps.
+  // Computes the signed distance to the part that is removed. The border of this part lies half a voxel outside its
+  // samples. The distance is smoothed, because the samples form steps.
   const VoxelBox box = box_around(t, seed.point, seed.point, seed.reach + t.band);
   BoxContent before = copy_of(t, box);
   Mask inside(box.hi - box.lo + 1, 0), outside(inside.size, 1);

@@ -71,9 +71,9 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
   }
 }
 
-// Finds the nearest feature (point or triangle) of each sample within the band. Features are passed from sample to
-// sample. `distance(feature, sample)` returns a distance in the caller's units. All slabs of the grid are computed in
-// parallel, and then features are passed across the borders between slabs.
+// Finds the nearest feature (point or triangle) of each sample, if it is nearer than `band`. Features are passed from
+// sample to sample. `distance(feature, sample)` returns a distance in the caller's units. All slabs of the grid are
+// computed in parallel, and then features are passed across the borders between slabs.
 template <class Features, class Distances, class Distance>
 void propagate(Features& feature, Distances& nearest, double band, double step, Distance distance) {
   // number of samples over which a feature (the nearest point or triangle) is passed from sample to sample
@@ -135,7 +135,7 @@ bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x)
       return true;
     }
     // The error hardly decreases if (curvature × distance) is near one: then the step in the tangent plane is too long.
-    // So it is reduced.
+    // So this step is reduced.
     if (error > 0.9 * before) damping *= 0.6;
     before = error;
     glm::dvec3 step = onto + damping * along;
@@ -401,7 +401,7 @@ Grid<std::int16_t> winding_sixths(std::span<const Triangle> mesh, const glm::ive
 }
 
 Grid<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
-  // for every sample: index of the nearest triangle within the band; -1 if there is none
+  // for every sample: index of the nearest triangle; -1 if no triangle is nearer than `band`
   Grid<std::int32_t> feature(size, -1);
   Grid<float> nearest(size, std::numeric_limits<float>::max());
   const auto distance = [&](std::int32_t f, const glm::ivec3& i) {

@@ -137,7 +137,7 @@ class Crowns {
   struct Near {
     dvec3 point, normal;
     double distance = 0;  // m, distance to the nearest point, without sign
-    double weight = 0;    // 1 in the middle of a crown, falling to 0 at its rim; 0 outside
+    double weight = 0;    // weight of the scan: 1 inside a crown, falling to 0 at its rim; 0 outside
   };
   /// Returns the point of the scan nearest to p (m, frame C), if it is within `reach` (m).
   std::optional<Near> nearest(const dvec3& p, double reach) const {
@@ -474,7 +474,7 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   });
   progress(0.6);
 
-  // Computes the distances to the new surface. Samples farther than the band from the changed surface keep the CT's
+  // Computes the distances to the new surface. Samples farther than `band` from the changed surface keep the CT's
   // distances.
   const double band = ct.band / voxel;
   const importing::DistanceField field = importing::signed_distance(phi, out.size, {}, band, band);

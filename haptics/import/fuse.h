@@ -61,7 +61,7 @@ class ToothField {
  public:
   explicit ToothField(const DenseTissue& ct) : ct_(ct) {}
   struct Value {
-    bool tooth = false;   // true if the nearest surface lies within the band and belongs to a tooth or a restoration
+    bool tooth = false;   // true if a surface is near (within the CT's band) and belongs to a tooth or a restoration
     double distance = 0;  // m, distance to the surface, negative inside
     dvec3 gradient{0};    // gradient of the distance (m per m); on the surface, its direction is the outward normal
   };
@@ -94,9 +94,9 @@ struct Fused {
 
 /// Replaces the surface of the CT's crowns by the scan's surface. The rules are:
 /// - A triangle of the scan shows a crown if its corners lie within `reach` of the surface of a tooth in the CT, and
-///   the normals agree within 45°. A gap in the crowns smaller than 10 mm² that does not touch the scan's border counts
-///   as crown, too (a fissure that the CT does not show). A crown piece smaller than 5 mm² does not count (gingiva that
-///   crosses the CT's surface).
+///   the normals of scan and CT agree within 45°. A gap in the crowns smaller than 10 mm² that does not touch the
+///   scan's border counts as crown, too (a fissure that the CT does not show). A crown piece smaller than 5 mm² does
+///   not count (gingiva that crosses the CT's surface).
 /// - A sample gets the distance to the scan if three conditions hold: its nearest point on the scan shows a crown; this
 ///   point lies within `reach` of the sample's nearest point on the CT's surface; both surfaces face the same
 ///   direction. The sign of the distance comes from the winding number of the closed scan. Within `blend` of the

@@ -190,8 +190,8 @@ dvec3 away_from_base(const Mesh& mesh) {
     faces.push_back({normal / area, (at(0) + at(1) + at(2)) / 3.0, area});
     whole += area;
   }
-  // In a mesh with many small triangles, only one of `every` triangles is used and represents them all. So a fine mesh
-  // takes no longer than a coarse one.
+  // Of the small triangles of a fine mesh, only every n-th one (n: `every`) is used and represents n triangles. So a
+  // fine mesh takes no longer than a coarse one.
   constexpr double kEnough = 20'000;
   const double small = whole / kEnough;
   const auto every = static_cast<std::size_t>(1 + static_cast<double>(faces.size()) / kEnough);
@@ -306,8 +306,8 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
     foot.push_back(static_cast<int>(mesh.points.size()));
     mesh.points.push_back(q);
     if (!mesh.colors.empty()) mesh.colors.push_back(mesh.colors[static_cast<std::size_t>(i)]);
-    // The outline of the floor has the direction of the border, which is that of the surface's triangles. The floor
-    // faces down, so its triangles are added below in the opposite direction.
+    // The outline of the floor lists its points in the order of the border, which agrees with the orientation of the
+    // surface's triangles. The floor must face down, so the last loop adds its triangles reversed.
     outline.emplace_back(glm::dot(q, u), glm::dot(q, v));
   }
   double area = 0;

@@ -140,7 +140,7 @@ static Scan cropped(const Scan& scan, const ImportRegion& region) {
   const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil((region.lo - scan.origin) / scan.spacing - 1e-6)), glm::ivec3(0));
   const glm::ivec3 hi =
       glm::min(glm::ivec3(glm::floor((region.hi - scan.origin) / scan.spacing + 1e-6)), scan.grey.size - 1);
-  constexpr int kLeast = 8;  // smallest number of samples along an axis
+  constexpr int kLeast = 8;  // smallest number of samples of the region along an axis
   if (glm::any(glm::lessThan(hi - lo + 1, glm::ivec3(kLeast)))) {
     const dvec3 from = scan.origin / kMillimetre,
                 to = (scan.origin + dvec3(scan.grey.size - 1) * scan.spacing) / kMillimetre;

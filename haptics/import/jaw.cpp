@@ -272,7 +272,7 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   // beyond which it certainly does not. kBall: radius of the ball, which reaches beyond the far side of a canal.
   constexpr float kBlurred = 2.5, kUnblurred = 3;
   constexpr int kBall = 6;
-  constexpr std::size_t kLeast = 20;    // smallest number of samples for a measured grey value
+  constexpr std::size_t kLeast = 20;    // smallest number of samples from which a grey value is measured
   constexpr double kBrightest = -0.25;  // smallest fraction of pulp in a sample; negative because of noise and enamel
   constexpr double kDarkest = 1.25;
   const std::shared_ptr<const BlockSet>& set = tissue.set;

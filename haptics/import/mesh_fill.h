@@ -9,7 +9,7 @@
 namespace typodont::haptics::importing {
 
 struct FilledMesh {
-  Grid<float> distance;  // signed distance in voxels, negative inside; limited to the band outside the body
+  Grid<float> distance;  // signed distance in voxels, negative inside; at most `band` outside the body
   Mask part;             // for every sample: number of the part (from 1) that contains it; 0 outside
   bool capped = false;   // true if the mesh had an opening, which was closed by a cap where the winding number is 0.5
   bool sheet = false;    // true if the mesh encloses no volume; it then becomes a shell with a thickness of two voxels

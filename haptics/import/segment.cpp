@@ -211,8 +211,8 @@ class Surround {
       sum_[cell] += static_cast<float>((static_cast<double>(grey[p]) - everywhere) / 64);
       weight_[cell] += 1.0F / 64;
     });
-    // Standard deviation of the smoothing in cells. Together with the mean over a cell and the interpolation between
-    // cells, the smoothing then has a standard deviation of about four samples.
+    // Standard deviation of the smoothing, in units of cells. Together with the mean over a cell and the interpolation
+    // between cells, the smoothing then has a standard deviation of about four samples.
     constexpr double kSigma = 0.87;
     sum_ = gaussian(sum_, kSigma);
     weight_ = gaussian(weight_, kSigma);

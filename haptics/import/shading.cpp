@@ -11,7 +11,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-constexpr std::size_t kUnknowns = Shading::kTerms - 1;  // the gradient does not determine the constant
+constexpr std::size_t kUnknowns = Shading::kTerms - 1;  // the gradient does not determine the constant term
 using Unknowns = std::array<double, kUnknowns>;
 
 /// A cell of the scan with uniform regions.
@@ -215,8 +215,8 @@ void Shading::remove_from(Scan& scan) const {
 std::optional<Shading> find_shading(const Scan& scan, const Grid<float>& smooth, double noise) {
   // kLeastRange: grey values, smallest shading that is removed. kSteepest and kPerNoise: the largest gradient of a
   // uniform region per voxel, as a grey value and as a multiple of the noise. kLeastCells: smallest number of cells for
-  // a fit. kOuter: distance from the centre at which the outer part of the scan begins, as a fraction of half the
-  // scan's extent. kDarkest: fraction of the cells that is excluded at each end when the range is computed.
+  // a fit. kOuter: distance from the scan's centre at which the outer part of the scan begins, as a fraction of half
+  // the scan's extent. kDarkest: fraction of the cells that is excluded at each end when the range is computed.
   constexpr double kLeastRange = 100, kSteepest = 40, kPerNoise = 0.6, kOuter = 0.7, kDarkest = 0.02;
   constexpr std::size_t kLeastCells = 100;
   const std::vector<Cell> cells = uniform_cells(smooth, scan.spacing, std::max(kSteepest, kPerNoise * noise));

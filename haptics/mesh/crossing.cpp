@@ -20,7 +20,7 @@ double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
 /// ends and the face.
 bool passes_between(const dvec3& from, const dvec3& to, double s, double e, const dvec3& a, const dvec3& b,
                     const dvec3& c) noexcept {
-  constexpr double kTouches = 1e-12;  // m; a point closer to the plane than this counts as a point of the plane
+  constexpr double kTouches = 1e-12;  // m; a point closer to a triangle's plane than this counts as in the plane
   const double in_plane = kTouches * glm::length(glm::cross(b - a, c - a));
   if (std::abs(s) < in_plane || std::abs(e) < in_plane) return false;
   const double ab = volume6(from, to, a, b), bc = volume6(from, to, b, c), ca = volume6(from, to, c, a);
@@ -29,7 +29,7 @@ bool passes_between(const dvec3& from, const dvec3& to, double s, double e, cons
 
 /// Returns true if all corners of one triangle are clearly on the same side of the plane of another one.
 bool is_beside(const Corners& from, const Corners& t) noexcept {
-  // m; if a point is farther than this from the plane, rounding errors cannot change its side
+  // m; if a point is farther than this from a triangle's plane, rounding errors cannot change its side
   constexpr double kClear = 1e-10;
   const dvec3 n = glm::cross(t.p[1] - t.p[0], t.p[2] - t.p[0]);
   const double clear = kClear * (std::abs(n.x) + std::abs(n.y) + std::abs(n.z));

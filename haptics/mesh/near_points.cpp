@@ -12,7 +12,7 @@ namespace typodont::haptics::mesh {
 namespace {
 
 constexpr std::size_t kBatch = 8;
-// Upper bound, in m, of the rounding error of floats for points within a centimetre of the centre.
+// Upper bound, in m, of the rounding error of floats for points within a centimetre of the head's centre.
 constexpr double kRounding = 1e-8;
 
 /// Finds the points whose squared distance to `p` is at most `square`. Writes their indices to `at` and returns their

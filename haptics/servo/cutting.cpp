@@ -17,8 +17,8 @@ void Servo::State::earn(ContactTick& now) noexcept {
   // wait for the store.
   SpindleLoad spindle{cutting.speed, 0};
   in.specific_energy = in.cuts ? mean_specific_energy() : 0;
-  // W, power that removes tissue, multiplied by 1/energy_ratio. So all removal energies are those of a tool with the
-  // energy ratio 1, and the contact models need not know the ratio.
+  // W, power that removes tissue, divided by the tool's energy_ratio (its cutting energy relative to the material's).
+  // So the contact models compute with the material's own cutting energy and need not know the ratio.
   double power = in.power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {
     // An edge (hand instrument) that is drawn over the surface cuts with the hand's work: force × displacement along
@@ -26,8 +26,8 @@ void Servo::State::earn(ContactTick& now) noexcept {
     const double way = glm::length(now.moved - glm::dot(now.moved, coupling.normal) * coupling.normal);
     power = bur.scrapes * coupling.head_force * way / now.dt / bur.energy_ratio;
   } else if (in.cuts && coupling.pressing > 0) {
-    // The tangential force of the cutting edges at the rim is μ_c F_n, limited by the motor (laws of Preston and
-    // Archard).
+    // The tangential force of the cutting edges is μ_c F_n (laws of Preston and Archard), with the cutting coefficient
+    // μ_c and the normal force F_n. The motor's torque limits this force.
     const double along = glm::dot(coupling.pressed, now.X_WT.R * dvec3(0, 0, 1));
     const double efficiency = bur.side_efficiency + (bur.end_efficiency - bur.side_efficiency) * along * along;
     const double load = bur.cutting_coefficient * efficiency * coupling.pressing * bur.radius();
@@ -40,7 +40,7 @@ void Servo::State::earn(ContactTick& now) noexcept {
   if (in.cuts && coupling.head_force > 0) {
     const double most = in.scrapes || wall > 0 ? power * P::held_time : std::max(budget, power * P::budget_time);
     budget = std::min(budget + power * now.dt, most);
-    // limits the debt of a bur that started inside tissue; otherwise it could not cut for a long time
+    // limits the energy debt (negative budget) of a bur that started in tissue; a large debt would long prevent cuts
     if (!in.scrapes) {
       const double h = settings.frame.voxel, owed = std::max(P::owed_volume, P::owed_voxels * h * h * h);
       budget = std::max(budget, -std::max(power * P::held_time, owed * in.specific_energy));

@@ -33,7 +33,7 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
     return std::min(over, beyond);
   }
   // The contact model "implant" limits the changes of its force itself, so they are not limited here. The exception is
-  // a drill that perforates the bone; its force changes as in older versions of the force laws.
+  // a drill that perforates the bone: its force is limited as in older versions of the force laws.
   const bool falls =
       glm::length(now.force + now.teeth_force) < glm::length(limits.last_force + limits.last_teeth_force);
   const bool perforates = falls && now.contact.holds_turn;
@@ -106,9 +106,9 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
 }
 
 /// Returns the fraction of the force that may stay, 0..1 (from version 8 of the force laws on). It is so small that the
-/// ledger can pay for the hand's whole retreat, and not only for the retreat in the next tick. The ledger's energy E
-/// allows at most the force √(2 k E), at which a spring of the stiffness k stores E. While the hand retreats by up to Δ
-/// per tick, passive_fraction() allows at most E / a, with a = Δ × margin. The result combines both limits, without a
+/// ledger can pay for the hand's whole retreat, and not only for that in the next tick. The ledger's energy E allows at
+/// most the force √(2 k E), at which a spring of the stiffness k stores E. While the hand retreats by up to Δ per tick,
+/// passive_fraction() allows at most E / a, a = Δ × PassivityLaw::margin. The result combines both limits without a
 /// step in value or slope: √(2 k E - k² a²) for E > k a², and E / a for smaller E. `at_stake`: J, for the whole force.
 double Servo::State::landing_fraction(const ContactTick& now, double at_stake) const noexcept {
   const Limits& l = limits;
@@ -122,7 +122,7 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
     // The hand is expected to retreat as fast as it advanced.
     const double ahead = std::max(at_stake / strength, l.law.margin * l.passivity.pace.most * settings.tick);
     most = paid > k * ahead * ahead ? std::sqrt(2 * k * paid - k * k * ahead * ahead) : paid / ahead;
-    // A force that rises while the hand retreats would give the hand energy that the ledger does not have.
+    // A force that rises while the hand retreats would give the hand more energy than the energy ledger has.
     if (paid < now.stored) {
       most = std::min(most, glm::length(l.last_force) + std::max(0.0, slew - P::retreat_weight * k * retreat));
     }
@@ -130,8 +130,8 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
     most = std::sqrt(2 * k * paid + P::unpaid_force * P::unpaid_force);
   }
   if (most >= strength) return 1;
-  // The force decreases to `most` without a step: its change is limited by the slew limit, or by the change that the
-  // hand's own motion causes.
+  // The force decreases to `most` without a step: the limit of its change is the larger of the slew limit and the
+  // change that the hand's own motion causes.
   const double allowed = std::max(slew, P::spring_tolerance * k * glm::length(now.moved)), excess = 1 - most / strength;
   return 1 - excess * largest_fraction(-excess * now.force, force_change(now), allowed);
 }

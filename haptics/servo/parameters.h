@@ -1,5 +1,5 @@
-// Parameters of the servo's steps, each with its unit and reason. The parameters of a contact method are in that
-// method's folder.
+// Parameters of the steps of a servo tick, each with its unit and reason. The parameters of a contact method are in
+// that method's folder.
 #pragma once
 
 #include <cstdint>
@@ -29,10 +29,10 @@ struct CuttingParameters {
   // s. A bur saves energy until it can remove a voxel, or until it touches tissue again. It can save at most (present
   // power × this time).
   static constexpr double budget_time = 0.5;
-  // s. This time replaces budget_time if the bur is at a wall, or if the hand draws an edge over the tissue.
+  // s; replaces budget_time if the bur is at a border to harder tissue, or if the hand draws an edge over the tissue
   static constexpr double held_time = 0.05;
-  // m³, when a tip breaks into tissue, at most this volume may be removed before the motor has done the work for
-  // it
+  // m³; a bur that breaks into tissue may remove at most this volume before its motor has done the work for the
+  // removal
   static constexpr double owed_volume = 8e-12;
   // number of voxels; owed_volume is at least the volume of this many voxels, because on a grid with voxels larger than
   // 0.1 mm, 8e-12 m³ would be less than eight voxels
@@ -48,13 +48,13 @@ struct CouplingParameters {
   static constexpr double tissue_slew = 4;  // N/s, largest force change caused by another tissue under the head
   static constexpr double damper_slew = 4;  // N/s, largest change of the damper's force when a tool cuts or fills
   static constexpr double teeth_slew = 4;   // N/s, largest change of the cutting edges' tangential force
-  // N/s, largest change of the normal force by all causes together; changes of the tissue and of the damper may use the
-  // part that the change of the depth does not use
+  // N/s, largest change of the normal force by all causes together; changes that come from the tissue and the damper
+  // may use the part that the change of the depth does not use
   static constexpr double waiting_slew = 16;
   // N/s, largest sum of all force changes; the force of the cutting edges may use the part that the other changes do
   // not use
   static constexpr double total_slew = 18;
-  // J, if the tissue under the head becomes stiffer, the coupling may store this energy, even if the energy ledger
+  // J; if the tissue under the head becomes stiffer, the coupling may store this energy, even if the energy ledger
   // holds less
   static constexpr double unpaid = 0.15e-3;
   // s, time constant with which the force fades without a snapshot, in version 1 of the force laws
@@ -74,7 +74,7 @@ struct LimitParameters {
   static constexpr double debt = 2e-9;
   // N, force that the coupling may always give, even if the energy ledger is empty
   static constexpr double unpaid_force = 0.1;
-  // Largest ratio of the coupling's force to the force that the energy in the energy ledger can pay for
+  // If the coupling's force exceeds the force that the ledger can pay for by this factor, the ledger limits it.
   static constexpr double unpaid_ratio = 2;
   // First version of the force laws in which a drilling tool meets tissue without force steps (landing_fraction in
   // limits.cpp)

@@ -55,7 +55,7 @@ struct ContactTick : TickData {
 /// Returns the passivity law for these settings. In a scene that is n times larger, with a coupling that is n times
 /// softer, the forces are equal. So the hand's expected motion and the credit of the energy ledger grow in proportion,
 /// up to the upper limit of the credit. With a real device, the law is not scaled, because a human hand has the same
-/// size in every scene, and the steps of the measured position are encoder counts.
+/// size in every scene, and the steps of the device's measured position are its encoder counts.
 PassivityLaw law_for(const ServoSettings& settings);
 
 /// Returns hardness 1 for all tissues: every tissue is as hard as its material.
@@ -114,10 +114,10 @@ struct Servo::State {
     double unfelt_for = 0;
     FrictionState friction;
     TipState tip;
-    double rate = 0;  // m/s, smoothed rate at which the depth changes
+    double rate = 0;  // m/s, smoothed rate at which the penetration depth changes
     VelocityEstimator
         depth_speed;        // estimates the rate of the depth for a quantised position, whose differences are noisy
-    double last_depth = 0;  // m, depth in the last tick
+    double last_depth = 0;  // m, penetration depth in the last tick
     dvec3 torque{0};        // N·m, torque before the limits
     dvec3 teeth_force{0};   // N, force of the cutting edges before the limits
     explicit Coupling(double position_step) : depth_speed(position_step, 1) {}
@@ -152,7 +152,7 @@ struct Servo::State {
   std::span<const Tool> tools;  // tools in the settings
   std::uint32_t in_hand = 0;
   std::unique_ptr<ContactModel> model;
-  const Snapshot* snapshot;  // snapshot of the model
+  const Snapshot* snapshot;  // tissue snapshot that the contact model uses
   double travel;             // m, distance that the tool may move before a new snapshot is due (travel() of the model)
   // true if the clearance must be queried in every tick (turns_matter() of the model, for the tool in the hand)
   bool turns_matter;
@@ -173,7 +173,7 @@ struct Servo::State {
   double free_speed() const noexcept { return tool().free_speed(settings.spindle.free_speed); }
   /// Mean material properties of the tissues under the head; 0 if there is no tissue.
   struct TissueMeans {
-    double stiffness = 0;  // N/m, scaled by the hardness
+    double stiffness = 0;  // N/m, mean stiffness, scaled by the hardness
     double static_friction = 0, dynamic_friction = 0;
     Tissue most = Tissue::kAir;  // the most frequent tissue
   };
@@ -244,7 +244,7 @@ struct Servo::State {
   double paid_fraction(const ContactTick& now) noexcept;
   /// Returns the change (N) of the force of tissue and cutting edges since the last tick.
   dvec3 force_change(const ContactTick& now) const noexcept;
-  /// Returns true if the limits apply that soften a drill's contact with tissue (force laws from version 8 on).
+  /// Returns true if a drill's contact with tissue is softened by further limits (force laws from version 8 on).
   bool lands(const ContactTick& now) const noexcept;
   double held_back(const ContactTick& now, double change) const noexcept;
   double landing_fraction(const ContactTick& now, double at_stake) const noexcept;

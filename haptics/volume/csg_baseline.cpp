@@ -14,7 +14,7 @@ struct CsgBaseline::Impl {
 };
 
 namespace {
-constexpr float kBand = 3;  // voxels, OpenVDB's default half width
+constexpr float kBand = 3;  // voxels, OpenVDB's default half width of the band of a level set
 }
 
 CsgBaseline::CsgBaseline(const DenseTissue& tissue) : impl_(std::make_unique<Impl>()) {

@@ -22,7 +22,7 @@ class LeafFront {
 
   struct Place {
     Leaf* leaf = nullptr;  // the leaf; null: the leaf was not examined yet
-    Kept* kept = nullptr;  // the copy of the leaf with which the present stroke can be undone; null: no stroke
+    Kept* kept = nullptr;  // copy of the leaf (8³ samples) with which the present stroke can be undone; null: no stroke
     bool cut = false;      // true if the leaf (8³ samples) was cut since it was first examined
     // the last mark (numbered state of the tissue, TissueVolume::mark) after which a write to the leaf was logged
     std::uint64_t logged = 0;
@@ -51,7 +51,7 @@ class LeafFront {
   }
 
  private:
-  // leaves (8³ samples); the window is larger than the sweep by this margin, so that it must be moved only rarely
+  // leaves (8³ samples); the stored box of leaves exceeds the sweep by this margin, so that it must rarely be moved
   static constexpr int kRoom = 2;
   static constexpr double kLongest =
       512;  // voxels, path length after which counting restarts; a float then resolves 6e-5

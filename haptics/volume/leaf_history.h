@@ -20,10 +20,10 @@ class LeafHistory {
 
   /// The leaf (8³ voxels) before the stroke, or the tile (one value for the whole leaf) that was at its position.
   struct Kept {
-    std::unique_ptr<Leaf> leaf;  // copy of the leaf; null: a tile was at this position
+    std::unique_ptr<Leaf> leaf;  // copy of the leaf; null: a tile (one value for all voxels) was at this position
     Value tile{};
     bool tile_on = false;
-    bool changed = false;  // true if the stroke wrote to the leaf; otherwise the copy is dropped
+    bool changed = false;  // true if the stroke wrote to the leaf; if not, the copy of the leaf is dropped
   };
   struct CoordHash {
     std::size_t operator()(const openvdb::Coord& c) const {

@@ -229,8 +229,8 @@ class LoosePieces::KnownBlocks {
     int first_part = 0, part_count = 0;  // range of the block's parts in parts_
     // indices of the neighbouring blocks over the six faces; -1: not known yet
     int beside[6] = {-1, -1, -1, -1, -1, -1};
-    bool one_part = false;  // true if all solid samples are known to be connected
-    Shape whole;            // valid only if `one_part`
+    bool one_part = false;  // true if all solid samples of the block are known to be connected
+    Shape whole;            // faces and size of the whole block; valid only if `one_part` is true
     SolidBits bits{};
   };
   struct Part {

@@ -46,7 +46,7 @@ class LoosePieces {
   void after_fill(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi);
   /// Must be called after an undo or redo, because any sample may have changed.
   void after_edit();
-  /// Returns the number of bodies at the start.
+  /// Returns the number of bodies (separate parts of the tissue) at the start.
   std::size_t bodies() const { return body_count_; }
   /// Must be called after `pieces` were removed from the volume.
   void removed(std::span<const TissuePiece> pieces);

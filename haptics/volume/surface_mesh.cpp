@@ -15,7 +15,7 @@ constexpr int kSteps = 3;           // number of Newton steps per vertex
 constexpr double kMostStep = 0.25;  // voxels, largest length of a Newton step
 
 /// Moves a vertex onto the surface by Newton's method along the gradient of the trilinear field. The mesher puts a
-/// vertex at the mean of a cell's crossings, and this mean is not on a curved surface.
+/// vertex at the mean of the points where the surface crosses a cell's edges; this mean lies beside a curved surface.
 template <class Accessor>
 openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
   using openvdb::tools::BoxSampler;
@@ -29,7 +29,7 @@ openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
       gradient[axis] = (value(p + off) - value(p - off)) / (2 * kDifference);
     }
     const double square = gradient.lengthSqr();
-    // Near its surface, a distance field has a larger gradient than this (|gradient|²). If the gradient is smaller, the
+    // Limit of |gradient|², which is about 1 in a distance field near its surface. If it is not above this limit, the
     // vertex is not moved.
     if (!(square > 0.04)) return p;
     openvdb::Vec3d step = -value(p) / square * gradient;
@@ -54,7 +54,7 @@ TissueMesh TissueVolume::extract_mesh() const {
   openvdb::tools::volumeToMesh(*v.distance, points, triangles, quads, 0.0, 0.0);
   TissueMesh mesh;
   mesh.vertices.reserve(points.size());
-  std::vector<openvdb::Vec3d> place(points.size());  // voxels, vertices on the zero set
+  std::vector<openvdb::Vec3d> place(points.size());  // voxels, positions of the vertices on the field's zero set
   const auto field = v.distance->getConstAccessor();
   for (std::size_t i = 0; i < points.size(); ++i) {
     place[i] = onto_surface(field, openvdb::Vec3d(points[i]));

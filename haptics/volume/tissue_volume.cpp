@@ -44,8 +44,8 @@ std::int32_t value_at(const DenseTissue& dense, std::size_t i) {
   return grid_value(dense.tissue[i], dense.hardness.empty() ? kOwnHardness : dense.hardness[i]);
 }
 
-/// If a leaf of n³ voxels lies inside the tissue, deeper than the band, and all its voxels have the same value, returns
-/// this value of the label grid. Otherwise returns nullopt.
+/// If a leaf of n³ voxels lies inside the tissue, deeper than the band of stored distances, and all its voxels have the
+/// same value, returns this value of the label grid. Otherwise returns nullopt.
 std::optional<std::int32_t> uniform_inside(const DenseTissue& dense, const glm::ivec3& lo, const glm::ivec3& end,
                                            int n) {
   if (end != lo + n) return std::nullopt;
@@ -73,7 +73,7 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
   const auto band_voxels = static_cast<float>(dense.band / dense.frame.voxel);
   v.make_grids(band_voxels);
 
-  // The conversion works leaf by leaf, so that no memory is allocated for voxels beyond the band.
+  // The conversion works leaf by leaf, so that no memory is allocated for voxels whose distances are not stored.
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
   const auto to_voxels = static_cast<float>(1 / dense.frame.voxel), band = static_cast<float>(dense.band);
   auto distance = v.distance->getAccessor();
@@ -480,7 +480,7 @@ std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
   for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {
     std::uint8_t rows[kLeafEdge * kLeafEdge];
     samples_within(leaf->buffer().data(), nearest, farthest, rows);
-    glm::ivec3 lo(INT_MAX), hi(INT_MIN);  // relative to the leaf's origin
+    glm::ivec3 lo(INT_MAX), hi(INT_MIN);  // box of these samples, relative to the leaf's origin
     std::uint32_t near = 0;               // bit z: a row of the leaf has a sample near the surface at z
     for (std::uint32_t row = 0; row < std::size(rows); ++row) {
       const std::uint32_t bits = rows[row] & leaf->getValueMask().getWord<std::uint8_t>(row);

@@ -28,7 +28,7 @@ constexpr double kFarthestOrigin = 100;  // m, largest legal absolute value of e
 // kLargestBox. The box of a tooth or jaw has 5 to 50 voxels per stored distance.
 constexpr double kSmallBox = 1e8, kBoxPerVoxel = 2000, kLargestBox = 1e9;
 
-/// Converts all distances, clamped to the band, between voxels and mm.
+/// Limits all distances to ± the band (largest stored distance), and converts them between voxels and mm.
 void rescale(openvdb::FloatGrid& grid, float factor) {
   const float band = grid.background();
   for (auto it = grid.beginValueAll(); it; ++it) it.setValue(std::clamp(*it, -band, band) * factor);

@@ -9,7 +9,7 @@ struct BedCriteria {
   // widen the bed
   bool fits = false;
   bool aligned = false;  // criterion 3: the tool's axis is aligned with the bed's axis
-  bool pushed = false;   // criterion 4: the force along the axis exceeds the threshold Parameters::enter_force
+  bool pushed = false;   // criterion 4: the force along the tool's axis exceeds the threshold Parameters::enter_force
 };
 
 enum class BedDecision { kStayFree, kEnterBed, kBeginBed };

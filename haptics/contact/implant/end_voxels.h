@@ -31,7 +31,7 @@ struct EndVoxels {
   std::vector<float> facing;
   std::vector<float> inverse_r;                 // 1/m, mean of 1/r over the voxel (ToolVoxel::inverse_r)
   std::vector<float> ability, inverse_ability;  // ability to drill, 0..1, and its reciprocal (0 for ability 0)
-  std::vector<float> r;                         // m, distance from the axis
+  std::vector<float> r;                         // m, distance of each voxel from the tool's axis
   std::size_t count = 0;                        // number of voxels without the padding
   // the area of the whole end divided by the area of the stored voxels: 1 / ToolVoxels::ahead_share
   double share = 1;

@@ -14,8 +14,8 @@ inline constexpr std::string_view kName = "implant";
 /// An implant bed: a hole in the bone, or the bore of a placed implant. SI, frame W.
 struct Bed {
   dvec3 entry_W{0};        // m, point where the bed's axis crosses the bone's surface
-  dvec3 axis_W{0, 0, -1};  // unit vector along the axis, from the surface to the bottom of the bed
-  double depth = 0;        // m, distance from the entry to the bottom
+  dvec3 axis_W{0, 0, -1};  // unit vector along the bed's axis, from the bone's surface to the bottom
+  double depth = 0;        // m, depth of the bed, from its entry to its bottom
   double radius = 0;       // m, radius of the widest tool that has widened the bed
   double tapped = 0;       // m, length of the thread that was cut into the wall, measured from the entry; 0: no thread
   bool bore = false;       // true: the bed is the bore of a placed implant
@@ -41,7 +41,7 @@ struct Parameters {
   double loose = 0.75e-3;
   // rad (10 degrees), largest angle between the axes of tool and bed at which the tool may enter
   double axis_tolerance = 0.175;
-  double enter_force = 0.3;  // N; criterion 4 requires that the force along the axis is larger than this
+  double enter_force = 0.3;  // N; criterion 4 requires that the force along the tool's axis is larger
   // m; hysteresis: the tool leaves the bed only when its tip is this far outside the entry
   double leave = 0.3e-3;
   double least_depth = 0.5e-3;  // m, smallest depth of a bed; a shallower hole does not count as a bed
@@ -53,8 +53,8 @@ struct Parameters {
   double turn_slew = 0.5;
   double sliding_drag = 2;  // N·s/m, viscous friction of a tool that slides in the bed
   double steps = 1;         // largest advance per tick in voxels of the tissue (Zhao 2020, eq. 9)
-  // true: eq. (7) of Zhao 2020 as printed; a tool then does not move in a bed without an obstacle. false: the corrected
-  // equation (README.md).
+  // true: eq. (7) of Zhao 2020 as printed; a tool in a bed then moves only if there is an obstacle. false: the
+  // corrected equation (README.md).
   bool as_printed = false;
   // Hounsfield units, grey values of the tissues with the hardness 1
   double cortical_grey = 1650, cancellous_grey = 1250, tooth_grey = 3000, metal_grey = 10000,

@@ -21,7 +21,7 @@ constexpr double kSeated = 0.05e-3;
 // Fraction of the motor's stall torque. Up to (1 - this fraction) × stall torque, the motor has its full speed; above,
 // the speed decreases linearly to zero at the stall torque.
 constexpr double kSpeedHeldUpTo = 0.1;
-constexpr double kTorqueTime = 4e-3;  // s, time constant of the low-pass filter for the torque about the axis
+constexpr double kTorqueTime = 4e-3;  // s, time constant of the low-pass filter for the torque about the tool's axis
 // m, distance between the samples along a bed's axis by which the depth of the bed is measured
 constexpr double kAcross = 0.05e-3;
 
@@ -42,7 +42,7 @@ ImplantModel::ImplantModel(const ServoSettings& settings, const Parameters& para
   beds_.reserve(kMostBeds);
   for (const Tool& tool : tool_set(settings)) {
     voxels_.push_back(tool.implant ? make_tool_voxels(tool, parameters.tool_voxel, parameters.layers) : ToolVoxels{});
-    // Older versions of the force laws evaluate every voxel of the end separately.
+    // Older versions of the force laws evaluate every voxel of the tool's end separately.
     ends_.emplace_back(voxels_.back(), settings.laws >= kLawsOfCoarseEnd ? voxel() : 0);
   }
   law_.laws = settings.laws;
@@ -321,7 +321,7 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
   out.area = look_.engaged;
 }
 
-/// Returns the displacement of a drill or a gauge along the axis in this tick, in m.
+/// Returns the displacement of a drill or a gauge along the bed's axis in this tick, in m.
 double ImplantModel::advance(const ContactInput& in, const Bed& bed, double wanted, Contact&) noexcept {
   // The tool does not cut until its tip is on the bed's axis; otherwise the entry would become oval.
   const bool cuts = tool_cuts(in) && glm::length(offset_) < kAtPlace && turn_ == dquat(1, 0, 0, 0);
@@ -509,7 +509,7 @@ void ImplantModel::feel(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   // This model does not compute the normal forces of the bed's wall. So the only torque that it reports is the torque
-  // about the axis.
+  // about the tool's axis.
   out.turns_tool = true;
   out.unit = voxel();
   out.count = out.own = 2;

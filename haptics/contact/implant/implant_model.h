@@ -82,7 +82,7 @@ class ImplantModel final : public offset::OffsetModel {
   // For each tissue and each hardness byte: the torque of a thread relative to reference bone, (grey value /
   // reference)^exponent.
   std::array<std::array<double, 256>, kTissueCount> thread_resistance_{};
-  std::array<dvec3, 12> around_thread_;  // unit vectors in T, perpendicular to the axis and evenly spaced around it
+  std::array<dvec3, 12> around_thread_;  // unit vectors in T, perpendicular to the tool's axis, evenly spaced around it
   std::vector<Bed> beds_;
   static constexpr std::size_t kMostBeds = 64;
 
@@ -95,13 +95,13 @@ class ImplantModel final : public offset::OffsetModel {
   dquat last_R_hand_{1, 0, 0, 0};
   Motion motion_ = Motion::kFree;
   EndLook look_;         // result of look_ahead() in this tick: force and obstacles in front of the tool's end
-  double torque_ = 0;    // N·m, low-pass filtered torque about the axis
+  double torque_ = 0;    // N·m, low-pass filtered torque about the tool's axis
   bool seated_ = false;  // true if the implant has reached its final position and stays in the bone
   bool placed_ = false;  // true if the implant was placed in the bone; the hand then holds no tool
 
   // Jump of the tool's pose when the tool last entered or left a bed. It is added to the pose and fades to zero, so
   // that the pose changes gradually.
-  dvec3 offset_{0};  // m, translation of this jump
+  dvec3 offset_{0};  // m, translation of the jump of the tool's pose
   dquat turn_{1, 0, 0, 0};
   Pose last_;              // pose of the tool in the last tick
   bool blended_ = false;   // true if the fading jump (offset_, turn_) was not yet zero in the last tick

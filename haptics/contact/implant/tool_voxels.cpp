@@ -22,7 +22,7 @@ constexpr double kWithin = 0.05;
 // if the cosine of the angle between the normals on and below the surface is smaller than this, the rim is sharp
 constexpr double kSmooth = 0.97;
 
-/// Returns the mean of 1/r over the square cross-section of a voxel, perpendicular to the axis.
+/// Returns the mean of 1/r (r: distance from the tool's axis) over a voxel's square section across the axis.
 double mean_inverse_r(double x, double y, double edge) {
   const double r = std::hypot(x, y);
   if (r > kNear * edge) return 1 / r;

@@ -67,7 +67,7 @@ class HeadLister {
   /// A face near the head.
   struct NearFace {
     std::uint32_t face = 0;
-    double longest = 0;  // m, its longest edge
+    double longest = 0;  // m, length of the longest edge of the face
   };
 
   void list_points(const TriangleGrid& grid, const vertex::VertexHead& head, HeadPoints& list) noexcept;

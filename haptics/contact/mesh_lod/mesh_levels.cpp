@@ -26,7 +26,7 @@ constexpr std::size_t kFewestVertices = 64;  // smallest number of vertices of a
 // Limit of the number of attempts. Each attempt simplifies to another number of triangles, to get the requested number
 // of vertices.
 constexpr int kTries = 8;
-constexpr double kNear = 0.005;  // relative tolerance of the resulting number of vertices
+constexpr double kNear = 0.005;  // tolerance of the number of vertices, relative to the requested number
 
 #ifdef TYPODONT_MESHOPTIMIZER
 /// Function type of meshopt_simplify.

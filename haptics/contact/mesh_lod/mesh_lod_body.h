@@ -63,7 +63,7 @@ class MeshLodBody final : public TissueBody {
   std::vector<std::optional<vertex::VertexHead>> heads_;  // for each tool whose whole head has contact: its head
   std::unique_ptr<HeadLister> lister_;                    // lists contact points; null if no tool has head contact
   std::uint32_t tool_ = MeshSnapshot::kNoTool;            // the tool that made the last cut
-  Pose X_W_;                                              // pose of this tool after the last cut
+  Pose X_W_;                                              // pose of the tool `tool_` after the last cut
 };
 
 /// Returns the distance that a tool may move before the next snapshot is due, m.

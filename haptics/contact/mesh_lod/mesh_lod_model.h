@@ -25,7 +25,7 @@ class LevelBySpeed {
   void reset() noexcept { fresh_ = true; }
 
  private:
-  std::vector<double> speeds_;  // m/s, speeds at which the level changes
+  std::vector<double> speeds_;  // m/s, speeds of the hand at which the level of detail changes
   double hysteresis_;
   double speed_ = 0;  // m/s, low-pass filtered speed of the hand
   bool fresh_ = true;

@@ -19,16 +19,16 @@ constexpr double kLeastReach = 5e-6;  // m, smallest distance from the ball with
 // steps
 constexpr double kMostReach = 0.3e-3;
 constexpr double kAhead = 1.1;  // ratio of the search distance for faces to the expected displacement of the ball
-// m, largest displacement for which collected faces are reused; the width of a grid cell is a second limit
+// m, largest displacement of the ball for which collected faces are reused; the width of a grid cell is a second limit
 constexpr double kMostKept = 0.3e-3;
 // Upper limit of the search distance for faces while a bur is in its own cut, as a ratio to the bur's radius.
 constexpr double kReachInCut = 0.5;
-// largest displacement for which collected faces are reused in the bur's own cut, as a ratio to the bur's radius
+// largest displacement for which a bur in its own cut reuses the collected faces, as a ratio to the bur's radius
 constexpr double kKeptInCut = 0.15;
 constexpr double kLeastInCut = 50e-6;  // m, lower limit of the search distance for faces while a bur is in its own cut
 // ratio of the next search distance to the length of the last step; it is small, because the steps become shorter
 constexpr double kNextReach = 0.25;
-constexpr int kCollectedPerTest = 4;  // number of faces that are collected in the time of one test
+constexpr int kCollectedPerTest = 4;  // number of faces that are collected in the time that the test of one face takes
 // m, rounding tolerance: a face that rises above another face's plane by at most this needs no plane of its own
 constexpr double kBelow = 1e-11;
 // m, rounding tolerance in float precision for the test whether a face lies below another face's plane

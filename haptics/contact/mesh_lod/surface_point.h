@@ -71,7 +71,7 @@ class SurfacePoint final : public SurfaceContact {
   // true after a wall has yielded: all walls are ignored until the contact is on the harder tissue `beyond_`
   bool behind_ = false;
   Tissue beyond_ = Tissue::kAir;  // the harder tissue of the wall that yielded
-  // Indices and boxes of the collected faces, with one array per coordinate.
+  // Indices and boxes of at most kMostNear collected faces, with one array per coordinate; kBatch: faces per vector.
   static constexpr int kMostNear = 4096, kBatch = 8;
   // largest numbers of collected faces and of planes in versions of the force laws before 12
   static constexpr int kMostNearBefore12 = 2048, kMostPlanesBefore12 = 1024;

@@ -31,10 +31,10 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   return target + lag;
 }
 
-/// Returns the largest allowed distance of the proxy's new position from the point start + `shift`, which the proxy
-/// would reach if it were rigidly connected to the hand. Usually the result is `pace`. If all positions along `step`
-/// are farther from that point, the result is slightly more than the smallest of their distances. So a head that is
-/// stuck in its hole can sink even while the hand moves fast sideways.
+/// The proxy would reach the point start + `shift` if it were rigidly connected to the hand. Returns the largest
+/// allowed distance of its new position from this point. Usually the result is `pace`. If even the nearest position
+/// along `step` is farther away than `pace`, the result is slightly more than the distance of that position. So a head
+/// that is stuck in its hole can sink even while the hand moves fast sideways.
 double farthest(const dvec3& step, const dvec3& shift, double pace) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -257,9 +257,9 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
   return Advance::kOn;
 }
 
-/// Finds the contacts at p.c. Existing contacts are reused while the head has moved only a little. Two kinds of
-/// contacts are always searched again, because their exact planes are refined from approximate planes: a single contact
-/// with an exact plane, and contacts around a rim.
+/// Finds the contacts of the head at its present centre, p.c. Existing contacts are reused while the head has moved
+/// only a little. Two kinds of contacts are always searched again, because their exact planes are refined from
+/// approximate planes: a single contact with an exact plane, and contacts around a rim.
 void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_free) noexcept {
   const dvec3& c = step_.c;
   const bool ball = tool().shape == HeadShape::kSphere;

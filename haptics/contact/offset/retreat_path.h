@@ -32,14 +32,14 @@ class RetreatPath {
 
  private:
   static constexpr std::size_t kMost = 512;
-  static constexpr double kSpacing = 0.5;  // voxels, smallest distance between two successive points
+  static constexpr double kSpacing = 0.5;  // voxels, smallest distance between two successive points of the path
   // voxels; two points nearer to each other than this count as the same place
   static constexpr double kSamePlace = 0.7;
   // voxels; if the distance between two successive points is larger than this, a new path starts
   static constexpr double kLeap = 8;
 
   std::vector<dvec3> points_;
-  double longest_ = kSpacing;  // voxels, largest distance between two successive points
+  double longest_ = kSpacing;  // voxels, largest distance between two successive points of the path
 };
 
 }  // namespace typodont::haptics::offset

@@ -82,7 +82,7 @@ void DepthField::smooth_labels() {
 
 // Finds for every voxel the closest point on the tissue's surface or on a border between tissues. The closest points
 // are passed from voxel to voxel (Danielsson 1980). In that paper a closest point is a voxel; here it may lie between
-// voxels. The distances in the field cannot be used, because they are exact only in the field's band and not near cuts.
+// voxels. The distances in the field cannot be used, because they are not exact far from the surface and near cuts.
 void DepthField::find_closest_points(double band) {
   std::vector<glm::vec3> way(depth_.size());  // vector from each voxel to its closest point
   std::vector<float> far2(depth_.size(), kUnknown);

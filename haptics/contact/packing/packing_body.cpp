@@ -178,8 +178,8 @@ void PackingBody::take_out_pieces(const Cut& cut) {
       spheres_.set(i, taken_by_ball(before.back(), r));
     }
     // When a detached sphere is removed from the field, the gaps around it are removed too, up to the spheres that
-    // stay. If the sphere was cut before, tissue that stays may lie closer to it than the gaps reach, so a smaller part
-    // of the gaps is removed.
+    // stay. For a sphere that was cut before, a smaller part of the gaps is removed, because tissue that stays may lie
+    // nearer than the gaps reach.
     for (std::size_t k = 0; k < piece.size(); ++k) {
       const dvec3 c = before[k].center();
       const double r = before[k].radius(), whole = packing_.radius[static_cast<std::size_t>(piece[k])];

@@ -30,8 +30,8 @@ struct Parameters {
   // the contact area (for reaming); false: it uses the normalised density ρ̂.
   bool by_contact = false;
   double epsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the estimate of the tissue's surface
-  // density of each tissue relative to dentin; a negative value means the ratio of the tissue's specific energy to that
-  // of dentin
+  // density of each tissue relative to dentin; if it is negative, the ratio of the tissue's specific energy to that of
+  // dentin is used
   PerTissue density = given();
   std::filesystem::path material;              // file with the result of a material fit (paper S2, eq. 14)
   std::optional<std::uint64_t> material_hash;  // hash of the tissue for which the material was fitted
@@ -81,9 +81,9 @@ struct CutBuffers {
 };
 
 /// Removes the tissue that the tool's head covers on its motion from A to B. Servo and carver both call this function,
-/// so their tissues stay equal bit by bit. Calls keep(place, sphere before) for each sphere that changes. near(t,
-/// places) must list in `places` the tissue spheres that head sphere t can touch on its motion, as indices in the
-/// tree's order, and return their number.
+/// so their tissues stay equal bit by bit. Calls keep(index, sphere before the cut) for each sphere that changes.
+/// near(t, places) must list in `places` the tissue spheres that head sphere t can touch on its motion, as indices in
+/// the tree's order, and return their number.
 template <class Near, class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Near&& near, Keep&& keep) noexcept(noexcept(keep(Place{}, CutSphere{}))) {

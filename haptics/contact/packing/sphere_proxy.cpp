@@ -21,7 +21,7 @@ constexpr int kStuck = 8;
 // largest number of contacts of the non-cutting parts that are searched in one cut
 constexpr int kSlides = 6;
 constexpr int kRounds = 60;         // largest number of iterations in one projection onto the contact planes
-constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projection
+constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projection onto the contact planes
 // m, tolerance: the proxy has reached its goal if the remaining displacement is smaller than this
 constexpr double kArrived = 1e-10;
 // rad, largest rotation in one step; the chord of the step then deviates from the arc by less than 5e-5 of the reach
@@ -29,7 +29,7 @@ constexpr double kLargestTurn = 0.02;
 constexpr double kMargin = 60e-6;          // m, smallest mean margin (range) of the Verlet lists of a tool sphere
 constexpr double kLargestMargin = 300e-6;  // m, largest mean margin (range) of the Verlet lists of a fast tool sphere
 constexpr double kAhead = 3;               // ratio of a Verlet list's margin to the tool sphere's motion per tick
-// m, search distance for the nearest sphere if no sphere lies within the margin
+// m, search distance for the nearest sphere if no sphere lies within the margin of a Verlet list
 constexpr double kLook = 2e-3;
 constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of a distance; it is added to all bounds
 // This factor makes a motion slightly longer, so that contacts exactly at its end are found.
@@ -50,7 +50,7 @@ constexpr double kReduced = 0.8;       // if a Verlet list would be too long, it
 constexpr double kLargestPrepared = 0.5e-3;  // m, largest mean margin of a Verlet list that is made in advance
 constexpr double kTicksAhead = 10;           // ratio of margin to motion per tick, for Verlet lists made in advance
 constexpr std::size_t kLeavesATick = 320;    // smallest number of leaves of the sphere tree that one tick searches
-// if a near list (tissue spheres near a tool sphere) is too long for its memory, the next try is after so many searches
+// if a near list (spheres near a tool sphere) is too long for its memory, it is made again after this many searches
 constexpr int kNotAgain = 64;
 
 /// Returns the mean margin of a long list of spheres near a tool sphere. `way`: motion of the tool sphere per tick, m.
@@ -485,7 +485,7 @@ std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept 
 
 void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept {
   std::size_t at = contact_of(tool_sphere, sphere);
-  if (at == kMostContacts) {  // if the array of contacts is full, the new contact replaces that with the smallest push
+  if (at == kMostContacts) {  // if the array of contacts is full, the new one replaces the one with the smallest push
     at = 0;
     for (std::size_t k = 1; k < count_; ++k) {
       if (constraints_[k].multiplier < constraints_[at].multiplier) at = k;

@@ -203,7 +203,7 @@ class SphereProxy {
 
   ToolSpheres tool_;
   ProxyOptions options_;
-  double lever_;  // m, lever arm that converts rotations to lengths
+  double lever_;  // m, lever arm that converts rotations (rad) to lengths in project()
   Pose X_W_, X_WH_;
   std::array<ProxyContact, kMostContacts> contacts_;
   std::array<Constraint, kMostContacts> constraints_;

@@ -190,8 +190,8 @@ void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r)
   D8 before, after;
   counted_lanes(base_radius, base_volume, overlap, tool, before);
   counted_lanes(base_radius, base_volume, deepest, zero + r, after);
-  // Distance by which the cut sphere protrudes from the sphere before the cut. Half of the overlap is the length by
-  // which a sphere has moved and by which its radius has become smaller.
+  // Computes the distance by which the new sphere protrudes from the sphere before the cut. A cut with an overlap moves
+  // the base sphere by half of the overlap and reduces its radius by the same length.
   const D8 half = 0.5 * overlap, new_half = 0.5 * deepest, rest = base_radius - half, new_rest = base_radius - new_half,
            moved_x = new_half * to_x - half * away_x, moved_y = new_half * to_y - half * away_y,
            moved_z = new_half * to_z - half * away_z;
@@ -254,8 +254,8 @@ void SphereTissue::set(int i, const CutSphere& s) noexcept {
   tree_.mend_above(tree_.place_of(i));
 }
 
-/// Updates the tree's boxes above a sphere that make() has changed. Most cuts only widen the boxes, which is faster
-/// than making them exact.
+/// Updates the tree's boxes above a sphere that make() has changed. After most cuts, the boxes are only widened, which
+/// is faster than making them exact.
 void SphereTissue::renew_boxes(Place place) noexcept {
   if ((made_ + static_cast<std::size_t>(place) / SphereTree::kWide) % kExactEvery == 0) {
     tree_.mend_above(place);

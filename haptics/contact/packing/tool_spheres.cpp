@@ -115,22 +115,22 @@ class Rings {
   std::size_t sum(int i, int j) const { return static_cast<std::size_t>(j * (kCells + 1) + i); }
   double rho(int i) const { return i * side_; }
   double z(int j) const { return bottom_ + j * side_; }
-  /// Returns the volume that a node at the distance i · side_ from the axis represents as a ring, in units of 2π
-  /// side_³.
+  /// Returns the volume of the ring around the axis that a grid node at the distance i · side_ from the axis
+  /// represents, in units of 2π side_³.
   static double weight(int i) { return i > 0 ? i : 0.125; }
   void add_up(int level) {
     for (int i = 0; i < kCells; ++i) {
       open_[sum(i + 1, level)] = open_[sum(i, level)] + (covered_[node(i, level)] ? 0 : weight(i));
     }
   }
-  /// Returns the number of spheres in the ring through the node (i, j); 0 if the node is outside the head.
+  /// Returns the number of spheres in the ring through the grid node (i, j); 0 if the node is outside the head.
   std::size_t in_ring(int i, int j) const {
     const double r = room_[node(i, j)];
     if (!(r > 0)) return 0;
     return i > 0 ? std::max<std::size_t>(3, static_cast<std::size_t>(std::ceil(2 * kPi * rho(i) / (kRingStep * r))))
                  : 1;
   }
-  /// Calls f(level, first node, end node) for each level (nodes at one height) that the ring through the node (i, j)
+  /// Calls f(level, first node, end node) for each level (nodes at one height) that the ring through grid node (i, j)
   /// covers. The cross-section is taken midway between two spheres of the ring, where the ring is thinnest.
   template <class F>
   void each_level(int i, int j, F&& f) const {
@@ -143,7 +143,7 @@ class Rings {
       f(j + dj, std::max(0, i - di), std::min(kCells, i + di + 1));
     }
   }
-  /// Returns the volume that the ring through the node (i, j) covers and that no earlier ring covers.
+  /// Returns the volume that the ring through the grid node (i, j) covers and that no earlier ring covers.
   double covers(int i, int j) const {
     double gain = 0;
     each_level(i, j, [&](int level, int from, int to) { gain += open_[sum(to, level)] - open_[sum(from, level)]; });
@@ -156,11 +156,11 @@ class Rings {
     });
   }
 
-  double side_;                        // m, distance between two nodes
-  int levels_;                         // number of levels of nodes along the axis
-  double bottom_;                      // m, height of the first node level
-  std::vector<double> room_;           // m, for each node: its depth below the surface of the head
-  std::vector<std::uint8_t> covered_;  // for each node: true if it is outside the head or inside a ring
+  double side_;                        // m, distance between two neighbouring nodes of the grid
+  int levels_;                         // number of levels of grid nodes along the axis
+  double bottom_;                      // m, height of the first level of grid nodes
+  std::vector<double> room_;           // m, for each grid node: its depth below the surface of the head
+  std::vector<std::uint8_t> covered_;  // for each grid node: true if outside the head or inside a ring
   std::vector<double> open_;           // for each level: cumulative sums of the uncovered volume, from the axis out
   double enough_ = 0;
 };

@@ -169,7 +169,7 @@ class ActiveSet {
   int count_ = 0;  // number of active planes
   int index_[3];
   dvec3 n_[3];
-  double push_[3];  // push of each active plane, in the unit of x
+  double push_[3];  // push of each active plane: the displacement that it causes, in the unit of x
 };
 
 }  // namespace typodont::haptics

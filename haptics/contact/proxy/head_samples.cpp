@@ -196,7 +196,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     batches += any_of(coarse < P::examined + 0.87f);
   }
 
-  // Step 1: moves each sample onto the surface.
+  // Step 1: moves each sample onto the tissue's surface.
   for (int b = 0; b < batches; ++b)
     sample_eight(field, w.qx[b], w.qy[b], w.qz[b], w.value[b], w.gx[b], w.gy[b], w.gz[b]);
   F8 area = {}, area_x = {}, area_y = {}, area_z = {}, least = {};
@@ -242,7 +242,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     close_batches += any_of(close);
   }
 
-  // Step 2, made twice: moves each point along the surface towards the head while the gap decreases.
+  // Step 2, made twice: moves each point along the tissue's surface towards the head while the gap decreases.
   for (int b = 0; b < close_batches; ++b) {
     F8 x = w.x[b], y = w.y[b], z = w.z[b];
     const F8 nx = w.nx[b], ny = w.ny[b], nz = w.nz[b];

@@ -20,10 +20,10 @@ void held_by(const ContactSet& set, const ActivePlanes& active, HeldBy& held) no
 /// The result is the initial guess for nearest_allowed().
 ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept;
 
-/// Computes the position p of the head's centre that is nearest to `target` and satisfies n_i·(p - c) ≥ -(gap_i +
-/// overlap + slack yields_i) for all contact planes i, where c is the present centre. If no such position exists (a
-/// head that is wedged in its own slot), the planes that the head overlaps only prevent a deeper overlap. `active`: on
-/// entry, a guess of the active planes in the same search, or none; on return, the active planes.
+/// Computes the position p of the head's centre nearest to `target` with n_i·(p - c) ≥ -(gap_i + overlap + slack ·
+/// yields_i) for all contact planes i. c: present centre; `overlap`: allowed overlap; `slack`: depth of a cut; voxels.
+/// If there is no such position (the head is wedged in its own slot), the planes that it overlaps only prevent a deeper
+/// overlap. `active`: on entry, a guess of the active planes in this search, or none; on return, the active planes.
 dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double slack, const dvec3& target,
                       ActivePlanes& active) noexcept;
 

@@ -12,7 +12,7 @@ struct OffsetQueryParameters {
   // Tolerance of the gradient's length, which is 1 near a single smooth wall.
   static constexpr double gradient_tolerance = 2e-4;
   static constexpr double depth_below = 3;  // voxels, smallest thickness of the tissue below the contact point
-  // Voxels; up to this height above the ball's centre, no other wall may be nearer than the wall of the contact.
+  // Voxels; up to this height above the ball's centre, the wall of the contact must be the nearest wall.
   static constexpr double height_above = 3.5;
 };
 
@@ -102,7 +102,7 @@ struct SharpEdgeParameters {
   static constexpr double depth_clean = 4.5;
   // voxels; a face is used only if the tissue below it is at least this deep
   static constexpr double depth_least = 3.7;
-  static constexpr double depth_tolerance = 0.05;  // voxels, tolerance of the depth of the tissue below a face
+  static constexpr double depth_tolerance = 0.05;  // voxels, tolerance of the field's depth at a point below a face
   // If the cosine between the normals of two faces is larger than this, the second face is a duplicate of the first and
   // is not stored.
   static constexpr double alike = 0.98;
@@ -110,14 +110,14 @@ struct SharpEdgeParameters {
   static constexpr double same_face = 1e-5;
   // voxels, tolerance: a face may protrude over the plane of another face by this much
   static constexpr double convex = 0.02;
-  // Voxels, tolerance of the difference between the computed distance to the solid and the field's distance.
+  // Voxels, tolerance of the difference between the distance to the solid that the faces enclose and the field.
   static constexpr double agrees = 0.05;
-  static constexpr double farther = 1.5;  // voxels; the wall of a groove must continue over this distance
+  static constexpr double farther = 1.5;  // voxels; a groove's wall must continue by this much away from the bottom
   // tolerance of 1 - cosine between the normals at two points of a groove's wall
   static constexpr double flat = 1e-10;
   // Voxels, tolerance of the offset between the planes at two points of a groove's wall; it covers rounding to floats.
   static constexpr double flat_distance = 2e-5;
-  static constexpr int misses = 6;  // largest number of directions in which no wall of a groove is found
+  static constexpr int misses = 6;  // with more directions without a groove's wall, the search fails
   // Voxels. Interpolation fills the bottom of a groove. The largest depth of the filled part is this length times |n1 -
   // n2|, where n1 and n2 are the normals of the walls.
   static constexpr double filled = 0.15;

@@ -15,7 +15,7 @@ constexpr int kMostFaces = FlatWalls::kMost;
 
 struct Face {
   dvec3 x{0}, n{0};    // x: point on the face; n: outward normal of the face
-  bool clean = false;  // true if no other face is near
+  bool clean = false;  // true if no other face is near this face
 };
 
 /// Moves `x` onto the nearest face. Returns false if the field there does not belong to a plane.
@@ -85,8 +85,8 @@ struct Faces {
   }
   double above(int i, const dvec3& p) const noexcept { return glm::dot(face[i].n, p - face[i].x); }
 
-  /// Computes the point of the enclosed solid that is nearest to c. It lies on a face, on the line where two faces
-  /// meet, or at the point where three faces meet.
+  /// Computes the point nearest to c of the solid that the faces enclose. It lies on a face, on the line where two
+  /// faces meet, or at the point where three faces meet.
   bool nearest(const dvec3& c, dvec3& p) const noexcept {
     double least = 1e300;
     for (unsigned which = 1; which < (1u << count); ++which) {

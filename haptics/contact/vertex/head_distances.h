@@ -89,7 +89,7 @@ class HeadDistances {
   std::size_t known_ = 0;         // number of points
   std::size_t computed_ = 0;      // number of points whose distances were computed since count_anew()
   Pose known_at_;                 // pose of the head
-  // m, frame T: positions of the points, and directions in which the distances increase
+  // m, frame T: positions p of the points, their distances d, and unit vectors g in which the distances increase
   std::vector<float> p_x_, p_y_, p_z_, d_, g_x_, g_y_, g_z_;
 };
 

@@ -160,7 +160,7 @@ bool MeshCutter::covers(const KnownFaces& known) const noexcept {
 /// Continues to gather the faces near the head, from the faces of an earlier search (`known`) or from the mesh, until
 /// the allowed effort is used up. Returns true if all faces are gathered.
 bool MeshCutter::gather_in_part(const EditableMesh& mesh, const KnownFaces& known) noexcept {
-  if (takes_known_ && known.number != known_) {  // other faces are known now
+  if (takes_known_ && known.number != known_) {  // the list of known faces was replaced
     begin_search(head_, margin_);
     takes_known_ = covers(known), known_ = known.number;
     at_ = 0;

@@ -47,14 +47,14 @@ struct CutParameters {
   static constexpr double least_area = 1e-6;
   // first version of the servo's force laws in which an edge next to a face of bad shape may be collapsed
   static constexpr std::uint32_t laws_of_bad_faces = 11;
-  // First version with these rules: a vertex that cannot leave the head is merged even if this makes edges longer than
-  // `longest`. A face that faces the nearest point of the head is not tested for intersection. The search for the faces
-  // near the head is divided between ticks. `most_faces` limits the number of faces near the head.
+  // First version of the force laws with these rules: a vertex that cannot leave the head is merged even if this makes
+  // edges longer than `longest`. A face that faces the nearest point of the head is not tested for intersection. The
+  // search for the faces near the head is divided between ticks. `most_faces` limits the number of faces near the head.
   static constexpr std::uint32_t laws_12 = 12;
   // longest edge, in target edge lengths, after a vertex was merged into a neighbour; the next cut splits it
   static constexpr double longest_merged = 2;
-  // Since version 12: edges are split only while the number of faces near the head, divided by the number of faces of
-  // this edge length on the head's surface, is below this ratio. A usual cut reaches a ratio of about two. More faces
+  // Since version 12: edges are split only while the number of faces near the head is below this ratio × the number of
+  // faces of the target edge length that cover the head's surface. A usual cut reaches a ratio of about two. More faces
   // collect only at the rim of a membrane, where each split would be followed by others.
   static constexpr double most_faces = 4;
   // m, tolerance: a vertex that overlaps the head by less than this counts as on its surface
@@ -88,7 +88,7 @@ inline constexpr Effort kNoLimit = std::numeric_limits<Effort>::max();
 struct KnownFaces {
   std::span<const mesh::Index> faces;  // contains at least all faces within the distance `within` of the head at X_W
   Pose X_W;
-  double within = 0;         // m; 0: no faces are known
+  double within = 0;         // m, distance from the head within which all faces are known; 0: no faces are known
   std::uint64_t number = 0;  // identifies the list: two different lists have different numbers
 };
 

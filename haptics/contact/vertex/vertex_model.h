@@ -26,13 +26,13 @@ struct FeelParameters {
   static constexpr double most_aside = 0.25;
   // N/s, largest rate of change of a bur's force while the hand does not move; `ease_before`: before force laws 12
   static constexpr double ease = 6.5, ease_before = 15;
-  // Shortest displacement of the head that is cut in one step, as a ratio to the edge length. Shorter displacements are
-  // collected; otherwise every tick would cut.
+  // Shortest displacement of the head that is cut in one step, as a ratio to the edge length of the mesh. Shorter
+  // displacements are collected; otherwise every tick would cut.
   static constexpr double sweep = 0.04;
   // Shortest displacement that is cut in one step by an edge that the hand draws without rotation, as a ratio to the
   // edge length of the mesh. It is very short, because a dragged edge stores little energy.
   static constexpr double scrape = 2e-5;
-  // longest displacement of the head that is cut in one step, as a ratio to the edge length
+  // longest displacement of the head that is cut in one step, as a ratio to the edge length of the mesh
   static constexpr double stride = 0.5;
   // In one tick, the cutting edge of a hand instrument advances by less than the height differences between
   // neighbouring vertices. So it meets only a fraction of the area that the springs represent. The model measures this
@@ -129,7 +129,7 @@ class VertexModel final : public ContactModel {
     dvec3 force{0}, torque{0};  // sums of force (N) and torque (N·m), each multiplied by the vertex's area (m²)
     double area = 0;            // m², area that the vertices represent
     double across = 0;   // m², area that the vertices represent, projected along the pull (from the head to the hand)
-    double sum = 0;      // N·m², sum of the magnitudes of the forces
+    double sum = 0;      // N·m², sum of (area × magnitude of the force) over the vertices
     double weight = 0;   // m³, sum of (area × depth) over the vertices in contact
     PerTissue tissue{};  // m³, sum of (area × depth) over the vertices in contact, for each tissue
     int count = 0;
@@ -211,7 +211,7 @@ class VertexModel final : public ContactModel {
     bool stayed = false;  // true if vertices stayed inside the head in the previous cut
     std::uint32_t tool = 0;
     Pose from, to;
-    double estimated = 0;  // m³, volume that was expected when the cut began
+    double estimated = 0;  // m³, removed volume that was expected when the cut began
     CutDone done;
     bool finished = false;  // true if the mesh has been cut
     bool lists = false;     // true if the new list of points has been begun

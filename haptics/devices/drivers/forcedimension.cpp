@@ -123,7 +123,7 @@ class ForceDimensionDevice : public HapticDevice {
     id_ = static_cast<char>(opened);
     info_ = describe(api_, id_, address, rate);
     if (which < kMost) use_.is(found(which, info_));
-    info_.vibration_band = 250;     // Hz, our low estimate for stiff arms whose controller runs at 4 kHz
+    info_.vibration_band = 250;     // Hz, highest frequency; our low estimate for stiff arms with a 4 kHz controller
     info_.position_step = 0.01e-3;  // m, value that the manufacturer states for the omega (not verified)
     // If this process ends, the controller's own watchdog switches off the motors. The argument is the watchdog's time
     // in units of 125 µs (not verified), so 16 is 2 ms; 0 would disable the watchdog.
