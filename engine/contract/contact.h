@@ -41,8 +41,8 @@ constexpr std::uint32_t bits(Fault fault) {
 
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
-/// - 13: In the vertex model, a head that cuts does not make a list of the points around it at once: the list is made in
-/// parts over several ticks, and meanwhile the head moves only where the present list is valid.
+/// - 13: In the vertex model, a head that cuts does not make a list of the points around it at once: the list is made
+/// in parts over several ticks, and meanwhile the head moves only where the present list is valid.
 /// - 12: In the vertex model, if vertices stayed inside the head in one cut, the head also moves in the next cut. Such
 /// vertices are merged in more cases. The force changes more slowly, and all searches take several ticks. In the model
 /// mesh_lod, a long search of a ball-shaped head continues in the next tick, and the carver lists the points around

@@ -94,7 +94,8 @@ void HeadContact::map_to(const TriangleGrid& grid) noexcept {
 void HeadContact::follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept {
   c_ = follower_.follow(
       head_, list_.points, c_, {hip, R_WT_}, kSlack * head_.radius(), give,
-      [&](const dvec3& p) { list_where_needed(grid, p); }, [](const dvec3&, double far) { return far; }, [] { return true; });
+      [&](const dvec3& p) { list_where_needed(grid, p); }, [](const dvec3&, double far) { return far; },
+      [] { return true; });
   leading_out_ = !list_.points.empty() && !give && follower_.led_out();
   count_ = 0;
   if (list_.points.empty()) return;

@@ -87,8 +87,7 @@ class HeadFollower {
       if (points.empty()) break;
       bool more = true;
       for (int look = 0; look < FollowParameters::looks && more; ++look) {
-        const double most =
-            complete(from, FollowParameters::longest_step(head.radius(), glm::distance(from, X_WT.p)));
+        const double most = complete(from, FollowParameters::longest_step(head.radius(), glm::distance(from, X_WT.p)));
         if (!(most > 0)) return from;
         more = approach(head, points, from, X_WT, slack, give, most);
       }

@@ -451,7 +451,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
   // While a cut or the next list is in progress, a head that cuts moves only where the present list is valid. Otherwise
   // this tick would have to make a list at once.
-  const bool keeps_list = lists_ahead() && in.cuts && found_ && (part_.open || ahead_);
+  const bool keeps_list = lists_ahead() && in.cuts && found_ && !list_.points.empty() && (part_.open || ahead_);
   const auto list = [&](const dvec3& p) {
     if (!keeps_list) list_where_needed({p, in.X_WT.R}, in.cuts);
   };
