@@ -52,9 +52,9 @@ constexpr Question kPlotted[] = {
      "The table states the largest depth of the drawn tool inside the exact shape while the hand slides.",
      "penetration", "slide", "penetration", "greatest", "penetration, mm"},
     {"Does the removed volume equal the swept volume?",
-     "A hand of 0.15 kg presses a round bur of 1.2 mm with 1 N and moves it back and forth. The test compares two "
-     "volumes. The first is the volume that the tissue has lost. The second is the volume inside the exact shape that "
-     "the bur's cuts swept, counted on a grid of 0.02 mm.",
+     "A hand of 0.15 kg presses a round bur of 1.2 mm with 1 N and moves it back and forth. The test compares the "
+     "volume that the tissue has lost with the swept volume. The swept volume is the part of the exact shape through "
+     "which the bur's cuts passed, counted on a grid of 0.02 mm.",
      "removal", "drill", "removal", "swept volume", "removal error, % of the swept volume"}};
 
 bool answers(const ModelFigure& f, const Question& q) {
@@ -183,8 +183,9 @@ constexpr Tabled kTabled[] = {
       ""},
      error_of},
     {{"Do hands escape through thin walls at 1 mm per tick?",
-      "A ball moves through a sheet and stays at least 4 mm behind the sheet. If no force then pushes the hand back, "
-      "the hand has escaped. The table shows the percentage of hands that escape for each thickness of the sheet, with "
+      "A ball moves through a sheet and stays at least 4 mm behind the sheet. If no force behind the sheet pushes "
+      "the hand back, the hand has escaped. The table shows the percentage of hands that escape for each thickness of "
+      "the sheet, with "
       "random positions and directions.",
       "", "escape", "hands of 1 mm a tick", "", ""},
      error_of},
