@@ -185,8 +185,7 @@ constexpr Tabled kTabled[] = {
     {{"Do hands escape through thin walls at 1 mm per tick?",
       "A ball moves through a sheet and stays at least 4 mm behind the sheet. If no force behind the sheet pushes "
       "the hand back, the hand has escaped. The table shows the percentage of hands that escape for each thickness of "
-      "the sheet, with "
-      "random positions and directions.",
+      "the sheet, with random positions and directions.",
       "", "escape", "hands of 1 mm a tick", "", ""},
      error_of},
     {{"Do hands escape at 20 mm per tick?",
@@ -453,10 +452,11 @@ which also contains numbers that this page does not show.
 - **Time**. All times of ticks are CPU times of the servo thread, and the smallest time of three passes counts for each
   tick. The values of memory and set-up time include tissue, snapshots and contact model. The set-up time of `packing`
   includes the computation of the packing, which later runs read from the cache.
-- **Setting**. The setting of a contact model determines how fine its tissue is. The setting is the voxel size for
-  models with a field, the number of spheres for `packing`, and the number of vertices for `mesh_lod`. For `vertex`, the
-  setting is the voxel size of the field from which the mesh is made. In the plots, each point is one setting of a
-  contact model. The tables show the finest setting of each model. The meshes of arch and socket are used unchanged.
+- **Setting**. The setting of a contact model determines how finely the model represents the tissue. The setting is the
+  voxel size for models with a field, the number of spheres for `packing`, and the number of vertices for `mesh_lod`.
+  For `vertex`, the setting is the voxel size of the field from which the mesh is made. In the plots, each point is one
+  setting of a contact model. The tables show the finest setting of each model. The meshes of arch and socket are used
+  unchanged.
   Three tests use only one setting per model (0.1 mm, 10,000 spheres, 8,000 vertices), namely the tests of hands that
   escape through a wall, of a break through a wall, and of hostile hands.
 )",

@@ -43,8 +43,7 @@ constexpr Campaign kCampaigns[] = {
     {"nonsense",
      "The simulated hands of the campaign \"hostile hand\" move, and in one tick of fifty they give invalid input. The "
      "invalid input has positions that are NaN, infinite or far away, jumps of the hand, a clock that jumps back or "
-     "forward by 3 s, and "
-     "undone strokes"},
+     "forward by 3 s, and undone strokes"},
     {"carver stalls",
      "A simulated hand slides, drills and taps while the carver thread stalls for 50 ms to 3 s. The value \"step\" is "
      "the largest force step with stalls minus the largest force step of the same hand without a stall"},
