@@ -456,9 +456,8 @@ which also contains numbers that this page does not show.
   voxel size for models with a field, the number of spheres for `packing`, and the number of vertices for `mesh_lod`.
   For `vertex`, the setting is the voxel size of the field from which the mesh is made. In the plots, each point is one
   setting of a contact model. The tables show the finest setting of each model. The meshes of arch and socket are used
-  unchanged.
-  Three tests use only one setting per model (0.1 mm, 10,000 spheres, 8,000 vertices), namely the tests of hands that
-  escape through a wall, of a break through a wall, and of hostile hands.
+  unchanged. Three tests use only one setting per model (0.1 mm, 10,000 spheres, 8,000 vertices), namely the tests of
+  hands that escape through a wall, of a break through a wall, and of hostile hands.
 )",
       folder, measured_on(machine));
   page += table_of_choice(figures);
