@@ -195,7 +195,7 @@ constexpr Tabled kTabled[] = {
      error_of},
     {{"How much energy do hostile hands get?",
       "Hostile hands move at random with up to 0.2 m/s and 20 m/s², turn in all directions and drill. The table states "
-      "the largest energy that the output force gives to any hostile hand (µJ).",
+      "the largest energy (µJ) that the output force gives to any hand that moves fast and at random.",
       "", "hostile", "energy given, felt", "", ""},
      error_of},
     {{"How many hostile hands get energy?",
@@ -441,8 +441,8 @@ which also contains numbers that this page does not show.
 - **Hand and clock**. The tool is a ball of 1.2 mm, and the servo rate is 1 kHz. Hands that slide, and hands that tap
   (touch the tissue briefly), follow a prescribed path regardless of the force, so all models get the same input bit for
   bit. The tests of the contact models use no friction (except in the drag test) and no damper. The drilling hand is a
-  simulated mass. Hands that pass through sheets and hostile hands are random with the seed 1, so their errors are
-  reproducible.
+  simulated mass. The motions of hands that pass through sheets, and of "hostile hands" (which move fast and at random),
+  are random with the seed 1, so their errors are reproducible.
 - **Exact solution**. The exact solution is the position nearest to the hand at which a ball stays outside the exact
   shape. Sequential quadratic programming in double precision computes the exact solution
   (`haptics/bench/reference_contact.h`).
@@ -457,7 +457,7 @@ which also contains numbers that this page does not show.
   For `vertex`, the setting is the voxel size of the field from which the mesh is made. In the plots, each point is one
   setting of a contact model. The tables show the finest setting of each model. The meshes of arch and socket are used
   unchanged. Three tests use only one setting per model (0.1 mm, 10,000 spheres, 8,000 vertices), namely the tests of
-  hands that escape through a wall, of a break through a wall, and of hostile hands.
+  hands that escape through a wall, of a break through a wall, and of "hostile hands" (fast random motions).
 )",
       folder, measured_on(machine));
   page += table_of_choice(figures);
