@@ -52,9 +52,9 @@ constexpr Question kPlotted[] = {
      "The table states the largest depth of the drawn tool inside the exact shape while the hand slides.",
      "penetration", "slide", "penetration", "greatest", "penetration, mm"},
     {"Does the removed volume equal the swept volume?",
-     "A hand of 0.15 kg presses a round bur of 1.2 mm with 1 N and moves it back and forth. The test compares two "
-     "volumes. The first is the volume that the tissue has lost. The second is the volume inside the exact shape that "
-     "the bur's cuts swept, counted on a grid of 0.02 mm.",
+     "A hand of 0.15 kg presses a round bur of 1.2 mm with 1 N and moves it back and forth. The test compares the "
+     "volume that the tissue has lost with the swept volume. The swept volume is the part of the exact shape through "
+     "which the bur's cuts passed, counted on a grid of 0.02 mm.",
      "removal", "drill", "removal", "swept volume", "removal error, % of the swept volume"}};
 
 bool answers(const ModelFigure& f, const Question& q) {
@@ -183,9 +183,9 @@ constexpr Tabled kTabled[] = {
       ""},
      error_of},
     {{"Do hands escape through thin walls at 1 mm per tick?",
-      "A ball moves through a sheet and stays at least 4 mm behind the sheet. If no force then pushes the hand back, "
-      "the hand has escaped. The table shows the percentage of hands that escape for each thickness of the sheet, with "
-      "random positions and directions.",
+      "A ball moves through a sheet and stays at least 4 mm behind the sheet. If no force behind the sheet pushes "
+      "the hand back, the hand has escaped. The table shows the percentage of hands that escape for each thickness of "
+      "the sheet, with random positions and directions.",
       "", "escape", "hands of 1 mm a tick", "", ""},
      error_of},
     {{"Do hands escape at 20 mm per tick?",
@@ -195,7 +195,7 @@ constexpr Tabled kTabled[] = {
      error_of},
     {{"How much energy do hostile hands get?",
       "Hostile hands move at random with up to 0.2 m/s and 20 m/s², turn in all directions and drill. The table states "
-      "the largest energy that the output force gives to any hostile hand (µJ).",
+      "the largest energy (µJ) that the output force gives to any hand that moves fast and at random.",
       "", "hostile", "energy given, felt", "", ""},
      error_of},
     {{"How many hostile hands get energy?",
@@ -441,8 +441,8 @@ which also contains numbers that this page does not show.
 - **Hand and clock**. The tool is a ball of 1.2 mm, and the servo rate is 1 kHz. Hands that slide, and hands that tap
   (touch the tissue briefly), follow a prescribed path regardless of the force, so all models get the same input bit for
   bit. The tests of the contact models use no friction (except in the drag test) and no damper. The drilling hand is a
-  simulated mass. Hands that pass through sheets and hostile hands are random with the seed 1, so their errors are
-  reproducible.
+  simulated mass. The motions of hands that pass through sheets, and of "hostile hands" (which move fast and at random),
+  are random with the seed 1, so their errors are reproducible.
 - **Exact solution**. The exact solution is the position nearest to the hand at which a ball stays outside the exact
   shape. Sequential quadratic programming in double precision computes the exact solution
   (`haptics/bench/reference_contact.h`).
@@ -452,12 +452,12 @@ which also contains numbers that this page does not show.
 - **Time**. All times of ticks are CPU times of the servo thread, and the smallest time of three passes counts for each
   tick. The values of memory and set-up time include tissue, snapshots and contact model. The set-up time of `packing`
   includes the computation of the packing, which later runs read from the cache.
-- **Setting**. The setting of a contact model determines how fine its tissue is. The setting is the voxel size for
-  models with a field, the number of spheres for `packing`, and the number of vertices for `mesh_lod`. For `vertex`, the
-  setting is the voxel size of the field from which the mesh is made. In the plots, each point is one setting of a
-  contact model. The tables show the finest setting of each model. The meshes of arch and socket are used unchanged.
-  Three tests use only one setting per model (0.1 mm, 10,000 spheres, 8,000 vertices), namely the tests of hands that
-  escape through a wall, of a break through a wall, and of hostile hands.
+- **Setting**. The setting of a contact model determines how finely the model represents the tissue. The setting is the
+  voxel size for models with a field, the number of spheres for `packing`, and the number of vertices for `mesh_lod`.
+  For `vertex`, the setting is the voxel size of the field from which the mesh is made. In the plots, each point is one
+  setting of a contact model. The tables show the finest setting of each model. The meshes of arch and socket are used
+  unchanged. Three tests use only one setting per model (0.1 mm, 10,000 spheres, 8,000 vertices), namely the tests of
+  hands that escape through a wall, of a break through a wall, and of "hostile hands" (fast random motions).
 )",
       folder, measured_on(machine));
   page += table_of_choice(figures);
