@@ -67,8 +67,14 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the four headers that are included above it.
+// These headers are included last, because they use the four headers that are included above them.
 #include "haptics/cutting/head_block_kernel.h"
+#include "haptics/cutting/leaf_block_kernel.h"
+
+TYPODONT_DISPATCH("avx2", "default")
+void raise_in_leaf(const HeadPose* pose, const HeadBlock* block, RaisedBlock* raised) {
+  *raised = raise_leaf_block(*pose, *block);
+}
 
 TYPODONT_DISPATCH("avx2", "default")
 bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, PathMaxima* tops, RemovedVolume* removed,
@@ -99,6 +105,22 @@ bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Pa
 
 }  // namespace
 }  // namespace eight_masked
+
+// Sixteen samples of two neighbouring rows of a leaf.
+namespace sixteen {
+namespace {
+
+#include "haptics/cutting/cut_kernel.h"
+#include "haptics/cutting/depth_kernel.h"
+// This header is included last, because it uses the two headers that are included above it.
+#include "haptics/cutting/leaf_block_kernel.h"
+
+RaisedBlock raise_in_leaf(const HeadPose* pose, const HeadBlock* block) {
+  return raise_leaf_block(*pose, *block);
+}
+
+}  // namespace
+}  // namespace sixteen
 #pragma GCC pop_options
 #endif
 
@@ -181,6 +203,19 @@ bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_rai
   if (kMasked) return eight_masked::dispatched(&pose, &block, may_raise, &tops, removed, &found);
 #endif
   return eight::dispatched(&pose, &block, may_raise, &tops, removed, &found);
+}
+
+/// Raises the samples of a block of a leaf (leaf_block_kernel.h).
+eight::RaisedBlock raise_in_leaf(const HeadPose& pose, const HeadBlock& block) {
+  eight::RaisedBlock raised;
+#ifdef TYPODONT_SIXTEEN_LANES
+  if (kMasked) {
+    const sixteen::RaisedBlock wide = sixteen::raise_in_leaf(&pose, &block);
+    return {wide.changed, wide.emptied};
+  }
+#endif
+  eight::raise_in_leaf(&pose, &block, &raised);
+  return raised;
 }
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -498,6 +533,8 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
     const auto carve = [&] {
       const int lanes = pass.lanes();
       pass.look();
+      HeadBlock unraised[8];
+      int unraised_count = 0;
       for (int lane = 0; lane < lanes; ++lane) {
         HeadBlock block;
         float block_slack;
@@ -507,7 +544,17 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
                                         ? pass.what(lane, block, block_slack, clipped)
                                         : HeadPass::Work::kNone;
         const bool raise = work == HeadPass::Work::kRaise;
-        if (raise || (leaf && work == HeadPass::Work::kLook)) {
+        if (leaf && raise && !clipped && !block.beside && tops.back.still_above == kNoEnd) {
+          const eight::RaisedBlock raised = raise_in_leaf(pass.pose(), block);
+          changed |= raised.changed, emptied |= raised.emptied;
+          // A raised sample lies at the head's surface, so its slack is 0. The slack of the other blocks is needed only
+          // if no sample of the leaf was raised.
+          if (raised.changed) {
+            block_slack = 0;
+          } else if (k > 0) {
+            unraised[unraised_count++] = block;
+          }
+        } else if (raise || (leaf && work == HeadPass::Work::kLook)) {
           changed |= carve_head_block(pass.pose(), block, raise, tops, removed, found);
           emptied |= found.emptied;
           // The slack (motion until a sample can change) of a clipped block is 0, because nothing is known about its
@@ -515,6 +562,11 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
           block_slack = clipped ? 0 : found.slack;
         }
         if (k > 0) least_slack = std::min(least_slack, block_slack);
+      }
+      for (int i = 0; i < unraised_count && least_slack > 0; ++i) {
+        BlockSlack found;
+        carve_head_block(pass.pose(), unraised[i], false, tops, nullptr, found);
+        least_slack = std::min(least_slack, found.slack);
       }
     };
     for (int x0 = first.x; x0 <= last.x; x0 += kRows) {

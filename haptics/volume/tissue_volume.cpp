@@ -298,7 +298,8 @@ template <int longest, class... Arguments>
 void copy_rows(int length, const Arguments&... arguments) {
   [&]<int... shorter>(std::integer_sequence<int, shorter...>) {
     ((length == shorter + 1 && (copy_short_rows<shorter + 1>(arguments...), true)) || ...);
-  }(std::make_integer_sequence<int, longest>());
+  }
+  (std::make_integer_sequence<int, longest>());
 }
 
 /// Copies the samples of `part` into a dense block [lo, lo + size), z running fastest, and applies `converted` to each
