@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <span>
 
 #include "engine/base/dispatch.h"
 #include "haptics/cutting/advance.h"
@@ -517,12 +518,8 @@ int kind_of(int a, int b) {
 }  // namespace
 
 bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
-                       std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed,
-                       LeafCut* leaf) const noexcept {
+                       std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed) const noexcept {
   bool changed = false;
-  const float slip = rounding_of_depth();
-  float least_slack = kNoEnd;
-  bool emptied = false;
   const HeadTarget target{
       lo, size, distance, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y), tissue};
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
@@ -533,40 +530,14 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
     const auto carve = [&] {
       const int lanes = pass.lanes();
       pass.look();
-      HeadBlock unraised[8];
-      int unraised_count = 0;
       for (int lane = 0; lane < lanes; ++lane) {
         HeadBlock block;
-        float block_slack;
+        float slack;
         bool clipped;
         BlockSlack found;
-        const HeadPass::Work work = pass.near(lane, target, block, block_slack, clipped)
-                                        ? pass.what(lane, block, block_slack, clipped)
-                                        : HeadPass::Work::kNone;
-        const bool raise = work == HeadPass::Work::kRaise;
-        if (leaf && raise && !clipped && !block.beside && tops.back.still_above == kNoEnd) {
-          const eight::RaisedBlock raised = raise_in_leaf(pass.pose(), block);
-          changed |= raised.changed, emptied |= raised.emptied;
-          // A raised sample lies at the head's surface, so its slack is 0. The slack of the other blocks is needed only
-          // if no sample of the leaf was raised.
-          if (raised.changed) {
-            block_slack = 0;
-          } else if (k > 0) {
-            unraised[unraised_count++] = block;
-          }
-        } else if (raise || (leaf && work == HeadPass::Work::kLook)) {
-          changed |= carve_head_block(pass.pose(), block, raise, tops, removed, found);
-          emptied |= found.emptied;
-          // The slack (motion until a sample can change) of a clipped block is 0, because nothing is known about its
-          // samples outside `from` .. `to`.
-          block_slack = clipped ? 0 : found.slack;
-        }
-        if (k > 0) least_slack = std::min(least_slack, block_slack);
-      }
-      for (int i = 0; i < unraised_count && least_slack > 0; ++i) {
-        BlockSlack found;
-        carve_head_block(pass.pose(), unraised[i], false, tops, nullptr, found);
-        least_slack = std::min(least_slack, found.slack);
+        if (pass.near(lane, target, block, slack, clipped) &&
+            pass.what(lane, block, slack, clipped) == HeadPass::Work::kRaise)
+          changed |= carve_head_block(pass.pose(), block, true, tops, removed, found);
       }
     };
     for (int x0 = first.x; x0 <= last.x; x0 += kRows) {
@@ -579,10 +550,65 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
     if (pass.lanes() > 0) carve();
     tops.carve();
     changed |= tops.changed;
-    emptied |= tops.changed;
   }
-  if (leaf) leaf->slack = least_slack - slip, leaf->emptied = emptied;
   return changed;
+}
+
+void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept {
+  static_assert(Leaf::kBlocks * kRows * kRows == kLeaf * kLeaf && kDeep == kLeaf);
+  const float slip = rounding_of_depth();
+  for (int k = continues_ ? 1 : 0; k <= 1; ++k) {
+    PathMaxima tops(k == 0 ? straight_way(X_VA_, X_VA_, pieces_, back_.count, reach_) : way_back(), nullptr);
+    HeadPass pass(tops.back, k > 0, reach_, 0);
+    struct {
+      Leaf* leaf;
+      float* due;
+    } added[8];
+    /// Cuts one of the added blocks of samples, and returns its slack (motion until a sample can change).
+    const auto carve_block = [&](int lane, Leaf& leaf) {
+      HeadBlock block;
+      float slack;
+      bool clipped;
+      if (!pass.near(lane, {leaf.lo, glm::ivec3(kLeaf), leaf.distance, kLeaf * kLeaf, kLeaf, nullptr}, block, slack,
+                     clipped))
+        return slack;
+      const HeadPass::Work work = pass.what(lane, block, slack, clipped);
+      if (work == HeadPass::Work::kNone) return slack;
+      bool raise = work == HeadPass::Work::kRaise;
+      if (raise && !block.beside && tops.back.still_above == kNoEnd) {
+        const eight::RaisedBlock raised = raise_in_leaf(pass.pose(), block);
+        leaf.changed |= raised.changed, leaf.emptied |= raised.emptied;
+        if (raised.changed)
+          return 0.0f;  // a raised sample lies at the head's surface, so any motion may raise it again
+        raise = false;
+      }
+      BlockSlack found;
+      leaf.changed |= carve_head_block(pass.pose(), block, raise, tops, nullptr, found);
+      leaf.emptied |= found.emptied;
+      if (tops.count > 0) tops.carve();
+      leaf.changed |= tops.changed, leaf.emptied |= tops.changed;
+      tops.changed = false;
+      return found.slack;
+    };
+    const auto carve = [&] {
+      const int lanes = pass.lanes();
+      pass.look();
+      for (int lane = 0; lane < lanes; ++lane) {
+        const float slack = carve_block(lane, *added[lane].leaf);
+        // after the cut at pose A (k = 0), every block must be examined again, because pose B follows
+        if (k > 0) *added[lane].due = path + (slack - slip);
+      }
+    };
+    for (Leaf& leaf : leaves) {
+      for (int i = 0; i < Leaf::kBlocks; ++i) {
+        if (leaf.due[i] > path) continue;
+        added[pass.lanes()] = {&leaf, leaf.due + i};
+        constexpr int kAcross = kLeaf / kRows;
+        if (pass.add(leaf.lo + glm::ivec3(i / kAcross, i % kAcross, 0) * kRows)) carve();
+      }
+    }
+    if (pass.lanes() > 0) carve();
+  }
 }
 
 /// Cuts all blocks of one part of the active front that are due, that is, blocks that must be examined at the head's
