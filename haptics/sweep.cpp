@@ -121,19 +121,25 @@ bool Sweep::carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance,
                  : carve_head(lo, size, distance, stride_x, stride_y, tissue, removed);
 }
 
-Sweep::LeafCut Sweep::carve_leaf(const glm::ivec3& lo, float* distance) const noexcept {
-  if (sphere_) return carve_leaf_ball(lo, distance);
+void Sweep::carve(std::span<Leaf> leaves, float path) const noexcept {
+  if (!sphere_ && straights_ == 0) {
+    carve_head_leaves(leaves, path);
+    return;
+  }
+  for (Leaf& leaf : leaves) {
+    const LeafCut cut = sphere_ ? carve_leaf_ball(leaf.lo, leaf.distance) : carve_leaf_way(leaf.lo, leaf.distance);
+    leaf.changed = cut.changed, leaf.emptied = cut.emptied;
+    std::fill_n(leaf.due, Leaf::kBlocks, path + cut.slack);
+  }
+}
+
+Sweep::LeafCut Sweep::carve_leaf_way(const glm::ivec3& lo, float* distance) const noexcept {
   LeafCut cut;
   constexpr std::size_t n = kLeaf;
-  if (straights_ > 0) {
-    constexpr int kBlocks = 4;
-    float slack[kBlocks] = {};
-    const DueBlocks blocks{slack, lo / glm::ivec3(kRows, kRows, kDeep), {2, 2, 1}, 0, rounding_of_depth()};
-    cut.changed = cut.emptied = carve_way({lo, glm::ivec3(kLeaf), distance, n * n, n, nullptr}, nullptr, &blocks);
-    cut.slack = *std::min_element(slack, slack + kBlocks);
-  } else {
-    cut.changed = carve_head(lo, glm::ivec3(kLeaf), distance, n * n, n, nullptr, nullptr, &cut);
-  }
+  float slack[Leaf::kBlocks] = {};
+  const DueBlocks blocks{slack, lo / glm::ivec3(kRows, kRows, kDeep), {2, 2, 1}, 0, rounding_of_depth()};
+  cut.changed = cut.emptied = carve_way({lo, glm::ivec3(kLeaf), distance, n * n, n, nullptr}, nullptr, &blocks);
+  cut.slack = *std::min_element(slack, slack + Leaf::kBlocks);
   return cut;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "engine/base/pose.h"
 #include "engine/contract/contact.h"
@@ -42,14 +43,26 @@ class Sweep {
   bool carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
              RemovedVolume* removed) const noexcept;
 
+  static constexpr int kLeaf = 8;
+  /// A leaf of 8³ samples. `due`: for each of its blocks of 4 × 4 × 8 samples, the path length of the head's farthest
+  /// point (voxels) at which the block must be examined again, because one of its samples may then change. `emptied`:
+  /// true if a sample may have become air.
+  struct Leaf {
+    static constexpr int kBlocks = 4;
+    glm::ivec3 lo;
+    float* distance;
+    float* due;
+    bool changed = false, emptied = false;
+  };
+  /// Removes tissue from those blocks of the leaves that must be examined. `path`: path length of the head so far.
+  void carve(std::span<Leaf> leaves, float path) const noexcept;
+
   /// Result of the removal in one leaf of 8³ samples. `slack`: distance in voxels that the head's farthest point may
-  /// move in any direction before a sample of the leaf can change. `emptied`: true if a sample may have become air.
+  /// move in any direction before a sample of the leaf can change.
   struct LeafCut {
     bool changed = false, emptied = false;
     float slack = 0;
   };
-  LeafCut carve_leaf(const glm::ivec3& lo, float* distance) const noexcept;
-  static constexpr int kLeaf = 8;
 
   /// Returns true if the path is so long, or the rotation so large, that the depths of samples are computed along the
   /// whole path and not only at its end. Such a sweep takes longer than others.
@@ -70,12 +83,14 @@ class Sweep {
  private:
   bool carve_ball(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                   std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed) const noexcept;
-  /// Removes tissue from a block of samples, for a head that is not a ball. `leaf`: not null if the block is a leaf; it
-  /// receives `emptied` and `slack`.
+  /// Removes tissue from a block of samples, for a head that is not a ball.
   bool carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
-                  std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed,
-                  LeafCut* leaf = nullptr) const noexcept;
+                  std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed) const noexcept;
   LeafCut carve_leaf_ball(const glm::ivec3& lo, float* distance) const noexcept;
+  /// Does the same as carve() for a long path of a head that is not a ball.
+  LeafCut carve_leaf_way(const glm::ivec3& lo, float* distance) const noexcept;
+  /// Does the same as carve() for a short path of a head that is not a ball.
+  void carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept;
   bool carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   RemovedVolume* removed) const noexcept;
   bool carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,

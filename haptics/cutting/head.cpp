@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <span>
 
 #include "engine/base/dispatch.h"
 #include "haptics/cutting/advance.h"
@@ -67,8 +68,14 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header is included last, because it uses the four headers that are included above it.
+// These headers are included last, because they use the four headers that are included above them.
 #include "haptics/cutting/head_block_kernel.h"
+#include "haptics/cutting/leaf_block_kernel.h"
+
+TYPODONT_DISPATCH("avx2", "default")
+void raise_in_leaf(const HeadPose* pose, const HeadBlock* block, RaisedBlock* raised) {
+  *raised = raise_leaf_block(*pose, *block);
+}
 
 TYPODONT_DISPATCH("avx2", "default")
 bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, PathMaxima* tops, RemovedVolume* removed,
@@ -99,6 +106,22 @@ bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Pa
 
 }  // namespace
 }  // namespace eight_masked
+
+// Sixteen samples of two neighbouring rows of a leaf.
+namespace sixteen {
+namespace {
+
+#include "haptics/cutting/cut_kernel.h"
+#include "haptics/cutting/depth_kernel.h"
+// This header is included last, because it uses the two headers that are included above it.
+#include "haptics/cutting/leaf_block_kernel.h"
+
+RaisedBlock raise_in_leaf(const HeadPose* pose, const HeadBlock* block) {
+  return raise_leaf_block(*pose, *block);
+}
+
+}  // namespace
+}  // namespace sixteen
 #pragma GCC pop_options
 #endif
 
@@ -181,6 +204,19 @@ bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_rai
   if (kMasked) return eight_masked::dispatched(&pose, &block, may_raise, &tops, removed, &found);
 #endif
   return eight::dispatched(&pose, &block, may_raise, &tops, removed, &found);
+}
+
+/// Raises the samples of a block of a leaf (leaf_block_kernel.h).
+eight::RaisedBlock raise_in_leaf(const HeadPose& pose, const HeadBlock& block) {
+  eight::RaisedBlock raised;
+#ifdef TYPODONT_SIXTEEN_LANES
+  if (kMasked) {
+    const sixteen::RaisedBlock wide = sixteen::raise_in_leaf(&pose, &block);
+    return {wide.changed, wide.emptied};
+  }
+#endif
+  eight::raise_in_leaf(&pose, &block, &raised);
+  return raised;
 }
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -482,12 +518,8 @@ int kind_of(int a, int b) {
 }  // namespace
 
 bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
-                       std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed,
-                       LeafCut* leaf) const noexcept {
+                       std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed) const noexcept {
   bool changed = false;
-  const float slip = rounding_of_depth();
-  float least_slack = kNoEnd;
-  bool emptied = false;
   const HeadTarget target{
       lo, size, distance, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y), tissue};
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
@@ -500,21 +532,12 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
       pass.look();
       for (int lane = 0; lane < lanes; ++lane) {
         HeadBlock block;
-        float block_slack;
+        float slack;
         bool clipped;
         BlockSlack found;
-        const HeadPass::Work work = pass.near(lane, target, block, block_slack, clipped)
-                                        ? pass.what(lane, block, block_slack, clipped)
-                                        : HeadPass::Work::kNone;
-        const bool raise = work == HeadPass::Work::kRaise;
-        if (raise || (leaf && work == HeadPass::Work::kLook)) {
-          changed |= carve_head_block(pass.pose(), block, raise, tops, removed, found);
-          emptied |= found.emptied;
-          // The slack (motion until a sample can change) of a clipped block is 0, because nothing is known about its
-          // samples outside `from` .. `to`.
-          block_slack = clipped ? 0 : found.slack;
-        }
-        if (k > 0) least_slack = std::min(least_slack, block_slack);
+        if (pass.near(lane, target, block, slack, clipped) &&
+            pass.what(lane, block, slack, clipped) == HeadPass::Work::kRaise)
+          changed |= carve_head_block(pass.pose(), block, true, tops, removed, found);
       }
     };
     for (int x0 = first.x; x0 <= last.x; x0 += kRows) {
@@ -527,10 +550,65 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
     if (pass.lanes() > 0) carve();
     tops.carve();
     changed |= tops.changed;
-    emptied |= tops.changed;
   }
-  if (leaf) leaf->slack = least_slack - slip, leaf->emptied = emptied;
   return changed;
+}
+
+void Sweep::carve_head_leaves(std::span<Leaf> leaves, float path) const noexcept {
+  static_assert(Leaf::kBlocks * kRows * kRows == kLeaf * kLeaf && kDeep == kLeaf);
+  const float slip = rounding_of_depth();
+  for (int k = continues_ ? 1 : 0; k <= 1; ++k) {
+    PathMaxima tops(k == 0 ? straight_way(X_VA_, X_VA_, pieces_, back_.count, reach_) : way_back(), nullptr);
+    HeadPass pass(tops.back, k > 0, reach_, 0);
+    struct {
+      Leaf* leaf;
+      float* due;
+    } added[8];
+    /// Cuts one of the added blocks of samples, and returns its slack (motion until a sample can change).
+    const auto carve_block = [&](int lane, Leaf& leaf) {
+      HeadBlock block;
+      float slack;
+      bool clipped;
+      if (!pass.near(lane, {leaf.lo, glm::ivec3(kLeaf), leaf.distance, kLeaf * kLeaf, kLeaf, nullptr}, block, slack,
+                     clipped))
+        return slack;
+      const HeadPass::Work work = pass.what(lane, block, slack, clipped);
+      if (work == HeadPass::Work::kNone) return slack;
+      bool raise = work == HeadPass::Work::kRaise;
+      if (raise && !block.beside && tops.back.still_above == kNoEnd) {
+        const eight::RaisedBlock raised = raise_in_leaf(pass.pose(), block);
+        leaf.changed |= raised.changed, leaf.emptied |= raised.emptied;
+        if (raised.changed)
+          return 0.0f;  // a raised sample lies at the head's surface, so any motion may raise it again
+        raise = false;
+      }
+      BlockSlack found;
+      leaf.changed |= carve_head_block(pass.pose(), block, raise, tops, nullptr, found);
+      leaf.emptied |= found.emptied;
+      if (tops.count > 0) tops.carve();
+      leaf.changed |= tops.changed, leaf.emptied |= tops.changed;
+      tops.changed = false;
+      return found.slack;
+    };
+    const auto carve = [&] {
+      const int lanes = pass.lanes();
+      pass.look();
+      for (int lane = 0; lane < lanes; ++lane) {
+        const float slack = carve_block(lane, *added[lane].leaf);
+        // after the cut at pose A (k = 0), every block must be examined again, because pose B follows
+        if (k > 0) *added[lane].due = path + (slack - slip);
+      }
+    };
+    for (Leaf& leaf : leaves) {
+      for (int i = 0; i < Leaf::kBlocks; ++i) {
+        if (leaf.due[i] > path) continue;
+        added[pass.lanes()] = {&leaf, leaf.due + i};
+        constexpr int kAcross = kLeaf / kRows;
+        if (pass.add(leaf.lo + glm::ivec3(i / kAcross, i % kAcross, 0) * kRows)) carve();
+      }
+    }
+    if (pass.lanes() > 0) carve();
+  }
 }
 
 /// Cuts all blocks of one part of the active front that are due, that is, blocks that must be examined at the head's

@@ -8,7 +8,11 @@ void LeafFront::advance_to(const Sweep& sweep, const glm::ivec3& lo, const glm::
   if (last_ && !last_->same_head(sweep)) forget();
   path_ = last_ ? path_ + sweep.path_from(*last_) : 0;
   if (path_ > kLongest) {
-    for (float& due : due_) due -= static_cast<float>(path_);
+    const auto path = static_cast<float>(path_);
+    for (float& due : due_) due -= path;
+    for (Place& place : places_) {
+      for (float& due : place.due) due -= path;
+    }
     path_ = 0;
   }
   move_window(lo, hi);

@@ -5,6 +5,7 @@
 
 #include <openvdb/openvdb.h>
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -20,14 +21,23 @@ class LeafFront {
   using Leaf = openvdb::FloatTree::LeafNodeType;
   using Kept = LeafHistory<openvdb::FloatTree>::Kept;
 
+  static constexpr float kNow = -1e9f, kNever = 1e9f;
+
   struct Place {
     Leaf* leaf = nullptr;  // the leaf; null: the leaf was not examined yet
     Kept* kept = nullptr;  // copy of the leaf (8³ samples) with which the present stroke can be undone; null: no stroke
     bool cut = false;      // true if the leaf (8³ samples) was cut since it was first examined
+    // path length in voxels at which each block of the leaf must be examined again
+    std::array<float, Sweep::Leaf::kBlocks> due = {kNow, kNow, kNow, kNow};
     // the last mark (numbered state of the tissue, TissueVolume::mark) after which a write to the leaf was logged
     std::uint64_t logged = 0;
   };
-  static constexpr float kNow = -1e9f, kNever = 1e9f;
+
+  /// A leaf that must be examined now, and its value in Row::due.
+  struct DuePlace {
+    Place* place;
+    float* due;
+  };
 
   /// Makes the position of the head unknown. Must be called if anything except the cuts of one stroke changes the
   /// distances or replaces a leaf.
@@ -38,8 +48,8 @@ class LeafFront {
   /// Returns the path length so far (voxels) of the point of the head that has moved farthest.
   float path() const noexcept { return static_cast<float>(path_); }
   /// Returns the leaves of a row from `key` on, along z. `due`: path length in voxels at which the leaf (8³ samples)
-  /// must be examined again. `due` is stored separately from the other data, because for most leaves nothing else is
-  /// read.
+  /// must be examined again, the smallest value of its blocks. It is stored separately from the other data, because for
+  /// most leaves nothing else is read.
   struct Row {
     float* due;
     Place* places;

@@ -228,7 +228,7 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
   v.front.advance_to(sweep, first, last);
   const float path = v.front.path();
   auto accessor = v.distance->getAccessor();
-  Carved carved;
+  v.due_leaves.clear(), v.due_places.clear();
   for (int x = first.x; x <= last.x; ++x) {
     for (int y = first.y; y <= last.y; ++y) {
       const LeafFront::Row row = v.front.row({x, y, first.z});
@@ -236,7 +236,7 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
         float& due = row.due[z - first.z];
         if (due > path) continue;
         LeafFront::Place& place = row.places[z - first.z];
-        const glm::ivec3 key(x, y, z), origin = key * kLeaf;
+        const glm::ivec3 origin = glm::ivec3(x, y, z) * kLeaf;
         if (!place.leaf) {
           place.leaf = v.leaf_to_cut(accessor, coord(origin), place.kept);
           if (!place.leaf) {
@@ -244,17 +244,25 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
             continue;
           }
         }
-        const Sweep::LeafCut cut = sweep.carve_leaf(origin, place.leaf->buffer().data());
-        due = path + cut.slack;
-        if (!cut.changed) continue;
-        if (!place.cut) v.leaf_was_cut(*place.leaf, place.kept);
-        place.cut = true;
-        add_to_box(glm::max(origin, sweep.lo()), glm::min(origin + kLeaf - 1, sweep.hi()), carved.box);
-        if (place.logged != v.marked) v.log_write(key);
-        place.logged = v.marked;
-        if (cut.emptied) carved.blocks.push_back({key, solid_bits(place.leaf->buffer().data())});
+        v.due_leaves.push_back({origin, place.leaf->buffer().data(), place.due.data()});
+        v.due_places.push_back({&place, &due});
       }
     }
+  }
+  sweep.carve(v.due_leaves, path);
+  Carved carved;
+  for (std::size_t i = 0; i < v.due_leaves.size(); ++i) {
+    const Sweep::Leaf& leaf = v.due_leaves[i];
+    LeafFront::Place& place = *v.due_places[i].place;
+    *v.due_places[i].due = *std::min_element(place.due.begin(), place.due.end());
+    if (!leaf.changed) continue;
+    if (!place.cut) v.leaf_was_cut(*place.leaf, place.kept);
+    place.cut = true;
+    add_to_box(glm::max(leaf.lo, sweep.lo()), glm::min(leaf.lo + kLeaf - 1, sweep.hi()), carved.box);
+    const glm::ivec3 key = leaf_of(leaf.lo);
+    if (place.logged != v.marked) v.log_write(key);
+    place.logged = v.marked;
+    if (leaf.emptied) carved.blocks.push_back({key, solid_bits(leaf.distance)});
   }
   v.mark_changed(carved.box.lo, carved.box.hi);
   v.restore_labels(*this, carved.box.lo, carved.box.hi);

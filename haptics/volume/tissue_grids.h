@@ -112,7 +112,10 @@ struct TissueVolume::Impl {
   // after bricks were removed from these sets.
   glm::ivec3 marked_lo{0}, marked_hi{-1};
   LeafFront front;  // leaves (8³ voxels) that the next cuts of the present head can change
-  KeySet filled;    // keys of leaves (8³ voxels) that may contain labels of a filling, see label.h
+  // the leaves that the present cut examines, and where the front stores their data
+  std::vector<Sweep::Leaf> due_leaves;
+  std::vector<LeafFront::DuePlace> due_places;
+  KeySet filled;  // keys of leaves (8³ voxels) that may contain labels of a filling, see label.h
   // Writes after each of the last marks (numbers of states, TissueVolume::mark), oldest first; the last mark is
   // `marked`. Empty: the writes before `marked` are unknown.
   std::deque<TissueVolume::Written> writes;

@@ -6,9 +6,11 @@
 #include <bit>
 #include <climits>
 #include <cmath>
+#include <cstring>
 #include <iterator>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "engine/base/dispatch.h"
@@ -269,6 +271,37 @@ void TissueVolume::bounds(glm::ivec3& lo, glm::ivec3& hi) const {
 
 namespace {
 
+/// Rows of samples in memory, in a leaf or in a dense block: the address of the first sample, and the strides.
+template <class T>
+struct Rows {
+  T* first;
+  std::ptrdiff_t stride_x, stride_y;
+};
+
+/// Copies `length` samples of each of `count_x` × `count_y` rows, and applies `converted` to each value. The length is
+/// a constant for the compiler, because a loop over so few samples takes longer than copying them.
+template <int length, class Value, class Out, class Convert>
+void copy_short_rows(const Rows<const Value>& from, const Rows<Out>& to, int count_x, int count_y,
+                     const Convert& converted) {
+  for (int x = 0; x < count_x; ++x) {
+    const Value* values = from.first + x * from.stride_x;
+    Out* row = to.first + x * to.stride_x;
+    for (int y = 0; y < count_y; ++y, values += from.stride_y, row += to.stride_y) {
+      Value samples[length];  // all samples are read before the first one is written, so that the loop is vectorised
+      std::memcpy(samples, values, sizeof samples);
+      for (int z = 0; z < length; ++z) row[z] = converted(samples[z]);
+    }
+  }
+}
+/// Calls copy_short_rows() for a length of 1 to `longest`.
+template <int longest, class... Arguments>
+void copy_rows(int length, const Arguments&... arguments) {
+  [&]<int... shorter>(std::integer_sequence<int, shorter...>) {
+    ((length == shorter + 1 && (copy_short_rows<shorter + 1>(arguments...), true)) || ...);
+  }
+  (std::make_integer_sequence<int, longest>());
+}
+
 /// Copies the samples of `part` into a dense block [lo, lo + size), z running fastest, and applies `converted` to each
 /// value. A sample that lies in no leaf node of the VDB tree has the value of the tile (a tree node with one constant
 /// value) that contains it.
@@ -277,49 +310,63 @@ void copy_leaves(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size,
                  const Convert& converted) {
   using Value = typename Grid::ValueType;
   constexpr int n = Grid::TreeType::LeafNodeType::DIM;
-  struct Stretch {  // part of a row of samples that lies in one leaf or has one value
+  struct Stretch {  // a whole row of a leaf, or samples of a row that have one value
     const Value* leaf;
     Out tile;
     int from, length;
-    int first;  // index of the first sample in the leaf's row
   };
   std::vector<Stretch> stretches;
+  const std::ptrdiff_t stride_y = size.z, stride_x = stride_y * size.y;
   auto accessor = grid.getConstAccessor();
   const auto first = [](int v) { return floor_div(v, n) * n; };
+  // In a slab that is thin along z, most of the time of a loop over rows would be the start of its inner loops. So the
+  // leaves are copied one by one.
+  const bool thin = part.hi.z - part.lo.z < 4 * n;
   for (int x0 = first(part.lo.x); x0 <= part.hi.x; x0 += n) {
+    const int from_x = std::max(x0, part.lo.x), count_x = std::min(x0 + n - 1, part.hi.x) - from_x + 1;
     for (int y0 = first(part.lo.y); y0 <= part.hi.y; y0 += n) {
+      const int from_y = std::max(y0, part.lo.y), count_y = std::min(y0 + n - 1, part.hi.y) - from_y + 1;
+      const std::ptrdiff_t in_leaf = ((from_x - x0) * n + (from_y - y0)) * n;
+      Out* const rows = out + ((from_x - lo.x) * stride_x + (from_y - lo.y) * stride_y - lo.z);
       stretches.clear();
       for (int z0 = first(part.lo.z); z0 <= part.hi.z; z0 += n) {
         const openvdb::Coord origin(x0, y0, z0);
         const int from = std::max(z0, part.lo.z), length = std::min(z0 + n - 1, part.hi.z) - from + 1;
+        const Rows<Out> to{rows + from, stride_x, stride_y};
         if (const auto* leaf = accessor.probeConstLeaf(origin)) {
-          stretches.push_back({leaf->buffer().data(), Out{}, from - lo.z, length, from - z0});
+          const Value* const values = leaf->buffer().data() + in_leaf;
+          if (thin || length < n) {
+            copy_rows<n>(length, Rows<const Value>{values + (from - z0), n * n, n}, to, count_x, count_y, converted);
+          } else {
+            stretches.push_back({values, Out{}, from, length});
+          }
           continue;
         }
         const Out tile = converted(accessor.getValue(origin));
-        if (!stretches.empty() && !stretches.back().leaf && stretches.back().tile == tile) {
+        if (thin) {
+          Out tiles[n];
+          std::fill_n(tiles, n, tile);
+          copy_rows<n>(length, Rows<const Out>{tiles, 0, 0}, to, count_x, count_y, [](Out value) { return value; });
+        } else if (!stretches.empty() && !stretches.back().leaf && stretches.back().tile == tile &&
+                   stretches.back().from + stretches.back().length == from) {
           stretches.back().length += length;
         } else {
-          stretches.push_back({nullptr, tile, from - lo.z, length, 0});
+          stretches.push_back({nullptr, tile, from, length});
         }
       }
-      for (int x = std::max(x0, part.lo.x); x <= std::min(x0 + n - 1, part.hi.x); ++x) {
-        for (int y = std::max(y0, part.lo.y); y <= std::min(y0 + n - 1, part.hi.y); ++y) {
-          Out* const row = out + (static_cast<std::size_t>(x - lo.x) * size.y + (y - lo.y)) * size.z;
-          const int in_leaf = ((x - x0) * n + (y - y0)) * n;
+      for (int x = 0; x < count_x && !stretches.empty(); ++x) {
+        for (int y = 0; y < count_y; ++y) {
+          Out* const row = rows + (x * stride_x + y * stride_y);
+          const std::ptrdiff_t at = (x * n + y) * n;
           for (const Stretch& stretch : stretches) {
             Out* const to = row + stretch.from;
             if (!stretch.leaf) {
               std::fill_n(to, stretch.length, stretch.tile);
               continue;
             }
-            const Value* const values = stretch.leaf + in_leaf + stretch.first;
-            // most often the stretch is a whole row of a leaf; its constant length allows vectorisation
-            if (stretch.length == n) {
-              for (int z = 0; z < n; ++z) to[z] = converted(values[z]);
-            } else {
-              for (int z = 0; z < stretch.length; ++z) to[z] = converted(values[z]);
-            }
+            // the constant length of a whole row allows vectorisation
+            const Value* const values = stretch.leaf + at;
+            for (int z = 0; z < n; ++z) to[z] = converted(values[z]);
           }
         }
       }
