@@ -15,6 +15,10 @@ void gather(const Grid<T>& g, const glm::ivec3& lo, int n, T* to) {
   for (int x = lo.x; x < lo.x + n; ++x) {
     for (int y = lo.y; y < lo.y + n; ++y) {
       const T* row = &g.v[g.index(std::clamp(x, 0, g.size.x - 1), std::clamp(y, 0, g.size.y - 1), 0)];
+      if (lo.z >= 0 && lo.z + n <= g.size.z) {
+        to = std::copy_n(row + lo.z, n, to);
+        continue;
+      }
       for (int z = lo.z; z < lo.z + n; ++z) *to++ = row[std::clamp(z, 0, g.size.z - 1)];
     }
   }
@@ -39,6 +43,53 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
         }
         to += run;
         z += run;
+      }
+    }
+  }
+}
+
+// Copies the same samples as gather(), but faster. `n` is small, so the samples lie in at most two blocks along an axis.
+template <int n, class T>
+void gather_few(const Sparse<T>& g, const glm::ivec3& lo, T* to) {
+  static_assert(n <= kEdge);
+  const BlockSet& set = *g.set;
+  const glm::ivec3 in = lo & 15, end = lo + n;
+  if (glm::any(glm::lessThan(lo, glm::ivec3(0))) || glm::any(glm::greaterThan(end, set.size))) {
+    gather(g, lo, n, to);
+    return;
+  }
+  if (std::max({in.x, in.y, in.z}) + n <= kEdge) {  // all samples lie in one block
+    const std::ptrdiff_t i = g.index(lo);
+    if (i < 0) {
+      std::fill_n(to, n * n * n, i == BlockSet::kOutside ? g.outside : g.inside);
+      return;
+    }
+    const T* from = &g.v[static_cast<std::size_t>(i)];
+    for (int x = 0; x < n; ++x) {
+      for (int y = 0; y < n; ++y) {
+        for (int z = 0; z < n; ++z) *to++ = from[x * kEdge * kEdge + y * kEdge + z];
+      }
+    }
+    return;
+  }
+  // samples of the two blocks along each axis (z fastest); null if the block is not stored
+  const T* stored[8] = {};
+  T common[8] = {};  // value of all samples of a block that is not stored
+  for (int k = 0; k < 8; ++k) {
+    const glm::ivec3 next(k >> 2, k >> 1 & 1, k & 1);
+    if (glm::any(glm::greaterThanEqual(next * kEdge, in + n))) continue;
+    const std::int32_t slot = set.slot[set.block(lo + next * kEdge)];
+    if (slot >= 0)
+      stored[k] = &g.v[static_cast<std::size_t>(slot) * BlockSet::kSamples];
+    else
+      common[k] = slot == BlockSet::kOutside ? g.outside : g.inside;
+  }
+  for (int x = in.x; x < in.x + n; ++x) {
+    for (int y = in.y; y < in.y + n; ++y) {
+      const int row = (x & 15) << 8 | (y & 15) << 4, of_row = (x >> 4) << 2 | (y >> 4) << 1;
+      for (int z = in.z; z < in.z + n; ++z) {
+        const int k = of_row | z >> 4;
+        *to++ = stored[k] ? stored[k][row | (z & 15)] : common[k];
       }
     }
   }
@@ -224,9 +275,10 @@ class Spread {
   std::vector<std::ptrdiff_t> stack_;
 };
 
-template <class G>
-Jet cubic(const G& g, const glm::ivec3& size, const glm::dvec3& p) {
-  const glm::dvec3 q = glm::clamp(p, glm::dvec3(0.0), glm::dvec3(size - 1));
+}  // namespace
+
+Jet sample_cubic(const Sparse<float>& g, const glm::dvec3& p) {
+  const glm::dvec3 q = glm::clamp(p, glm::dvec3(0.0), glm::dvec3(g.set->size - 1));
   const glm::ivec3 i(q);
   double w[3][4], dw[3][4];
   for (int a = 0; a < 3; ++a) {
@@ -241,7 +293,7 @@ Jet cubic(const G& g, const glm::ivec3& size, const glm::dvec3& p) {
     dw[a][3] = 0.5 * (3 * t2 - 2 * t);
   }
   float values[64];
-  gather(g, i - 1, 4, values);
+  gather_few<4>(g, i - 1, values);
   Jet jet{0, glm::dvec3(0)};
   for (int x = 0; x < 4; ++x) {
     double sy = 0, sdy = 0, sdz = 0;
@@ -263,8 +315,6 @@ Jet cubic(const G& g, const glm::ivec3& size, const glm::dvec3& p) {
   }
   return jet;
 }
-
-}  // namespace
 
 BlockSet::BlockSet(const glm::ivec3& box, const std::vector<std::uint8_t>& wanted)
     : size(box), count(blocks_of(box)), slot(wanted.size(), kOutside) {
@@ -304,19 +354,11 @@ float sample(const Sparse<float>& g, const glm::dvec3& p) {
   const glm::ivec3 i = glm::min(glm::ivec3(q), glm::max(size - 2, glm::ivec3(0)));
   const glm::vec3 t(q - glm::dvec3(i));
   float c[8];
-  gather(g, i, 2, c);
+  gather_few<2>(g, i, c);
   const auto mix = [](float a, float b, float share) { return a + share * (b - a); };
   const float e = mix(mix(c[0], c[1], t.z), mix(c[2], c[3], t.z), t.y),
               f = mix(mix(c[4], c[5], t.z), mix(c[6], c[7], t.z), t.y);
   return mix(e, f, t.x);
-}
-
-Jet sample_cubic(const Sparse<float>& g, const glm::dvec3& p) {
-  return cubic(g, g.set->size, p);
-}
-
-Jet sample_cubic(const Grid<float>& g, const glm::dvec3& p) {
-  return cubic(g, g.size, p);
 }
 
 Sparse<float> gaussian(const Grid<float>& g, const std::shared_ptr<const BlockSet>& set, double sigma, float outside,

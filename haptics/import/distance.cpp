@@ -27,6 +27,35 @@ glm::ivec3 size_of(const Sparse<std::int32_t>& g) {
   return g.set->size;
 }
 
+// Calls visit(index, position) for the sample at p, whose index is i, and its 26 neighbours, as far as they exist. x is
+// limited to x_lo .. x_hi − 1.
+template <class T, class Visit>
+void visit_around(const Grid<T>& g, std::size_t, const glm::ivec3& p, int x_lo, int x_hi, Visit visit) {
+  const glm::ivec3 lo = glm::max(p - 1, glm::ivec3(x_lo, 0, 0)),
+                   hi = glm::min(p + 1, glm::ivec3(x_hi, g.size.y, g.size.z) - 1);
+  for (int x = lo.x; x <= hi.x; ++x) {
+    for (int y = lo.y; y <= hi.y; ++y) {
+      for (int z = lo.z; z <= hi.z; ++z) visit(g.index(x, y, z), glm::ivec3(x, y, z));
+    }
+  }
+}
+template <class T, class Visit>
+void visit_around(const Sparse<T>& g, std::size_t i, const glm::ivec3& p, int x_lo, int x_hi, Visit visit) {
+  const glm::ivec3 in = p & (BlockSet::kEdge - 1), &size = g.set->size;
+  const bool whole = std::min({in.x, in.y, in.z}) > 0 && std::max({in.x, in.y, in.z}) < BlockSet::kEdge - 1 &&
+                     p.y + 1 < size.y && p.z + 1 < size.z;  // all neighbours lie in the same block
+  for (int x = std::max(p.x - 1, x_lo); x <= std::min(p.x + 1, x_hi - 1); ++x) {
+    for (int y = p.y - 1; y <= p.y + 1; ++y) {
+      for (int z = p.z - 1; z <= p.z + 1; ++z) {
+        const glm::ivec3 q(x, y, z);
+        const std::ptrdiff_t at =
+            whole ? static_cast<std::ptrdiff_t>(i - BlockSet::within(p) + BlockSet::within(q)) : number(g, q);
+        if (at >= 0) visit(static_cast<std::size_t>(at), q);
+      }
+    }
+  }
+}
+
 // Passes features (points or triangles) from sample to sample. It starts from the samples in x_lo .. x_hi − 1 that have
 // a feature and are marked in `unpropagated`, in the order of their distances. The queue consists of buckets. Each
 // bucket contains the samples whose distances lie in one interval, whose width is a quarter of `step`. This order is
@@ -47,25 +76,17 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
       if (!std::exchange(unpropagated[i], std::uint8_t{0})) continue;
       const std::int32_t f = feature.v[i];
       const glm::ivec3 p = feature.place(i);
-      for (int x = std::max(p.x - 1, x_lo); x <= std::min(p.x + 1, x_hi - 1); ++x) {
-        for (int y = p.y - 1; y <= p.y + 1; ++y) {
-          for (int z = p.z - 1; z <= p.z + 1; ++z) {
-            const std::ptrdiff_t to = number(feature, {x, y, z});
-            if (to < 0) continue;
-            const auto j = static_cast<std::size_t>(to);
-            if (feature.v[j] == f) continue;
-            const auto d = static_cast<float>(distance(f, glm::ivec3(x, y, z)));
-            if (d < nearest.v[j]) {
-              nearest.v[j] = d;
-              feature.v[j] = f;
-              unpropagated[j] = 1;
-              // Buckets before the current one were already processed, so nothing is inserted into them.
-              const auto into = std::max(b, static_cast<std::size_t>(d / width));
-              if (into < buckets.size()) buckets[into].push_back(j);
-            }
-          }
-        }
-      }
+      visit_around(feature, i, p, x_lo, x_hi, [&](std::size_t j, const glm::ivec3& q) {
+        if (feature.v[j] == f) return;
+        const auto d = static_cast<float>(distance(f, q));
+        if (!(d < nearest.v[j])) return;
+        nearest.v[j] = d;
+        feature.v[j] = f;
+        unpropagated[j] = 1;
+        // Buckets before the current one were already processed, so nothing is inserted into them.
+        const auto into = std::max(b, static_cast<std::size_t>(d / width));
+        if (into < buckets.size()) buckets[into].push_back(j);
+      });
     }
     std::vector<std::size_t>().swap(buckets[b]);
   }

@@ -51,9 +51,6 @@ struct Jet {
   double value;
   glm::dvec3 gradient;  // gradient of the value, per voxel
 };
-/// Returns value and gradient at the position p (voxels) by tricubic interpolation (Catmull-Rom: continuous gradient,
-/// exact at the samples). Outside the box, the value at the nearest point of the box is used.
-Jet sample_cubic(const Grid<float>& g, const glm::dvec3& p);
 
 /// Smooths with a Gaussian of the standard deviation `sigma` (voxels), axis by axis. Outside the box, the value at its
 /// border is used.
