@@ -13,10 +13,6 @@ namespace {
 
 // Returns the index of the sample at a position; negative if there is no such sample.
 template <class T>
-std::ptrdiff_t number(const Grid<T>& g, const glm::ivec3& p) {
-  return g.holds(p) ? static_cast<std::ptrdiff_t>(g.index(p)) : -1;
-}
-template <class T>
 std::ptrdiff_t number(const Sparse<T>& g, const glm::ivec3& p) {
   return g.holds(p) ? g.index(p) : -1;
 }
@@ -27,10 +23,10 @@ glm::ivec3 size_of(const Sparse<std::int32_t>& g) {
   return g.set->size;
 }
 
-// Calls visit(index, position) for the sample at p, whose index is i, and its 26 neighbours, as far as they exist. x is
-// limited to x_lo .. x_hi − 1.
+// Calls visit(index, position) for the sample at p and its 26 neighbours, as far as they exist. x is limited to
+// x_lo .. x_hi − 1.
 template <class T, class Visit>
-void visit_around(const Grid<T>& g, std::size_t, const glm::ivec3& p, int x_lo, int x_hi, Visit visit) {
+void visit_around(const Grid<T>& g, const glm::ivec3& p, int x_lo, int x_hi, Visit visit) {
   const glm::ivec3 lo = glm::max(p - 1, glm::ivec3(x_lo, 0, 0)),
                    hi = glm::min(p + 1, glm::ivec3(x_hi, g.size.y, g.size.z) - 1);
   for (int x = lo.x; x <= hi.x; ++x) {
@@ -40,17 +36,28 @@ void visit_around(const Grid<T>& g, std::size_t, const glm::ivec3& p, int x_lo, 
   }
 }
 template <class T, class Visit>
-void visit_around(const Sparse<T>& g, std::size_t i, const glm::ivec3& p, int x_lo, int x_hi, Visit visit) {
-  const glm::ivec3 in = p & (BlockSet::kEdge - 1), &size = g.set->size;
-  const bool whole = std::min({in.x, in.y, in.z}) > 0 && std::max({in.x, in.y, in.z}) < BlockSet::kEdge - 1 &&
-                     p.y + 1 < size.y && p.z + 1 < size.z;  // all neighbours lie in the same block
-  for (int x = std::max(p.x - 1, x_lo); x <= std::min(p.x + 1, x_hi - 1); ++x) {
-    for (int y = p.y - 1; y <= p.y + 1; ++y) {
-      for (int z = p.z - 1; z <= p.z + 1; ++z) {
-        const glm::ivec3 q(x, y, z);
-        const std::ptrdiff_t at =
-            whole ? static_cast<std::ptrdiff_t>(i - BlockSet::within(p) + BlockSet::within(q)) : number(g, q);
-        if (at >= 0) visit(static_cast<std::size_t>(at), q);
+void visit_around(const Sparse<T>& g, const glm::ivec3& p, int x_lo, int x_hi, Visit visit) {
+  const BlockSet& set = *g.set;
+  const glm::ivec3 lo = glm::max(p - 1, glm::ivec3(x_lo, 0, 0)),
+                   hi = glm::min(p + 1, glm::ivec3(x_hi, set.size.y, set.size.z) - 1);
+  // index of the first sample of each of the two blocks along each axis (z fastest); negative if it is not stored
+  constexpr int kEdge = BlockSet::kEdge;
+  const glm::ivec3 first = lo & ~(kEdge - 1);
+  std::ptrdiff_t start[8];
+  for (int k = 0; k < 8; ++k) {
+    const glm::ivec3 at = first + kEdge * glm::ivec3(k >> 2, k >> 1 & 1, k & 1);
+    start[k] = -1;
+    if (at.x > hi.x || at.y > hi.y || at.z > hi.z) continue;
+    const std::int32_t slot = set.slot[set.block(at)];
+    if (slot >= 0) start[k] = static_cast<std::ptrdiff_t>(static_cast<std::size_t>(slot) * BlockSet::kSamples);
+  }
+  for (int x = lo.x; x <= hi.x; ++x) {
+    for (int y = lo.y; y <= hi.y; ++y) {
+      const std::ptrdiff_t row = (x & 15) << 8 | (y & 15) << 4;
+      const std::ptrdiff_t* of_row = &start[(x - first.x) >> 4 << 2 | (y - first.y) >> 4 << 1];
+      for (int z = lo.z; z <= hi.z; ++z) {
+        const std::ptrdiff_t block = of_row[(z - first.z) >> 4];
+        if (block >= 0) visit(static_cast<std::size_t>(block + (row | (z & 15))), glm::ivec3(x, y, z));
       }
     }
   }
@@ -60,9 +67,10 @@ void visit_around(const Sparse<T>& g, std::size_t i, const glm::ivec3& p, int x_
 // a feature and are marked in `unpropagated`, in the order of their distances. The queue consists of buckets. Each
 // bucket contains the samples whose distances lie in one interval, whose width is a quarter of `step`. This order is
 // precise enough, and an insertion takes constant time.
-template <class Features, class Distances, class Distance>
+template <class Features, class Distances, class SquaredFrom>
 void propagate_within(Features& feature, Distances& nearest, std::vector<std::uint8_t>& unpropagated, int x_lo,
-                      int x_hi, const std::vector<std::size_t>& seeds, double band, double step, Distance distance) {
+                      int x_hi, const std::vector<std::size_t>& seeds, double band, double step,
+                      SquaredFrom squared_from) {
   const double width = 0.25 * step;
   std::vector<std::vector<std::size_t>> buckets(static_cast<std::size_t>(band / width) + 2);
   for (const std::size_t i : seeds) {
@@ -76,9 +84,12 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
       if (!std::exchange(unpropagated[i], std::uint8_t{0})) continue;
       const std::int32_t f = feature.v[i];
       const glm::ivec3 p = feature.place(i);
-      visit_around(feature, i, p, x_lo, x_hi, [&](std::size_t j, const glm::ivec3& q) {
+      const auto from = squared_from(f);
+      visit_around(feature, p, x_lo, x_hi, [&](std::size_t j, const glm::ivec3& q) {
         if (feature.v[j] == f) return;
-        const auto d = static_cast<float>(distance(f, q));
+        const double squared = from(q), present = static_cast<double>(nearest.v[j]);
+        if (squared >= present * present) return;
+        const auto d = static_cast<float>(std::sqrt(squared));
         if (!(d < nearest.v[j])) return;
         nearest.v[j] = d;
         feature.v[j] = f;
@@ -93,10 +104,10 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
 }
 
 // Finds the nearest feature (point or triangle) of each sample within the band. Features are passed from sample to
-// sample. `distance(feature, sample)` returns a distance in the caller's units. All slabs of the grid are computed in
+// sample. `squared_from(feature)` returns a function that maps a sample to its squared distance in the caller's units. All slabs of the grid are computed in
 // parallel, and then features are passed across the borders between slabs.
-template <class Features, class Distances, class Distance>
-void propagate(Features& feature, Distances& nearest, double band, double step, Distance distance) {
+template <class Features, class Distances, class SquaredFrom>
+void propagate(Features& feature, Distances& nearest, double band, double step, SquaredFrom squared_from) {
   // number of samples over which a feature (the nearest point or triangle) is passed from sample to sample
   const int reach = static_cast<int>(band / step) + 2;
   const int slab = std::max(64, (2 * reach + BlockSet::kEdge) / BlockSet::kEdge * BlockSet::kEdge);
@@ -109,7 +120,7 @@ void propagate(Features& feature, Distances& nearest, double band, double step, 
   std::vector<std::uint8_t> unpropagated(feature.v.size(), 0);
   for_each_slab(slabs, [&](int s) {
     propagate_within(feature, nearest, unpropagated, s * slab, std::min((s + 1) * slab, x_size),
-                     seeds[static_cast<std::size_t>(s)], band, step, distance);
+                     seeds[static_cast<std::size_t>(s)], band, step, squared_from);
   });
   for (std::size_t i = 0; i < feature.v.size(); ++i) {
     if (feature.v[i] < 0) continue;
@@ -119,7 +130,7 @@ void propagate(Features& feature, Distances& nearest, double band, double step, 
   }
   for_each_slab(slabs, [&](int s) {
     propagate_within(feature, nearest, unpropagated, s * slab - slab / 2, std::min(s * slab + slab / 2, x_size),
-                     at_seam[static_cast<std::size_t>(s)], band, step, distance);
+                     at_seam[static_cast<std::size_t>(s)], band, step, squared_from);
   });
 }
 
@@ -228,8 +239,11 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   DistanceField field{Sparse<float>(set, static_cast<float>(band), static_cast<float>(-band)), {}};
   Sparse<float>& d = field.distance;
   d.fill(std::numeric_limits<float>::max());
-  const auto distance = [&](std::int32_t f, const glm::ivec3& i) {
-    return glm::length(source(i) - glm::dvec3(points[static_cast<std::size_t>(f)]));
+  const auto squared_from = [&](std::int32_t f) {
+    return [&source, point = glm::dvec3(points[static_cast<std::size_t>(f)])](const glm::ivec3& i) {
+      const glm::dvec3 off = source(i) - point;
+      return glm::dot(off, off);
+    };
   };
   for (std::size_t f = 0; f < points.size(); ++f) {
     const glm::ivec3 lo(glm::floor(target(points[f])));
@@ -238,14 +252,14 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
       const std::ptrdiff_t at = number(feature, q);
       if (at < 0) continue;
       const auto i = static_cast<std::size_t>(at);
-      const auto away = static_cast<float>(distance(static_cast<std::int32_t>(f), q));
+      const auto away = static_cast<float>(std::sqrt(squared_from(static_cast<std::int32_t>(f))(q)));
       if (away < d.v[i]) {
         d.v[i] = away;
         feature.v[i] = static_cast<std::int32_t>(f);
       }
     }
   }
-  propagate(feature, d, reach, placement.scale, distance);
+  propagate(feature, d, reach, placement.scale, squared_from);
 
   // So far each sample has its nearest crossing: the nearest point at which a grid line crosses the surface. Starting
   // from this point, finds the nearest point of the whole surface, which usually lies between such crossings.
@@ -424,9 +438,11 @@ Grid<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& 
   // for every sample: index of the nearest triangle within the band; -1 if there is none
   Grid<std::int32_t> feature(size, -1);
   Grid<float> nearest(size, std::numeric_limits<float>::max());
-  const auto distance = [&](std::int32_t f, const glm::ivec3& i) {
-    const glm::dvec3 p(i);
-    return glm::length(p - closest_on(mesh[static_cast<std::size_t>(f)], p));
+  const auto squared_from = [&](std::int32_t f) {
+    return [&triangle = mesh[static_cast<std::size_t>(f)]](const glm::ivec3& i) {
+      const glm::dvec3 p(i), off = p - closest_on(triangle, p);
+      return glm::dot(off, off);
+    };
   };
   for (std::size_t f = 0; f < mesh.size(); ++f) {
     const Triangle& t = mesh[f];
@@ -435,7 +451,7 @@ Grid<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& 
     for (int x = lo.x; x <= hi.x; ++x) {
       for (int y = lo.y; y <= hi.y; ++y) {
         for (int z = lo.z; z <= hi.z; ++z) {
-          const auto d = static_cast<float>(distance(static_cast<std::int32_t>(f), {x, y, z}));
+          const auto d = static_cast<float>(std::sqrt(squared_from(static_cast<std::int32_t>(f))({x, y, z})));
           if (d < nearest(x, y, z) && d < 2) {
             nearest(x, y, z) = d;
             feature(x, y, z) = static_cast<std::int32_t>(f);
@@ -444,7 +460,7 @@ Grid<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& 
       }
     }
   }
-  propagate(feature, nearest, band + 1.5, 1, distance);
+  propagate(feature, nearest, band + 1.5, 1, squared_from);
   for (float& d : nearest.v) d = std::min(d, static_cast<float>(band));
   return nearest;
 }
