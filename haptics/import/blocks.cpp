@@ -458,11 +458,15 @@ Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
   return d;
 }
 
-std::vector<Body> find_bodies(const Mask& mask) {
+// Returns the connected components of the samples in a box. `read(x, y)` returns the bytes of a row along z. Samples are
+// connected over faces, or with `corners` also over edges and corners.
+template <class Read>
+static std::vector<Body> bodies_of(const glm::ivec3& size, bool corners, Read read) {
   // A run: neighbouring voxels of the mask in a row along z. Runs that touch each other are joined to one component
   // (union–find).
   struct Run {
     int x, y, begin, end;
+    std::size_t bright;
   };
   std::vector<Run> runs;
   std::vector<std::uint32_t> parent;
@@ -470,47 +474,62 @@ std::vector<Body> find_bodies(const Mask& mask) {
     while (parent[r] != r) r = parent[r] = parent[parent[r]];
     return r;
   };
-  const glm::ivec3& size = mask.size;
   std::vector<std::size_t> row_begin(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) + 1, 0);
+  const int apart = corners ? 1 : 0;  // largest gap along z between two runs that touch each other
   const auto join_row = [&](std::size_t row, std::size_t first) {
     std::size_t a = row_begin[row], b = first;
     while (a < row_begin[row + 1] && b < runs.size()) {
-      if (runs[a].begin < runs[b].end && runs[b].begin < runs[a].end) {
+      if (runs[a].begin < runs[b].end + apart && runs[b].begin < runs[a].end + apart) {
         const std::uint32_t ra = root(static_cast<std::uint32_t>(a)), rb = root(static_cast<std::uint32_t>(b));
         parent[std::max(ra, rb)] = std::min(ra, rb);
       }
       ++(runs[a].end < runs[b].end ? a : b);
     }
   };
+  const auto rows = static_cast<std::size_t>(size.y);
   for (int x = 0; x < size.x; ++x) {
     for (int y = 0; y < size.y; ++y) {
-      const std::size_t row = static_cast<std::size_t>(x) * static_cast<std::size_t>(size.y) +
-                              static_cast<std::size_t>(y),
-                        first = runs.size();
+      const std::size_t row = static_cast<std::size_t>(x) * rows + static_cast<std::size_t>(y), first = runs.size();
       row_begin[row] = first;
-      const std::uint8_t *begin = &mask(x, y, 0), *end = begin + size.z, *p = begin;
+      const std::uint8_t *begin = read(x, y), *end = begin + size.z, *p = begin;
       while ((p = std::find_if(p, end, [](std::uint8_t m) { return m != 0; })) != end) {
         const std::uint8_t* stop = std::find(p, end, std::uint8_t{0});
         parent.push_back(static_cast<std::uint32_t>(runs.size()));
-        runs.push_back({x, y, static_cast<int>(p - begin), static_cast<int>(stop - begin)});
+        runs.push_back({x, y, static_cast<int>(p - begin), static_cast<int>(stop - begin),
+                        static_cast<std::size_t>(std::count(p, stop, kBrightVoxel))});
         p = stop;
       }
       row_begin[row + 1] = runs.size();
       if (y > 0) join_row(row - 1, first);
-      if (x > 0) join_row(row - static_cast<std::size_t>(size.y), first);
+      if (x > 0) join_row(row - rows, first);
+      if (corners && x > 0 && y > 0) join_row(row - rows - 1, first);
+      if (corners && x > 0 && y + 1 < size.y) join_row(row - rows + 1, first);
     }
   }
   std::vector<Body> of_root(runs.size(), Body{.lo = size});
   for (const Run& run : runs) {
     Body& body = of_root[root(static_cast<std::uint32_t>(&run - runs.data()))];
-    const std::uint8_t* begin = &mask(run.x, run.y, run.begin);
     body.voxels += static_cast<std::size_t>(run.end - run.begin);
-    body.bright += static_cast<std::size_t>(std::count(begin, begin + (run.end - run.begin), kBrightVoxel));
+    body.bright += run.bright;
     body.lo = glm::min(body.lo, glm::ivec3(run.x, run.y, run.begin));
     body.hi = glm::max(body.hi, glm::ivec3(run.x, run.y, run.end - 1));
   }
   std::erase_if(of_root, [](const Body& body) { return body.voxels == 0; });
   return of_root;
+}
+
+std::vector<Body> find_bodies(const Mask& mask) {
+  return bodies_of(mask.size, false, [&](int x, int y) { return &mask(x, y, 0); });
+}
+
+std::size_t count_bodies(const glm::ivec3& size,
+                         const std::function<void(int, int, std::span<std::uint8_t>)>& read) {
+  std::vector<std::uint8_t> row(static_cast<std::size_t>(size.z));
+  const auto read_row = [&](int x, int y) -> const std::uint8_t* {
+    read(x, y, row);
+    return row.data();
+  };
+  return bodies_of(size, true, read_row).size();
 }
 
 std::size_t main_body(const std::vector<Body>& bodies, double least_bright) {

@@ -115,19 +115,12 @@ std::int32_t Components::largest() const {
   return static_cast<std::int32_t>(std::max_element(voxels.begin() + 1, voxels.end()) - voxels.begin());
 }
 
-Components components(const Mask& mask, bool corners) {
+Components components(const Mask& mask) {
   Components c;
   c.label = Grid<std::int32_t>(mask.size, 0);
   c.voxels.assign(1, 0);
-  std::vector<glm::ivec3> neighbours;
-  for (int x = -1; x <= 1; ++x) {
-    for (int y = -1; y <= 1; ++y) {
-      for (int z = -1; z <= 1; ++z) {
-        const int steps = std::abs(x) + std::abs(y) + std::abs(z);
-        if (steps == 1 || (corners && steps > 1)) neighbours.push_back({x, y, z});
-      }
-    }
-  }
+  const std::array<glm::ivec3, 6> neighbours = {glm::ivec3(-1, 0, 0), {0, -1, 0}, {0, 0, -1},
+                                                {0, 0, 1},            {0, 1, 0},  {1, 0, 0}};
   std::vector<std::size_t> stack;
   for (std::size_t seed = 0; seed < mask.v.size(); ++seed) {
     if (!mask.v[seed] || c.label.v[seed]) continue;

@@ -65,8 +65,7 @@ struct Components {
   std::vector<std::size_t> voxels;  // number of voxels of component i; element 0 is not used
   std::int32_t largest() const;     // returns the number of the largest component; 0 if there is none
 };
-/// Finds the connected components of a mask. Samples are connected over faces (6 neighbours), or with `corners` also
-/// over edges and corners (26 neighbours).
-Components components(const Mask& mask, bool corners = false);
+/// Finds the connected components of a mask. Samples are connected over faces (6 neighbours).
+Components components(const Mask& mask);
 
 }  // namespace typodont::haptics::importing
