@@ -48,7 +48,8 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
   }
 }
 
-// Copies the same samples as gather(), but faster. `n` is small, so the samples lie in at most two blocks along an axis.
+// Copies the same samples as gather(), but faster. `n` is small, so the samples lie in at most two blocks along an
+// axis.
 template <int n, class T>
 void gather_few(const Sparse<T>& g, const glm::ivec3& lo, T* to) {
   static_assert(n <= kEdge);
@@ -458,8 +459,8 @@ Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
   return d;
 }
 
-// Returns the connected components of the samples in a box. `read(x, y)` returns the bytes of a row along z. Samples are
-// connected over faces, or with `corners` also over edges and corners.
+// Returns the connected components of the samples in a box. `read(x, y)` returns the bytes of a row along z. Samples
+// are connected over faces, or with `corners` also over edges and corners.
 template <class Read>
 static std::vector<Body> bodies_of(const glm::ivec3& size, bool corners, Read read) {
   // A run: neighbouring voxels of the mask in a row along z. Runs that touch each other are joined to one component
@@ -522,8 +523,7 @@ std::vector<Body> find_bodies(const Mask& mask) {
   return bodies_of(mask.size, false, [&](int x, int y) { return &mask(x, y, 0); });
 }
 
-std::size_t count_bodies(const glm::ivec3& size,
-                         const std::function<void(int, int, std::span<std::uint8_t>)>& read) {
+std::size_t count_bodies(const glm::ivec3& size, const std::function<void(int, int, std::span<std::uint8_t>)>& read) {
   std::vector<std::uint8_t> row(static_cast<std::size_t>(size.z));
   const auto read_row = [&](int x, int y) -> const std::uint8_t* {
     read(x, y, row);

@@ -175,8 +175,7 @@ inline constexpr std::uint8_t kBrightVoxel = 2;
 std::vector<Body> find_bodies(const Mask& mask);
 /// Returns the number of connected components of the samples in a box of `size`. Samples are connected over faces,
 /// edges and corners. `read(x, y, row)` writes one byte for each sample of a row along z, nonzero for those that count.
-std::size_t count_bodies(const glm::ivec3& size,
-                         const std::function<void(int, int, std::span<std::uint8_t>)>& read);
+std::size_t count_bodies(const glm::ivec3& size, const std::function<void(int, int, std::span<std::uint8_t>)>& read);
 /// Returns the index of the body that is imported. It is the largest body, or the largest among those with teeth: a
 /// body has teeth if its number of bright voxels is at least a tenth of the largest such number, and this largest
 /// number is at least `least_bright`. Bodies that are much smaller than the largest one (splinters) are ignored.

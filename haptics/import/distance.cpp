@@ -52,8 +52,8 @@ void visit_around(const Sparse<T>& g, const glm::ivec3& p, int x_lo, int x_hi, V
 // bucket contains the samples whose distances lie in one interval, whose width is a quarter of `step`. This order is
 // precise enough, and an insertion takes constant time.
 template <class SquaredFrom>
-void propagate_within(Sparse<std::int32_t>& feature, Sparse<float>& nearest, std::vector<std::uint8_t>& unpropagated, int x_lo,
-                      int x_hi, const std::vector<std::size_t>& seeds, double band, double step,
+void propagate_within(Sparse<std::int32_t>& feature, Sparse<float>& nearest, std::vector<std::uint8_t>& unpropagated,
+                      int x_lo, int x_hi, const std::vector<std::size_t>& seeds, double band, double step,
                       SquaredFrom squared_from) {
   const double width = 0.25 * step;
   std::vector<std::vector<std::size_t>> buckets(static_cast<std::size_t>(band / width) + 2);
@@ -88,10 +88,11 @@ void propagate_within(Sparse<std::int32_t>& feature, Sparse<float>& nearest, std
 }
 
 // Finds the nearest feature (point or triangle) of each sample within the band. Features are passed from sample to
-// sample. `squared_from(feature)` returns a function that maps a sample to its squared distance in the caller's units. All slabs of the grid are computed in
-// parallel, and then features are passed across the borders between slabs.
+// sample. `squared_from(feature)` returns a function that maps a sample to its squared distance in the caller's units.
+// All slabs of the grid are computed in parallel, and then features are passed across the borders between slabs.
 template <class SquaredFrom>
-void propagate(Sparse<std::int32_t>& feature, Sparse<float>& nearest, double band, double step, SquaredFrom squared_from) {
+void propagate(Sparse<std::int32_t>& feature, Sparse<float>& nearest, double band, double step,
+               SquaredFrom squared_from) {
   // number of samples over which a feature (the nearest point or triangle) is passed from sample to sample
   const int reach = static_cast<int>(band / step) + 2;
   const int slab = std::max(64, (2 * reach + BlockSet::kEdge) / BlockSet::kEdge * BlockSet::kEdge);
@@ -371,9 +372,9 @@ WindingNumbers::Lines WindingNumbers::lines_along(int axis, std::span<const Tria
         const bool left = w[0] > 0 && w[1] > 0 && w[2] > 0, right = w[0] < 0 && w[1] < 0 && w[2] < 0;
         if (!left && !right) continue;
         const double at = (w[0] * t.a[axis] + w[1] * t.b[axis] + w[2] * t.c[axis]) / (w[0] + w[1] + w[2]);
-        found.push_back({static_cast<std::uint32_t>(i) * static_cast<std::uint32_t>(size[v]) +
-                             static_cast<std::uint32_t>(j),
-                         {static_cast<float>(at), left ? 1 : -1}});
+        found.push_back(
+            {static_cast<std::uint32_t>(i) * static_cast<std::uint32_t>(size[v]) + static_cast<std::uint32_t>(j),
+             {static_cast<float>(at), left ? 1 : -1}});
       }
     }
   }
@@ -400,8 +401,8 @@ WindingNumbers::WindingNumbers(std::span<const Triangle> mesh, const glm::ivec3&
 
 std::span<const WindingNumbers::Crossing> WindingNumbers::line(int axis, int i, int j) const {
   const Lines& lines = lines_[static_cast<std::size_t>(axis)];
-  const std::size_t k = static_cast<std::size_t>(i) * static_cast<std::size_t>(size_[(axis + 2) % 3]) +
-                        static_cast<std::size_t>(j);
+  const std::size_t k =
+      static_cast<std::size_t>(i) * static_cast<std::size_t>(size_[(axis + 2) % 3]) + static_cast<std::size_t>(j);
   return {lines.crossings.data() + lines.first[k], lines.first[k + 1] - lines.first[k]};
 }
 
@@ -488,9 +489,8 @@ Sparse<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3
     }
   }
   propagate(feature, nearest, reach, 1, squared_from);
-  for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
-    nearest.v[i] = std::min(nearest.v[i], static_cast<float>(band));
-  });
+  for_each_sample(
+      *set, [&](const glm::ivec3&, std::size_t i) { nearest.v[i] = std::min(nearest.v[i], static_cast<float>(band)); });
   return nearest;
 }
 

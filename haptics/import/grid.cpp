@@ -127,8 +127,8 @@ Components components(const Mask& mask) {
   Components c;
   c.label = Grid<std::int32_t>(mask.size, 0);
   c.voxels.assign(1, 0);
-  const std::array<glm::ivec3, 6> neighbours = {glm::ivec3(-1, 0, 0), {0, -1, 0}, {0, 0, -1},
-                                                {0, 0, 1},            {0, 1, 0},  {1, 0, 0}};
+  const std::array<glm::ivec3, 6> neighbours = {
+      glm::ivec3(-1, 0, 0), {0, -1, 0}, {0, 0, -1}, {0, 0, 1}, {0, 1, 0}, {1, 0, 0}};
   std::vector<std::size_t> stack;
   for (std::size_t seed = 0; seed < mask.v.size(); ++seed) {
     if (!mask.v[seed] || c.label.v[seed]) continue;

@@ -104,9 +104,8 @@ void require_memory_for(const DenseTissue& out, std::span<const std::vector<Tria
   // import)
   constexpr double kResult = 5, kResidue = 30e6;
   const dvec3 size(out.size);
-  require_memory(
-      kResidue + memory_of_filling(parts, out.size, deepest) + (kResult + labels) * size.x * size.y * size.z, options,
-      report);
+  require_memory(kResidue + memory_of_filling(parts, out.size, deepest) + (kResult + labels) * size.x * size.y * size.z,
+                 options, report);
 }
 
 /// Stores distances and tissues. `label(p, d)` returns the tissue at the sample p, whose distance is d (m).

@@ -112,8 +112,8 @@ void close_cracks(Mask& part) {
   });
 }
 
-/// Finds the samples where inside and outside meet although no triangle is near. There the mesh has an opening, which is
-/// closed by a cap.
+/// Finds the samples where inside and outside meet although no triangle is near. There the mesh has an opening, which
+/// is closed by a cap.
 std::vector<glm::ivec3> find_cap(const Mask& part, const Sparse<float>& distance) {
   // voxels; if a sample is nearer to the mesh than this, there is a triangle beside it, and no opening
   constexpr float kOnMesh = 1;
@@ -159,8 +159,8 @@ void add_cap(const std::vector<glm::ivec3>& cap, double band, Sparse<float>& dis
   const Sparse<float> squared = distance_squared_to(is_cap, reach);
   Sparse<float> all(set, distance.outside, distance.inside);
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
-    all.v[i] = static_cast<float>(std::min(static_cast<double>(distance[p]),
-                                           std::sqrt(static_cast<double>(squared.v[i])) + 0.5));
+    all.v[i] = static_cast<float>(
+        std::min(static_cast<double>(distance[p]), std::sqrt(static_cast<double>(squared.v[i])) + 0.5));
   });
   distance = std::move(all);
 }

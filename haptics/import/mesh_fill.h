@@ -12,7 +12,7 @@ struct FilledMesh {
   Sparse<float> distance;  // signed distance in voxels, negative inside, limited to ± the band; stored near the surface
   Mask part;               // for every sample: number of the part (from 1) that contains it; 0 outside
   bool capped = false;     // true if the mesh had an opening, which was closed by a cap where the winding number is 0.5
-  bool sheet = false;      // true if the mesh encloses no volume; it then becomes a shell with a thickness of two voxels
+  bool sheet = false;  // true if the mesh encloses no volume; it then becomes a shell with a thickness of two voxels
 };
 
 /// Fills the parts of a mesh. A sample is inside a part if its generalized winding number is 0.5 or more (3 sixths, see
