@@ -128,6 +128,18 @@ TEST_F(ImportMouth, AToolBetweenTheOpenJawsFeelsAndCutsTheOpposingJaw) {
   EXPECT_LT(free, 1e-3);
   EXPECT_LT(deepest, -0.3) << "the opposing jaw pushes the hand downwards";
   EXPECT_GT(removed, 0.01);
+  // The report counts the cut as damage.
+  const Ran recorded =
+      folder_.run(fmt::format("servo {} --hand {} --out {}", out_, folder_ / "hand.csv", folder_ / "session.h5"));
+  ASSERT_EQ(recorded.status, 0) << recorded.err;
+  const Ran scored =
+      folder_.run(fmt::format("report {} --json --out {}", folder_ / "session.h5", folder_ / "report.html"));
+  ASSERT_EQ(scored.status, 0) << scored.err;
+  double damage = 0;
+  for (const auto& item : nlohmann::json::parse(scored.out).at("items")) {
+    if (item.at("name") == "protected_removed_mm3") damage = item.at("value");
+  }
+  EXPECT_NEAR(damage, removed, 0.2 * removed);
 }
 
 TEST_F(ImportMouth, AVolumeThatBelongsToNoExerciseOfThisNameIsNotReplaced) {
