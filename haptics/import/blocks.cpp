@@ -15,6 +15,10 @@ void gather(const Grid<T>& g, const glm::ivec3& lo, int n, T* to) {
   for (int x = lo.x; x < lo.x + n; ++x) {
     for (int y = lo.y; y < lo.y + n; ++y) {
       const T* row = &g.v[g.index(std::clamp(x, 0, g.size.x - 1), std::clamp(y, 0, g.size.y - 1), 0)];
+      if (lo.z >= 0 && lo.z + n <= g.size.z) {
+        to = std::copy_n(row + lo.z, n, to);
+        continue;
+      }
       for (int z = lo.z; z < lo.z + n; ++z) *to++ = row[std::clamp(z, 0, g.size.z - 1)];
     }
   }
@@ -39,6 +43,54 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
         }
         to += run;
         z += run;
+      }
+    }
+  }
+}
+
+// Copies the same samples as gather(), but faster. `n` is small, so the samples lie in at most two blocks along an
+// axis.
+template <int n, class T>
+void gather_few(const Sparse<T>& g, const glm::ivec3& lo, T* to) {
+  static_assert(n <= kEdge);
+  const BlockSet& set = *g.set;
+  const glm::ivec3 in = lo & 15, end = lo + n;
+  if (glm::any(glm::lessThan(lo, glm::ivec3(0))) || glm::any(glm::greaterThan(end, set.size))) {
+    gather(g, lo, n, to);
+    return;
+  }
+  if (std::max({in.x, in.y, in.z}) + n <= kEdge) {  // all samples lie in one block
+    const std::ptrdiff_t i = g.index(lo);
+    if (i < 0) {
+      std::fill_n(to, n * n * n, i == BlockSet::kOutside ? g.outside : g.inside);
+      return;
+    }
+    const T* from = &g.v[static_cast<std::size_t>(i)];
+    for (int x = 0; x < n; ++x) {
+      for (int y = 0; y < n; ++y) {
+        for (int z = 0; z < n; ++z) *to++ = from[x * kEdge * kEdge + y * kEdge + z];
+      }
+    }
+    return;
+  }
+  // samples of the two blocks along each axis (z fastest); null if the block is not stored
+  const T* stored[8] = {};
+  T common[8] = {};  // value of all samples of a block that is not stored
+  for (int k = 0; k < 8; ++k) {
+    const glm::ivec3 next(k >> 2, k >> 1 & 1, k & 1);
+    if (glm::any(glm::greaterThanEqual(next * kEdge, in + n))) continue;
+    const std::int32_t slot = set.slot[set.block(lo + next * kEdge)];
+    if (slot >= 0)
+      stored[k] = &g.v[static_cast<std::size_t>(slot) * BlockSet::kSamples];
+    else
+      common[k] = slot == BlockSet::kOutside ? g.outside : g.inside;
+  }
+  for (int x = in.x; x < in.x + n; ++x) {
+    for (int y = in.y; y < in.y + n; ++y) {
+      const int row = (x & 15) << 8 | (y & 15) << 4, of_row = (x >> 4) << 2 | (y >> 4) << 1;
+      for (int z = in.z; z < in.z + n; ++z) {
+        const int k = of_row | z >> 4;
+        *to++ = stored[k] ? stored[k][row | (z & 15)] : common[k];
       }
     }
   }
@@ -224,9 +276,10 @@ class Spread {
   std::vector<std::ptrdiff_t> stack_;
 };
 
-template <class G>
-Jet cubic(const G& g, const glm::ivec3& size, const glm::dvec3& p) {
-  const glm::dvec3 q = glm::clamp(p, glm::dvec3(0.0), glm::dvec3(size - 1));
+}  // namespace
+
+Jet sample_cubic(const Sparse<float>& g, const glm::dvec3& p) {
+  const glm::dvec3 q = glm::clamp(p, glm::dvec3(0.0), glm::dvec3(g.set->size - 1));
   const glm::ivec3 i(q);
   double w[3][4], dw[3][4];
   for (int a = 0; a < 3; ++a) {
@@ -241,7 +294,7 @@ Jet cubic(const G& g, const glm::ivec3& size, const glm::dvec3& p) {
     dw[a][3] = 0.5 * (3 * t2 - 2 * t);
   }
   float values[64];
-  gather(g, i - 1, 4, values);
+  gather_few<4>(g, i - 1, values);
   Jet jet{0, glm::dvec3(0)};
   for (int x = 0; x < 4; ++x) {
     double sy = 0, sdy = 0, sdz = 0;
@@ -263,8 +316,6 @@ Jet cubic(const G& g, const glm::ivec3& size, const glm::dvec3& p) {
   }
   return jet;
 }
-
-}  // namespace
 
 BlockSet::BlockSet(const glm::ivec3& box, const std::vector<std::uint8_t>& wanted)
     : size(box), count(blocks_of(box)), slot(wanted.size(), kOutside) {
@@ -304,19 +355,11 @@ float sample(const Sparse<float>& g, const glm::dvec3& p) {
   const glm::ivec3 i = glm::min(glm::ivec3(q), glm::max(size - 2, glm::ivec3(0)));
   const glm::vec3 t(q - glm::dvec3(i));
   float c[8];
-  gather(g, i, 2, c);
+  gather_few<2>(g, i, c);
   const auto mix = [](float a, float b, float share) { return a + share * (b - a); };
   const float e = mix(mix(c[0], c[1], t.z), mix(c[2], c[3], t.z), t.y),
               f = mix(mix(c[4], c[5], t.z), mix(c[6], c[7], t.z), t.y);
   return mix(e, f, t.x);
-}
-
-Jet sample_cubic(const Sparse<float>& g, const glm::dvec3& p) {
-  return cubic(g, g.set->size, p);
-}
-
-Jet sample_cubic(const Grid<float>& g, const glm::dvec3& p) {
-  return cubic(g, g.size, p);
 }
 
 Sparse<float> gaussian(const Grid<float>& g, const std::shared_ptr<const BlockSet>& set, double sigma, float outside,
@@ -416,11 +459,15 @@ Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
   return d;
 }
 
-std::vector<Body> find_bodies(const Mask& mask) {
+// Returns the connected components of the samples in a box. `read(x, y)` returns the bytes of a row along z. Samples
+// are connected over faces, or with `corners` also over edges and corners.
+template <class Read>
+static std::vector<Body> bodies_of(const glm::ivec3& size, bool corners, Read read) {
   // A run: neighbouring voxels of the mask in a row along z. Runs that touch each other are joined to one component
   // (union–find).
   struct Run {
     int x, y, begin, end;
+    std::size_t bright;
   };
   std::vector<Run> runs;
   std::vector<std::uint32_t> parent;
@@ -428,47 +475,61 @@ std::vector<Body> find_bodies(const Mask& mask) {
     while (parent[r] != r) r = parent[r] = parent[parent[r]];
     return r;
   };
-  const glm::ivec3& size = mask.size;
   std::vector<std::size_t> row_begin(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) + 1, 0);
+  const int apart = corners ? 1 : 0;  // largest gap along z between two runs that touch each other
   const auto join_row = [&](std::size_t row, std::size_t first) {
     std::size_t a = row_begin[row], b = first;
     while (a < row_begin[row + 1] && b < runs.size()) {
-      if (runs[a].begin < runs[b].end && runs[b].begin < runs[a].end) {
+      if (runs[a].begin < runs[b].end + apart && runs[b].begin < runs[a].end + apart) {
         const std::uint32_t ra = root(static_cast<std::uint32_t>(a)), rb = root(static_cast<std::uint32_t>(b));
         parent[std::max(ra, rb)] = std::min(ra, rb);
       }
       ++(runs[a].end < runs[b].end ? a : b);
     }
   };
+  const auto rows = static_cast<std::size_t>(size.y);
   for (int x = 0; x < size.x; ++x) {
     for (int y = 0; y < size.y; ++y) {
-      const std::size_t row = static_cast<std::size_t>(x) * static_cast<std::size_t>(size.y) +
-                              static_cast<std::size_t>(y),
-                        first = runs.size();
+      const std::size_t row = static_cast<std::size_t>(x) * rows + static_cast<std::size_t>(y), first = runs.size();
       row_begin[row] = first;
-      const std::uint8_t *begin = &mask(x, y, 0), *end = begin + size.z, *p = begin;
+      const std::uint8_t *begin = read(x, y), *end = begin + size.z, *p = begin;
       while ((p = std::find_if(p, end, [](std::uint8_t m) { return m != 0; })) != end) {
         const std::uint8_t* stop = std::find(p, end, std::uint8_t{0});
         parent.push_back(static_cast<std::uint32_t>(runs.size()));
-        runs.push_back({x, y, static_cast<int>(p - begin), static_cast<int>(stop - begin)});
+        runs.push_back({x, y, static_cast<int>(p - begin), static_cast<int>(stop - begin),
+                        static_cast<std::size_t>(std::count(p, stop, kBrightVoxel))});
         p = stop;
       }
       row_begin[row + 1] = runs.size();
       if (y > 0) join_row(row - 1, first);
-      if (x > 0) join_row(row - static_cast<std::size_t>(size.y), first);
+      if (x > 0) join_row(row - rows, first);
+      if (corners && x > 0 && y > 0) join_row(row - rows - 1, first);
+      if (corners && x > 0 && y + 1 < size.y) join_row(row - rows + 1, first);
     }
   }
   std::vector<Body> of_root(runs.size(), Body{.lo = size});
   for (const Run& run : runs) {
     Body& body = of_root[root(static_cast<std::uint32_t>(&run - runs.data()))];
-    const std::uint8_t* begin = &mask(run.x, run.y, run.begin);
     body.voxels += static_cast<std::size_t>(run.end - run.begin);
-    body.bright += static_cast<std::size_t>(std::count(begin, begin + (run.end - run.begin), kBrightVoxel));
+    body.bright += run.bright;
     body.lo = glm::min(body.lo, glm::ivec3(run.x, run.y, run.begin));
     body.hi = glm::max(body.hi, glm::ivec3(run.x, run.y, run.end - 1));
   }
   std::erase_if(of_root, [](const Body& body) { return body.voxels == 0; });
   return of_root;
+}
+
+std::vector<Body> find_bodies(const Mask& mask) {
+  return bodies_of(mask.size, false, [&](int x, int y) { return &mask(x, y, 0); });
+}
+
+std::size_t count_bodies(const glm::ivec3& size, const std::function<void(int, int, std::span<std::uint8_t>)>& read) {
+  std::vector<std::uint8_t> row(static_cast<std::size_t>(size.z));
+  const auto read_row = [&](int x, int y) -> const std::uint8_t* {
+    read(x, y, row);
+    return row.data();
+  };
+  return bodies_of(size, true, read_row).size();
 }
 
 std::size_t main_body(const std::vector<Body>& bodies, double least_bright) {

@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -171,6 +173,9 @@ struct Body {
 inline constexpr std::uint8_t kBrightVoxel = 2;
 /// Returns the connected components of a dense mask. Samples are connected over faces.
 std::vector<Body> find_bodies(const Mask& mask);
+/// Returns the number of connected components of the samples in a box of `size`. Samples are connected over faces,
+/// edges and corners. `read(x, y, row)` writes one byte for each sample of a row along z, nonzero for those that count.
+std::size_t count_bodies(const glm::ivec3& size, const std::function<void(int, int, std::span<std::uint8_t>)>& read);
 /// Returns the index of the body that is imported. It is the largest body, or the largest among those with teeth: a
 /// body has teeth if its number of bright voxels is at least a tenth of the largest such number of any body. If this
 /// largest number is less than `least_bright`, no body has teeth. Bodies that are much smaller than the largest body

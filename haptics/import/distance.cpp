@@ -13,27 +13,48 @@ namespace {
 
 // Returns the index of the sample at a position; negative if there is no such sample.
 template <class T>
-std::ptrdiff_t number(const Grid<T>& g, const glm::ivec3& p) {
-  return g.holds(p) ? static_cast<std::ptrdiff_t>(g.index(p)) : -1;
-}
-template <class T>
 std::ptrdiff_t number(const Sparse<T>& g, const glm::ivec3& p) {
   return g.holds(p) ? g.index(p) : -1;
 }
-glm::ivec3 size_of(const Grid<std::int32_t>& g) {
-  return g.size;
-}
-glm::ivec3 size_of(const Sparse<std::int32_t>& g) {
-  return g.set->size;
+
+// Calls visit(index, position) for the sample at p and its 26 neighbours, as far as they exist. x is limited to
+// x_lo .. x_hi − 1.
+template <class T, class Visit>
+void visit_around(const Sparse<T>& g, const glm::ivec3& p, int x_lo, int x_hi, Visit visit) {
+  const BlockSet& set = *g.set;
+  const glm::ivec3 lo = glm::max(p - 1, glm::ivec3(x_lo, 0, 0)),
+                   hi = glm::min(p + 1, glm::ivec3(x_hi, set.size.y, set.size.z) - 1);
+  // index of the first sample of each of the two blocks along each axis (z fastest); negative if it is not stored
+  constexpr int kEdge = BlockSet::kEdge;
+  const glm::ivec3 first = lo & ~(kEdge - 1);
+  std::ptrdiff_t start[8];
+  for (int k = 0; k < 8; ++k) {
+    const glm::ivec3 at = first + kEdge * glm::ivec3(k >> 2, k >> 1 & 1, k & 1);
+    start[k] = -1;
+    if (at.x > hi.x || at.y > hi.y || at.z > hi.z) continue;
+    const std::int32_t slot = set.slot[set.block(at)];
+    if (slot >= 0) start[k] = static_cast<std::ptrdiff_t>(static_cast<std::size_t>(slot) * BlockSet::kSamples);
+  }
+  for (int x = lo.x; x <= hi.x; ++x) {
+    for (int y = lo.y; y <= hi.y; ++y) {
+      const std::ptrdiff_t row = (x & 15) << 8 | (y & 15) << 4;
+      const std::ptrdiff_t* of_row = &start[(x - first.x) >> 4 << 2 | (y - first.y) >> 4 << 1];
+      for (int z = lo.z; z <= hi.z; ++z) {
+        const std::ptrdiff_t block = of_row[(z - first.z) >> 4];
+        if (block >= 0) visit(static_cast<std::size_t>(block + (row | (z & 15))), glm::ivec3(x, y, z));
+      }
+    }
+  }
 }
 
 // Passes the nearest feature (point or triangle) of each sample to its neighbours, within the planes x_lo to x_hi − 1.
 // Starts from the samples in `seeds`. The samples are processed in the order of their distances. The queue consists of
 // buckets: each bucket contains the samples whose distances lie in one interval of the width `step` / 4. This order is
 // precise enough, and an insertion takes constant time.
-template <class Features, class Distances, class Distance>
-void propagate_within(Features& feature, Distances& nearest, std::vector<std::uint8_t>& unpropagated, int x_lo,
-                      int x_hi, const std::vector<std::size_t>& seeds, double band, double step, Distance distance) {
+template <class SquaredFrom>
+void propagate_within(Sparse<std::int32_t>& feature, Sparse<float>& nearest, std::vector<std::uint8_t>& unpropagated,
+                      int x_lo, int x_hi, const std::vector<std::size_t>& seeds, double band, double step,
+                      SquaredFrom squared_from) {
   const double width = 0.25 * step;
   std::vector<std::vector<std::size_t>> buckets(static_cast<std::size_t>(band / width) + 2);
   for (const std::size_t i : seeds) {
@@ -47,39 +68,36 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
       if (!std::exchange(unpropagated[i], std::uint8_t{0})) continue;
       const std::int32_t f = feature.v[i];
       const glm::ivec3 p = feature.place(i);
-      for (int x = std::max(p.x - 1, x_lo); x <= std::min(p.x + 1, x_hi - 1); ++x) {
-        for (int y = p.y - 1; y <= p.y + 1; ++y) {
-          for (int z = p.z - 1; z <= p.z + 1; ++z) {
-            const std::ptrdiff_t to = number(feature, {x, y, z});
-            if (to < 0) continue;
-            const auto j = static_cast<std::size_t>(to);
-            if (feature.v[j] == f) continue;
-            const auto d = static_cast<float>(distance(f, glm::ivec3(x, y, z)));
-            if (d < nearest.v[j]) {
-              nearest.v[j] = d;
-              feature.v[j] = f;
-              unpropagated[j] = 1;
-              // Buckets before the current one were already processed, so nothing is inserted into them.
-              const auto into = std::max(b, static_cast<std::size_t>(d / width));
-              if (into < buckets.size()) buckets[into].push_back(j);
-            }
-          }
-        }
-      }
+      const auto from = squared_from(f);
+      visit_around(feature, p, x_lo, x_hi, [&](std::size_t j, const glm::ivec3& q) {
+        if (feature.v[j] == f) return;
+        const double squared = from(q), present = static_cast<double>(nearest.v[j]);
+        if (squared >= present * present) return;
+        const auto d = static_cast<float>(std::sqrt(squared));
+        if (!(d < nearest.v[j])) return;
+        nearest.v[j] = d;
+        feature.v[j] = f;
+        unpropagated[j] = 1;
+        // Buckets before the current one were already processed, so nothing is inserted into them.
+        const auto into = std::max(b, static_cast<std::size_t>(d / width));
+        if (into < buckets.size()) buckets[into].push_back(j);
+      });
     }
     std::vector<std::size_t>().swap(buckets[b]);
   }
 }
 
 // Finds the nearest feature (point or triangle) of each sample, if it is nearer than `band`. Features are passed from
-// sample to sample. `distance(feature, sample)` returns a distance in the caller's units. All slabs of the grid are
-// computed in parallel, and then features are passed across the borders between slabs.
-template <class Features, class Distances, class Distance>
-void propagate(Features& feature, Distances& nearest, double band, double step, Distance distance) {
+// sample to sample. `squared_from(feature)` returns a function that maps a sample to its squared distance in the
+// caller's units. All slabs of the grid are computed in parallel, and then features are passed across the borders
+// between slabs.
+template <class SquaredFrom>
+void propagate(Sparse<std::int32_t>& feature, Sparse<float>& nearest, double band, double step,
+               SquaredFrom squared_from) {
   // number of samples over which a feature (the nearest point or triangle) is passed from sample to sample
   const int reach = static_cast<int>(band / step) + 2;
   const int slab = std::max(64, (2 * reach + BlockSet::kEdge) / BlockSet::kEdge * BlockSet::kEdge);
-  const int x_size = size_of(feature).x, slabs = (x_size + slab - 1) / slab;
+  const int x_size = feature.set->size.x, slabs = (x_size + slab - 1) / slab;
   std::vector<std::vector<std::size_t>> seeds(static_cast<std::size_t>(slabs)), at_seam(seeds.size());
   for (std::size_t i = 0; i < feature.v.size(); ++i) {
     if (feature.v[i] >= 0) seeds[static_cast<std::size_t>(feature.place(i).x / slab)].push_back(i);
@@ -88,7 +106,7 @@ void propagate(Features& feature, Distances& nearest, double band, double step, 
   std::vector<std::uint8_t> unpropagated(feature.v.size(), 0);
   for_each_slab(slabs, [&](int s) {
     propagate_within(feature, nearest, unpropagated, s * slab, std::min((s + 1) * slab, x_size),
-                     seeds[static_cast<std::size_t>(s)], band, step, distance);
+                     seeds[static_cast<std::size_t>(s)], band, step, squared_from);
   });
   for (std::size_t i = 0; i < feature.v.size(); ++i) {
     if (feature.v[i] < 0) continue;
@@ -98,7 +116,7 @@ void propagate(Features& feature, Distances& nearest, double band, double step, 
   }
   for_each_slab(slabs, [&](int s) {
     propagate_within(feature, nearest, unpropagated, s * slab - slab / 2, std::min(s * slab + slab / 2, x_size),
-                     at_seam[static_cast<std::size_t>(s)], band, step, distance);
+                     at_seam[static_cast<std::size_t>(s)], band, step, squared_from);
   });
 }
 
@@ -208,8 +226,11 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   DistanceField field{Sparse<float>(set, static_cast<float>(band), static_cast<float>(-band)), {}};
   Sparse<float>& d = field.distance;
   d.fill(std::numeric_limits<float>::max());
-  const auto distance = [&](std::int32_t f, const glm::ivec3& i) {
-    return glm::length(source(i) - glm::dvec3(points[static_cast<std::size_t>(f)]));
+  const auto squared_from = [&](std::int32_t f) {
+    return [&source, point = glm::dvec3(points[static_cast<std::size_t>(f)])](const glm::ivec3& i) {
+      const glm::dvec3 off = source(i) - point;
+      return glm::dot(off, off);
+    };
   };
   for (std::size_t f = 0; f < points.size(); ++f) {
     const glm::ivec3 lo(glm::floor(target(points[f])));
@@ -218,14 +239,14 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
       const std::ptrdiff_t at = number(feature, q);
       if (at < 0) continue;
       const auto i = static_cast<std::size_t>(at);
-      const auto away = static_cast<float>(distance(static_cast<std::int32_t>(f), q));
+      const auto away = static_cast<float>(std::sqrt(squared_from(static_cast<std::int32_t>(f))(q)));
       if (away < d.v[i]) {
         d.v[i] = away;
         feature.v[i] = static_cast<std::int32_t>(f);
       }
     }
   }
-  propagate(feature, d, reach, placement.scale, distance);
+  propagate(feature, d, reach, placement.scale, squared_from);
 
   // So far each sample has its nearest crossing: the nearest point at which a grid line crosses the surface. Starting
   // from this point, finds the nearest point of the whole surface, which usually lies between such crossings.
@@ -321,21 +342,16 @@ glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p) {
   return t.a + vb / sum * ab + vc / sum * ac;
 }
 
-// A point where a grid line crosses the mesh.
-struct Crossing {
-  float at;    // position along the line's axis
-  int leaves;  // 1 if the line, in the direction of +axis, leaves the mesh here; -1 if it enters the mesh
-};
-
-// Finds the crossings of each grid line along `axis`, sorted by position. u and v are the next two axes; the line at
-// (u, v) = (i, j) has the index i · size[v] + j.
-static std::vector<std::vector<Crossing>> crossings_of_lines(std::span<const Triangle> mesh, int axis,
-                                                             const glm::ivec3& size) {
+WindingNumbers::Lines WindingNumbers::lines_along(int axis, std::span<const Triangle> mesh, const glm::ivec3& size) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
   // The lines are shifted by a very small irrational distance. Otherwise a line could pass exactly through an edge of a
   // mesh whose vertices lie on the grid.
   constexpr double kShiftU = 1.6180339e-6, kShiftV = 2.7182818e-6;
-  std::vector<std::vector<Crossing>> lines(static_cast<std::size_t>(size[u]) * static_cast<std::size_t>(size[v]));
+  struct OfLine {
+    std::uint32_t line;
+    Crossing crossing;
+  };
+  std::vector<OfLine> found;
   for (const Triangle& t : mesh) {
     const glm::dvec3* corner[3] = {&t.a, &t.b, &t.c};
     double lo[2] = {1e300, 1e300}, hi[2] = {-1e300, -1e300};
@@ -358,74 +374,125 @@ static std::vector<std::vector<Crossing>> crossings_of_lines(std::span<const Tri
         const bool left = w[0] > 0 && w[1] > 0 && w[2] > 0, right = w[0] < 0 && w[1] < 0 && w[2] < 0;
         if (!left && !right) continue;
         const double at = (w[0] * t.a[axis] + w[1] * t.b[axis] + w[2] * t.c[axis]) / (w[0] + w[1] + w[2]);
-        lines[static_cast<std::size_t>(i) * static_cast<std::size_t>(size[v]) + static_cast<std::size_t>(j)].push_back(
-            {static_cast<float>(at), left ? 1 : -1});
+        found.push_back(
+            {static_cast<std::uint32_t>(i) * static_cast<std::uint32_t>(size[v]) + static_cast<std::uint32_t>(j),
+             {static_cast<float>(at), left ? 1 : -1}});
       }
     }
   }
-  for (auto& line : lines) std::ranges::sort(line, {}, &Crossing::at);
+  // Distributes the crossings over the lines (counting sort), and sorts the crossings of each line.
+  Lines lines;
+  const std::size_t count = static_cast<std::size_t>(size[u]) * static_cast<std::size_t>(size[v]);
+  lines.first.assign(count + 1, 0);
+  for (const OfLine& f : found) ++lines.first[f.line + 1];
+  for (std::size_t k = 0; k < count; ++k) lines.first[k + 1] += lines.first[k];
+  lines.crossings.resize(found.size());
+  std::vector<std::uint32_t> next(lines.first.begin(), lines.first.end() - 1);
+  for (const OfLine& f : found) lines.crossings[next[f.line]++] = f.crossing;
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto from = lines.crossings.begin();
+    std::sort(from + lines.first[k], from + lines.first[k + 1],
+              [](const Crossing& a, const Crossing& b) { return a.at < b.at; });
+  }
   return lines;
 }
 
-// Calls step(sample, number of crossings before it, all crossings of the line) for each sample on each grid line along
-// an axis.
-template <class Step>
-static void walk_lines(std::span<const Triangle> mesh, int axis, const glm::ivec3& size, Step step) {
-  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-  const auto lines = crossings_of_lines(mesh, axis, size);
-  for (int i = 0; i < size[u]; ++i) {
-    for (int j = 0; j < size[v]; ++j) {
-      const auto& line =
-          lines[static_cast<std::size_t>(i) * static_cast<std::size_t>(size[v]) + static_cast<std::size_t>(j)];
-      std::size_t passed = 0;
-      for (int k = 0; k < size[axis]; ++k) {
-        while (passed < line.size() && line[passed].at < static_cast<float>(k)) ++passed;
-        glm::ivec3 p;
-        p[axis] = k, p[u] = i, p[v] = j;
-        step(p, passed, line);
-      }
-    }
-  }
+WindingNumbers::WindingNumbers(std::span<const Triangle> mesh, const glm::ivec3& size) : size_(size) {
+  for_each_slab(3, [&](int axis) { lines_[static_cast<std::size_t>(axis)] = lines_along(axis, mesh, size); });
 }
 
-Grid<std::int16_t> winding_sixths(std::span<const Triangle> mesh, const glm::ivec3& size) {
-  Grid<std::int16_t> sixths(size, 0);
-  for (int axis = 0; axis < 3; ++axis) {
-    walk_lines(mesh, axis, size, [&](const glm::ivec3& p, std::size_t passed, const std::vector<Crossing>& line) {
-      int sum = 0;
-      for (std::size_t k = 0; k < line.size(); ++k) sum += k < passed ? -line[k].leaves : line[k].leaves;
-      sixths[p] = static_cast<std::int16_t>(sixths[p] + sum);
-    });
+std::span<const WindingNumbers::Crossing> WindingNumbers::line(int axis, int i, int j) const {
+  const Lines& lines = lines_[static_cast<std::size_t>(axis)];
+  const std::size_t k =
+      static_cast<std::size_t>(i) * static_cast<std::size_t>(size_[(axis + 2) % 3]) + static_cast<std::size_t>(j);
+  return {lines.crossings.data() + lines.first[k], lines.first[k + 1] - lines.first[k]};
+}
+
+std::vector<std::int16_t> WindingNumbers::slab(int x) const {
+  const auto length = static_cast<std::size_t>(size_.z);
+  std::vector<std::int16_t> sixths(static_cast<std::size_t>(size_.y) * length, 0);
+  // Adds the crossings of one line to the sample at the position k on it. Crossings behind the sample count negatively.
+  const auto add = [&](std::span<const Crossing> of_line, int k, std::int16_t& to) {
+    for (const Crossing& c : of_line)
+      to = static_cast<std::int16_t>(to + (c.at < static_cast<float>(k) ? -c.leaves : c.leaves));
+  };
+  for (int y = 0; y < size_.y; ++y) {
+    const std::span<const Crossing> along_z = line(2, x, y);
+    for (int z = 0; z < size_.z; ++z) {
+      std::int16_t& to = sixths[static_cast<std::size_t>(y) * length + static_cast<std::size_t>(z)];
+      add(line(0, y, z), x, to);
+      add(along_z, z, to);
+    }
+  }
+  for (int z = 0; z < size_.z; ++z) {
+    const std::span<const Crossing> along_y = line(1, z, x);
+    if (along_y.empty()) continue;
+    for (int y = 0; y < size_.y; ++y)
+      add(along_y, y, sixths[static_cast<std::size_t>(y) * length + static_cast<std::size_t>(z)]);
   }
   return sixths;
 }
 
-Grid<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
+// Marks the blocks near one triangle. A large triangle is divided first, so that its box contains little else.
+static void mark_near(const Triangle& t, double reach, Grid<std::uint8_t>& near) {
+  const glm::dvec3 lo = glm::min(t.a, glm::min(t.b, t.c)), hi = glm::max(t.a, glm::max(t.b, t.c));
+  const glm::dvec3 extent = hi - lo;
+  if (std::max({extent.x, extent.y, extent.z}) > BlockSet::kEdge) {
+    const glm::dvec3 ab = 0.5 * (t.a + t.b), bc = 0.5 * (t.b + t.c), ca = 0.5 * (t.c + t.a);
+    for (const Triangle& part : {Triangle{t.a, ab, ca}, {ab, t.b, bc}, {ca, bc, t.c}, {ab, bc, ca}})
+      mark_near(part, reach, near);
+    return;
+  }
+  const glm::ivec3 from = glm::max(glm::ivec3(glm::floor((lo - reach) / double{BlockSet::kEdge})), glm::ivec3(0)),
+                   to = glm::min(glm::ivec3(glm::floor((hi + reach) / double{BlockSet::kEdge})), near.size - 1);
+  for (int x = from.x; x <= to.x; ++x) {
+    for (int y = from.y; y <= to.y; ++y) {
+      for (int z = from.z; z <= to.z; ++z) near(x, y, z) = 1;
+    }
+  }
+}
+
+std::vector<std::uint8_t> blocks_near(std::span<const Triangle> mesh, const glm::ivec3& size, double reach) {
+  Grid<std::uint8_t> near(BlockSet::blocks_of(size), 0);
+  for (const Triangle& t : mesh) mark_near(t, reach, near);
+  return near.v;
+}
+
+Sparse<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
+  const double reach = band + 1.5;
+  const auto set = std::make_shared<const BlockSet>(size, blocks_near(mesh, size, reach + 1));
   // for every sample: index of the nearest triangle; -1 if no triangle is nearer than `band`
-  Grid<std::int32_t> feature(size, -1);
-  Grid<float> nearest(size, std::numeric_limits<float>::max());
-  const auto distance = [&](std::int32_t f, const glm::ivec3& i) {
-    const glm::dvec3 p(i);
-    return glm::length(p - closest_on(mesh[static_cast<std::size_t>(f)], p));
+  Sparse<std::int32_t> feature(set, -1, -1);
+  Sparse<float> nearest(set, static_cast<float>(band), static_cast<float>(band));
+  nearest.fill(std::numeric_limits<float>::max());
+  const auto squared_from = [&](std::int32_t f) {
+    return [&triangle = mesh[static_cast<std::size_t>(f)]](const glm::ivec3& i) {
+      const glm::dvec3 p(i), off = p - closest_on(triangle, p);
+      return glm::dot(off, off);
+    };
   };
   for (std::size_t f = 0; f < mesh.size(); ++f) {
     const Triangle& t = mesh[f];
+    const auto squared = squared_from(static_cast<std::int32_t>(f));
     const glm::ivec3 lo = glm::max(glm::ivec3(glm::floor(glm::min(t.a, glm::min(t.b, t.c)))), glm::ivec3(0));
     const glm::ivec3 hi = glm::min(glm::ivec3(glm::ceil(glm::max(t.a, glm::max(t.b, t.c)))), size - 1);
     for (int x = lo.x; x <= hi.x; ++x) {
       for (int y = lo.y; y <= hi.y; ++y) {
         for (int z = lo.z; z <= hi.z; ++z) {
-          const auto d = static_cast<float>(distance(static_cast<std::int32_t>(f), {x, y, z}));
-          if (d < nearest(x, y, z) && d < 2) {
-            nearest(x, y, z) = d;
-            feature(x, y, z) = static_cast<std::int32_t>(f);
+          const std::ptrdiff_t at = number(feature, {x, y, z});
+          if (at < 0) continue;
+          const auto d = static_cast<float>(std::sqrt(squared({x, y, z})));
+          if (d < nearest.v[static_cast<std::size_t>(at)] && d < 2) {
+            nearest.v[static_cast<std::size_t>(at)] = d;
+            feature.v[static_cast<std::size_t>(at)] = static_cast<std::int32_t>(f);
           }
         }
       }
     }
   }
-  propagate(feature, nearest, band + 1.5, 1, distance);
-  for (float& d : nearest.v) d = std::min(d, static_cast<float>(band));
+  propagate(feature, nearest, reach, 1, squared_from);
+  for_each_sample(
+      *set, [&](const glm::ivec3&, std::size_t i) { nearest.v[i] = std::min(nearest.v[i], static_cast<float>(band)); });
   return nearest;
 }
 

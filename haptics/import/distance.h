@@ -1,8 +1,11 @@
 // Distances from the samples of a grid to a surface, computed from closest points.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <glm/glm.hpp>
 #include <span>
+#include <vector>
 
 #include "haptics/import/blocks.h"
 #include "haptics/import/grid.h"
@@ -37,12 +40,42 @@ struct Triangle {
 };
 glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p);
 
-/// Returns the generalized winding number (Jacobson et al. 2013) of a mesh at every sample, multiplied by six. It is
-/// the sum of the signed crossings of rays in the six axis directions, whereas Jacobson et al. take the mean over all
-/// directions. The value is 6 inside a closed mesh, 0 outside, and between 0 and 6 near the holes of an open mesh.
-Grid<std::int16_t> winding_sixths(std::span<const Triangle> mesh, const glm::ivec3& size);
+/// Computes the generalized winding number (Jacobson et al. 2013) of a mesh at the samples of a grid, multiplied by
+/// six. It is the sum of the signed crossings of rays in the six axis directions, whereas Jacobson et al. take the mean
+/// over all directions. The value is 6 inside a closed mesh, 0 outside, and between 0 and 6 near the holes of an open
+/// mesh. The memory is proportional to the area of the surface and of the grid's walls.
+class WindingNumbers {
+ public:
+  WindingNumbers(std::span<const Triangle> mesh, const glm::ivec3& size);
+  /// Returns the values of all samples with the given x; z is the fastest index.
+  std::vector<std::int16_t> slab(int x) const;
 
-/// Returns the distance (voxels) from every sample to the nearest triangle, from 0 to `band`.
-Grid<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band);
+ private:
+  /// A point where a grid line crosses the mesh.
+  struct Crossing {
+    float at;    // position along the line's axis
+    int leaves;  // 1 if the line, in the direction of +axis, leaves the mesh here; -1 if it enters the mesh
+  };
+  /// The crossings of all grid lines along one axis, line by line, sorted by position. u and v are the next two axes.
+  /// The line at (u, v) = (i, j) has the index k = i · size[v] + j, and its crossings are crossings[first[k]] to
+  /// crossings[first[k + 1] − 1].
+  struct Lines {
+    std::vector<Crossing> crossings;
+    std::vector<std::uint32_t> first;
+  };
+  static Lines lines_along(int axis, std::span<const Triangle> mesh, const glm::ivec3& size);
+  std::span<const Crossing> line(int axis, int i, int j) const;
+
+  glm::ivec3 size_;
+  std::array<Lines, 3> lines_;
+};
+
+/// Marks each block of a grid of `size` (one byte per block, z fastest) that may contain samples nearer than `reach`
+/// (voxels) to a triangle.
+std::vector<std::uint8_t> blocks_near(std::span<const Triangle> mesh, const glm::ivec3& size, double reach);
+
+/// Returns the distance (voxels) from every sample to the nearest triangle, from 0 to `band`. Samples that are not
+/// stored have the distance `band`.
+Sparse<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band);
 
 }  // namespace typodont::haptics::importing

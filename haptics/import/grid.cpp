@@ -32,8 +32,10 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
   for (int k = 0; k <= r; ++k) {
     kernel[static_cast<std::size_t>(k)] = static_cast<float>(std::exp(-0.5 * k * k / (sigma * sigma)) / sum);
   }
-  // The result is written to the grid from which the lines are read. So each line is first copied to a buffer.
+  // The result is written to the grid from which the lines are read. So lines are first copied to a buffer. Along x and
+  // y, `wide` lines beside each other along z are computed together.
   Grid<float> out = g;
+  constexpr int kWide = 64;
   for (int axis = 0; axis < 3; ++axis) {
     const int n = g.size[axis];
     const std::size_t stride = axis == 0   ? static_cast<std::size_t>(g.size.y) * static_cast<std::size_t>(g.size.z)
@@ -42,18 +44,24 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
     const int outer = axis == 0 ? g.size.y : g.size.x;
     const int inner = axis == 2 ? g.size.y : g.size.z;
     for_each_slab(outer, [&](int a) {
-      std::vector<float> line(static_cast<std::size_t>(n + 2 * r));
-      for (int b = 0; b < inner; ++b) {
+      thread_local std::vector<float> lines;
+      for (int b = 0; b < inner; b += axis == 2 ? 1 : kWide) {
+        const auto wide = static_cast<std::size_t>(axis == 2 ? 1 : std::min(kWide, inner - b));
+        lines.resize(static_cast<std::size_t>(n + 2 * r) * wide);
         const std::size_t start = axis == 0 ? g.index(0, a, b) : axis == 1 ? g.index(a, 0, b) : g.index(a, b, 0);
         for (int k = 0; k < n + 2 * r; ++k) {
-          line[static_cast<std::size_t>(k)] =
-              out.v[start + stride * static_cast<std::size_t>(std::clamp(k - r, 0, n - 1))];
+          std::copy_n(&out.v[start + stride * static_cast<std::size_t>(std::clamp(k - r, 0, n - 1))], wide,
+                      &lines[static_cast<std::size_t>(k) * wide]);
         }
+        const float w = kernel[0];
         for (int k = 0; k < n; ++k) {
-          const float* c = &line[static_cast<std::size_t>(k + r)];
-          float s = kernel[0] * c[0];
-          for (int m = 1; m <= r; ++m) s += kernel[static_cast<std::size_t>(m)] * (c[m] + c[-m]);
-          out.v[start + stride * static_cast<std::size_t>(k)] = s;
+          const float* c = &lines[static_cast<std::size_t>(k + r) * wide];
+          float* const to = &out.v[start + stride * static_cast<std::size_t>(k)];
+          for (std::size_t j = 0; j < wide; ++j) to[j] = w * c[j];
+          for (std::size_t m = 1; m <= static_cast<std::size_t>(r); ++m) {
+            const float *up = c + m * wide, *down = c - m * wide;
+            for (std::size_t j = 0; j < wide; ++j) to[j] += kernel[m] * (up[j] + down[j]);
+          }
         }
       }
     });
@@ -116,19 +124,12 @@ std::int32_t Components::largest() const {
   return static_cast<std::int32_t>(std::max_element(voxels.begin() + 1, voxels.end()) - voxels.begin());
 }
 
-Components components(const Mask& mask, bool corners) {
+Components components(const Mask& mask) {
   Components c;
   c.label = Grid<std::int32_t>(mask.size, 0);
   c.voxels.assign(1, 0);
-  std::vector<glm::ivec3> neighbours;
-  for (int x = -1; x <= 1; ++x) {
-    for (int y = -1; y <= 1; ++y) {
-      for (int z = -1; z <= 1; ++z) {
-        const int steps = std::abs(x) + std::abs(y) + std::abs(z);
-        if (steps == 1 || (corners && steps > 1)) neighbours.push_back({x, y, z});
-      }
-    }
-  }
+  const std::array<glm::ivec3, 6> neighbours = {
+      glm::ivec3(-1, 0, 0), {0, -1, 0}, {0, 0, -1}, {0, 0, 1}, {0, 1, 0}, {1, 0, 0}};
   std::vector<std::size_t> stack;
   for (std::size_t seed = 0; seed < mask.v.size(); ++seed) {
     if (!mask.v[seed] || c.label.v[seed]) continue;

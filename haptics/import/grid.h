@@ -51,9 +51,6 @@ struct Jet {
   double value;
   glm::dvec3 gradient;  // gradient of the value, per voxel
 };
-/// Returns value and gradient at the position p (voxels) by tricubic interpolation (Catmull-Rom: continuous gradient,
-/// exact at the samples). Outside the box, the value at the nearest point of the box is used.
-Jet sample_cubic(const Grid<float>& g, const glm::dvec3& p);
 
 /// Smooths with a Gaussian of the standard deviation `sigma` (voxels), axis by axis. Outside the box, the value at its
 /// border is used.
@@ -68,8 +65,7 @@ struct Components {
   std::vector<std::size_t> voxels;  // number of voxels of component i; element 0 is not used
   std::int32_t largest() const;     // returns the number of the largest component; 0 if there is none
 };
-/// Finds the connected components of a mask. Samples are connected over faces (6 neighbours), or with `corners` also
-/// over edges and corners (26 neighbours).
-Components components(const Mask& mask, bool corners = false);
+/// Finds the connected components of a mask. Samples are connected over faces (6 neighbours).
+Components components(const Mask& mask);
 
 }  // namespace typodont::haptics::importing

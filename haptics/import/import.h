@@ -142,7 +142,9 @@ struct ImportReport {
   /// that space.
   glm::dmat3 world_rotation{1};
   std::optional<JawReport> jaw;
-  double overlap = 0;                // m³, volume that lies in more than one mesh of import_meshes()
+  double overlap = 0;  // m³, volume that lies in more than one mesh of import_meshes()
+  // bounding boxes of those meshes of import_meshes() after the first one that do not meet the first mesh's box
+  std::vector<ImportRegion> others;
   std::vector<std::string> repairs;  // descriptions of the repairs of the mesh, for the user
   std::vector<std::string> notes;    // notes about the import for the user
 };

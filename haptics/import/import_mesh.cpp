@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <span>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -69,13 +70,8 @@ void move(Mesh& mesh, const Pose& X_WF) {
 }
 
 /// Returns an empty volume that encloses the bounds.
-DenseTissue volume_around(const Bounds& bounds, const ImportOptions& options, ImportReport& report) {
+DenseTissue volume_around(const Bounds& bounds, const ImportOptions& options) {
   const double voxel = options.voxel.value_or(kDefaultVoxel);
-  // Memory in bytes per voxel of the result during the computation, and memory that does not depend on the size
-  // (measured with typodont bench import).
-  constexpr double kBytesPerVoxel = 20, kResidue = 30e6;
-  const dvec3 cells = (bounds.extent() + 2 * options.band + 6 * voxel) / voxel;
-  require_memory(kResidue + kBytesPerVoxel * cells.x * cells.y * cells.z, options, report);
   check_result_size(bounds.extent() + 2 * options.band + 6 * voxel, voxel);
   DenseTissue out;
   out.band = options.band;
@@ -100,16 +96,49 @@ std::vector<Triangle> triangles_of(const Mesh& mesh, const VoxelFrame& frame, Wa
   return triangles;
 }
 
+/// Throws Error if the computation needs too much memory. `deepest`: largest distance (voxels) that is computed.
+/// `labels`: further memory in bytes per voxel, for the labels.
+void require_memory_for(const DenseTissue& out, std::span<const std::vector<Triangle>> parts, double deepest,
+                        double labels, const ImportOptions& options, ImportReport& report) {
+  // memory of the result in bytes per voxel, and memory that does not depend on the size (measured with typodont bench
+  // import)
+  constexpr double kResult = 5, kResidue = 30e6;
+  const dvec3 size(out.size);
+  require_memory(kResidue + memory_of_filling(parts, out.size, deepest) + (kResult + labels) * size.x * size.y * size.z,
+                 options, report);
+}
+
+/// Stores distances and tissues. `label(p, d)` returns the tissue at the sample p, whose distance is d (m).
+template <class Label>
+void store(const FilledMesh& filled, DenseTissue& out, Label label) {
+  const double voxel = out.frame.voxel;
+  out.distance.resize(filled.part.v.size());
+  out.tissue.assign(out.distance.size(), Tissue::kAir);
+  for_each_slab(out.size.x, [&](int x) {
+    for (int y = 0; y < out.size.y; ++y) {
+      for (int z = 0; z < out.size.z; ++z) {
+        const glm::ivec3 p(x, y, z);
+        const std::size_t i = out.at(x, y, z);
+        const double d = static_cast<double>(filled.distance[p]) * voxel;
+        out.distance[i] = static_cast<float>(std::clamp(d, -out.band, out.band));
+        if (d <= kLabelReach * voxel) out.tissue[i] = label(p, d);
+      }
+    }
+  });
+}
+
 void count_parts(Imported& imported) {
   const DenseTissue& t = imported.tissue;
-  Mask solid(t.size, 0), pulp(t.size, 0);
-  for (std::size_t i = 0; i < t.distance.size(); ++i) {
-    solid.v[i] = t.distance[i] <= 0;
-    pulp.v[i] = solid.v[i] && t.tissue[i] == Tissue::kPulp;
-  }
+  const auto row_of = [&](auto test) {
+    return [&t, test](int x, int y, std::span<std::uint8_t> row) {
+      for (int z = 0; z < t.size.z; ++z) row[static_cast<std::size_t>(z)] = test(t.at(x, y, z));
+    };
+  };
   ImportReport& report = imported.report;
-  report.bodies_kept = report.bodies_found = static_cast<int>(components(solid, true).voxels.size()) - 1;
-  report.pulp_parts = static_cast<int>(components(pulp, true).voxels.size()) - 1;
+  const auto solid = [&](std::size_t i) { return t.distance[i] <= 0; };
+  report.bodies_kept = report.bodies_found = static_cast<int>(count_bodies(t.size, row_of(solid)));
+  const auto pulp = [&](std::size_t i) { return solid(i) && t.tissue[i] == Tissue::kPulp; };
+  report.pulp_parts = static_cast<int>(count_bodies(t.size, row_of(pulp)));
 }
 
 /// Returns the integral (m²) of the normal over a surface. The integral is zero for a closed surface. For an open
@@ -456,7 +485,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   result.report.format = file.extension().string().substr(1);
   add_words(result.report.repairs, repairs, "");
   DenseTissue& out = result.tissue;
-  out = volume_around(bounds, options, result.report);
+  out = volume_around(bounds, options);
   const double voxel = out.frame.voxel;
 
   // A shell (connected surface) that does not lie inside another shell is the surface of a body. A shell inside the
@@ -504,41 +533,39 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
                 fmt::format("0 to {:.3g} mm", 0.5 * longest / kMillimetre));
   }
   const double deepest = std::max({options.band, shell + 2 * voxel, tooth ? kPulpDepth + 2 * voxel : 0.0});
+  require_memory_for(out, parts, deepest / voxel, 0, options, result.report);
   const FilledMesh filled = fill_mesh(parts, out.size, deepest / voxel);
   if (options.progress) options.progress(0.8);
 
   // The crown is at the wider end of the body's longest axis.
   const dvec3 extent = bounds.extent();
   const int axis = extent.x == longest ? 0 : extent.y == longest ? 1 : 2;
-  double below = 0, above = 0;
   const double middle = 0.5 * (bounds.lo[axis] + bounds.hi[axis]);
-  for (std::size_t i = 0; i < filled.distance.v.size(); ++i) {
-    if (filled.distance.v[i] >= 0) continue;
-    (out.frame.to_world(dvec3(filled.distance.place(i)))[axis] > middle ? above : below) += 1;
-  }
+  std::vector<std::array<std::size_t, 2>> of_slab(static_cast<std::size_t>(out.size.x));  // voxels below and above
+  for_each_slab(out.size.x, [&](int x) {
+    for (int y = 0; y < out.size.y; ++y) {
+      for (int z = 0; z < out.size.z; ++z) {
+        if (filled.distance(x, y, z) >= 0) continue;
+        ++of_slab[static_cast<std::size_t>(x)][out.frame.to_world(dvec3(x, y, z))[axis] > middle ? 1 : 0];
+      }
+    }
+  });
+  std::size_t below = 0, above = 0;
+  for (const auto& [lower, upper] : of_slab) below += lower, above += upper;
   if (above + below < 8) {
-    throw Error(file.string(), "size", fmt::format("a body of {:.0f} voxels", above + below),
+    throw Error(file.string(), "size", fmt::format("a body of {} voxels", above + below),
                 "a body thicker than --voxel-mm");
   }
   const double crown_end = above >= below ? bounds.hi[axis] : bounds.lo[axis];
   const double margin_of_crown = crown_end + (above >= below ? -1 : 1) * kCrownShare * extent[axis];
-  out.distance.resize(filled.distance.v.size());
-  out.tissue.assign(out.distance.size(), Tissue::kAir);
-  for (std::size_t i = 0; i < out.distance.size(); ++i) {
-    const double d = static_cast<double>(filled.distance.v[i]) * voxel;
-    out.distance[i] = static_cast<float>(std::clamp(d, -out.band, out.band));
-    if (d > kLabelReach * voxel) continue;
+  store(filled, out, [&](const glm::ivec3& p, double d) {
     const double depth = std::max(-d, 0.0);
-    if (!tooth) {
-      out.tissue[i] = depth < shell || shell == 0 ? Tissue::kCorticalBone : Tissue::kCancellousBone;
-      continue;
-    }
-    const double up =
-        (out.frame.to_world(dvec3(filled.distance.place(i)))[axis] - margin_of_crown) * (above >= below ? 1 : -1);
+    if (!tooth) return depth < shell || shell == 0 ? Tissue::kCorticalBone : Tissue::kCancellousBone;
+    const double up = (out.frame.to_world(dvec3(p))[axis] - margin_of_crown) * (above >= below ? 1 : -1);
     const double enamel = shell * std::clamp(up / kTaper, 0.0, 1.0);
-    const bool pulp = has_hollow ? filled.part.v[i] == 2 : depth > kPulpDepth;
-    out.tissue[i] = pulp ? Tissue::kPulp : depth < enamel ? Tissue::kEnamel : Tissue::kDentin;
-  }
+    const bool pulp = has_hollow ? filled.part[p] == 2 : depth > kPulpDepth;
+    return pulp ? Tissue::kPulp : depth < enamel ? Tissue::kEnamel : Tissue::kDentin;
+  });
   count_parts(result);
   if (tooth)
     result.report.notes.push_back(has_hollow ? "enamel is told by depth below the surface, pulp by the mesh's hollows"
@@ -619,12 +646,15 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
 
   bounds.add(mesh);
   DenseTissue& out = result.tissue;
-  out = volume_around(bounds, options, report);
+  out = volume_around(bounds, options);
   const double voxel = out.frame.voxel;
   if (options.progress) options.progress(0.2);
   const double shell = options.shell.value_or(kUsualEnamel);
   const double deepest = std::max({options.band, shell + 2 * voxel, kGumDepth + 2 * voxel});
   const std::vector<std::vector<Triangle>> parts{triangles_of(mesh, out.frame, [](std::size_t) { return true; })};
+  // bytes per voxel for the distances to teeth and gingiva, and for the marks of their surfaces
+  constexpr double kTeethAndGum = 10;
+  require_memory_for(out, parts, deepest / voxel, kTeethAndGum, options, report);
   const FilledMesh filled = fill_mesh(parts, out.size, deepest / voxel);
   if (options.progress) options.progress(0.7);
 
@@ -647,19 +677,12 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
     }
   }
   const Grid<float> to_teeth = distance_squared_to(teeth_at), to_gum = distance_squared_to(gum_at);
-  out.distance.resize(filled.distance.v.size());
-  out.tissue.assign(out.distance.size(), Tissue::kAir);
-  for (std::size_t i = 0; i < out.distance.size(); ++i) {
-    const double d = static_cast<double>(filled.distance.v[i]) * voxel;
-    out.distance[i] = static_cast<float>(std::clamp(d, -out.band, out.band));
-    if (d > kLabelReach * voxel) continue;
-    const double teeth = std::sqrt(static_cast<double>(to_teeth.v[i])) * voxel,
-                 gums = std::sqrt(static_cast<double>(to_gum.v[i])) * voxel, depth = std::max(-d, 0.0);
-    if (gums < teeth)
-      out.tissue[i] = depth < kGumDepth ? Tissue::kGingiva : Tissue::kCorticalBone;
-    else
-      out.tissue[i] = depth < shell * std::clamp(gums / kTaper, 0.0, 1.0) ? Tissue::kEnamel : Tissue::kDentin;
-  }
+  store(filled, out, [&](const glm::ivec3& p, double d) {
+    const double teeth = std::sqrt(static_cast<double>(to_teeth[p])) * voxel,
+                 gums = std::sqrt(static_cast<double>(to_gum[p])) * voxel, depth = std::max(-d, 0.0);
+    if (gums < teeth) return depth < kGumDepth ? Tissue::kGingiva : Tissue::kCorticalBone;
+    return depth < shell * std::clamp(gums / kTaper, 0.0, 1.0) ? Tissue::kEnamel : Tissue::kDentin;
+  });
   count_parts(result);
   report.notes.push_back(
       fmt::format("enamel {:.3g} mm deep, thinning out over {:.3g} mm towards the gum, dentin below; gum {:.3g} mm "
@@ -685,11 +708,12 @@ Imported import_parts(const ImportOptions& options) {
   }
   check_length(options.parts[0].file, bounds.extent(), options);
   DenseTissue& out = result.tissue;
-  out = volume_around(bounds, options, report);
+  out = volume_around(bounds, options);
   const double voxel = out.frame.voxel;
   std::vector<std::vector<Triangle>> parts;
   for (const Mesh& mesh : meshes) parts.push_back(triangles_of(mesh, out.frame, [](std::size_t) { return true; }));
   if (options.progress) options.progress(0.2);
+  require_memory_for(out, parts, out.band / voxel, 1, options, report);
   FilledMesh filled = fill_mesh(parts, out.size, out.band / voxel);
   if (options.progress) options.progress(0.8);
   std::vector<std::size_t> own(parts.size(), 0);
@@ -703,13 +727,9 @@ Imported import_parts(const ImportOptions& options) {
                 "the parts from the outermost to the innermost: where they overlap the later one counts");
   }
   spread_parts(filled, kLabelReach);
-  out.distance.resize(filled.distance.v.size());
-  out.tissue.assign(out.distance.size(), Tissue::kAir);
-  for (std::size_t i = 0; i < out.distance.size(); ++i) {
-    const double d = static_cast<double>(filled.distance.v[i]) * voxel;
-    out.distance[i] = static_cast<float>(std::clamp(d, -out.band, out.band));
-    if (filled.part.v[i]) out.tissue[i] = options.parts[filled.part.v[i] - 1U].tissue;
-  }
+  store(filled, out, [&](const glm::ivec3& p, double) {
+    return filled.part[p] ? options.parts[filled.part[p] - 1U].tissue : Tissue::kAir;
+  });
   count_parts(result);
   if (report.bodies_kept > 1)
     report.notes.push_back(fmt::format("the parts are {} bodies that do not touch each other", report.bodies_kept));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -63,11 +64,48 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
   const glm::dvec3 ratio = voxel / scan.spacing;
   if (glm::all(glm::lessThan(glm::abs(ratio - 1.0), glm::dvec3(1e-3)))) return box;
   const glm::ivec3 size = glm::ivec3(glm::floor(glm::dvec3(box.size - 1) / ratio + 1e-9)) + 1;
+  // Interpolates along one axis after the other. The data of an axis: for each sample of the result, the four samples
+  // of the box next to it, and their weights (Catmull-Rom).
+  struct Taps {
+    std::array<int, 4> at;
+    std::array<double, 4> weight;
+  };
+  std::array<std::vector<Taps>, 3> taps;
+  for (int a = 0; a < 3; ++a) {
+    for (int k = 0; k < size[a]; ++k) {
+      const double q = std::min(k * ratio[a], box.size[a] - 1.0);
+      const int i = static_cast<int>(q);
+      const double t = q - i, t2 = t * t, t3 = t2 * t;
+      Taps of{{},
+              {0.5 * (-t3 + 2 * t2 - t), 0.5 * (3 * t3 - 5 * t2 + 2), 0.5 * (-3 * t3 + 4 * t2 + t), 0.5 * (t3 - t2)}};
+      for (int j = 0; j < 4; ++j) of.at[static_cast<std::size_t>(j)] = std::clamp(i - 1 + j, 0, box.size[a] - 1);
+      taps[static_cast<std::size_t>(a)].push_back(of);
+    }
+  }
   Grid<float> out(size);
+  const auto rows = static_cast<std::size_t>(box.size.y), length = static_cast<std::size_t>(box.size.z);
   for_each_slab(size.x, [&](int x) {
+    thread_local std::vector<double> plane, row;
+    plane.resize(rows * length);
+    row.resize(length);
+    const Taps& of_x = taps[0][static_cast<std::size_t>(x)];
+    const auto slab = [&](std::size_t k) { return &box(of_x.at[k], 0, 0); };
+    const float *a = slab(0), *b = slab(1), *c = slab(2), *d = slab(3);
+    for (std::size_t i = 0; i < plane.size(); ++i) {
+      plane[i] = of_x.weight[0] * static_cast<double>(a[i]) + of_x.weight[1] * static_cast<double>(b[i]) +
+                 of_x.weight[2] * static_cast<double>(c[i]) + of_x.weight[3] * static_cast<double>(d[i]);
+    }
     for (int y = 0; y < size.y; ++y) {
+      const Taps& of_y = taps[1][static_cast<std::size_t>(y)];
+      const auto line = [&](std::size_t k) { return &plane[static_cast<std::size_t>(of_y.at[k]) * length]; };
+      const double *e = line(0), *f = line(1), *g = line(2), *h = line(3);
+      for (std::size_t i = 0; i < length; ++i)
+        row[i] = of_y.weight[0] * e[i] + of_y.weight[1] * f[i] + of_y.weight[2] * g[i] + of_y.weight[3] * h[i];
       for (int z = 0; z < size.z; ++z) {
-        out(x, y, z) = static_cast<float>(sample_cubic(box, glm::dvec3(x, y, z) * ratio).value);
+        const Taps& of_z = taps[2][static_cast<std::size_t>(z)];
+        double value = 0;
+        for (std::size_t k = 0; k < 4; ++k) value += of_z.weight[k] * row[static_cast<std::size_t>(of_z.at[k])];
+        out(x, y, z) = static_cast<float>(value);
       }
     }
   });

@@ -62,7 +62,8 @@ Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOption
   Imported all;
   ImportReport& report = all.report;
   std::vector<DenseTissue> volumes;
-  double kept = 0;  // total memory of the volumes, bytes
+  ImportRegion first;  // bounding box of the first mesh
+  double kept = 0;     // total memory of the volumes, bytes
   for (std::size_t k = 0; k < meshes.size(); ++k) {
     ImportOptions own = options;
     if (options.memory) own.memory = *options.memory - kept;
@@ -79,6 +80,13 @@ Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOption
     for (const std::string& note : one.report.notes) report.notes.push_back(name + ": " + note);
     if (report.format.find(one.report.format) == std::string::npos)
       report.format += (report.format.empty() ? "" : ", ") + one.report.format;
+    const ImportRegion box{one.report.lo, one.report.hi};
+    if (k == 0)
+      first = box;
+    else if (glm::any(glm::lessThan(first.hi, box.lo)) || glm::any(glm::lessThan(box.hi, first.lo)))
+      report.others.push_back(box);
+    else
+      report.notes.push_back(name + ": its box meets that of the first mesh, so cuts in it are not counted as damage");
     report.bodies_found += one.report.bodies_found, report.bodies_kept += one.report.bodies_kept;
     report.pulp_parts += one.report.pulp_parts;
     report.memory = std::max(report.memory, kept + one.report.memory);

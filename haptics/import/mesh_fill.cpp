@@ -92,23 +92,79 @@ class Skin {
 void close_cracks(Mask& part) {
   const Mask before = part;
   constexpr int kReach = 2;
-  for (std::size_t i = 0; i < part.v.size(); ++i) {
-    if (before.v[i]) continue;
-    const glm::ivec3 p = part.place(i);
-    for (int axis = 0; axis < 3 && !part.v[i]; ++axis) {
-      std::uint8_t side[2] = {0, 0};
-      int steps = 0;
-      for (const int s : {0, 1}) {
-        for (int k = 1; k <= kReach && !side[s]; ++k) {
+  for_each_slab(part.size.x, [&](int x) {
+    for (std::size_t i = part.index(x, 0, 0), end = i + part.v.size() / static_cast<std::size_t>(part.size.x); i < end;
+         ++i) {
+      if (before.v[i]) continue;
+      const glm::ivec3 p = part.place(i);
+      for (int axis = 0; axis < 3 && !part.v[i]; ++axis) {
+        std::uint8_t side[2] = {0, 0};
+        int steps = 0;
+        for (const int s : {0, 1}) {
+          for (int k = 1; k <= kReach && !side[s]; ++k) {
+            glm::ivec3 q = p;
+            q[axis] += s ? k : -k;
+            if (before.holds(q)) side[s] = before[q];
+            ++steps;
+          }
+        }
+        if (side[0] && side[1] && side[0] != side[1] && steps <= kReach + 1) part.v[i] = side[1];
+      }
+    }
+  });
+}
+
+/// Finds the samples where inside and outside meet although no triangle is near. There the mesh has an opening, which
+/// is closed by a cap.
+std::vector<glm::ivec3> find_cap(const Mask& part, const Sparse<float>& distance) {
+  // voxels; if a sample is nearer to the mesh than this, there is a triangle beside it, and no opening
+  constexpr float kOnMesh = 1;
+  std::vector<std::vector<glm::ivec3>> found(static_cast<std::size_t>(part.size.x));
+  for_each_slab(part.size.x, [&](int x) {
+    for (int y = 0; y < part.size.y; ++y) {
+      for (int z = 0; z < part.size.z; ++z) {
+        const bool inside = part(x, y, z) != 0;
+        for (int axis = 0; axis < 3; ++axis) {
+          const glm::ivec3 p(x, y, z);
           glm::ivec3 q = p;
-          q[axis] += s ? k : -k;
-          if (before.holds(q)) side[s] = before[q];
-          ++steps;
+          ++q[axis];
+          if (!part.holds(q) || (part[q] != 0) == inside || distance[p] <= kOnMesh || distance[q] <= kOnMesh) continue;
+          found[static_cast<std::size_t>(x)].push_back(p);
+          found[static_cast<std::size_t>(x)].push_back(q);
         }
       }
-      if (side[0] && side[1] && side[0] != side[1] && steps <= kReach + 1) part.v[i] = side[1];
+    }
+  });
+  std::vector<glm::ivec3> all;
+  for (const auto& of_slab : found) all.insert(all.end(), of_slab.begin(), of_slab.end());
+  return all;
+}
+
+/// Limits the distances to those from a cap, which also needs blocks of its own.
+void add_cap(const std::vector<glm::ivec3>& cap, double band, Sparse<float>& distance) {
+  const BlockSet& before = *distance.set;
+  const int reach = static_cast<int>(std::ceil(band)) + 1;
+  Grid<std::uint8_t> wanted(before.count, 0);
+  for (std::size_t b = 0; b < wanted.v.size(); ++b) wanted.v[b] = before.slot[b] >= 0;
+  for (const glm::ivec3& p : cap) {
+    const glm::ivec3 lo = glm::max(p - reach, glm::ivec3(0)) / BlockSet::kEdge,
+                     hi = glm::min(p + reach, before.size - 1) / BlockSet::kEdge;
+    for (int x = lo.x; x <= hi.x; ++x) {
+      for (int y = lo.y; y <= hi.y; ++y) {
+        for (int z = lo.z; z <= hi.z; ++z) wanted(x, y, z) = 1;
+      }
     }
   }
+  const auto set = std::make_shared<const BlockSet>(before.size, wanted.v);
+  SparseMask is_cap(set, 0, 0);
+  for (const glm::ivec3& p : cap) is_cap.v[static_cast<std::size_t>(is_cap.index(p))] = 1;
+  const Sparse<float> squared = distance_squared_to(is_cap, reach);
+  Sparse<float> all(set, distance.outside, distance.inside);
+  for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
+    all.v[i] = static_cast<float>(
+        std::min(static_cast<double>(distance[p]), std::sqrt(static_cast<double>(squared.v[i])) + 0.5));
+  });
+  distance = std::move(all);
 }
 
 }  // namespace
@@ -118,60 +174,70 @@ FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::iv
   filled.part = Mask(size, 0);
   Mask& part = filled.part;
   for (std::size_t k = 0; k < parts.size(); ++k) {
-    const Grid<std::int16_t> sixths = winding_sixths(parts[k], size);
-    for (std::size_t i = 0; i < part.v.size(); ++i) {
-      if (sixths.v[i] >= kInside) part.v[i] = static_cast<std::uint8_t>(k + 1);
-    }
+    const WindingNumbers winding(parts[k], size);
+    for_each_slab(size.x, [&](int x) {
+      const std::vector<std::int16_t> sixths = winding.slab(x);
+      std::uint8_t* const slab = &part(x, 0, 0);
+      for (std::size_t i = 0; i < sixths.size(); ++i) {
+        if (sixths[i] >= kInside) slab[i] = static_cast<std::uint8_t>(k + 1);
+      }
+    });
   }
   if (parts.size() > 1) close_cracks(part);
-  const auto inside = [&](std::size_t i) { return part.v[i] != 0; };
   filled.distance = unsigned_distance(Skin(parts, part).find(), size, band);
-  Grid<float>& distance = filled.distance;
+  Sparse<float>& distance = filled.distance;
 
   filled.sheet = std::ranges::count(part.v, std::uint8_t{0}) + 8 > static_cast<std::ptrdiff_t>(part.v.size());
-  // Marks the samples where inside and outside meet although no triangle is near. There the mesh has an opening, which
-  // is closed by a cap.
-  Mask cap(size, 0);
   if (!filled.sheet) {
-    // voxels; if a sample is nearer to the mesh than this, there is a triangle beside it, and no opening
-    constexpr float kOnMesh = 1;
-    const glm::ivec3 steps[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    for (std::size_t i = 0; i < distance.v.size(); ++i) {
-      if (distance.v[i] <= kOnMesh) continue;
-      const glm::ivec3 p = distance.place(i);
-      for (const glm::ivec3& step : steps) {
-        if (!distance.holds(p + step)) continue;
-        const std::size_t j = distance.index(p + step);
-        if (distance.v[j] <= kOnMesh || inside(i) == inside(j)) continue;
-        cap.v[i] = cap.v[j] = 1;
-        filled.capped = true;
-      }
-    }
+    const std::vector<glm::ivec3> cap = find_cap(part, distance);
+    filled.capped = !cap.empty();
+    if (filled.capped) add_cap(cap, band, distance);
   }
-  const Grid<float> to_cap = filled.capped ? distance_squared_to(cap) : Grid<float>();
   constexpr double kShell = 1;  // voxels, half of the thickness that a sheet (a mesh without volume) gets
-  for (std::size_t i = 0; i < distance.v.size(); ++i) {
+  for_each_sample(*distance.set, [&](const glm::ivec3& p, std::size_t i) {
     double d = static_cast<double>(distance.v[i]);
-    if (filled.capped) d = std::min(d, std::sqrt(static_cast<double>(to_cap.v[i])) + 0.5);
     if (filled.sheet) d -= kShell;
-    if (inside(i) && !filled.sheet) d = -d;
+    if (part[p] && !filled.sheet) d = -d;
     distance.v[i] = static_cast<float>(d);
+  });
+  // A block that is not stored lies completely inside or outside.
+  const auto blocks = std::make_shared<BlockSet>(*distance.set);
+  Grid<std::uint8_t> places;
+  places.size = blocks->count;
+  for (std::size_t b = 0; b < blocks->slot.size(); ++b) {
+    if (blocks->slot[b] == BlockSet::kOutside && part[BlockSet::kEdge * places.place(b)] && !filled.sheet)
+      blocks->slot[b] = BlockSet::kInside;
   }
+  distance.set = blocks;
+  distance.outside = static_cast<float>(filled.sheet ? band - kShell : band);
+  distance.inside = static_cast<float>(-band);
   return filled;
 }
 
 void spread_parts(FilledMesh& filled, double reach) {
+  Mask& part = filled.part;
   for (int pass = 0; pass < static_cast<int>(std::ceil(reach)); ++pass) {
-    const Mask before = filled.part;
-    for (std::size_t i = 0; i < before.v.size(); ++i) {
-      if (before.v[i] || filled.distance.v[i] > static_cast<float>(reach)) continue;
-      const glm::ivec3 p = before.place(i);
-      for (int k = 0; k < 27 && !filled.part.v[i]; ++k) {
+    const Mask before = part;
+    for_each_sample(*filled.distance.set, [&](const glm::ivec3& p, std::size_t i) {
+      if (before[p] || filled.distance.v[i] > static_cast<float>(reach)) return;
+      for (int k = 0; k < 27 && !part[p]; ++k) {
         const glm::ivec3 q = p + glm::ivec3(k % 3, k / 3 % 3, k / 9) - 1;
-        if (before.holds(q)) filled.part.v[i] = before[q];
+        if (before.holds(q)) part[p] = before[q];
       }
-    }
+    });
   }
+}
+
+double memory_of_filling(std::span<const std::vector<Triangle>> parts, const glm::ivec3& size, double band) {
+  // Bytes per stored sample (distance, nearest triangle, two marks), per sample of the box (part), and per grid line.
+  constexpr double kStored = 14, kPart = 1, kLine = 24;
+  std::vector<Triangle> all;
+  for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
+  const std::vector<std::uint8_t> near = blocks_near(all, size, band + 2.5);
+  const glm::dvec3 n(size);
+  return kStored * static_cast<double>(std::ranges::count(near, std::uint8_t{1})) * BlockSet::kSamples +
+         kPart * n.x * n.y * n.z + kLine * (n.x * n.y + n.y * n.z + n.z * n.x) +
+         2 * static_cast<double>(all.size()) * sizeof(Triangle);
 }
 
 }  // namespace typodont::haptics::importing

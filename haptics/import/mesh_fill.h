@@ -9,10 +9,10 @@
 namespace typodont::haptics::importing {
 
 struct FilledMesh {
-  Grid<float> distance;  // signed distance in voxels, negative inside; at most `band` outside the body
-  Mask part;             // for every sample: number of the part (from 1) that contains it; 0 outside
-  bool capped = false;   // true if the mesh had an opening, which was closed by a cap where the winding number is 0.5
-  bool sheet = false;    // true if the mesh encloses no volume; it then becomes a shell with a thickness of two voxels
+  Sparse<float> distance;  // signed distance in voxels, negative inside, limited to ± the band; stored near the surface
+  Mask part;               // for every sample: number of the part (from 1) that contains it; 0 outside
+  bool capped = false;     // true if the mesh had an opening, which was closed by a cap where the winding number is 0.5
+  bool sheet = false;  // true if the mesh encloses no volume; it then becomes a shell with a thickness of two voxels
 };
 
 /// Fills the parts of a mesh. A sample is inside a part if its generalized winding number is 0.5 or more (3 sixths, see
@@ -24,5 +24,8 @@ FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::iv
 /// Assigns a part to each sample that is up to `reach` voxels outside the body: the nearest part. So labels can be read
 /// at the surface.
 void spread_parts(FilledMesh& filled, double reach);
+
+/// Estimates the memory in bytes that fill_mesh() and its result need.
+double memory_of_filling(std::span<const std::vector<Triangle>> parts, const glm::ivec3& size, double band);
 
 }  // namespace typodont::haptics::importing

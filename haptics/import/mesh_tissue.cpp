@@ -150,13 +150,18 @@ DenseTissue rasterize(const TissueMesh& mesh, const MeshTissueOptions& options) 
   }
   const importing::FilledMesh filled = importing::fill_mesh(parts, out.size, kBand / voxel);
   out.exact_outside = !filled.capped && !filled.sheet;
-  out.distance.resize(filled.distance.v.size());
+  out.distance.resize(filled.part.v.size());
   out.tissue.assign(out.distance.size(), Tissue::kAir);
-  for (std::size_t i = 0; i < out.distance.size(); ++i) {
-    const double d = filled.distance.v[i];
-    out.distance[i] = static_cast<float>(std::clamp(d * voxel, -kBand, kBand));
-    if (d <= importing::kLabelReach) out.tissue[i] = options.tissue;
-  }
+  importing::for_each_slab(out.size.x, [&](int x) {
+    for (int y = 0; y < out.size.y; ++y) {
+      for (int z = 0; z < out.size.z; ++z) {
+        const std::size_t i = out.at(x, y, z);
+        const double d = filled.distance(x, y, z);
+        out.distance[i] = static_cast<float>(std::clamp(d * voxel, -kBand, kBand));
+        if (d <= importing::kLabelReach) out.tissue[i] = options.tissue;
+      }
+    }
+  });
   return out;
 }
 

@@ -316,10 +316,10 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   report(0.25);
 
   // In voxels. kWidestShell: largest distance from the surface at which the blurred edge is assumed to change grey
-  // values. kFirstExact: distance up to which distances are exact, as the measurement of the edges' width needs.
-  constexpr double kWidestShell = 6, kFirstExact = 1.5;
-  DistanceField first = signed_distance(over, size, {}, kWidestShell + 0.5, kFirstExact);
-  over = {};
+  // values; kUsualShell: distance that this rarely exceeds. kFirstExact: distance up to which distances are exact, as
+  // the measurement of the edges' width needs.
+  constexpr double kWidestShell = 6, kUsualShell = 3.5, kFirstExact = 1.5;
+  DistanceField first = signed_distance(over, size, {}, kUsualShell + 0.5, kFirstExact);
   report(0.45);
 
   // Measures the width σ of the scan's edges. At its centre, a Gaussian edge with the height c has the slope c / (σ
@@ -347,6 +347,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   s.blur = std::sqrt(std::max(0.0, edge * edge - kSmooth * kSmooth));
   // Distance in voxels on each side of the surface within which the blurred edge changes the grey values.
   const double shell = std::clamp(2.5 * edge, 2.5, kWidestShell);
+  if (shell > kUsualShell) first = signed_distance(over, size, {}, shell + 0.5, kFirstExact);
+  over = {};
 
   // Measures the grey value of the surroundings near each sample. Only voxels that lie beyond the blurred edge and
   // outside other bodies are used.

@@ -75,8 +75,12 @@ void turn(Imported& imported, const glm::dmat3& by) {
   in = std::move(out);
   imported.grey = std::move(grey);
   ImportReport& report = imported.report;
-  const dvec3 a = by * report.lo, b = by * report.hi;
-  report.lo = glm::min(a, b), report.hi = glm::max(a, b);
+  const auto turn_box = [&](dvec3& lo, dvec3& hi) {
+    const dvec3 a = by * lo, b = by * hi;
+    lo = glm::min(a, b), hi = glm::max(a, b);
+  };
+  turn_box(report.lo, report.hi);
+  for (ImportRegion& other : report.others) turn_box(other.lo, other.hi);
   report.size = in.size;
   report.world_rotation = report.world_rotation * glm::transpose(by);
 }

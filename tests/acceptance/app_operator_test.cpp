@@ -14,7 +14,7 @@
 #include "tests/support/desktop.h"
 #include "tests/support/dicom_files.h"
 #include "tests/support/drop_source.h"
-#include "tests/support/fuse_phantom.h"
+#include "tests/support/mouth_phantom.h"
 #include "tests/support/program.h"
 
 namespace typodont::test {
@@ -701,6 +701,43 @@ TEST_F(OperatorWindow, AnIntraoralScanIsLaidOverAJawByThreePairsOfClicks) {
   EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name ': Scan$'").empty(); }));
   press("ctrl+b");
   program.wait_for("imported: ");
+}
+
+TEST_F(OperatorWindow, LowerJawUpperJawAndBiteDroppedTogetherBecomeOneMouthThatIsDrilled) {
+  // the upper jaw lies in the frame of its own file, which the bite scan relates to that of the lower jaw
+  const Pose X_KW{dvec3(0.4, -0.3, 0.5) * kMillimetre, glm::angleAxis(0.012, glm::normalize(dvec3(1, -1, 2)))};
+  const std::vector<std::string> files{write_stl("lower.stl", test::true_surface()).string(),
+                                       write_stl("upper.stl", test::moved(test::upper_jaw(), X_KW)).string(),
+                                       write_stl("my bite.stl", test::bite_scan()).string()};
+  Program program(folder);
+  open(program);
+  const Window window = std::stoul(Desktop::xdotool("search --name '^Typodont$'"));
+  const render::Picture start = desktop.screen(kScreen);
+  EXPECT_TRUE(drop_on(window, files));
+  EXPECT_TRUE(eventually([&] {
+    return differing(start, desktop.screen(kScreen), {855, 530}, {1035, 660}) > 200;
+  })) << "no import page";
+  press("ctrl+i");
+  for (int i = 0; i < 2; ++i) press("Tab");  // past the name to the field for the voxel
+  press("ctrl+a");
+  type("0.3");
+  press("Tab");
+  press("ctrl+b");
+  const std::string scene = program.wait_for("imported: ", 4);
+  const Json written = Json::parse(read_text(scene), "scene");
+  EXPECT_EQ(written["description"].string(), "lower.stl, upper.stl, my bite.stl");
+  // The upper jaw is 30 mm above the lower one, and cuts in it count as damage.
+  const std::vector<Json> protect = written["task"]["protect"].items();
+  ASSERT_EQ(protect.size(), 1u);
+  EXPECT_NEAR(protect[0]["box"]["center_mm"].vec3().z - protect[0]["box"]["size_mm"].vec3().z / 2, 50.3, 0.4);
+  const Ran seen = folder.run("render '" + scene + "' --rig closeup --size 64x48 --out " + (folder / "seen"));
+  EXPECT_EQ(seen.status, 0) << seen.err;
+  press("F10");
+  wait_for_choice();
+  press("F5");
+  EXPECT_EQ(program.wait_for("session started: "), "lower");
+  press("Escape");
+  program.wait_for("session ended");
 }
 
 TEST_F(OperatorWindow, UnsavedPaintingIsKeptAsAnExerciseHoweverTheProgramEnds) {

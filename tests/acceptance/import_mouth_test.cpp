@@ -1,54 +1,22 @@
 // Tests the import of several intraoral scans through the command line: the poses that the bite scan gives, the scene
-// that the command writes, and which files it refuses. The teeth are those of the synthetic jaw, and their mirror image
-// as the opposing jaw.
+// that the command writes, and which files it refuses.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "tests/support/fuse_phantom.h"
+#include "tests/support/mouth_phantom.h"
 #include "tests/support/program.h"
 
 namespace typodont {
 namespace {
 
-using test::JawPhantom;
+using test::bite_scan;
+using test::moved;
 using test::Ran;
 using test::TissueMesh;
+using test::upper_jaw;
 using ::testing::HasSubstr;
-
-constexpr double kGap = 0.1e-3;  // m, distance between the highest points of the two jaws
-
-/// Returns the mirror image of the lower jaw above it.
-TissueMesh upper_jaw() {
-  TissueMesh mesh = test::true_surface();
-  for (dvec3& p : mesh.vertices) p.z = 2 * JawPhantom::kTop * kMillimetre + kGap - p.z;
-  for (glm::uvec3& t : mesh.triangles) std::swap(t.y, t.z);
-  return mesh;
-}
-
-TissueMesh moved(TissueMesh mesh, const Pose& X) {
-  for (dvec3& p : mesh.vertices) p = X * p;
-  return mesh;
-}
-
-/// Returns the side of both jaws that a scanner sees from the direction −y, with noise of 0.02 mm.
-TissueMesh bite_scan() {
-  TissueMesh both = test::true_surface();
-  const TissueMesh upper = upper_jaw();
-  const auto first = static_cast<unsigned>(both.vertices.size());
-  both.vertices.insert(both.vertices.end(), upper.vertices.begin(), upper.vertices.end());
-  for (const glm::uvec3& t : upper.triangles) both.triangles.push_back(t + first);
-  std::erase_if(both.triangles, [&](const glm::uvec3& t) {
-    const dvec3 a = both.vertices[t.x];
-    const dvec3 n = glm::cross(both.vertices[t.y] - a, both.vertices[t.z] - a);
-    return n.y > -0.3 * glm::length(n);
-  });
-  std::mt19937 random(4);
-  std::normal_distribution<double> noise(0, 0.02e-3);
-  for (dvec3& p : both.vertices) p.y += noise(random);
-  return both;
-}
 
 class ImportMouth : public ::testing::Test {
  protected:
@@ -160,6 +128,18 @@ TEST_F(ImportMouth, AToolBetweenTheOpenJawsFeelsAndCutsTheOpposingJaw) {
   EXPECT_LT(free, 1e-3);
   EXPECT_LT(deepest, -0.3) << "the opposing jaw pushes the hand downwards";
   EXPECT_GT(removed, 0.01);
+  // The report counts the cut as damage.
+  const Ran recorded =
+      folder_.run(fmt::format("servo {} --hand {} --out {}", out_, folder_ / "hand.csv", folder_ / "session.h5"));
+  ASSERT_EQ(recorded.status, 0) << recorded.err;
+  const Ran scored =
+      folder_.run(fmt::format("report {} --json --out {}", folder_ / "session.h5", folder_ / "report.html"));
+  ASSERT_EQ(scored.status, 0) << scored.err;
+  double damage = 0;
+  for (const auto& item : nlohmann::json::parse(scored.out).at("items")) {
+    if (item.at("name") == "protected_removed_mm3") damage = item.at("value");
+  }
+  EXPECT_NEAR(damage, removed, 0.2 * removed);
 }
 
 TEST_F(ImportMouth, AVolumeThatBelongsToNoExerciseOfThisNameIsNotReplaced) {

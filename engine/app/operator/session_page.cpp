@@ -274,7 +274,8 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 /// The hardness applies only to the strokes that follow. Stiffness and colour apply to all tissue of the painted kind.
 void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("brush", s.text("op.paint"), size, w);
-  constexpr std::array kPaintable = {Tissue::kCaries, Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp};
+  constexpr std::array kPaintable = {Tissue::kCaries, Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp,
+                                     Tissue::kGingiva};
   const auto name = [&](Tissue t) { return s.text(fmt::format("tissue.{}", name_of(t))); };
   ImGui::SetNextItemWidth(-1);
   if (ImGui::BeginCombo("##tissue", name(s.paint_tissue))) {

@@ -6,6 +6,7 @@
 
 #include "engine/app/planning/volume_beside.h"
 #include "engine/base/json.h"
+#include "engine/base/units.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
@@ -20,6 +21,26 @@ dvec3 top_of(const haptics::DenseTissue& tissue) {
       for (at.z = 0; at.z < tissue.size.z; ++at.z)
         if (tissue.distance[tissue.at(at.x, at.y, at.z)] < 0) lo = glm::min(lo, at), hi = glm::max(hi, at);
   return hi.x < 0 ? kCrownTop : tissue.frame.to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z));
+}
+
+/// Returns a task in which cuts inside the boxes are damage.
+nlohmann::ordered_json task_that_protects(const std::vector<haptics::ImportRegion>& boxes) {
+  nlohmann::ordered_json task = {
+      {"goal",
+       {{"en", "Practise on the first scan. The other scans must not be cut."},
+        {"de", "Üben Sie am ersten Scan. Die anderen Scans dürfen nicht beschliffen werden."},
+        {"zh", "在第一个扫描上练习，不得切削其他扫描。"}}}};
+  const auto in_mm = [](const dvec3& v) {
+    const dvec3 mm = v / kMillimetre;
+    return nlohmann::ordered_json{mm.x, mm.y, mm.z};
+  };
+  for (const haptics::ImportRegion& box : boxes) {
+    // The box is widened by a little, so that it contains the voxels at the surface.
+    constexpr double kWider = 0.05e-3;
+    task["protect"].push_back(
+        {{"box", {{"center_mm", in_mm(0.5 * (box.lo + box.hi))}, {"size_mm", in_mm(box.hi - box.lo + 2 * kWider)}}}});
+  }
+  return task;
 }
 
 }  // namespace
@@ -62,13 +83,14 @@ void write_imported_exercise(const ImportedExercise& exercise, haptics::Imported
   // Old files are replaced only after all new files are complete.
   PartialFile volume(volume_beside(file), FileKind::kVolume, over), scene_file(file, FileKind::kJson, over);
   haptics::TissueVolume(tissue).save(volume.path());
-  const nlohmann::ordered_json scene = {
-      {"name", exercise.name},
-      {"description", exercise.description},
-      {"tissue", {{"volume", volume.file().filename().string()}}},
-      {"tools", {"round_012", "cylinder_010", "round_014", "explorer", "excavator_spoon"}},
-      {"spindle", "air_turbine"},
-      {"parts", {"haptics", "render", "sound", "debris", "record", "score"}}};
+  for (haptics::ImportRegion& other : imported.report.others) other.lo += move, other.hi += move;
+  nlohmann::ordered_json scene = {{"name", exercise.name},
+                                  {"description", exercise.description},
+                                  {"tissue", {{"volume", volume.file().filename().string()}}},
+                                  {"tools", {"round_012", "cylinder_010", "round_014", "explorer", "excavator_spoon"}},
+                                  {"spindle", "air_turbine"},
+                                  {"parts", {"haptics", "render", "sound", "debris", "record", "score"}}};
+  if (!imported.report.others.empty()) scene["task"] = task_that_protects(imported.report.others);
   write_file_atomically(scene_file.path(), scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
                         FileKind::kJson);
   progress.at(1);
