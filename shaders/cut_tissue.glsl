@@ -4,15 +4,16 @@
 const uint kEnamel = 1u, kDentin = 2u, kCaries = 3u, kPulp = 4u;
 const float kFrost = 0.25;  // strength of the frost on cut enamel
 
-/// Returns the colour of a surface. `cut`: 0 natural, 1 laid open by a cut; `thin`: 0 thick, 1 as thin as a voxel;
-/// `shows`: visible fraction of the lower tissue. Cut enamel scatters light at its surface, so it is frosty and whiter.
-/// The frost decreases with `shows`, so that a cut that reaches dentin at a flat angle has no step of colour. A natural
-/// surface of dentin is a root: cementum is darker than dentin. Thin enamel lets red light pass, so its edge is bluish
-/// grey.
-vec3 surface_color(uint tissue, vec3 color, float cut, float thin, float shows) {
+/// Returns the colour of a surface. `cut`: 0 natural, 1 laid open by a cut; `wet`: 0 dry, 1 below a film of water;
+/// `thin`: 0 thick, 1 as thin as a voxel; `shows`: visible fraction of the lower tissue. Cut enamel scatters light at
+/// its surface, so it is frosty and whiter. Water fills the roughness of cut enamel, so that its frost disappears. The
+/// frost also decreases with `shows`, so that a cut that reaches dentin at a flat angle has no step of colour. A
+/// natural surface of dentin is a root: cementum is darker than dentin. Thin enamel lets red light pass, so its edge is
+/// bluish grey.
+vec3 surface_color(uint tissue, vec3 color, float cut, float wet, float thin, float shows) {
   if (kView != 0) return color;
   if (tissue == kEnamel) {
-    color = mix(color, vec3(0.66, 0.66, 0.64), kFrost * cut * (1.0 - shows));
+    color = mix(color, vec3(0.66, 0.66, 0.64), kFrost * cut * (1.0 - wet) * (1.0 - shows));
     color *= mix(vec3(1.0), vec3(0.66, 0.78, 0.90), thin * thin);
   } else if (tissue == kDentin) {
     color *= mix(vec3(0.92, 0.86, 0.84), vec3(1.0), cut);

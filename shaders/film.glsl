@@ -13,6 +13,9 @@ vec4 film_at(vec3 world) {
   return textureLod(film_grid, (q / frame.film_size.xyz).zyx, 0.0);
 }
 
+/// Returns the fraction of a surface that the film makes smooth and shiny. A few micrometres of water are enough.
+float wetness(vec4 film) { return smoothstep(0.01, 0.12, film.x); }
+
 /// Changes colour and look of a surface below the film. Water makes the surface smooth and slightly darker, because
 /// light is reflected inside the film. Solids cover the surface with their own colour, which is milky while wet and
 /// matt when dry. `look`: roughness, metal, wetness, translucency.
@@ -22,7 +25,7 @@ void cover_with_film(vec4 film, inout vec3 color, inout vec4 look) {
   vec3 brown = mix(frame.tissue_color[3].rgb, cream, 0.3);  // brown of carious powder, which is paler than the tissue
   vec3 solids = film.z < 0.5 ? mix(white, cream, 2.0 * film.z) : mix(cream, brown, 2.0 * film.z - 1.0);
   solids = mix(solids, vec3(0.30, 0.012, 0.014), film.w);
-  float wet = smoothstep(0.01, 0.12, film.x);  // even a few micrometres of water make the surface shiny
+  float wet = wetness(film);
   color = mix(color, solids, film.y) * mix(1.0, 0.86, film.x);
   look.x = mix(mix(look.x, 0.95, film.y), 0.05, wet);
   look.z = mix(mix(look.z, 0.0, film.y), 1.0, wet);

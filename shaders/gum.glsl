@@ -24,6 +24,29 @@ vec3 dimpled(vec3 n, vec3 p, float spacing, float tilt) {
   return normalize(n - tilt / 0.385 * (slope - n * dot(n, slope)));
 }
 
+/// Returns the visibility 0..1 of the short red fibres in denture acrylic. Each cell of a cubic grid has one straight
+/// fibre at a random place and in a random direction. A fibre reaches at most into the next cell, so the eight nearest
+/// cells suffice. `n`: normal of the surface; the acrylic is clear, so fibres below the surface are visible too.
+float fibres(vec3 p, vec3 n) {
+  const float spacing = 1.3e-3;  // m, edge of a cell
+  const float half_length = 0.38, half_width = 0.028, deepest = 0.3;  // cells
+  vec3 q = p / spacing, first = floor(q - 0.5);
+  float seen = 0.0;
+  for (int i = 0; i < 8; ++i) {
+    vec3 cell = first + vec3(i & 1, (i >> 1) & 1, i >> 2);
+    float a = hash(cell + 5.71), b = hash(cell + 23.71), c = hash(cell + 47.71);
+    vec3 from = q - cell - 0.5 - 0.2 * (vec3(b, c, a) - 0.5);
+    vec3 along = normalize(vec3(a, b, c) - 0.5 + 1e-3);
+    float deep = dot(n, from);
+    from -= n * deep;
+    along -= n * dot(n, along);
+    from -= clamp(dot(from, along) / max(dot(along, along), 1e-4), -half_length, half_length) * along;
+    seen = max(seen, (1.0 - smoothstep(0.5 * half_width, half_width, length(from))) *
+                         (1.0 - smoothstep(0.0, deepest, abs(deep))));
+  }
+  return seen;
+}
+
 /// Changes the colour, the normal of the surface and the normal of the wet film. `p`: m, position in the mesh's frame;
 /// `mobile`: fraction of mucosa in the gum, 0..1.
 void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec3 n, inout vec3 gloss_normal) {
@@ -51,7 +74,7 @@ void soft_surface(uint matter, vec3 p, float mobile, inout vec3 color, inout vec
     gloss_normal = n;
   } else if (matter == kAcrylic) {
     // Denture acrylic has fine red fibres.
-    color *= mix(vec3(1.0), vec3(0.86, 0.50, 0.52), 0.5 * max(1.0 - abs(noise(p * vec3(2600.0, 900.0, 2600.0)) - 0.5) / 0.035, 0.0));
+    color *= mix(vec3(1.0), vec3(0.80, 0.36, 0.40), 0.8 * fibres(p, smooth_normal));
     gloss_normal = bumped(smooth_normal, p, 2.0e-3, 0.03);
   }
 }

@@ -108,7 +108,7 @@ void main() {
     out_color = vec4(with_cursor(tone_map(color * in_light.rgb + gloss)), 1.0);
     return;
   }
-  vec3 gloss_normal = n;
+  vec3 gloss_normal = n, sheen = vec3(0.0);
   if (kView != 3) {
     float pixel = length(fwidth(in_position));  // m, size of a pixel on the surface
     if (holds(kHoldsEnamel) && main_tissue == kEnamel) {
@@ -117,6 +117,7 @@ void main() {
     } else if (holds(kHoldsPairs) && main_tissue == kDentin) {
       look = surface_look(kDentin, look, in_second.w);
       color = dentin(color, in_mesh_position, n, pixel, in_second.w, gloss_normal, look.x);
+      if (in_second.w > 0.5) sheen = tubule_sheen(in_mesh_position, n, v, look.x, light.x);
       if (a != b && (a == kPulp || b == kPulp))
         color = bloody(color, in_mesh_position, a == kPulp ? 1.0 - in_light.w : in_light.w);
     } else if (holds(kHoldsPairs) && main_tissue == kPulp) {
@@ -129,9 +130,10 @@ void main() {
   if (kFilm && kView != 3) {
     vec4 film = film_at(in_position);
     cover_with_film(film, color, look);
+    sheen *= 1.0 - max(film.y, wetness(film));
     gloss_normal = film_normal(film, gloss_normal);
   }
   Look shown = Look(color, look.x, look.w, look.y, look.z);
   vec3 lit = shade(n, gloss_normal, v, shown, light, Around(in_room, in_half_way));
-  out_color = vec4(with_cursor(tone_map(lit + color * light.y * in_light.rgb)), 1.0);
+  out_color = vec4(with_cursor(tone_map(lit + color * light.y * in_light.rgb + sheen)), 1.0);
 }

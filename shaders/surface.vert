@@ -57,15 +57,17 @@ void main() {
   uint lower = in_tissue.w & 15u;
   vec3 beneath = frame.tissue_color[lower].rgb;
   vec4 first = frame.tissue_color[tissue_1];
+  vec4 film = kFilm ? film_at(world) : vec4(0.0);
+  float wet = kFilm ? wetness(film) : 0.0;
   vec3 layered = lower == tissue_1 ? first.rgb : over(first, beneath, shows);
-  out_first = vec4(surface_color(tissue_1, layered, cut, thin, shows), shows);
+  out_first = vec4(surface_color(tissue_1, layered, cut, wet, thin, shows), shows);
   out_first_look = vec4(frame.tissue_look[tissue_1].xyz, first.w);
   out_second = vec4(out_first.rgb, cut);
   out_second_look = out_first_look;
   if ((kHolds & kHoldsPairs) != 0) {
     vec4 second = frame.tissue_color[tissue_2];
     layered = lower == tissue_2 ? second.rgb : over(second, beneath, shows);
-    out_second.rgb = surface_color(tissue_2, layered, cut, thin, shows);
+    out_second.rgb = surface_color(tissue_2, layered, cut, wet, thin, shows);
     out_second_look = vec4(frame.tissue_look[tissue_2].xyz, second.w);
   }
   out_light = vec4(through_edge(n, thin), share);
@@ -89,7 +91,6 @@ void main() {
     out_first_look = surface_look(tissue_1, out_first_look, cut);
     out_second_look = surface_look(tissue_2, out_second_look, cut);
     if (kFilm) {
-      vec4 film = film_at(world);
       cover_with_film(film, out_first.rgb, out_first_look);
       if (tissue_1 == tissue_2 || (kHolds & kHoldsPairs) == 0)
         out_second.rgb = out_first.rgb, out_second_look = out_first_look;

@@ -9,6 +9,8 @@ const float kCrackSeen = 0.12e-3;
 // m, width of the bundles of enamel prisms that a cut shows (Hunter-Schreger bands)
 const float kPrismStriae = 0.06e-3;
 const float kFlute = 0.09e-3;  // m, width of the marks that the blades of a bur leave on a cut wall
+// Reflectance of tubules that a cut has opened along their length. Its value is an estimate.
+const float kTubules = 0.25;
 
 /// Returns the tooth's axis in W, which is the z axis of the body.
 vec3 object_axis() { return vec3(object.world_row[0].z, object.world_row[1].z, object.world_row[2].z); }
@@ -77,6 +79,25 @@ vec3 dentin(vec3 color, vec3 p, vec3 n, float pixel, float cut, inout vec3 n_glo
   float smear = noise(p * 1300.0);
   rough = mix(0.42, 0.70, smear);
   return color * (0.94 + 0.09 * smear) * (1.0 + 0.03 * shown * ridge);
+}
+
+/// Returns the lamp's light that the tubules of cut dentin reflect as a silky sheen. A cut along the tubules opens them
+/// as fine parallel grooves, which scatter light across themselves, as fibres do. A cut across the tubules shows only
+/// their ends and has no sheen. Here the tubules run along the tooth's axis with slow bends, which is an approximation:
+/// in a real tooth they run from the pulp to the enamel. The smear layer hides a part of the sheen. `rough`: roughness
+/// of the smear layer as dentin() returns it; `key`: fraction of the lamp's light that arrives.
+vec3 tubule_sheen(vec3 p, vec3 n, vec3 v, float rough, float key) {
+  vec3 bend = vec3(noise(p * 400.0), noise(p * 400.0 + 11.0), noise(p * 400.0 + 23.0)) - 0.5;
+  vec3 along = normalize(object_axis() + 0.5 * bend);
+  along -= n * dot(n, along);
+  float lying = dot(along, along);  // squared sine of the angle between tubule and normal
+  float across = dot(along, normalize(frame.key.xyz + v));
+  float lobe = max(1.0 - across * across / max(lying, 1e-4), 0.0);
+  lobe *= lobe * lobe;
+  lobe *= lobe;
+  float clean = 1.0 - 0.5 * smoothstep(0.42, 0.70, rough);
+  float lamp = key * max(dot(n, frame.key.xyz), 0.0) * frame.key.w * 0.3183;
+  return (kTubules * lying * lobe * lobe * clean * lamp) * kLampColor;
 }
 
 /// Returns the colour of caries: light brown and leathery at its edge, dark, rough and crumbly where it is softest.

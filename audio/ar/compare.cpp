@@ -25,7 +25,8 @@ struct Analysed {
   std::vector<double> power;  // power density at the frequencies kGrid, 2 kGrid, …
 };
 
-Analysed analyse(const std::filesystem::path& file, const Recording& recording, double up_to, bool constant_speed) {
+Analysed analyse(const std::filesystem::path& file, const Recording& recording, double up_to,
+                 const CompareOptions& options) {
   auto x = recording.mono();
   Analysed result;
   SoundMeasure& m = result.measure;
@@ -40,7 +41,7 @@ Analysed analyse(const std::filesystem::path& file, const Recording& recording, 
   m.level_dB = 10 * std::log10(power / static_cast<double>(x.size()) + 1e-30);
   m.peak_dB = 20 * std::log10(peak + 1e-15);
 
-  if (constant_speed) x = at_constant_speed(x, m.rate, speed_of(x, m.rate));
+  if (options.constant_speed) x = at_constant_speed(x, m.rate, speed_of(x, m.rate));
   const auto points = static_cast<std::size_t>(2 * std::lround(kWindow * m.rate / 2));
   const auto density = welch(x, points, m.rate);
   double moment = 0, sum = 0;
@@ -61,6 +62,7 @@ Analysed analyse(const std::filesystem::path& file, const Recording& recording, 
     m.tones.push_back(track.steady() ? track.frequency : lines[i].frequency);
     m.tone_variation.push_back(track.variation());
   }
+  for (const double line : options.lines) m.line_variation.push_back(follow_line(x, m.rate, line).variation());
   m.rotor = estimated_rotor_frequency(x, m.rate);
   return result;
 }
@@ -72,8 +74,8 @@ Comparison compare_sounds(const std::filesystem::path& file_a, const std::filesy
   Comparison result;
   const Recording sound_a = read_recording(file_a), sound_b = read_recording(file_b);
   result.up_to = std::min(options.up_to, 0.45 * std::min(sound_a.rate, sound_b.rate));
-  const Analysed a = analyse(file_a, sound_a, result.up_to, options.constant_speed);
-  const Analysed b = analyse(file_b, sound_b, result.up_to, options.constant_speed);
+  const Analysed a = analyse(file_a, sound_a, result.up_to, options);
+  const Analysed b = analyse(file_b, sound_b, result.up_to, options);
   result.a = a.measure;
   result.b = b.measure;
   result.level_difference_dB = result.b.level_dB - result.a.level_dB;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <map>
+#include <regex>
 
 #include "audio/ar/lines.h"
 #include "audio/ar/rotor.h"
@@ -240,6 +241,20 @@ TEST_F(SoundCommand, WritesAPageWithBothSoundsAndFetchesNothing) {
   EXPECT_EQ(count("http"), 0);
   EXPECT_EQ(count("<b>"), 0);
   EXPECT_EQ(count("&lt;b&gt;&amp;.wav"), 2);  // title and heading
+}
+
+TEST_F(SoundCommand, WritesAPageWithEachLineAndTheMeasuresOfALongSound) {
+  const auto r = run("page " + kMicromotor + " --out " + path("p.html"));
+  ASSERT_EQ(r.status, 0) << r.err;
+  const std::string page = read_text(path("p.html"));
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(page, found, std::regex("constant speed</th><td>([0-9.]+) dB")));
+  EXPECT_LE(std::stod(found[1]), 0.5);
+  const std::regex row("<tr><td>[0-9]+</td><td>[0-9]+ %</td><td>[0-9]+ %</td><td>([+-][0-9]+) %</td></tr>");
+  int lines = 0;
+  for (std::sregex_iterator i(page.begin(), page.end(), row), end; i != end; ++i, ++lines)
+    EXPECT_LE(std::abs(std::stoi((*i)[1])), 20) << i->str();
+  EXPECT_GE(lines, 8);
 }
 
 TEST_F(SoundCommand, CountsTheRightAnswersOfABlindListener) {

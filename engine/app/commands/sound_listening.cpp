@@ -45,8 +45,10 @@ struct PageCommand {
   double seconds = 10, up_to = 16000;
 };
 
-/// Synthesizes the model's sound at the spindle speed of the fitted part of the recording.
-std::vector<double> sound_of(const audio::ArModel& model, const audio::FitReport& fit, double seconds) {
+/// Synthesizes the model's sound. `times`: s, `ratios`: the spindle's speed at these times, relative to the speed of
+/// the model; empty: constant speed.
+std::vector<double> sound_of(const audio::ArModel& model, std::span<const double> times, std::span<const double> ratios,
+                             double seconds) {
   audio::SoundModels models;
   models.idle = model;
   models.free_speed = model.spindle > 0 ? model.spindle : 100 * kKrpm;
@@ -56,21 +58,22 @@ std::vector<double> sound_of(const audio::ArModel& model, const audio::FitReport
   synth.push(state);
   constexpr double kEvery = 0.01;  // s, time between two states of the drill
   std::size_t i = 0;
-  std::vector<float> y(static_cast<std::size_t>(std::min(seconds, fit.to - fit.from) * model.rate));
+  std::vector<float> y(static_cast<std::size_t>(seconds * model.rate));
   const auto block = static_cast<std::size_t>(kEvery * model.rate);
   for (std::size_t at = 0; at < y.size(); at += block) {
     const double t = static_cast<double>(at) / model.rate;
-    while (i + 1 < fit.speed_times.size() && fit.speed_times[i + 1] <= t) ++i;
+    while (i + 1 < times.size() && times[i + 1] <= t) ++i;
     state.t = from_seconds(t);
-    if (!fit.speed_ratio.empty()) state.spindle = models.free_speed * fit.speed_ratio[i];
+    if (!ratios.empty()) state.spindle = models.free_speed * ratios[i];
     synth.push(state);
     synth.render(std::span(y).subspan(at, std::min(block, y.size() - at)));
   }
   return {y.begin(), y.end()};
 }
 
-// if the relative difference of two frequencies is smaller than this, they count as one tone
-constexpr double kSameTone = 0.01;
+// s, duration of the model's sound that is measured. It is long, so that the random noise of the model hardly changes
+// the measured spectrum.
+constexpr double kMeasured = 30;
 
 void run_page(const PageCommand& c) {
   if (!(c.seconds >= 0.1 && c.seconds <= 60)) throw Error("--seconds", "", fmt::to_string(c.seconds), "0.1 to 60");
@@ -80,12 +83,15 @@ void run_page(const PageCommand& c) {
   const TemporaryFolder folder;
   const auto all = recording.mono(c.options.channel);
   const auto first = static_cast<std::size_t>(fit.from * recording.rate);
-  const auto count =
-      std::min(all.size() - first, static_cast<std::size_t>(std::min(c.seconds, fit.to - fit.from) * recording.rate));
+  const double seconds = std::min(c.seconds, fit.to - fit.from);
+  const auto count = std::min(all.size() - first, static_cast<std::size_t>(seconds * recording.rate));
   write_wav(folder.path() / "recording.wav", std::span(all).subspan(first, count), recording.rate);
-  write_wav(folder.path() / "model.wav", sound_of(model, fit, c.seconds), model.rate);
+  write_wav(folder.path() / "model.wav", sound_of(model, fit.speed_times, fit.speed_ratio, seconds), model.rate);
+  write_wav(folder.path() / "measured.wav", sound_of(model, {}, {}, kMeasured), model.rate);
+  audio::CompareOptions options{.constant_speed = true};
+  for (const audio::ModelLine& line : model.lines) options.lines.push_back(line.frequency);
   const audio::Comparison compared =
-      audio::compare_sounds(folder.path() / "recording.wav", folder.path() / "model.wav", {.constant_speed = true});
+      audio::compare_sounds(folder.path() / "recording.wav", folder.path() / "measured.wav", options);
 
   std::string page =
       page_head(std::filesystem::path(c.recording).filename().string() + " and its model",
@@ -114,23 +120,19 @@ void run_page(const PageCommand& c) {
       fmt::format("{:.2f} dB to {:.0f} Hz", compared.distance_dB, compared.up_to));
   row("level of the model over the recording's", fmt::format("{:+.2f} dB", compared.level_difference_dB));
   for (const std::string& note : fit.notes) row("note", note);
-  page +=
-      "</table>\n<h2>Strongest tones</h2>\n<table>\n<tr><th>recording, Hz</th><th>its amplitude varies by</th>"
-      "<th>model, Hz</th><th>its amplitude varies by</th></tr>\n";
-  for (std::size_t i = 0; i < compared.a.tones.size(); ++i) {
-    const double tone = compared.a.tones[i];
-    page += fmt::format("<tr><td>{:.0f}</td><td>{:.0f} %</td>", tone, 100 * compared.a.tone_variation[i]);
-    const auto& others = compared.b.tones;
-    const auto same = std::find_if(others.begin(), others.end(),
-                                   [&](double other) { return std::abs(other - tone) < kSameTone * tone; });
-    if (same == others.end()) {
-      page += "<td>not among the five strongest</td><td></td></tr>\n";
-    } else {
-      page += fmt::format("<td>{:.0f}</td><td>{:.0f} %</td></tr>\n", *same,
-                          100 * compared.b.tone_variation[static_cast<std::size_t>(same - others.begin())]);
+  page += "</table>\n";
+  if (!options.lines.empty()) {
+    page +=
+        "<h2>Lines</h2>\n<table>\n<tr><th>line, Hz</th><th>its amplitude varies in the recording by</th>"
+        "<th>in the model by</th><th>model over recording</th></tr>\n";
+    for (std::size_t i = 0; i < options.lines.size(); ++i) {
+      const double own = compared.a.line_variation[i], models = compared.b.line_variation[i];
+      page += fmt::format("<tr><td>{:.0f}</td><td>{:.0f} %</td><td>{:.0f} %</td><td>{:+.0f} %</td></tr>\n",
+                          options.lines[i], 100 * own, 100 * models, own > 0 ? 100 * (models / own - 1) : 0.0);
     }
+    page += "</table>\n";
   }
-  page += "</table>\n</body></html>\n";
+  page += "</body></html>\n";
   write_file_atomically(c.out, page, FileKind::kPage);
   fmt::print("{}: {:.2f} dB log-spectral distance to {:.0f} Hz\n", c.out, compared.distance_dB, compared.up_to);
 }
