@@ -20,7 +20,7 @@
 #include "engine/render/renderer.h"
 #include "haptics/patch_exchange.h"
 #include "haptics/servo.h"
-#include "haptics/soft_law.h"
+#include "haptics/soft_tissue.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
@@ -112,6 +112,14 @@ struct PictureTiming {
   int step = 0;        // index of the quality level; 0 is the best
 };
 
+/// The changes of the soft gum on their way from the servo thread to one picture, sixty times per second.
+struct GumChanges {
+  /// `most_moves`: number of moves for which there is room; the others are sent later.
+  explicit GumChanges(std::size_t most_moves = 1 << 12) : moves(most_moves) {}
+  Ring<haptics::SoftMove> moves;  // the points of the gum that have moved
+  Ring<haptics::SoftWound> wounds{haptics::SoftTissue::kMaxWounds};
+};
+
 struct Wiring {
   explicit Wiring(const haptics::Carver& carver) : patch(carver) {}
 
@@ -123,10 +131,9 @@ struct Wiring {
   // From the servo thread to the render thread: the newest tick, and the cuts, which produce debris
   Latest<ServoTick> tick_to_render;
   Ring<Cut> cuts_to_debris{1 << 12};
-  // From the servo thread to the render thread, sixty times per second: the points of the soft gum that have moved,
-  // and its wounds. Null if the gum is rigid, or if no window draws the gum.
-  std::unique_ptr<Ring<haptics::SoftMove>> gum_moves;
-  std::unique_ptr<Ring<haptics::SoftWound>> gum_wounds;
+  // From the servo thread to the render thread and to the headset's thread: the changes of the soft gum. Null if the
+  // gum is rigid, or if this picture does not exist.
+  std::unique_ptr<GumChanges> gum_to_render, gum_to_headset;
   // Commands from the user interface to the carver thread, and the state of the tissue from the carver thread to the
   // user interface.
   Ring<TissueCommand> tissue_commands{64};

@@ -160,16 +160,19 @@ TEST_F(SoftGum, OfALiveSessionReachesThePictureThroughAChannelThatMayBeFull) {
   session.serve(hand.info());
   ASSERT_TRUE(session.gum);
   Wiring& wiring = session.wiring;
-  wiring.gum_moves = std::make_unique<Ring<haptics::SoftMove>>(16);  // too small for one update
-  wiring.gum_wounds = std::make_unique<Ring<haptics::SoftWound>>(haptics::SoftTissue::kMaxWounds);
+  // One channel is too small for one update, the other one is not.
+  wiring.gum_to_render = std::make_unique<GumChanges>(16);
+  wiring.gum_to_headset = std::make_unique<GumChanges>();
   wiring.patch.offer(session.carver, top);
   ServoTurns servo(session, hand, PressingHand::simulated);
-  std::map<std::uint32_t, float> seen;
+  std::map<std::uint32_t, float> seen, seen_in_headset;
   while (servo.turn()) {
     haptics::SoftMove move;
-    while (wiring.gum_moves->pop(move)) seen[move.point] = move.inward;
+    while (wiring.gum_to_render->moves.pop(move)) seen[move.point] = move.inward;
+    while (wiring.gum_to_headset->moves.pop(move)) seen_in_headset[move.point] = move.inward;
   }
-  EXPECT_EQ(wiring.gum_moves->dropped(), 0u);
+  EXPECT_EQ(wiring.gum_to_render->moves.dropped(), 0u);
+  EXPECT_EQ(seen_in_headset, seen);
   double deep = 0;
   for (const auto& [point, inward] : seen) {
     EXPECT_NEAR(inward, session.servo->soft()->inward(point), 30e-6) << point;

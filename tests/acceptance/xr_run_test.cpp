@@ -160,6 +160,15 @@ TEST_F(HeadsetRun, TheKhronosValidationLayerReportsNothingInASession) {
   EXPECT_EQ(xr.violations(), "");
 }
 
+TEST_F(HeadsetRun, ASceneWithSoftGumRuns) {
+  xr.script(kHeadset + R"(, "events": [{"frame": 200, "event": "exit"}])");
+  scene = "class-2-cavity";
+  const Ran ran = run();
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_GT(Json::parse(ran.out, "summary")["frames"].number(), 1);
+  EXPECT_EQ(xr.violations(), "");
+}
+
 TEST_F(HeadsetRun, AButtonSelectsTheNextTool) {
   program.write("scene.json", R"({"name": "tray", "tools": ["round_012", "cylinder_010"],
     "tissue": {"voxel_mm": 0.2, "band_mm": 1.0,
@@ -221,7 +230,7 @@ TEST_F(HeadsetRun, TouchesAtTheControllersTipRegisterTheArmToTheHeadset) {
 }
 
 TEST_F(HeadsetRun, AnUnwritableFileForTouchesIsRefusedBeforeTheSession) {
-  xr.script(R"("view_size": [48, 32], "paced": true, "period_ms": 25, "events": [{"frame": 40, "event": "exit"}])");
+  xr.script(R"("view_size": [48, 32], "paced": true, "period_ms": 25, "events": [{"frame": 200, "event": "exit"}])");
   const std::string arm =
       program.write("arm.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,9,1,0,0,0,0\n60,0,0,9,1,0,0,0,0\n");
   const std::string session = program / "session.h5", tissue = program / "tissue.vdb";

@@ -3,8 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <functional>
 
+#include "engine/app/assets.h"
 #include "engine/app/headset/xr_stage.h"
+#include "engine/app/picture/soft_gum_view.h"
+#include "engine/app/scene.h"
+#include "engine/app/surroundings/soft_gum.h"
 #include "engine/base/units.h"
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"
@@ -37,6 +42,8 @@ struct XrGolden : testing::Test {
   render::Quality quality = render::kQualityLadder[0];
   MouthMirror mirror;
   std::vector<render::MeshUpdate> mesh = tooth_mesh(2e-3);
+  dvec3 work{0, 0, 4e-3};                  // m, frame W, point that is in front of the user
+  std::function<void(XrStage&)> surround;  // adds more bodies to the picture, if it is set
   std::string message;
 
   void SetUp() override {
@@ -56,8 +63,8 @@ struct XrGolden : testing::Test {
     shot.scenery.mirror = mirror;
     display::RuntimeGate gate;
     {
-      XrStage stage(rig, servo, {0, 0, 4e-3}, gate,
-                    {.quality = quality, .validation = true, .handpieces = {.shown = false}});
+      XrStage stage(rig, servo, work, gate, {.quality = quality, .validation = true, .handpieces = {.shown = false}});
+      if (surround) surround(stage);
       stage.show(mesh, {0, 0, 0});
       stage.hmd().wake();
       for (int i = 1; i <= kFrame; ++i) {
@@ -117,6 +124,30 @@ TEST_F(XrGolden, AMouthMirrorLooksAsOffscreenAndDoesNotChangeTheDepth) {
       const auto i = static_cast<std::size_t>(320 * y + x);
       ASSERT_EQ(shot.depth_left[i], without.depth_left[i]);
     }
+}
+
+TEST_F(XrGolden, SoftGumIsDrawnInItsPresentShape) {
+  const Scene scene = read_scene(assets_folder() / "scenes/class-2-cavity.json");
+  const Surroundings around = make_surroundings(scene.surroundings);
+  const auto surface = soft_gum(scene.surroundings);
+  ASSERT_TRUE(surface);
+  SoftGumView gum(surface, around);
+  mesh.clear();
+  quality = render::kQualityLadder[2];
+  work = scene.surroundings->margin;
+  surround = [&](XrStage& stage) {
+    stage.surround(around);
+    stage.show_gum(gum);
+  };
+  const Shot rest = shoot();
+  const auto press = [&](float inward) {
+    for (std::uint32_t i = 0; i < surface->points().size(); ++i) gum.move({i, inward});
+    gum.follow(1);
+  };
+  press(0.4e-3f);
+  EXPECT_GT(compare(shoot().left, rest.left, 20).pixels, 300);
+  press(0);
+  EXPECT_LT(compare(shoot().left, rest.left, 20).pixels, 30) << "the gum returns to its shape";
 }
 
 TEST_F(XrGolden, ThePictureIsTheSameInEverySwapchainFormat) {

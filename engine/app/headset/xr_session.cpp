@@ -22,6 +22,8 @@
 #include "engine/app/picture/mirror_fog.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
+#include "engine/app/picture/soft_gum_view.h"
+#include "engine/app/surroundings/soft_gum.h"
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -87,7 +89,8 @@ struct XrSession::Thread {
   Options options;
   std::optional<DebrisView> debris;
   Surroundings surroundings;
-  MouthMirror mirror;  // the scene's mouth mirror, at its initial pose or at the second hand's pose
+  std::optional<SoftGumView> gum;  // the soft gum; empty if the gum is rigid
+  MouthMirror mirror;              // the scene's mouth mirror, at its initial pose or at the second hand's pose
   MouthMirror scene_mirror;
   std::optional<MirrorFog> fog;  // fog of the mouth mirror; empty if it is constant
   SuctionTip suction_tip;        // the scene's suction tip at its initial pose
@@ -123,6 +126,10 @@ struct XrSession::Thread {
         wiring(w),
         options(o) {
     surroundings = make_surroundings(scene.surroundings);
+    if (auto surface = soft_gum(scene.surroundings)) {
+      gum.emplace(std::move(surface), surroundings);
+      wiring.gum_to_headset = std::make_unique<GumChanges>();
+    }
     if (options.debris) debris.emplace(scene.servo.materials, tissue, water_of(scene, surroundings));
     mirror = scene_mirror = scene.mouth_mirror;
     fog = mirror_fog_of(scene);
@@ -193,6 +200,9 @@ struct XrSession::Thread {
         continue;
       }
       if (leave_until && now() > leave_until) break;
+      // While the headset is off, the changes of the gum are taken too, because a full channel would hold up those for
+      // the operator's picture.
+      if (gum) gum->take(*wiring.gum_to_headset);
       if (!hmd.running()) {  // The user has taken off the headset. The bench waits, and no hand holds the tool.
         publish_hand(nullptr);
         set_tissue_visible(false);
@@ -208,6 +218,10 @@ struct XrSession::Thread {
       while (wiring.bricks.pop(batch)) {
         const std::unique_ptr<MeshBatch> owned(batch);
         stage.show(*owned, origin);
+      }
+      if (gum) {
+        gum->follow(tick.t);
+        stage.show_gum(*gum);
       }
       if (debris) {
         debris->follow(wiring, haptics::tool_set(servo));

@@ -65,6 +65,10 @@ void XrStage::surround(const Surroundings& around) {
   typodont::surround(*renderer_, around);
 }
 
+void XrStage::show_gum(const SoftGumView& gum) {
+  typodont::show_gum(*renderer_, gum, false, gum_version_);
+}
+
 void XrStage::set_quality(const render::Quality& quality) {
   ring_.wait_idle(device_);
   renderer_->set_quality(quality);

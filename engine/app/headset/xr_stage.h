@@ -14,6 +14,8 @@
 
 namespace typodont {
 
+class SoftGumView;
+
 class XrStage {
  public:
   struct Options {
@@ -32,6 +34,8 @@ class XrStage {
   void show(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
   /// Adds the static surroundings. Call it before the first bricks (mesh blocks) of the tissue are added.
   void surround(const Surroundings& around);
+  /// Draws the changes of the soft gum since the last call. Call it after surround().
+  void show_gum(const SoftGumView& gum);
   void set_quality(const render::Quality& quality);
   /// Updates the picture of the film of water and debris on the surfaces. Null: there is no film.
   void show_film(const FilmPicture* film) { FilmPicture::show(film, *renderer_, film_shown_); }
@@ -66,6 +70,7 @@ class XrStage {
   gpu::FrameRing ring_;
   std::optional<render::Renderer> renderer_;
   FilmPicture::Shown film_shown_;
+  std::uint64_t gum_version_ = 0;  // value of SoftGumView::version() for the bricks that the renderer has received
   std::vector<haptics::Tool> tools_;
   haptics::Spindle spindle_;
   HandpieceView handpieces_;

@@ -45,8 +45,7 @@ LivePicture::LivePicture(const Scene& scene, const Options& options, LiveSession
   if (left_hand || scene.mouth_mirror.diameter > 0) fog_ = mirror_fog_of(scene);
   if (!session.gum) return;
   gum_.emplace(session.gum, around_);
-  session.wiring.gum_moves = std::make_unique<Ring<haptics::SoftMove>>(1 << 12);
-  session.wiring.gum_wounds = std::make_unique<Ring<haptics::SoftWound>>(haptics::SoftTissue::kMaxWounds);
+  session.wiring.gum_to_render = std::make_unique<GumChanges>();
 }
 
 void LivePicture::open(const display::DisplayRig& rig, std::vector<std::string>& explanations) {
@@ -300,10 +299,7 @@ void LivePicture::move_debris(const ServoTick& tick, double dt, WorkCounts& work
 
 /// Updates the picture of the soft gum, which the tool deforms.
 void LivePicture::follow_gum(const ServoTick& tick) {
-  haptics::SoftMove move;
-  while (session_.wiring.gum_moves->pop(move)) gum_->move(move);
-  haptics::SoftWound wound;
-  while (session_.wiring.gum_wounds->pop(wound)) gum_->bleed(wound);
+  gum_->take(*session_.wiring.gum_to_render);
   gum_->follow(tick.t);
   if (stage_) stage_->show_gum(*gum_);
   if (own_stage_) own_stage_->show_gum(*gum_);

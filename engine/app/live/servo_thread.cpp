@@ -62,7 +62,7 @@ bool ServoTurns::turn() noexcept {
   if (wrote - woke > period_) tick_.faults |= bits(Fault::kOverrun);
   tick_.cpu_time = thread_cpu_time() - cpu;
   if (++ticks_ == 1) s.first_tick = wrote;
-  if (wiring.gum_moves && ++ticks_since_gum_ * period_ >= kGumInterval) send_gum();
+  if ((wiring.gum_to_render || wiring.gum_to_headset) && ++ticks_since_gum_ * period_ >= kGumInterval) send_gum();
   if (did_cut) {
     if (!wiring.cuts_to_carver.push(cut_)) tick_.faults |= bits(Fault::kRingFull);
     if (s.record) wiring.cuts_to_recorder.push(cut_);
@@ -87,10 +87,17 @@ bool ServoTurns::turn() noexcept {
 void ServoTurns::send_gum() noexcept {
   ticks_since_gum_ = 0;
   haptics::SoftTissue& gum = *s_.servo->soft();
+  const std::array<GumChanges*, 2> pictures{s_.wiring.gum_to_render.get(), s_.wiring.gum_to_headset.get()};
   gum.send_moves([&](const haptics::SoftMove& move) {
-    return s_.wiring.gum_moves->has_room() && s_.wiring.gum_moves->push(move);
+    for (GumChanges* picture : pictures)
+      if (picture && !picture->moves.has_room()) return false;
+    for (GumChanges* picture : pictures)
+      if (picture) picture->moves.push(move);
+    return true;
   });
-  for (; wounds_sent_ < gum.wounds().size(); ++wounds_sent_) s_.wiring.gum_wounds->push(gum.wounds()[wounds_sent_]);
+  for (; wounds_sent_ < gum.wounds().size(); ++wounds_sent_)
+    for (GumChanges* picture : pictures)
+      if (picture) picture->wounds.push(gum.wounds()[wounds_sent_]);
 }
 
 void ServoTurns::send() noexcept {

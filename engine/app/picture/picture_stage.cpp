@@ -272,12 +272,15 @@ void PictureStage::follow_light(const render::Lights& lights) {
   lit_by_ = lights;
 }
 
+void show_gum(render::Renderer& renderer, const SoftGumView& gum, bool coarse, std::uint64_t& version) {
+  if (gum.version() == version) return;
+  for (const SoftGumView::Brick& brick : gum.bricks())
+    if (brick.coarse == coarse && brick.version > version) renderer.update(brick.mesh, {&brick.now, 1});
+  version = gum.version();
+}
+
 void PictureStage::show_gum(const SoftGumView& gum) {
-  if (gum.version() == gum_version_ || around_.meshes.empty()) return;
-  for (const SoftGumView::Brick& brick : gum.bricks()) {
-    if (brick.coarse == coarse_around_ && brick.version > gum_version_) renderer_->update(brick.mesh, {&brick.now, 1});
-  }
-  gum_version_ = gum.version();
+  if (!around_.meshes.empty()) typodont::show_gum(*renderer_, gum, coarse_around_, gum_version_);
 }
 
 /// Chooses between the fine and the coarse mesh of the surroundings, by the size of a pixel at the tooth.

@@ -48,6 +48,9 @@ double drawn_spin(const haptics::Tool& tool, double spindle);
 
 /// Gives the meshes of the surroundings to the renderer. `coarse`: true chooses the coarse meshes.
 void surround(render::Renderer& renderer, const Surroundings& around, bool coarse = false);
+/// Gives the bricks of the soft gum that have changed since `version` to the renderer, and updates `version`. `coarse`:
+/// as for surround(). Call it with version 0 after surround().
+void show_gum(render::Renderer& renderer, const SoftGumView& gum, bool coarse, std::uint64_t& version);
 
 /// Returns a box that contains all tissue that the scene can ever have. Empty if tissue can appear anywhere, because a
 /// tool of the tool set adds tissue, or because undo in a resumed session restores tissue.

@@ -172,6 +172,13 @@ void SoftGumView::take(haptics::SoftTissue& tissue) {
   for (const haptics::SoftWound& wound : tissue.wounds().subspan(wounds_.size())) bleed(wound);
 }
 
+void SoftGumView::take(GumChanges& changes) {
+  haptics::SoftMove moved;
+  while (changes.moves.pop(moved)) move(moved);
+  haptics::SoftWound wound;
+  while (changes.wounds.pop(wound)) bleed(wound);
+}
+
 void SoftGumView::reset() {
   std::fill(inward_.begin(), inward_.end(), 0.0f);
   wounds_.clear();

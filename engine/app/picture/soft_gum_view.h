@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/app/surroundings/surroundings.h"
+#include "engine/app/wiring.h"
 #include "engine/render/renderer.h"
 #include "haptics/soft_tissue.h"
 
@@ -32,6 +33,8 @@ class SoftGumView {
   void bleed(const haptics::SoftWound& wound) { wounds_.push_back({wound, 0}); }
   /// Applies all changes of the soft tissue since the last call. Used by programs with one thread.
   void take(haptics::SoftTissue& tissue);
+  /// Applies all changes that the servo thread has sent to this picture.
+  void take(GumChanges& changes);
   /// Restores the state of an undamaged and undeformed gum.
   void reset();
   /// Computes the bricks (mesh blocks) that have changed. `t`: time in the session, ns.
