@@ -8,8 +8,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cfloat>
 #include <cmath>
+#include <numeric>
 #include <unordered_map>
 #include <utility>
 
@@ -182,6 +184,40 @@ TissueMesh base_mesh(TissueMesh mesh, const LevelOptions& options) {
     mesh = simplified(mesh, *options.vertices);
   }
   return mesh;
+}
+
+TissueMesh without_double_faces(const TissueMesh& mesh) {
+  const auto sorted = [&](std::size_t i) {
+    std::array<std::uint32_t, 3> v{mesh.triangles[i].x, mesh.triangles[i].y, mesh.triangles[i].z};
+    std::ranges::sort(v);
+    return v;
+  };
+  // true if the corners, from the smallest index on, are listed in increasing order
+  const auto rises = [&](std::size_t i) {
+    const glm::uvec3& t = mesh.triangles[i];
+    return (t.x < t.y && t.y < t.z) || (t.y < t.z && t.z < t.x) || (t.z < t.x && t.x < t.y);
+  };
+  std::vector<std::size_t> order(mesh.triangles.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, sorted);
+  std::vector<bool> gone(order.size());
+  for (std::size_t from = 0, to; from < order.size(); from = to) {
+    std::vector<std::size_t> faces[2];
+    for (to = from; to < order.size() && sorted(order[to]) == sorted(order[from]); ++to) {
+      faces[rises(order[to])].push_back(order[to]);
+    }
+    for (std::size_t k = 0; k < std::min(faces[0].size(), faces[1].size()); ++k) {
+      gone[faces[0][k]] = gone[faces[1][k]] = true;
+    }
+  }
+  TissueMesh result;
+  result.vertices = mesh.vertices;
+  for (std::size_t i = 0; i < gone.size(); ++i) {
+    if (gone[i]) continue;
+    result.triangles.push_back(mesh.triangles[i]);
+    result.tissue.push_back(mesh.tissue[i]);
+  }
+  return compact(std::move(result));
 }
 
 std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOptions& options) {

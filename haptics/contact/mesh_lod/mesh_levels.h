@@ -42,6 +42,9 @@ struct Levels {
 std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOptions& options);
 /// Returns the base mesh, from which the levels are made.
 TissueMesh base_mesh(TissueMesh mesh, const LevelOptions& options);
+/// Returns the mesh without pairs of faces that have the same corners and opposite orientations. The simplification of
+/// a flat surface makes such pairs; an edge beside them has four faces, which an editable mesh treats as a border.
+TissueMesh without_double_faces(const TissueMesh& mesh);
 
 /// Returns the larger of the two one-sided Hausdorff distances between two levels, m. It is evaluated at corners and at
 /// the midpoints of edges and faces.
