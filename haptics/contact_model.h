@@ -61,7 +61,7 @@ struct Contact {
   // true: the servo calls cut() although the tool does not cut, because it must insert an implant into the tissue, or
   // because a cut of earlier ticks is not finished
   bool places = false;
-  // Vector from the hand to the position at which the contacts alone would hold the head; zero without contact.
+  // Vector from the hand to where the contacts would hold the head without a limit of its speed; zero without contact.
   dvec3 contact_direction{0};
   double area = 0;            // m², area of the head in contact with tissue; 0: none
   bool own_friction = false;  // p_WG already includes the effect of friction, so the servo must not add friction

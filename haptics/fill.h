@@ -64,7 +64,7 @@ class Fill {
   Tissue label_;
   const Solid* within_;  // solid that limits the filling; null: no limit
   VoxelFrame frame_;
-  HeadField head_;  // voxels, distance field of the head with its exit path
+  HeadField head_;  // voxels, distance field of the head and of the cylinder along which it can leave (exit path)
   dvec3 center_;    // voxels, centre of the ball of filling
   double radius_;
   Pose X_VT_;  // pose of the head in the frame V of the voxel grid, in voxels

@@ -35,8 +35,8 @@ class HeadField {
   HeadField() = default;
   /// `unit`: length in m of the unit in which the results are given, for example the voxel size.
   HeadField(const Tool& tool, double unit);
-  /// Returns the head together with its exit path along the axis: a cylinder with the head's largest radius extends it
-  /// by one unit of length.
+  /// Returns the head together with its exit path along the axis: from the widest place of the head, a cylinder of the
+  /// same radius continues for 1 m towards the shank.
   static HeadField with_exit_path(const Tool& tool, double unit);
 
   /// Returns the signed distance from a point in frame T to the surface, negative inside; exact for every shape.

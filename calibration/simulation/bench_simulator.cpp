@@ -149,8 +149,9 @@ void BenchSimulator::capture_screen(Captures& captures, const BenchState& bench)
 void BenchSimulator::capture_eyes(Captures& captures, const BenchState& bench) {
   const Box& box = bench.workspace_D;
   for (std::size_t i = 0; i < many(160); ++i) {
-    // Shows a dot that this eye should see at a point of the workspace. The user holds the tip at this depth, so that
-    // it covers the dot.
+    // Chooses a point `wanted` in or near the workspace. Shows the dot that this eye would see in the direction of this
+    // point if the bench had no errors (bench.rig). The user holds the tip on the true line of sight to the dot, as
+    // near as possible to `wanted`, so that the tip covers the dot.
     EyeCapture capture;
     capture.right = i % 2 == 1;
     const dvec3 wanted = random_.in_box(1.25 * box.low, 1.25 * box.high);

@@ -28,12 +28,13 @@ double extent(Points points) {
 
 // Robust consensus for an unknown noise level, after Moisan & Stival 2004 (a contrario RANSAC). The number of false
 // alarms for k agreeing pairs of n is NFA(k) = n · C(n,k) · C(k,3) · α_k^(k-3), where α_k is the probability that a
-// random point lies within the k-th residual.
+// wrong pair, whose point lies at random, has a residual of at most the k-th smallest residual.
 class Consensus {
  public:
-  /// `sigma`: m, standard deviation of the random points, which are normally distributed; 0: the random points fill the
-  /// cube around all points. Rounded data can contain pairs that coincide exactly by chance. So if sigma is not 0,
-  /// all residuals below a thirtieth of sigma count as equally good.
+  /// The points of wrong pairs are assumed to lie at random. `sigma`: m, standard deviation of their normal
+  /// distribution; 0: they are assumed to be distributed evenly in the cube around all points. Rounded data can contain
+  /// pairs that coincide exactly by chance. So if sigma is not 0, all residuals below a thirtieth of sigma count as
+  /// equally good.
   Consensus(Points p_H, Points p_D, double false_alarm, double sigma = 0)
       : p_H_(p_H),
         p_D_(p_D),

@@ -34,7 +34,7 @@ constexpr double kFloor = 1e-13;  // rad and m; a residual that is smaller than 
 // Number of random samples of three rows (pairs of poses A, B). If half of the rows are good, the probability that
 // every sample contains at least one bad row is 1e-23.
 constexpr std::size_t kTriples = 400;
-constexpr std::size_t kRefined = 10;       // number of random samples that concentration steps refine
+constexpr std::size_t kRefined = 10;       // number of best random samples that concentrate() improves
 constexpr std::size_t kLeastToReject = 8;  // smallest number of pairs of poses for which any pair may be rejected
 // smallest number of pairs of poses for which the 6×6 covariance of the noise is estimated
 constexpr std::size_t kLeastForFullNoise = 20;
@@ -216,8 +216,9 @@ class Solver {
   }
 
   struct Sample {
-    double score = std::numeric_limits<double>::infinity();  // m², sum of the smallest half of the squared distances
-    Indices rows;                                            // rows of the half with the smallest distances
+    double score = std::numeric_limits<double>::infinity();  // m², sum of distance2() over `rows`
+    // the rows (pairs of poses A, B) with the smallest distance2(): half of all rows, plus two
+    Indices rows;
   };
   Sample concentrate(const Indices& rows) const {
     const Unknowns at = closed_form(rows);
@@ -234,7 +235,8 @@ class Solver {
 
   // Least trimmed squares: finds the half of the rows (pairs of poses A, B) that agree best. The search starts from
   // random triples of rows. (For relative motions, two rows would be sufficient, but a third row costs little.)
-  // Concentration steps refine the best triples until they do not change.
+  // The best triples are then improved by concentrate(), until they do not change: it fits X and Z to the rows, and
+  // keeps the half of all rows with the smallest residuals.
   Indices trimmed_rows() const {
     Noise random(1);
     std::vector<Sample> best;

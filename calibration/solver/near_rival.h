@@ -16,7 +16,7 @@ struct Split {
   Pose X_first, X_second;  // the two rigid motions X_DH; X_first is the motion that more pairs of points follow
   std::vector<std::size_t> first, second;  // ascending indices of the pairs that follow X_first, and X_second
   double sigma = 0;                        // m, standard deviation per axis of the pairs' residuals under their motion
-  double log_nfa = 0;                      // logarithm of the number of equally good splits expected by chance
+  double log_nfa = 0;                      // log of the expected number of equally good divisions by chance (NFA)
 };
 
 /// Finds the best division of some pairs of points (p_H[i], p_D[i]) into two sets with separate rigid motions. `pairs`:

@@ -211,8 +211,8 @@ class Registration {
     }
   }
 
-  // Three outliers can agree by chance. But if they agree within the noise of the other pairs, and the number of pairs
-  // that fit their motion is at least 30 % of the agreeing pairs, the result is reported as doubtful.
+  // Three outliers can agree by chance. But the result is reported as doubtful if the three agree within the noise of
+  // the pairs of the found motion (fit_.pairs), and if their own motion fits at least 30 % as many pairs as fit_.pairs.
   void check_three_outliers() {
     const Indices& rest = result_.outliers;
     if (rest.size() < 3 || rest.size() > 12) return;

@@ -19,7 +19,7 @@ using namespace literals;
 
 constexpr double kTick = 1e-3;  // s, period of the servo
 constexpr int kDescent = 60;    // number of ticks in which the hand moves from the air to the surface
-constexpr int kTurn = 60;       // number of ticks after which a hand on an anatomy changes its direction
+constexpr int kTurn = 60;       // on a tooth or jaw mesh: number of ticks after which the hand turns
 
 /// Makes a prism along y with the cross-section `xz` (counter-clockwise, with x to the right and z up). Each end is a
 /// fan of triangles around the first point.

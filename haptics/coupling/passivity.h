@@ -25,17 +25,17 @@ struct PassivityLaw {
   double turning = 2;
   // s, longest tick for which `turning` is valid; in a much longer tick, the hand may retreat as fast as it advanced
   double human_tick = 1e-3;
-  double jump_distance = 0.3e-3;  // m; a hand that moves this far in one tick may reverse at once (it moves in jumps)
+  double jump_distance = 0.3e-3;  // m; a hand that moves this far in a tick moves in jumps, so it may reverse in a tick
   double twisting = 20;           // rad/s², expected angular acceleration of any hand
   // true: positions are encoder counts, so their differences say nothing about changes of the hand's velocity
   bool in_counts = false;
   // factor; the hand is expected to retreat at most this factor times as fast as its greatest recent speed
   double faster = 1.2;
-  // Factor. The velocity of a hand that may reverse at once is expected to change in a tick by at most this factor
-  // times the greatest recent velocity change.
+  // Factor. The velocity of a hand that may reverse its motion within one tick is expected to change in a tick by at
+  // most this factor times the greatest recent velocity change.
   double again = 3;
-  // Factor for a hand that does not reverse at once. As a margin, this factor times the mean velocity change is added
-  // to the greatest recent change.
+  // Factor for a hand that is not expected to reverse its motion within one tick. As a margin, this factor times the
+  // mean velocity change (see start_fraction) is added to the greatest recent velocity change.
   double change_margin = 0.6;
   /// The mean velocity change adds a margin only if its ratio to the greatest change is at least this. The ratio is
   /// smaller at the start or end of a single stroke.
@@ -132,7 +132,7 @@ inline double reversal_probability(const PassivityLaw& law, double tick, bool un
 }
 
 /// Returns the greatest expected outward displacement (m) of the hand in the next tick. The expected change of the
-/// velocity is the largest recent change, or a larger one if the hand may reverse at once. The expected speed is at
+/// velocity is the largest recent change, or a larger one if it may reverse in one tick. The expected speed is at
 /// most slightly larger than the largest recent speed. `along`: m/s, outward velocity; `twitch`: m, displacement that
 /// any hand is expected to be able to make.
 inline double expected_retreat(const PassivityLaw& law, double along, double tick, double twitch,

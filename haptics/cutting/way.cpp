@@ -154,8 +154,8 @@ struct Search {
   TYPODONT_KERNEL void step(const Straight& head, int number, float most) {
     const Depth now = at(head, s);
     best = open ? eight::greater(best, now.depth) : best;
-    // The result for one sample does not depend on the other samples. If the curve still rises at an end, the maximum
-    // is at that end.
+    // The result for one sample does not depend on the other samples. If the depth still increases towards an end of
+    // the path (share 0 or 1), the maximum is at that end.
     const I8 rises = (now.slope > 0.0f) & (s < 1.0f), before = open & (rises | (s <= 0.0f)), after = open & ~before;
     a = before ? s : a, at_a.depth = before ? now.depth : at_a.depth, at_a.slope = before ? now.slope : at_a.slope;
     b = after ? s : b, at_b.depth = after ? now.depth : at_b.depth, at_b.slope = after ? now.slope : at_b.slope;
@@ -446,8 +446,8 @@ struct WayBlock {
   /// Returns the upper bound that the linear function (plane) gives for all depths in the row through the block's
   /// centre.
   float most() const { return top + bent + std::abs(n[2]) * kMiddle.z; }
-  /// Returns how far the upper bound of the depths in a row lies below -kMargin, the smallest value that a cut writes
-  /// (voxels). If the result is not negative, the row cannot change.
+  /// Returns, in voxels, -kMargin minus the upper bound of the depths in row (ix, iy). A cut ignores depths below
+  /// -kMargin, so the row cannot change if the result is not negative. If `emptied` is set, the result is negative.
   float unread(int ix, int iy) const { return emptied ? -1.0f : -Sweep::kMargin - (most() - off(ix, iy)); }
   /// Returns the upper bound that the linear function (plane) gives for all depths in the block.
   float most_of_all() const { return most() + std::abs(n[0]) * kMiddle.x + std::abs(n[1]) * kMiddle.y; }

@@ -467,8 +467,8 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   greys.enamel = mode(second, kBins);
   // Enamel must exceed dentin and cortical bone by this factor in density.
   constexpr double kDenser = 1.3;
-  // If the scan contains much bone of different density (a spine), the brightest class can contain bone, dentin and
-  // enamel. In this case, the class is divided again, and only its brighter part is enamel.
+  // If the scan contains bones of different densities (for example, a jaw and a spine), the brightest class can
+  // contain bone, dentin and enamel. In this case, the class is divided again, and only its brighter part is enamel.
   constexpr double kLeastEnamel = 0.003;  // smallest amount of enamel, as a fraction of the bright voxels
   const auto crown = static_cast<std::size_t>(std::clamp((greys.crown() - lo) / width, 0.0, kBins - 1.0));
   std::size_t third = crown + 1;

@@ -140,7 +140,8 @@ std::vector<glm::ivec3> find_cap(const Mask& part, const Sparse<float>& distance
   return all;
 }
 
-/// Limits the distances to those from a cap, which also needs blocks of its own.
+/// Adds a cap, which closes an opening of the mesh: where the cap is nearer than the mesh, the distance to the cap
+/// replaces the distance to the mesh. Also adds the blocks around the cap that the distance field does not yet contain.
 void add_cap(const std::vector<glm::ivec3>& cap, double band, Sparse<float>& distance) {
   const BlockSet& before = *distance.set;
   const int reach = static_cast<int>(std::ceil(band)) + 1;

@@ -48,11 +48,11 @@ struct CouplingParameters {
   static constexpr double tissue_slew = 4;  // N/s, largest force change caused by another tissue under the head
   static constexpr double damper_slew = 4;  // N/s, largest change of the damper's force when a tool cuts or fills
   static constexpr double teeth_slew = 4;   // N/s, largest change of the cutting edges' tangential force
-  // N/s, largest change of the normal force by all causes together; changes that come from the tissue and the damper
-  // may use the part that the change of the depth does not use
+  // N/s, largest change of the normal force by all causes together. In each tick, the change of the depth comes first;
+  // a new stiffness of the tissue and the damper may together change the force by the rest of this limit.
   static constexpr double waiting_slew = 16;
-  // N/s, largest sum of all force changes; the force of the cutting edges may use the part that the other changes do
-  // not use
+  // N/s, largest sum of all force changes. In each tick, the other changes come first; the force of the cutting edges
+  // may change by the rest of this limit.
   static constexpr double total_slew = 18;
   // J; if the tissue under the head becomes stiffer, the coupling may store this energy, even if the energy ledger
   // holds less

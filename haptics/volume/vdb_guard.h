@@ -16,8 +16,8 @@ namespace typodont::haptics {
 /// anybody can compute it. Throws Error if the file cannot be written.
 void seal_vdb(const std::filesystem::path& file);
 
-/// Reads those of `grids` that the file contains. A guarded process reads every file (volume_reader.cpp), also a file
-/// of this program. The result is cached per user, by a hash of the file's content. Throws Error if the hash in the
+/// Reads those of `grids` that the file contains. A guarded process (volume_reader.cpp) reads every file, even one that
+/// this program wrote. The result is cached per user, by a hash of the file's content. Throws Error if the hash in the
 /// file's seal is wrong or if a length in the file points beyond its end. Also throws Error if the process fails (with
 /// its message), exceeds its limit of memory or time, or crashes.
 FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::string> grids);

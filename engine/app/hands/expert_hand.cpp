@@ -75,8 +75,8 @@ struct Lead {
   // 1/s, gain with which a force error changes the largest allowed lead (distance of the hand ahead of the target
   // point)
   static constexpr double lead_per_force = 15;
-  // limits of the largest allowed lead (distance of the hand ahead of the target point), as multiples of the lead that
-  // gives the task's mean force
+  // The largest allowed lead (distance of the hand ahead of the target point) stays between these two values. Both are
+  // multiples of the lead that gives the task's mean force.
   static constexpr double least_most_lead = 0.6, most_lead = 3;
   // m; the largest allowed lead (distance of the hand ahead of the target point) may always grow to this value, because
   // soft bone needs a longer lead than a tooth

@@ -133,7 +133,7 @@ class ExpertHand final : public haptics::HapticDevice {
   std::size_t run_ = 0;  // index of the first step of the run (sequence of strokes)
   Pose run_from_;        // pose at the start of the run (sequence of strokes)
   double worst_ = 0;     // m, largest distance of the tool from the planned line in the present pass
-  int times_ = 0;        // number of completed passes back along the run (sequence of strokes)
+  int times_ = 0;        // number of times that the hand has moved back to the start of the run
   bool back_ = false;    // true while the hand moves back along the run (sequence of strokes)
   dvec3 lead_{0};        // m, vector from the target point to the hand
   /// m, largest lead (distance ahead of the target point) of a cut, adjusted until the force equals the planned force

@@ -26,8 +26,8 @@ class ScanDesk {
   /// import page is shown with the reason.
   void open();
   /// Receives tissue labels that were computed, and starts the computation of requested labels. Coarse labels are
-  /// computed without notice to the user, full labels as a task with progress. Returns true if something visible
-  /// changed.
+  /// computed without notice to the user, full labels (with the scan's own voxel size) as a task with progress. Returns
+  /// true if something visible changed.
   bool look();
   /// Draws the sections again if they have changed. Call it before the page is drawn.
   void follow();
@@ -51,7 +51,7 @@ class ScanDesk {
     std::optional<haptics::Imported> labels;
   };
   std::shared_ptr<Computed> coarse_;
-  std::optional<LabelRequest> full_;  // the request for full tissue labels that work_ computes at present
+  std::optional<LabelRequest> full_;  // request for labels with the scan's own voxel size, computed by work_ at present
   std::unique_ptr<Job> job_;          // computes coarse tissue labels (the request `coarse_`)
   std::vector<gpu::Image> images_;
   std::uint64_t drawn_ = 0;  // value of ScanReview::changes() when the pictures were drawn

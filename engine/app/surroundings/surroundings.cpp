@@ -43,7 +43,7 @@ constexpr double kCoveredBelow = 0.6e-3;  // m, below this depth under the gum's
 // m, width over which the collar (the gum around a tooth) blends into the jaw's ridge
 constexpr double kCollarBlend = 1.0e-3;
 constexpr double kCollarFrom = 4e-3;  // m, distance from a tooth at which its collar of gum ends
-// m, cell sizes of the face of a section through a tooth, and through the gum
+// m, cell sizes of the grids on which the cut face of a section is computed, for a tooth and for the gum
 constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;
 // m, in a section the cut face of the gum overlaps those of the teeth by this, so that no gap is visible
 constexpr double kFaceOverlap = 0.05e-3;

@@ -257,8 +257,8 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
   if (!at_wall) wall_normal_ = dvec3(0), wall_stiffness_ = 0;
 }
 
-/// Limits the rate of change of a bur's force if the bur loses contact far from the hand, or if a new snapshot moves
-/// the bur.
+/// Limits the rate of change of a bur's force. Otherwise the force would jump when the bur loses its contacts while the
+/// proxy is far from the hand, or when a new snapshot (copy of the mesh around the tool) shifts the contact point.
 void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());

@@ -44,7 +44,7 @@ struct MeshSnapshot : Snapshot {
 /// thread lists the contact points around a head.
 inline constexpr std::uint32_t kLawsOfParts = 12;
 
-/// Sizes and update rate of the snapshots in a session with a cutting tool.
+/// Sizes and update rate of the snapshots (copies of the mesh around the tool) in a session with a cutting tool.
 struct LocalParameters {
   static constexpr double travel = 2e-3;  // m, distance that the tool may move before the next snapshot is due
   // m, additional width of a snapshot, beyond the tool's size and its allowed motion `travel`

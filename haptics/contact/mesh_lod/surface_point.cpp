@@ -387,8 +387,9 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
     };
     if (covered()) continue;
     // The ball is above the plane of this face but beyond one of its edges, and the surface is flat or concave at this
-    // edge. So the plane of this face is a valid constraint. The plane through the edge would be valid too, but with it
-    // each iteration would only halve the ball's distance to the edge.
+    // edge. So the plane of this face is a valid constraint. The plane through the edge that is perpendicular to the
+    // direction from the edge to the ball's centre would be valid too. But with it, each iteration would only halve the
+    // ball's distance to the edge.
     if (const dvec3 normal = face.normal(); !at.corner && normal != dvec3(0)) {
       const double size = glm::length(normal), height = glm::dot(normal, c_ - face.a) / size;
       const std::uint8_t hollow = height >= 0 ? face.hollow_front : face.hollow_back;

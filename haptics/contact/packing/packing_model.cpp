@@ -456,7 +456,8 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       proxy().end_notes();
     }
   }
-  // If no sphere changed, only rounding errors stopped the proxy. follow() will move it in the next tick.
+  // If no tissue sphere changed, no tissue lies in the way, and only rounding errors stopped the proxy. follow() will
+  // move the proxy in the next tick.
   if (!changed) return false;
   made_.add(made_.last() + 1, {from, to, tool_, removed.volume});
   cut = {made_.last(), in.tick, in.t, from, to, tool_, removed.volume, {}, in.spindle};

@@ -26,8 +26,8 @@ constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projectio
 constexpr double kArrived = 1e-10;
 // rad, largest rotation in one step; the chord of the step then deviates from the arc by less than 5e-5 of the reach
 constexpr double kLargestTurn = 0.02;
-constexpr double kMargin = 60e-6;          // m, smallest mean margin (range) of the Verlet lists of a tool sphere
-constexpr double kLargestMargin = 300e-6;  // m, largest mean margin (range) of the Verlet lists of a fast tool sphere
+constexpr double kMargin = 60e-6;          // m, smallest margin of near lists (mean over the tool's spheres)
+constexpr double kLargestMargin = 300e-6;  // m, largest margin of near lists (mean over the tool's spheres)
 constexpr double kAhead = 3;               // ratio of a Verlet list's margin to the tool sphere's motion per tick
 // m, search distance for the nearest sphere if no sphere lies within the margin of a Verlet list
 constexpr double kLook = 2e-3;
@@ -46,9 +46,10 @@ constexpr std::size_t kLanes = 8;        // number of spheres in a Verlet list t
 constexpr float kFloatRounding = 1e-9f;
 constexpr double kLeastMargin = 1e-6;  // m; a Verlet list (spheres near a tool sphere) with smaller margin is not made
 constexpr double kReduced = 0.8;       // if a Verlet list would be too long, its margin is multiplied by this factor
-// parameters of near lists (tissue spheres near a tool sphere) that are made before they are needed (prepare_lists)
-constexpr double kLargestPrepared = 0.5e-3;  // m, largest mean margin of a Verlet list that is made in advance
-constexpr double kTicksAhead = 10;           // ratio of margin to motion per tick, for Verlet lists made in advance
+// Parameters of near lists (Verlet lists: tissue spheres near a tool sphere) that are made before they are needed
+// (prepare_lists). The margins of the lists differ (spread_margin), so these limits apply to their mean.
+constexpr double kLargestPrepared = 0.5e-3;  // m, largest margin of such a list (mean over the tool's spheres)
+constexpr double kTicksAhead = 10;           // ratio of the margin to the tool sphere's motion per tick
 constexpr std::size_t kLeavesATick = 320;    // smallest number of leaves of the sphere tree that one tick searches
 // if a near list (spheres near a tool sphere) is too long for its memory, it is made again after this many searches
 constexpr int kNotAgain = 64;

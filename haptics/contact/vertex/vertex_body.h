@@ -80,7 +80,7 @@ class VertexBody final : public TissueBody {
   TissueVolume untouched_;
   Parameters parameters_;
   std::vector<VertexHead> heads_;
-  std::vector<double> edges_;  // m, for each head: the edge length of the surface that it cuts
+  std::vector<double> edges_;  // m, for each head: wanted length of mesh edges on the surfaces that it cuts
   mesh::EditableMesh mesh_;
   MeshCutter cutter_;
   std::uint32_t laws_ = kServoLaws;  // version of the force laws of the servo whose cuts are repeated

@@ -217,7 +217,8 @@ void VertexModel::list_vertices(PointList& list, Index f) noexcept {
   }
 }
 
-/// Adds the area of a face to the points that represent it. Lists the points of a large face.
+/// Adds the area of a face to the points that represent it. A face with longer edges than a cut would leave unsplit is
+/// divided (parts_of), and the points of the division are also listed, so that the points lie close enough together.
 void VertexModel::list_area(PointList& list, Index f) noexcept {
   const EditableMesh& mesh = snapshot_.mesh;
   std::vector<Sample>& samples = list.samples;

@@ -115,7 +115,7 @@ class VertexModel final : public ContactModel {
   struct Listing {
     enum class Stage : std::uint8_t { kFaces, kVertices, kAreas, kDone } stage = Stage::kDone;
     const VertexHead* head = nullptr;
-    double edge = 0;  // m, edge length of the surface that the head cuts
+    double edge = 0;  // m, wanted length of mesh edges on the surfaces that the head cuts
     Pose X;           // pose of the head
     glm::dmat3 R_WT{1};
     double margin = 0;  // m, distance from the head within which points are listed
@@ -183,7 +183,7 @@ class VertexModel final : public ContactModel {
   Parameters parameters_;
   VertexSnapshot snapshot_;
   std::vector<VertexHead> heads_;  // heads, one for each tool
-  std::vector<double> edges_;      // m, for each head: the edge length of the surface that it cuts
+  std::vector<double> edges_;      // m, for each head: wanted length of mesh edges on the surfaces that it cuts
   std::uint32_t tool_ = 0;
   Springs springs_;
   dvec3 filtered_{0};              // N, force of the last tick after the filter

@@ -1,5 +1,5 @@
-// The records that the guarded DICOM reader writes and the program reads and checks. They contain no person's name,
-// date or number.
+// The records that the guarded DICOM reader writes and the program reads and checks. They contain no personal
+// data: no name, date or identification number.
 #pragma once
 
 #include <cstdint>
