@@ -457,8 +457,14 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     if (!keeps_list) list_where_needed({p, in.X_WT.R}, in.cuts);
   };
   const auto complete = [&](const dvec3& p, double far) {
-    if (keeps_list) return std::clamp(room_in_list({p, in.X_WT.R}), 0.0, far);
-    complete_list({p, in.X_WT.R}, far);
+    const Pose X{p, in.X_WT.R};
+    if (!keeps_list) {
+      complete_list(X, far);
+    } else if (const double room = room_in_list(X); room >= P::least_room * head().radius()) {
+      return std::clamp(room, 0.0, far);
+    } else {  // the head was rotated fast, so the list no longer contains the points around it
+      gather(head(), edge(), X, complete_list_length());
+    }
     return far;
   };
   listed_ = 0;

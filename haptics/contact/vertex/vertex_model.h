@@ -48,6 +48,9 @@ struct FeelParameters {
   static constexpr double short_list = 0.05;
   // When the head has used this fraction of the motion for which a list is valid, the next list is begun.
   static constexpr double begin_next = 0.3;
+  // If a head that waits for its next list has moved farther than the present list allows by more than this (negative
+  // ratio to its radius), a list is made at once.
+  static constexpr double least_room = -0.1;
   // Distances of points are extrapolated until the head has moved by this ratio of its radius.
   static constexpr double reuse = 0.02;
   // After a cut, the next cut waits for up to `rest` times as many ticks as the cut took, so that most ticks do not
