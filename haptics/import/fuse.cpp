@@ -480,6 +480,9 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   const importing::DistanceField field = importing::signed_distance(phi, out.size, {}, band, band);
   const int reach = static_cast<int>(std::ceil((ct.band + 2 * coarse) / voxel));
   const importing::Sparse<float> to_change = importing::distance_squared_to(moved, reach);
+  // In voxels. If the new distance of a sample differs by less than this from the CT's distance, the surface near the
+  // sample has not moved, and the sample keeps the CT's distance. (The search for the nearest point is not exact.)
+  constexpr double kEqual = 0.005;
   progress(0.9);
 
   out.distance.resize(Grid<float>::count(out.size));
@@ -493,13 +496,13 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
         const bool near_change =
             to_change.index(i) >= 0 && to_change[i] <= static_cast<float>(reach) * static_cast<float>(reach);
         const dvec3 place = same ? dvec3(i) : dvec3(i) * (voxel / coarse);
-        if (same && !near_change) {
+        const double d = std::clamp(static_cast<double>(field.distance[i]) * voxel, -ct.band, ct.band);
+        if (same && (!near_change || std::abs(d - static_cast<double>(ct.distance[at])) < kEqual * voxel)) {
           out.distance[at] = ct.distance[at];
           out.tissue[at] = ct.tissue[at];
           if (!ct.hardness.empty()) out.hardness[at] = ct.hardness[at];
           continue;
         }
-        const double d = std::clamp(static_cast<double>(field.distance[i]) * voxel, -ct.band, ct.band);
         out.distance[at] = static_cast<float>(d);
         if (d > importing::kLabelReach * voxel) continue;
         const std::size_t from = labelled_sample(ct, place, distance_at(ct, place));

@@ -615,7 +615,8 @@ bool VertexModel::continue_cut(Effort& left) noexcept {
 Effort VertexModel::effort_for_cut() const noexcept {
   if (divides_search()) {
     const Effort fresh = kFreshEffort * static_cast<Effort>(distances_.computed());
-    return P::most_effort - kContactEffort * static_cast<Effort>(list_.points.size()) / 2 - fresh;
+    const Effort rest = P::most_effort - kContactEffort * static_cast<Effort>(list_.points.size()) / 2 - fresh;
+    return lists_ahead() ? std::max(rest, P::least_effort) : rest;
   }
   return part_.stayed ? P::more_effort_before : P::most_effort_before;
 }

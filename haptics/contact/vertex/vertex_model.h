@@ -60,6 +60,8 @@ struct FeelParameters {
   static constexpr double rest = 3, hurry = 0.08;
   // Largest effort of the contact and a cut in one tick, in units of 10 ns. A longer cut is divided over several ticks.
   static constexpr Effort most_effort = 6000;
+  // Since force laws 13, a cut or a list may use at least this effort in a tick, also if the contact takes longer.
+  static constexpr Effort least_effort = 2000;
   // largest effort (unit: 10 ns) of a cut in a tick, force laws 11; `more`: after vertices stayed inside the head
   static constexpr Effort most_effort_before = 6000, more_effort_before = 8000;
   // Limit of the computing effort of all lists of contact points in one tick, in units of 10 ns. A fast head needs
