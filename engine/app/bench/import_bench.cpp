@@ -3,6 +3,7 @@
 #include <malloc.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -158,6 +159,7 @@ void measure(std::vector<BenchRow>& rows, const std::string& name, const std::st
              const std::function<haptics::Imported()>& import) {
   malloc_trim(0);  // returns freed memory to the system, so that memory of earlier test cases is not counted
   const double before = Memory::now(), start = cpu_seconds(RUSAGE_SELF);
+  const auto began = std::chrono::steady_clock::now();
   Memory::start();
   double estimate = 0;
   {
@@ -168,12 +170,14 @@ void measure(std::vector<BenchRow>& rows, const std::string& name, const std::st
       voxels = size.x * size.y * size.z;
     }
   }
+  const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   const double seconds = cpu_seconds(RUSAGE_SELF) - start, bytes = Memory::most() - before;
   BenchRow row;
   row.name = name;
   row.knob = knob;
   row.error = bytes * 1e-6;
-  row.error_unit = fmt::format("MB at most (estimated before: {:.0f}); {:.1f} s in all", estimate * 1e-6, seconds);
+  row.error_unit = fmt::format("MB at most (estimated before: {:.0f}); CPU time {:.1f} s, duration {:.1f} s", estimate * 1e-6,
+                               seconds, wall);
   row.time_ns = seconds * 1e9 / voxels;
   row.per = "voxel";
   row.size = voxels;
