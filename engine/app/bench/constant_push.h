@@ -14,7 +14,7 @@ namespace typodont {
 
 /// s, time after the start of a contact during which the hand may still bounce
 inline constexpr double kPushLanding = 0.3;
-/// N; a change of the force from one tick to the next counts as a step only if it is larger than this
+/// N; the force may always change by this amount from one tick to the next; only a larger change can count as a step
 inline constexpr double kPushStep = 0.02;
 
 /// A simulated hand that pushes: a mass of 0.15 kg with a damper of 5 N·s/m, at a servo rate of 1 kHz.
@@ -37,16 +37,16 @@ struct ForceStep {
   double speed = 0;  // m/s, speed of the hand when the force changed
 };
 
-/// The largest force steps that a hand felt. The limit of a step is the larger of kPushStep and 1.1 N/mm times
-/// the distance that the hand moved in the same tick. `over` is the largest amount by which a step exceeds this
-/// limit.
+/// The largest force steps that a hand felt. A change of the force is within the limit if it is smaller than kPushStep,
+/// or smaller than 1.1 N/mm times the distance that the hand moved in the same tick. `over` is the largest amount by
+/// which a change exceeds this limit.
 struct PushSteps {
   ForceStep largest, beyond_spring;
   double over = 0;  // N, largest excess of a step over the limit that PushSteps describes
 };
 struct PushResult {
   PushSteps any;             // largest force steps in all ticks
-  PushSteps after_landing;   // largest force steps in ticks more than kPushLanding after the latest contact began
+  PushSteps after_landing;   // largest force steps, without the ticks in the first kPushLanding seconds of each contact
   double least_energy = 0;   // J, lowest value of the energy ledger in the run
   std::uint32_t faults = 0;  // bits of enum Fault that any tick set
 };

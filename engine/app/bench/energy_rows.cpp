@@ -34,7 +34,7 @@ std::optional<double> number_in(const fs::path& file) {
   return number;
 }
 
-/// CPU time and energy that a piece of work used.
+/// CPU time, wall-clock time and energy that were used while a function ran.
 struct Used {
   double cpu = 0;     // s
   double wall = 0;    // s
@@ -91,8 +91,8 @@ double energy_between(const PackageEnergy& before, const PackageEnergy& after) {
 }
 
 void energy_rows(bool quick, std::vector<BenchRow>& rows) {
-  // Each result is that of a long session minus that of a short session, so it does not include the start and the end
-  // of the program.
+  // Measures a long session and a short session, and subtracts the results of the short one. So the rows do not include
+  // the start and the end of the program.
   const double brief = 2, lasting = quick ? 4 : 22;  // s
   const TemporaryFolder folder;
   const fs::path scene = folder.path() / "scene.json", rest = folder.path() / "rest.csv",

@@ -28,7 +28,7 @@ constexpr int kApproach = 500;        // number of ticks in which the bur moves 
 constexpr int kTicksAFrame = 16;      // number of ticks of 1 ms per frame
 constexpr double kDepth = 0.3e-3;     // m, depth of the bur below the surface
 constexpr double kPace = 5e-3;        // m/s, speed of the bur along the surface
-constexpr double kPictureTime = 2e6;  // ns, time limit with which the measured duration of a picture update is compared
+constexpr double kPictureTime = 2e6;  // ns, time limit: an update of the picture should take less than this
 
 /// Divides every triangle into four similar triangles, which gives a finer mesh.
 haptics::TissueMesh divided(const haptics::TissueMesh& mesh) {

@@ -10,7 +10,7 @@
 
 namespace typodont {
 
-/// One measured value of the comparison: a row whose name is "tissue, motion, model: measure".
+/// One value from the comparison of the contact models: a row whose name is "tissue, motion, model: measure".
 struct ModelFigure {
   std::string tissue, motion, model, measure;
   const BenchRow* row = nullptr;

@@ -65,8 +65,8 @@ render::Picture averaged(const render::Picture& fine, int side) {
   return out;
 }
 
-/// Shimmer of the picture: the mean second difference of three frames, while the view moves by a quarter of a pixel per
-/// frame (`view`), or while only the tool moves (`tool`).
+/// Shimmer of the picture: the mean of second_difference() over the frames. `view`: measured while the view moves by a
+/// quarter of a pixel per frame. `tool`: measured while only the tool moves.
 struct Shimmer {
   double view = 0, tool = 0;
 };

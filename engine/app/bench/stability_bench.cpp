@@ -33,7 +33,7 @@ struct Course {
   double least_energy = 0;  // J, smallest value of the energy ledger
 };
 
-/// Timing of the simulated servo: rate, delay and jitter.
+/// Timing of the simulated servo: rate, delay of the force, and jitter (variation of the time between two ticks).
 struct Clock {
   double rate = 1000;  // Hz, rate of the servo
   int delay = 0;       // number of ticks from the computation of a force to its effect
