@@ -59,7 +59,8 @@ glm::dvec4 parse_plane(const std::string& text) {
   return {dvec3(p) / length, -p.w * kMillimetre / length};
 }
 
-/// Adds the bodies that a teaching view shows in addition to the surface.
+/// Adds the bodies that the chosen teaching view shows besides the surface of the tissue, for example the face of a
+/// section.
 void add_view(PictureStage& stage, const Options& options, const Scene& scene, const haptics::TissueVolume& volume) {
   const dvec3 origin = volume.frame().origin;
   if (options.view == "section") {

@@ -235,7 +235,8 @@ void run_synth(const SynthCommand& c) {
   }
   audio::WavWriter wav(c.out, rate, c.wide ? audio::SampleFormat::kFloat32 : audio::SampleFormat::kPcm16, ears ? 2 : 1);
   double power = 0, peak = 0;
-  std::size_t states = 0;  // number of states of the drill in which it is audible
+  // number of states (times with speed, force and tissue of the drill) from which the sound is synthesized
+  std::size_t states = 0;
   {
     std::optional<Progress> progress;
     if (seconds > 300) progress.emplace("sound");

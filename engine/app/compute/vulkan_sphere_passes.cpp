@@ -55,7 +55,7 @@ struct Contact {
   double t;
   std::uint32_t ball, sphere;
 };
-/// Header of a list of results, as the shaders write it: the number of the list's entries, and an unused word.
+/// Header of a list of results, as the shaders write it: the number of the list's entries, and an unused 32-bit number.
 struct Head {
   std::uint32_t count, unused;
 };
