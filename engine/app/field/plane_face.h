@@ -18,8 +18,8 @@ struct CutPlane {
   dvec3 normal;
   double offset;  // m, distance of the plane from the origin along its normal
   // m. The face lies this deep inside the kept side, so that clipping at the plane does not remove the face. The depth
-  // must be small, because an inner surface that is perpendicular to the plane is visible in front of the face as a
-  // strip of this width.
+  // must be small: where an inner surface meets the face at a right angle, a strip of this surface is visible in front
+  // of the face, and the strip has this width.
   double within = 0.2e-6;
 };
 
