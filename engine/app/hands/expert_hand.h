@@ -40,16 +40,18 @@ struct ExpertLeg {
   bool rough = false;   // true: a coarse tool removes the bulk; its path may deviate more from the planned line
 };
 
-/// The size of the work in a task, and its forces. These values scale the hand's motion.
+/// Size of the body that the task treats, and forces of the task. The hand's motion is scaled with these values.
 struct ExpertGrip {
-  double size = 1;     // factor by which lengths for work on a tooth are multiplied: distances, clearances, tolerances
+  // factor for the lengths of the hand's motion (distances, clearances, tolerances): 1 for a tooth, larger for a larger
+  // body
+  double size = 1;
   double force = 1;    // N, mean force that the task asks for
   double lead = 1e-3;  // m, distance of the hand ahead of its tool at which the force equals the mean force
   double most_force = std::numeric_limits<double>::infinity();  // N, largest force of a cut
 };
 
-/// Position of a portion of filling, m along the two axes perpendicular to the preparation's axis. The instrument
-/// leaves a hole there. It can enter this hole again only at exactly the same position.
+/// Position at which a portion of filling was added, m along the two axes perpendicular to the preparation's axis. The
+/// instrument leaves a hole in the filling there, and can enter this hole again only at exactly the same position.
 struct FilledSpot {
   std::uint32_t tool = 0;
   double a = 0, b = 0;
@@ -77,7 +79,8 @@ class Expert {
   std::optional<haptics::TissueVolume> planned_;
   std::vector<FilledSpot> filled_;
   int layers_ = 0, cuts_ = 0;  // number of plans so far for filling, and for cutting
-  /// number of layers that were filled before the last carving; 0 until filling continues after the first carving
+  /// Number of layers that were filled before the last carving. It stays 0 after the first carving until filling
+  /// continues.
   int layers_cut_ = 0;
   double missing_ = 1e9;    // m³, smallest volume of missing filling so far
   double off_ = 0;          // m³, volume that differed from the ideal result before the last round of cutting

@@ -49,7 +49,8 @@ void require_real_time(const Hands& hands);
 /// Describes a device for the option --explain, for example "Woody (1000 Hz, vibration up to 150 Hz)".
 std::string in_words(const haptics::DeviceInfo& info);
 
-/// Adds the drivers mouse:, openxr: and expert: to the built-in drivers, for `typodont devices` and --hand.
+/// Makes the drivers mouse:, openxr: and expert: available, besides the built-in drivers, for `typodont devices` and
+/// for the option --hand.
 void add_window_drivers();
 
 /// Collects statistics of the servo loop for the recorder and the picture. For the servo thread only; costs about ten

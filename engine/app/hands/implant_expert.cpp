@@ -31,10 +31,11 @@ constexpr double kSweepBelow = 0.1e-3;
 constexpr double kSweepApart = 1.0e-3;  // m, distance between two strokes of the smoothing bur
 // N, forces for drilling, for cutting a thread, for checking the depth, and for marking
 constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;
-constexpr double kLeadPerForce = 1.5e-3;  // m/(s·N), rate of change of the lead (hand ahead of tool) per force error
-constexpr double kMostLead = 3e-3;        // m, largest lead (distance of the hand ahead of its tool)
-constexpr double kPeck = 3e-3;            // m, drilled depth after which the drill is pulled back
-constexpr double kPull = 2e-3;            // m, distance by which the drill is pulled back, so that the bone cools
+// m/(s·N); the lead (distance of the hand ahead of its tool) grows with this speed per newton of missing force
+constexpr double kLeadPerForce = 1.5e-3;
+constexpr double kMostLead = 3e-3;  // m, largest lead (distance of the hand ahead of its tool)
+constexpr double kPeck = 3e-3;      // m, drilled depth after which the drill is pulled back
+constexpr double kPull = 2e-3;      // m, distance by which the drill is pulled back, so that the bone cools
 // °C, temperatures of the bone: the hand lifts the tool at kHot and continues at kCool
 constexpr double kHot = 42, kCool = 41;
 // m; a bur that is higher than this above the planned entry point no longer touches the pit that it drilled

@@ -33,20 +33,21 @@ constexpr double kRow = 0.6;  // distance between two rows of strokes in a layer
 constexpr double kSameLevel = 10e-6;
 // m²; if a flat part of the cavity's floor is smaller than this, the tool makes no pass along the walls around it
 constexpr double kLeastFlat = 0.1e-6;
-// a flat part of the floor also gets no pass along the walls around it if it is smaller than this fraction of the
-// head's cross-section
+// a flat part of the floor also gets no pass along the walls around it if its area is smaller than this fraction of the
+// cross-section of the tool's head
 constexpr double kFlatShare = 0.15;
-// Distance between a wall and the end of a row of strokes, as a fraction of the head's diameter. Another pass cuts
-// along the wall.
+// A row of strokes ends at this distance from a wall, stated as a fraction of the head's diameter. A separate pass then
+// cuts along the wall.
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.03e-3;  // m, smallest distance between the head and neighbouring teeth or gum
 constexpr double kLeastTaken = 0.05;     // voxels; no stroke is planned for tissue that is thinner than this
 // m, tolerance: a point of the tool's path is omitted if it is nearer than this to the line between its neighbours
 constexpr double kOnLine = 2e-6;
-// m; a part of a pass that removes nothing is kept if it is shorter than this, so that the tool need not be lifted
+// m; on a part of a pass, the tool may remove nothing. If this part is shorter than kBridged, the tool moves along it;
+// otherwise the tool is lifted over it.
 constexpr double kBridged = 1e-3;
-// m; with a coarse tool, a part of a pass that removes nothing is kept if shorter than this, because lifting takes
-// longer
+// m; the same limit as kBridged, for a coarse tool. For a part of this length, lifting the tool would take longer than
+// moving along the part.
 constexpr double kCoarseBridged = 3e-3;
 // m; a connection between two passes that is longer than this leads up over the tissue instead of straight
 constexpr double kStraight = 3e-3;
@@ -408,7 +409,8 @@ class StrokePlanner {
                 nullptr);
   }
 
-  /// Adds strokes for those parts of the tool's path on which it removes tissue. A closed path may begin at any point.
+  /// Adds strokes for those parts of the path `chain` on which the tool removes tissue. If the path is closed, the
+  /// strokes may begin at any of its points.
   void take(Chain& chain, bool closed) {
     if (chain.empty()) return;
     std::vector<std::uint8_t> has(chain.size());
@@ -557,8 +559,8 @@ class StrokePlanner {
           if (layer.in[cell(p.x, p.y)] != layer.in[cell(q.x, q.y)]) crossed.push_back(point_on(p, q));
         }
         if (crossed.size() == 2) join(crossed[0], crossed[1]);
-        // the outline of the reachable region crosses this cell twice, and each line cuts off one corner that the head
-        // cannot reach
+        // The outline of the region that the head can reach crosses this cell twice. Each of the two lines cuts off one
+        // corner of the cell, which the head cannot reach.
         if (crossed.size() == 4) {
           const bool first = layer.in[cell(i, j)];
           join(crossed[first ? 0 : 3], crossed[first ? 1 : 0]);
@@ -650,7 +652,7 @@ class StrokePlanner {
     return flat;
   }
 
-  const double size_;         // ratio of the work's size to the size of a tooth
+  const double size_;         // factor for lengths: 1 for a tooth, larger if the task treats a larger body
   const double least_taken_;  // voxels; no stroke is planned for tissue that is thinner than this
   const double grid_ = size_ * kGrid;
   const double down_ = size_ * kDown;
