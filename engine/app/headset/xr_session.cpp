@@ -36,7 +36,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// s, duration in which a tool becomes transparent after its tracking is lost, or opaque after it returns
+// s, time in which a tool becomes partly transparent after its tracking is lost, or opaque again after tracking returns
 constexpr double kFadeTime = 0.25;
 constexpr double kLostOpacity = 0.35;
 constexpr double kFullForce = 3;  // N, force at which the controller vibrates most strongly
@@ -49,7 +49,8 @@ constexpr double kFastSpindle = 400 * kKrpm;
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
 // s; if a frame takes longer than this, the GPU is assumed to hang; software rendering on a slow CPU takes less
 constexpr double kLongestFrame = 20;
-constexpr double kLeaveTime = 2;  // s, the runtime must end the session within this time
+// s; if the runtime has not ended the session within this time after the request, the program stops waiting for it
+constexpr double kLeaveTime = 2;
 
 /// Computes the controller's vibration. Its amplitude depends on the force on the hand, its frequency on the drill's
 /// speed. The frequency is far below the spindle's frequency, because a controller cannot produce such high
@@ -102,8 +103,8 @@ struct XrSession::Thread {
   std::atomic<std::uint64_t> frames{0};
 
   enum class Phase { kOpening, kAwake, kOver };
-  // The mutex protects the members below. These members are read a hundred times per second and written only three
-  // times.
+  // The mutex protects the members below. A simple mutex is enough: these members are read a hundred times per second
+  // and written only three times.
   std::mutex mutex;
   std::condition_variable changed;
   Phase phase = Phase::kOpening;
@@ -200,8 +201,8 @@ struct XrSession::Thread {
         continue;
       }
       if (leave_until && now() > leave_until) break;
-      // While the headset is off, the changes of the gum are taken too, because a full channel would hold up those for
-      // the operator's picture.
+      // Takes the changes of the gum from their channel, also while the headset is off. If this channel were full, the
+      // servo would send the changes to no picture, so the operator's picture would also stop changing.
       if (gum) gum->take(*wiring.gum_to_headset);
       if (!hmd.running()) {  // The user has taken off the headset. The bench waits, and no hand holds the tool.
         publish_hand(nullptr);
@@ -322,8 +323,8 @@ XrSession::XrSession(const display::DisplayRig& rig, const Scene& scene, const h
     : thread_(std::make_shared<Thread>(rig, scene, tissue, wiring, options)), stall_(rig.hmd.stall) {
   thread_->thread = std::thread([state = thread_] { state->run(); });
   std::unique_lock lock(thread_->mutex);
-  // This loop waits for the runtime, and limits the duration of each call of the runtime. (wake() limits the time until
-  // the user puts on the headset.)
+  // Waits until the headset's thread has opened the runtime. If one call of the runtime takes too long, the session
+  // cannot start. (The time until the user puts on the headset is limited separately, by wake().)
   while (thread_->phase == Thread::Phase::kOpening) {
     thread_->changed.wait_for(lock, 20ms);
     if (thread_->gate.silent() < std::max(rig.hmd.wait, stall_)) continue;

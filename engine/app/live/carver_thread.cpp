@@ -89,8 +89,8 @@ bool execute_command(LiveSession& s, TissueCommand command, Nanos t, TissueSaver
   return true;
 }
 
-/// Applies a part of a brush stroke, which can be undone. Returns false if the brush touched no tissue, because
-/// painting in the air is not part of an exercise.
+/// Applies a part of a brush stroke, which the user can undo. Returns false if the brush touched no tissue; such a part
+/// is not recorded.
 bool brush(LiveSession& s, const BrushMove& move) {
   if (move.begins) {
     s.carver.end_stroke();
@@ -144,8 +144,9 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   Wiring& wiring = s.wiring;
   Done done;
   done.worked = repeat_cuts();
-  // The tick in the channel was received in the previous call of turn(), so repeat_cuts() has already applied all its
-  // cuts. A tick without a valid pose is ignored.
+  // Tells the carver up to which time all cuts are applied, so that it can end a stroke after a pause. This tick was
+  // received in the previous call of turn(), so repeat_cuts() has already applied its cuts. A tick without a valid pose
+  // is not used.
   if (const ServoTick& tick = wiring.tick_to_carver.front(); !(tick.faults & haptics::kNoPose)) s.carver.rest(tick.t);
   pause();
   done.awaited = wiring.patch.keep_up(s.carver, wiring.tick_to_carver.front().patch);
@@ -191,8 +192,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   return done;
 }
 
-/// Meshes the changed bricks (mesh blocks) that a picture shows. The others are meshed later; the volume stores which
-/// voxels have changed.
+/// Meshes those changed bricks (mesh blocks) that a picture shows. The volume stores which voxels have changed, so the
+/// other changed bricks can be meshed later.
 void CarverTurns::Impl::mesh() {
   const auto& seen = s.wiring.tissue_in_sight;
   const bool in_sight =

@@ -20,7 +20,8 @@ using namespace std::chrono_literals;
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 // ns, time between two searches for changed bricks (mesh blocks) while the pictures are drawn by the CPU
 constexpr Nanos kProcessorMeshInterval = 33'000'000;
-constexpr Nanos kBriefWait = 4'000'000;     // ns, time between two checks for motion while nothing is drawn
+// ns; while nothing is drawn, the program checks in this interval whether something has moved
+constexpr Nanos kBriefWait = 4'000'000;
 constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between two pictures from the free viewpoint
 constexpr int kImplantSections = 2;         // number of sections through an implant: along the arch, and across it
 // The section follows the drill only if the drill has rotated or moved farther than this.
@@ -309,7 +310,8 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   Wiring& wiring = session_.wiring;
   if (wiring.tick_to_render.fetch()) tick = wiring.tick_to_render.front();
   if (frames_ > 0 && ++turns_since_first_ == 2)
-    // the window shows a frame at the latest at the second poll() after it was drawn, so this time is an upper bound
+    // Stores when the first picture appeared on the screen. At the latest, the window shows a frame at the second
+    // poll() after drawing it, so this time may be a little too late, but not too early.
     first_shown_ = now();
   collect();
   const double dt = to_seconds(now() - last_turn_);
