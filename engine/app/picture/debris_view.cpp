@@ -9,13 +9,14 @@ namespace typodont {
 
 namespace {
 
-// m, grid spacing of the distance field from which chips bounce off; bouncing needs no fine detail of a cavity
+// m, grid spacing of the distance field from which chips bounce off; it may be coarse, because the details of a cavity
+// do not matter for bouncing
 constexpr double kCoarse = 4e-4;
-// m, grid spacing of the distance field on which the film of water flows; smaller than a cavity, which needs several
-// cells
+// m, grid spacing of the distance field on which the film of water flows. A cavity must be several grid cells wide, so
+// the spacing is smaller than a cavity.
 constexpr double kFilm = 3e-4;
 constexpr double kFilmShown = 0.05;  // s, time between two updates of the picture of the film of water
-// m, each time that the tool's head has moved by this length, its cut is applied to the water's distance field
+// m; the head's cut is applied to the water's distance field each time that the head has moved by this length
 constexpr double kCutSteps = 0.1e-3;
 constexpr double kPressed = 0.05;  // the handpiece sprays while the pedal's position (0..1) is larger than this
 constexpr float kLeastShown =

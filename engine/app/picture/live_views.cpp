@@ -27,7 +27,8 @@ constexpr Nanos kBodiesInterval = 120'000'000;
 constexpr int kNice = 5;
 // m, differences from the ideal result are computed only up to this distance
 constexpr double kDifferenceReach = 3e-3;
-// largest number of ticks that wait to be evaluated (the ticks of ten minutes); further ticks are not evaluated
+// largest number of ticks of an exploration task that wait for their evaluation (the ticks of ten minutes); further
+// ticks are lost
 constexpr std::size_t kMostUnexplored = 600'000;
 
 constexpr std::array kInside = {render::kSectionFace, render::kSectionFaceAround, render::kInsidePulp,
@@ -202,8 +203,8 @@ bool LiveViews::advance() {
   }
   for (Made& m : made) {
     Picture& p = pictures_[index(m.eyes)];
-    // the requested Look (the settings of the picture) has changed since this computation began, so its result is not
-    // used
+    // The user has requested another Look (settings of the picture) while this result was computed. So the result is
+    // not used.
     if (!p.stage || !(m.wish == p.wish)) continue;
     for (const Body& body : m.bodies) {
       p.stage->show_inside(body.mesh, body.bricks, origin_W_);

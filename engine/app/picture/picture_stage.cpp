@@ -23,8 +23,8 @@ constexpr std::string_view kDiamond =
 // s, time between two updates of the displayed numbers; faster updates would not be readable
 constexpr double kDisplayInterval = 0.1;
 
-/// Returns the shape in which the renderer draws the tool. It is the renderer's own shape for this tool if there is
-/// one, otherwise the haptic shape.
+/// Returns the shape in which the renderer draws the tool. For some tools, the renderer has a more detailed shape of
+/// its own. For all other tools, it draws the shape that the haptics uses for contact.
 render::ToolShape shape_of(const haptics::Tool& tool) {
   const std::string_view name = name_of(tool.shape);
   if (render::has_own_look(name)) return render::tool_shape(name, tool.diameter, tool.length);
@@ -56,8 +56,8 @@ void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& 
   }
 }
 
-/// Returns true if the lamps have moved only a little with the user's head. Then the light that bodies reflect to each
-/// other need not be computed again.
+/// Returns true if the lamps have moved only a little (they move with the user's head). Then the light that bodies
+/// reflect to each other need not be computed again.
 bool same_light(const render::Lights& a, const render::Lights& b) {
   const double near = std::cos(0.5 * kDegree);
   const auto close = [&](const dvec3& p, const dvec3& q) {
@@ -255,8 +255,8 @@ void PictureStage::surround(const Surroundings& around) {
   renderer_->set_light({});
 }
 
-/// Computes the light between the bodies of a mouth in the first frame, and again if the lamp has moved. The shapes of
-/// the bodies are those of the first frame.
+/// Computes the light that the bodies of a mouth reflect to each other, in the first frame, and again after the lamp
+/// has moved. Later changes of the bodies' shapes are ignored.
 void PictureStage::follow_light(const render::Lights& lights) {
   constexpr double kSpacing = 1.25e-3;  // m, distance between two points at which the light is computed
   tooth_known_ = true;
@@ -342,7 +342,8 @@ void PictureStage::follow_head() {
   if (!tracker_) return;
   tracker_->poll();
   const display::Head head = tracker_->at(now() + from_seconds(latency_));
-  // The pose of the user's head is used only if the eyes see the picture from there. Otherwise the last pose is kept.
+  // Uses the new pose of the user's head only if the eyes can see the picture from there; otherwise the last pose
+  // stays.
   if (display::sees(rig_, head)) rig_.head = head;
 }
 
@@ -460,7 +461,8 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
         compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(), output_->first_row(),
                             device_.processor && !uncovered ? &changed : nullptr, huds);
     if (!target->memory.first)
-      // A screen needs one render pass for each layer. A target in memory is composed without a render pass.
+      // counts the render passes that compose the screen: one for each layer; a picture in memory is composed without a
+      // render pass
       stats.passes += static_cast<int>(target->layers.size());
     ring_.submit(device_, target->ready, target->done);
     // Time until the frame is visible. It consists of recording and submission on the CPU, drawing on the GPU, and half

@@ -10,7 +10,8 @@ namespace typodont {
 
 namespace {
 
-// radius in which a point of the soft gum moves the vertices, as a multiple of the distance between neighbouring points
+// A point of the soft gum moves the vertices within this radius. The radius is a multiple of the distance between
+// neighbouring points.
 constexpr double kReach = 1.7;
 constexpr float kEdge = 0.3e-3f;    // m, triangles with edges longer than this are divided where the gum can move
 constexpr int kSplits = 4;          // largest number of times that an edge of the gum's triangles is halved
