@@ -124,8 +124,8 @@ PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tiss
 
 namespace {
 
-/// Simulates the hands with the seeds 0 to hands - 1, with the version `laws` of the force laws. The index of a result
-/// is the hand's seed.
+/// Simulates one hand for each seed from 0 to hands - 1, with the version `laws` of the force laws. Returns the results
+/// in the order of the seeds.
 std::vector<PushResult> simulate_all(std::uint32_t hands, std::uint32_t laws, const std::vector<std::string>& tools,
                                      const haptics::TissueVolume& tissue) {
   std::vector<PushResult> results(hands);

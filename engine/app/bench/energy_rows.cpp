@@ -72,8 +72,9 @@ std::optional<PackageEnergy> read_package_energy(const fs::path& powercap) {
   std::error_code none;
   std::optional<PackageEnergy> sum;
   for (const auto& zone : fs::directory_iterator(powercap, none)) {
-    // Selects the counters of whole processor packages. The name of a package has one colon (intel-rapl:0). The names
-    // of its parts have two colons; the package's counter includes their energy.
+    // Selects the counters of whole processor packages, whose names have one colon (intel-rapl:0). Counters whose names
+    // have two colons belong to parts of a package. They are not added, because the package's counter includes their
+    // energy.
     const std::string name = zone.path().filename().string();
     if (!name.starts_with("intel-rapl:") || name.find(':') != name.rfind(':')) continue;
     const auto counted = number_in(zone.path() / "energy_uj"), range = number_in(zone.path() / "max_energy_range_uj");

@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Measures the memory of this process in bytes: its present resident size, and its largest resident size since the
+/// Measures the memory of this process in bytes: the present resident size, and the largest resident size since the
 /// last call of start().
 class Memory {
  public:

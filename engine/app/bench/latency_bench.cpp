@@ -76,7 +76,8 @@ void step_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
   }
   if (felt < 0) return;
   rows.push_back(row("hand to force", "step onto enamel, 1 kHz", std::max(felt - moved, 1e-3), "step"));
-  // A sound file uses the time stamps of the ticks, so its delay is the delay of the synthesizer alone.
+  // In a sound file, each sound has the time stamp of its tick. So the delay measured here is only that of the
+  // synthesizer.
   const audio::Recording recording = audio::read_recording(wav);
   const std::vector<double> samples = recording.mono();
   for (std::size_t i = static_cast<std::size_t>(moved * recording.rate); i < samples.size(); ++i) {
@@ -86,8 +87,8 @@ void step_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
         row("hand to sound, into a file", "step onto enamel", std::max(heard - moved, 1 / recording.rate), "step"));
     break;
   }
-  // A sound device plays in real time. During playback, the recording stores the time from a tick to its sound a
-  // hundred times per second.
+  // With a sound device, the session records a hundred times per second the time from a tick to its sound. The recorded
+  // times are read below.
   const std::vector<audio::AudioDevice> devices = audio::audio_devices();
   const auto card =
       std::find_if(devices.begin(), devices.end(), [](const audio::AudioDevice& d) { return d.is_default; });

@@ -281,9 +281,9 @@ const std::vector<Task>& tasks() {
 
 constexpr double kMostTick = 500e3;  // ns, limit of the 99.9 % quantile of a tick's time: half of the period at 1 kHz
 
-/// Returns a model's score in a task: the geometric mean of the measured value over the task's tissues. For each
-/// tissue, the finest resolution whose tick meets the time limit is used. Infinite if the model fails on one of the
-/// tissues.
+/// Returns a contact model's score in a task; a smaller score is better. It is the geometric mean of the measured
+/// values on the task's tissues. For each tissue, the value at the finest resolution is used at which a tick meets the
+/// time limit. Infinite if the model fails on one of the tissues.
 double score(const std::vector<ModelFigure>& figures, const Task& task, const std::string& model) {
   double sum = 0;
   for (const std::string& tissue : task.tissues) {
