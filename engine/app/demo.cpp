@@ -50,8 +50,8 @@ class TimeLeft {
   void drew(double seconds, bool drilling) {
     double& each = drilling ? drilling_ : exploring_;
     int& count = drilling ? drilled_ : explored_;
-    // The first pictures of each kind (with and without a working drill) are not timed, because they include set-up and
-    // the encoder of the film buffers them.
+    // The first pictures with a working drill, and the first ones without, are not timed. Their times would be wrong,
+    // because they include set-up, and because the film's encoder only buffers these pictures.
     if (++count <= kUntimed) return;
     each += (seconds - each) / std::min(count - kUntimed, kRemembered);
   }

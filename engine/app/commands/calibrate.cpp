@@ -332,8 +332,8 @@ struct HandOptions : GuideOptions {
   }
 };
 
-/// Options of the calibration steps whose results are computed from captures (recorded touches and poses). The captures
-/// are stored beside the rig file.
+/// Options of those calibration steps that compute their results from captures (recorded touches and poses). The
+/// captures are stored beside the rig file.
 struct RigOptions {
   std::string rig, captures, report, map, arm_serial, tracker_serial;
   bool user_offset = false;
