@@ -47,7 +47,7 @@ struct Lead {
   // m; the tool counts as making progress if its distance from the target point has become smaller by at least this
   static constexpr double progress = 2.5e-6;
   static constexpr double near_line =
-      // m, tolerance: scraping ends when the tool was always nearer than this to the planned line during a whole pass
+      // m, tolerance: scraping ends after a pass in which the tool was always nearer than this to the planned line
       0.03e-3;
   // largest number of times that a hand instrument moves back along a run (consecutive strokes) to scrape the run again
   static constexpr int most_times = 3;
@@ -76,8 +76,8 @@ struct Lead {
   // 1/s, gain with which a force error changes the largest allowed lead (distance of the hand ahead of the target
   // point)
   static constexpr double lead_per_force = 15;
-  // The largest allowed lead (distance of the hand ahead of the target point) stays between these two values. Both are
-  // multiples of the lead that gives the task's mean force.
+  // Bounds of the largest allowed lead (distance of the hand ahead of the target point), as multiples of the lead at
+  // which the force equals the task's mean force.
   static constexpr double least_most_lead = 0.6, most_lead = 3;
   // m; the limit of the lead (distance of the hand ahead of the target point) may always grow up to this value, because
   // in soft bone the same force needs a longer lead than in a tooth
@@ -149,8 +149,9 @@ struct ToolChoice {
   // m; no bur stroke is planned for tissue that is thinner than this; this limit is less than the 0.02 mm that the
   // score tolerates
   static constexpr double least_cut = 0.015e-3;
-  // Of the tools that remove enough, the widest is chosen, because it is the fastest. A tool removes enough if it
-  // removes at least the fraction 1 - tolerated_loss of the volume that the best tool removes.
+  // Each tool can remove a certain volume. A tool is good enough if it removes at least the fraction 1 - tolerated_loss
+  // of the largest of these volumes. Of the tools that are good enough, the widest is chosen, because it is the
+  // fastest.
   static constexpr double tolerated_loss = 0.12;
   static constexpr double same_width = 0.01e-3;  // m, tolerance: tool widths that differ by less count as equal
   // Ratio of two volumes of tissue: what another tool would leave, divided by what the chosen tool leaves. If this
@@ -186,7 +187,7 @@ struct Filling {
                           // m; an instrument that is nearer than near_wall to a wall of the cavity is moved to this
                           // wall in steps of the length `nudge`
       nudge = 0.02e-3;
-  // m, step by which an instrument rises while it fills the hole that it leaves
+  // m; the instrument leaves a hole in the filling. It rises in steps of this length, and fills the hole at each step.
   static constexpr double rise = 0.3e-3;
   // voxels, smallest distance between the dome of filling and the instrument's head
   static constexpr double head_free = 0.5;
@@ -297,8 +298,8 @@ class Terrain {
       }
     }
   }
-  /// Returns the greatest height (m, along the preparation's axis) of the tissue near the line from a to b: of all
-  /// tissue whose distance from the line, perpendicular to the axis, is at most `beside` (m).
+  /// Returns the height (m, along the preparation's axis) of the highest tissue near the way from a to b. Tissue is
+  /// near if its distance from this way, measured perpendicular to the axis, is at most `beside` (m).
   double highest(const dvec3& a, const dvec3& b, double beside) const {
     const glm::ivec2 ca = cell_of(a), cb = cell_of(b), around(static_cast<int>(beside / kCell) + 1);
     const glm::ivec2 lo = glm::max(glm::min(ca, cb) - around, glm::ivec2(0)),
@@ -740,7 +741,7 @@ class Plan {
   }
 
   /// Lowers the instrument at the position (a, b) until it touches tissue, then lifts it by the height of a portion of
-  /// filling. Returns the portion that it adds there.
+  /// filling. Returns the portion of filling that the instrument adds there.
   std::optional<Portion> portion_at(const Instrument& instrument, const session::Preparation& layer, double a,
                                     double b) const {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
@@ -1082,7 +1083,8 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     along_ = length;
     done = seen_.tool == leg.tool || waited_ > 10;
   } else {
-    // A scraping hand instrument reverses its motion at both ends of its run (its sequence of strokes).
+    // A hand instrument scrapes to and fro along its run (a sequence of strokes), and slows down at both ends of the
+    // run.
     const bool first = leg_ == run_, last = leg.end_pace <= 0;
     const double from_turn = (back_ ? last : first) ? along_ : length,
                  to_turn = (back_ ? first : last) ? length - along_ : length;

@@ -72,8 +72,8 @@ class LoopStatistics {
   Nanos published_ = 0;
 };
 
-/// Filters the pedal. During an emergency stop, the pedal counts as released. After the stop, it counts as released
-/// until the user has really released it once. Servo thread only.
+/// Filters the state of the pedal. During an emergency stop, the pedal counts as released. After the stop, the pedal
+/// still counts as released until the user has released it once. Servo thread only.
 class PedalInterlock {
  public:
   double pass(double pedal, bool held) noexcept {
@@ -85,9 +85,9 @@ class PedalInterlock {
   bool locked_ = false;
 };
 
-/// Switches the emergency stop on or off. While it is on, the drill stops, and the force of every device with motors
-/// ramps down to zero. After it is switched off, the force returns as soon as the hands are free of contact. Called by
-/// the render thread.
+/// Switches the emergency stop on (`hold` true) or off. When it is switched on, the drill stops, and the force of every
+/// device with motors ramps down to zero. After it is switched off, the force stays zero until the hands are free of
+/// contact. Called by the render thread.
 void set_emergency_stop(Wiring& wiring, bool hold) noexcept;
 
 /// The function of the second hand's thread. The second hand moves the mouth mirror or, if hand_holds_suction(scene),

@@ -183,8 +183,8 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
   };
   if (waited_ > kPatience) {
     gave_up_ = true;
-    // The stage has taken too long. In the stage kWork, the hand leaves the bone before it ends the session. In any
-    // other stage (for example because the servo does not change the tool), it ends the session at once.
+    // The stage has taken too long, so the hand ends the session. In the stage kWork, the hand first leaves the bone.
+    // In any other stage, it ends the session at once (for example if the servo does not change the tool).
     if (stage_ != Stage::kWork) stage_ = Stage::kOver;
   }
   switch (stage_) {
@@ -212,9 +212,9 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
       }
       break;
     case Stage::kBack: {
-      // A tap (a tool that cuts a thread) must turn backwards to leave the bone, until its thread no longer engages.
-      // The height of the bone's surface may differ from the plan. So the depth of the tip does not tell whether the
-      // thread still engages.
+      // A tap (a tool that cuts a thread) leaves the bone by turning backwards while its thread is still in the bone.
+      // The height of the bone's surface may differ from the plan. So this is decided by the state that the servo
+      // reports, not by the depth of the tip.
       const bool held = tool().implant->threaded() && seen_.level == level::kScrewing;
       if (held) {
         sample.pedal = -1;

@@ -528,7 +528,8 @@ class StrokePlanner {
     const Layer& above = layer_above(height);
     const Layer layer = above.height - height < 1e-9 ? above : layer_at(height, &above);
     std::vector<dvec3> points;
-    // for each grid edge that an outline crosses: index of the edge, and index of the point at which it is crossed
+    // The key is the index of a grid edge that an outline crosses. The value is the index of the point at which the
+    // outline crosses this edge.
     std::unordered_map<std::size_t, std::size_t> index;
     std::vector<std::array<std::size_t, 2>> next;  // for each point: indices of its two neighbours on the line
     constexpr std::size_t kNone = SIZE_MAX;
