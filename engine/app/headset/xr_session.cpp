@@ -63,8 +63,9 @@ display::Vibration vibration_of(const ServoTick& tick) {
   return {std::clamp(running + force / kFullForce, 0.0, 1.0), kSlowest + (kFastest - kSlowest) * speed};
 }
 
-/// Called if a thread of this program hangs in a call of the headset's runtime. At exit, the process then keeps its
-/// exit status but runs no destructors, because the hanging thread might still use the data that they destroy.
+/// Called if a thread of this program hangs in a call of the headset's runtime. At exit, the process then runs no
+/// destructors, because the hanging thread might still use the data that the destructors destroy. The exit status stays
+/// the same.
 void end_hard_at_exit() {
   on_exit(
       [](int status, void*) {
@@ -285,8 +286,8 @@ struct XrSession::Thread {
     log::info("touch {}: taken", touches.size());
   }
 
-  /// Handles the mirror button: it puts the mouth mirror into the second hand, or removes it. If this hand's tracking
-  /// is lost, the mirror keeps its pose.
+  /// Handles the mirror button of a controller: the button puts the mouth mirror into the second hand, or removes the
+  /// mirror. If the second hand's tracking is lost, the mirror keeps its pose.
   void hold_mirror(const display::HmdFrame& frame) {
     for (int i = 0; i < 2; ++i) {
       if (!frame.hands[static_cast<std::size_t>(i)].mirror) continue;
@@ -372,7 +373,8 @@ void XrSession::stop() {
       const std::lock_guard lock(thread_->mutex);
       if (thread_->phase == Thread::Phase::kOver) break;
     }
-    // The thread hangs in a call of the headset's runtime. So the thread and all its data are abandoned.
+    // The headset's thread hangs in a call of the runtime. So this thread is not joined, and all its data stay in
+    // memory.
     if (thread_->gate.silent() > stall_ && thread_->gate.give_up()) {
       thread_->thread.detach();
       end_hard_at_exit();

@@ -1,5 +1,5 @@
-// A headset in a live session, on its own thread. The headset's runtime is software of other vendors. If it hangs or
-// crashes, the session must still end properly, with zero force and a complete recording.
+// A headset in a live session, on its own thread. The headset's runtime is software of other vendors. If this runtime
+// hangs or crashes, the session must still end properly, with zero force and a complete recording.
 #pragma once
 
 #include <filesystem>

@@ -183,8 +183,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
     if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
   }
   if (wiring.expert_wants_copy.exchange(false)) {
-    // The expert requests a copy after its last cut. This cut may have arrived during this call of turn(), so it is
-    // applied first.
+    // The expert hand has made its last cut and then requested a copy of the tissue. The copy must contain this cut,
+    // which may have arrived during this call of turn(). So waiting cuts are applied first.
     repeat_cuts();
     auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
     if (wiring.copies_to_expert.push(copy.get())) (void)copy.release();
@@ -227,10 +227,10 @@ void carve(LiveSession& s) {
   int idle = 0;  // number of consecutive calls of turn() without work
   while (!s.wiring.stop.load(std::memory_order_relaxed)) {
     const CarverTurns::Done done = turns.turn();
-    // Chooses the sleep time of the carver thread. After 30 ms without work, the hand is assumed to be slow: at 3 cm/s
-    // it moves 0.1 mm until the next check. After one second without work, it is assumed to rest: if it accelerates
-    // with 10 m/s², it moves 0.5 mm until the next check. In an idle session, the checks use 0.4 % of a core; more
-    // frequent checks would use 3 %.
+    // Chooses the sleep time of the carver thread until it checks for work again. After 30 ms without work, the hand is
+    // assumed to be slow: at 3 cm/s, the hand moves 0.1 mm until the next check. After one second without work, the
+    // hand is assumed to rest: if it then accelerates with 10 m/s², it moves 0.5 mm until the next check. In an idle
+    // session, these checks use 0.4 % of a core. Checks without such a long sleep would use 3 %.
     idle = done.worked ? 0 : std::min(idle + 1, 400);
     if (!done.worked)
       std::this_thread::sleep_for(done.awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 10'000us);

@@ -1,5 +1,5 @@
-// The data of a live session, and the loops of the threads that use it. Each thread has its own file in this folder.
-// The threads communicate only through wiring.h. The workbench starts and joins the threads, and draws.
+// The data of a live session, and the loops of the session's threads. The code of each thread is in its own file in
+// this folder. The threads exchange data only through wiring.h. The workbench starts and joins the threads, and draws.
 #pragma once
 
 #include <cstdint>
