@@ -38,7 +38,8 @@ DebrisView::Water::Water(const debris::CoarseField& field, const MaterialTable& 
 
 DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue, const WaterPlan& water)
     : materials_(materials) {
-  // Every n-th sample of the volume is a sample of the coarse field, so no interpolation is needed.
+  // Copies every n-th sample of the volume to the coarse distance field. The samples of both fields lie at the same
+  // points, so no interpolation is needed.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   if (lo.x > hi.x) return;
@@ -69,8 +70,8 @@ DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolu
 
 void DebrisView::use(gpu::Device* device) {
   cloud_.reset();
-  // With software rendering, drawing a chip takes as long as drawing some triangles of the tooth. So fewer chips are
-  // created, and each stands for more mass.
+  // With software rendering, many chips would take too long to draw. So fewer chips are created, and each chip has more
+  // mass.
   batch_size_ = device && device->processor ? kLumps : 1;
   if (!device || device->processor || water_) return;
   newborn_.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options_.most_per_cut));

@@ -88,8 +88,8 @@ void FilmPicture::update(debris::Film& film) {
   }
 }
 
-/// Writes the texel of a sample. A sample outside all cells of the film gets the mean of its neighbours that lie in
-/// such cells. Otherwise the interpolated film would fade near the surface.
+/// Writes the texel of a grid point. A point in a cell of the film gets the values of this cell. Any other point gets
+/// the mean of its neighbours in such cells. Otherwise the interpolated film would fade near the surface.
 void FilmPicture::write(const debris::Film& film, const glm::ivec3& sample) {
   render::FilmTexel texel = own_[index(sample)];
   if (!film.has_cell(sample)) {

@@ -56,8 +56,8 @@ void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& 
   }
 }
 
-/// Returns true if the lamps have moved only a little (they move with the user's head). Then the light that bodies
-/// reflect to each other need not be computed again.
+/// Returns true if the lamps have the same strength and almost the same directions (within 0.5°). Then the light that
+/// bodies reflect to each other need not be computed again.
 bool same_light(const render::Lights& a, const render::Lights& b) {
   const double near = std::cos(0.5 * kDegree);
   const auto close = [&](const dvec3& p, const dvec3& q) {
@@ -287,7 +287,8 @@ void PictureStage::show_gum(const SoftGumView& gum) {
 void PictureStage::follow_pixels(double pixel) {
   if (pixel <= 0 || around_.meshes.empty()) return;
   const double error = pixel * options_.quality.surface_error;
-  // hysteresis, so that small motions of the user's head do not change the mesh again and again
+  // The limit for the coarse mesh is lower while the coarse mesh is drawn (hysteresis). So small motions of the user's
+  // head do not change the mesh again and again.
   const bool coarse = error > around_.coarse_from * (coarse_around_ ? 0.85 : 1.0);
   if (coarse == coarse_around_) return;
   coarse_around_ = coarse;

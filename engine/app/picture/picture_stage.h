@@ -52,8 +52,8 @@ void surround(render::Renderer& renderer, const Surroundings& around, bool coars
 /// as for surround(). Call it with version 0 after surround().
 void show_gum(render::Renderer& renderer, const SoftGumView& gum, bool coarse, std::uint64_t& version);
 
-/// Returns a box that contains all tissue that the scene can ever have. Empty if tissue can appear anywhere, because a
-/// tool of the tool set adds tissue, or because undo in a resumed session restores tissue.
+/// Returns a box outside of which no tissue can appear during the session. Empty if there is no such box: if a tool of
+/// the tool set adds tissue, or if undo can restore tissue that was removed before the session was resumed.
 std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics::TissueVolume& tissue);
 
 /// Adds the statistics of a frame to the work counts.

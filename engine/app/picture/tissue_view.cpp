@@ -194,8 +194,9 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
     const auto seen_at = [&](float way) { return labels_.at(glm::ivec3(start + way * inward)); };
     const Tissue outside = own(v);
-    // On the dentin's side of the boundary to enamel, the enamel layer has the thickness zero. So its colour there is
-    // the colour of the dentin below it. The shader interpolates between both sides, so no step of colour is visible.
+    // At a vertex of dentin beside enamel, the enamel is treated as a layer of thickness zero over the dentin. So this
+    // vertex has the colour of the dentin. The shader interpolates the colours from this vertex to the enamel's
+    // vertices, so no step of colour is visible.
     if (outside == Tissue::kDentin && (v.tissue[0] == Tissue::kEnamel || v.tissue[1] == Tissue::kEnamel)) {
       v.under = Tissue::kDentin, v.shows = 1;
       continue;
