@@ -25,8 +25,8 @@ class PlanningTissue {
 
   /// Returns the tissue of the sample that is nearest to the position; kAir outside the tissue.
   Tissue at(const dvec3& p_W) const;
-  /// Returns the grey value (Hounsfield units) of the sample that is nearest to the position. It is the tissue's own
-  /// grey value times its hardness, and −1000 in air.
+  /// Returns the grey value (Hounsfield units) of the sample that is nearest to the position. In tissue, this is the
+  /// grey value of the kind of tissue times the hardness of the sample; in air, it is −1000.
   double grey(const dvec3& p_W) const;
   bool is_bone(const dvec3& p_W) const;
   bool is_tooth(const dvec3& p_W) const;

@@ -90,8 +90,8 @@ class ScanReview {
 
   // Functions for corrections. A correction requires full tissue labels of the present region.
   bool can_correct() const { return current() && detail_ == LabelDetail::kFull; }
-  /// Applies a correction. `joins`: true if it continues the last correction and is undone with it, like the next
-  /// segment of a brush stroke.
+  /// Applies a correction. `joins`: true if this correction continues the last one (as the next segment of a brush
+  /// stroke does); undo() then undoes both together.
   void correct(const haptics::Correction& correction, bool joins = false);
   bool can_undo() const { return can_correct() && done_ > 0; }
   bool can_redo() const { return can_correct() && done_ < steps_.size(); }
