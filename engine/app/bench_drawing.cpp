@@ -241,8 +241,8 @@ class Drawing {
     frame(view, "From the user's right");
     const dvec3& eye = plan_.rig.head.eye_center;
     const auto panel = corners_of(plan_.rig.screen), picture = corners_of(plan_.picture);
-    // Draws the light rays that go from the panel's edges to the mirror glass and are reflected to the eyes. Dashed
-    // lines lead to the points behind the glass from which the light seems to come.
+    // Draws the light rays from the panel's edges to the mirror glass, and from there to the eyes. Dashed lines
+    // continue the reflected rays behind the glass, to the points from which the light seems to come.
     for (const std::size_t corner : {0u, 2u}) {
       page_.colour(kFaint);
       page_.dash({});

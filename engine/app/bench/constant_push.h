@@ -25,9 +25,9 @@ struct PushHand {
 };
 /// Returns the sorted names of all rotating tools in the assets.
 std::vector<std::string> turning_tools();
-/// Returns the hand that belongs to a seed. It pushes with 0.2 to 0.8 N, is tilted by up to 0.5 rad, moves at up to 8
-/// mm/s sideways, and falls from a height of 0.2 to 4 mm onto the chewing surface. The seed also selects one of
-/// `tools`. Throws Error.
+/// Returns a random hand that depends only on the seed. The hand holds one of `tools`, and falls from a height of 0.2
+/// to 4 mm onto the chewing surface. It pushes with 0.2 to 0.8 N, is tilted by up to 0.5 rad, and moves sideways at up
+/// to 8 mm/s. Throws Error.
 PushHand random_push(const std::vector<std::string>& tools, std::uint32_t seed);
 
 /// A change of the force from one tick to the next.

@@ -1,6 +1,5 @@
-// Measures the picture of a mesh while it is carved (contact models mesh_lod and vertex). Compares the cost of updating
-// and uploading only the parts that changed since the last frame with the cost of updating and uploading the whole
-// mesh.
+// Measures the picture of a mesh while it is carved (contact models mesh_lod and vertex). Compares two ways to update
+// and upload the mesh: only the parts that changed since the last frame, or the whole mesh.
 #include <fmt/format.h>
 
 #include <cmath>

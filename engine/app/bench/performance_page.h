@@ -19,8 +19,8 @@ struct MeasuredPart {
 /// ∝ size^b on logarithmic scales. NaN if there are fewer than two sizes.
 double growth_exponent(const std::vector<BenchRow>& rows, const std::string& name);
 
-/// Returns a table of the rows in which a method of another program is faster than this program, in Markdown; a
-/// sentence if there is no such row.
+/// Returns a Markdown table of the rows in which a method of another program is faster than this program. If there is
+/// no such row, returns a sentence that says so.
 std::string slower_table(std::span<const MeasuredPart> parts);
 
 /// Writes FILE.md and one SVG per plot, in a folder of the same name beside it. Each file is written completely or not

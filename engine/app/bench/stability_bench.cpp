@@ -156,8 +156,9 @@ double critical(double guess, F&& course) {
   return std::sqrt(low * high);
 }
 
-/// Adds the rows for a carver (the thread that updates the tissue) that stalls. Each row contains the worst result of
-/// several hands, for one law of the force, one motion of the hand and one duration of the stall.
+/// Adds the rows that show what the hand feels while the carver (the thread that updates the tissue) stalls. Each row
+/// belongs to one force law, one motion of the hand and one duration of the stall, and contains the worst result of
+/// several hands.
 void carver_stall_rows(bool quick, std::vector<BenchRow>& rows) {
   const std::vector<double> stalls =
       quick ? std::vector<double>{0.2, 1.0} : std::vector<double>{5e-3, 10e-3, 20e-3, 50e-3, 0.1, 0.2, 0.5, 1, 2, 5};

@@ -1,8 +1,8 @@
-// Compares the cost of this program's surface mesh with OpenVDB's volumeToMesh, in one run and on one thread. The
-// inputs are the whole molar with voxels of 0.05 mm, the part of the molar that changes in one frame of drilling, and a
-// ball on grids with which both meshes have the same error. The row "triangles" measures only the meshing, which is
-// what volumeToMesh does. The row "picture" measures all work of a TissueView: it also reads the samples from the
-// volume and finds the tissues below the surface.
+// Compares the cost of this program's surface mesh with OpenVDB's volumeToMesh, in one run and on one thread. There are
+// three inputs: the whole molar with voxels of 0.05 mm; the part of the molar that changes in one frame of drilling;
+// and a ball. For the ball, each program gets a grid with which its mesh has the same error as the other mesh. The row
+// "triangles" measures only the meshing, because volumeToMesh does nothing else. The row "picture" measures all work of
+// a TissueView, which also reads the samples from the volume and finds the tissues below the surface.
 #include <fmt/format.h>
 
 #include <algorithm>
