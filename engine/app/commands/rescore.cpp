@@ -159,7 +159,8 @@ std::string cell_of(const Row& value) {
   return '"' + text + '"';
 }
 
-/// Makes a CSV table with one row per session, and a column for every item that occurs in any session.
+/// Makes a CSV table with one row per session. There is a column for each item of a score that occurs in at least one
+/// session.
 std::string table_of(const std::vector<Row>& rows) {
   const std::vector<std::string> first{"session", "date", "trainee",    "scene",  "truncated",
                                        "points",  "full", "completion", "passed", "error"};

@@ -257,7 +257,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
                               nullptr);
       vkCmdPushConstants(commands_, inputs_.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof pass, &pass);
       vkCmdDispatch(commands_, static_cast<std::uint32_t>(groups), 1, 1);
-      // The barrier makes the changes of this pass visible to the next pass, and its results visible to the CPU.
+      // The barrier makes the data that this pass has written visible to the next pass and to the CPU.
       gpu::memory_barrier(commands_, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
                           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_HOST_BIT,
                           kShaderAccess | VK_ACCESS_2_HOST_READ_BIT);
