@@ -43,9 +43,9 @@ inline constexpr double kMostLapses = 0.06;  // largest lapse rate in the fit (W
 
 /// Fits the function by maximum likelihood. The confidence intervals come from the profile likelihood (χ² with one
 /// degree of freedom). Requires at least one judgement with a difference other than 0. The bias is limited to the range
-/// of the differences. After 80 trials of an adaptive staircase, the estimate of the just-noticeable difference is on
-/// average 5 to 10 % too low, which is a known effect (Kaernbach 2001). The interval still contains the true value in
-/// 95 % of the cases.
+/// of the differences. If the trials come from an adaptive staircase, the estimate of the just-noticeable difference is
+/// too low: after 80 trials by 5 to 10 % on average. This is a known effect (Kaernbach 2001). But the confidence
+/// interval still contains the true value in 95 % of the cases.
 PsychometricFit fit_psychometric(std::span<const Judgement> judgements);
 
 /// Returns the fraction chosen / count with its exact 95 % confidence interval (Clopper & Pearson 1934).

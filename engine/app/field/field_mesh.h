@@ -12,10 +12,10 @@
 
 namespace typodont {
 
-/// Sets the vertex normals to the gradient of the distance function. Without this, a coarse mesh would look faceted,
-/// because the mesher treats a bend between two large triangles as a crease (a sharp edge). At a real crease, the
-/// normal of the mesher is kept. `lo`: m, frame W, origin of the vertices; `step`: m, half the distance of the two
-/// points with which the gradient is computed.
+/// Sets the normal of each vertex to the gradient of the distance function. With the mesher's normals, a coarse mesh
+/// would look faceted, because the mesher treats each bend between two large triangles as a crease (a sharp edge). Only
+/// at a real crease, the mesher's normal is kept. `lo`: m, frame W, origin of the vertices; `step`: m, half the
+/// distance of the two points with which the gradient is computed.
 template <class Distance>
 void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, double step, Distance&& distance) {
   /// The vertex lies at a crease if the cosine of the angle between two directions is smaller than this. The directions
