@@ -73,8 +73,8 @@ struct Lead {
   // wanted force for the bulk with a coarse tool, as a multiple of the task's mean force; a coarse tool needs less
   // energy per volume than the tissue's specific energy
   static constexpr double coarse_force = 2.7;
-  // 1/s, gain with which a force error changes the largest allowed lead (distance of the hand ahead of the target
-  // point)
+  // 1/s, gain of the control of the lead (distance of the hand ahead of the target point): the largest allowed lead
+  // changes in proportion to the force error (wanted force minus measured force)
   static constexpr double lead_per_force = 15;
   // Bounds of the largest allowed lead (distance of the hand ahead of the target point), as multiples of the lead at
   // which the force equals the task's mean force.
@@ -358,8 +358,8 @@ class Plan {
     for (const haptics::Tool& tool : tools_) above_ = std::max(above_, top_ + tool.reach() + Joining::above);
   }
 
-  /// Plans the cutting with one tool after the other, as long as the next tool reduces the error enough (ToolChoice).
-  /// Tissue thinner than `least_thickness` (m) is not cut.
+  /// Plans the cutting with one tool after the other. Ends when no other tool would reduce the error enough
+  /// (ToolChoice). Tissue thinner than `least_thickness` (m) is not cut.
   void cut(bool by_hand, double least_thickness = 0) {
     std::vector<bool> used(tools_.size());
     for (std::size_t round = 0; round < ToolChoice::most_tools; ++round) {
@@ -478,8 +478,9 @@ class Plan {
     constexpr double kStraight = 1 - 1e-9;
     return strokes.size() == 1 && glm::dot(glm::normalize(strokes[0].from.p - strokes[0].to.p), axis_) > kStraight;
   }
-  /// Adds the stroke `in` for the tool `last`, and before that for all narrower tools of the same shape, the narrowest
-  /// first, as with a set of reamers. All tools reach the same depth.
+  /// Prepares the stroke `in` of the tool `last`, as with a set of reamers: adds the same stroke for every narrower
+  /// tool of the same shape, the narrowest first. All tools reach the same depth. The caller adds the stroke of `last`
+  /// itself.
   void go_up_by_sizes(std::size_t last, const Stroke& in) {
     std::vector<std::uint32_t> sizes;
     for (std::uint32_t i = 0; i < tools_.size(); ++i) {
@@ -769,7 +770,7 @@ class Plan {
       // is larger.
       c -= Filling::down * (1 + std::floor(Filling::trusted * below * h / Filling::down));
     }
-    // Moves the instrument to a wall that is near, because otherwise a slit between instrument and wall would stay
+    // If a wall is near, moves the instrument to this wall. Otherwise a slit between instrument and wall would stay
     // unfilled.
     dvec3 aside = layer.after.gradient(end(c + reach));
     aside -= glm::dot(aside, instrument.w) * instrument.w;
@@ -791,10 +792,10 @@ class Plan {
     return portion_standing(instrument, layer, a, b, c);
   }
 
-  /// Returns the portion of filling (a dome) that the instrument adds when its centre is at the coordinates (a, b, c)
-  /// along the instrument's axes. The dome's centre is the point that the servo would choose. This is the surface point
-  /// nearest to the free end or, if the end is midway between two walls, the point below the end. Empty if the
-  /// instrument reaches no surface.
+  /// Returns the portion of filling (a dome) that the instrument adds when the centre of its head is at (a, b, c), in
+  /// coordinates along the instrument's axes. The dome's centre is the same point that the servo would choose: the
+  /// surface point nearest to the instrument's free end. If this end is midway between two walls, it is the point below
+  /// the end. Empty if the instrument reaches no surface.
   std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
                                           double b, double c) const {
     const double reach = instrument.tool.fill_reach;

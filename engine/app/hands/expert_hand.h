@@ -1,7 +1,8 @@
 // A simulated hand that carries out a task: "--hand expert:" of `typodont servo`. Expert plans strokes that change the
-// tissue to the task's ideal result. ExpertHand follows the strokes in a closed loop. It reads the tool's pose, leads
-// the tool along the stroke, presses while tissue blocks the tool, and continues when the tissue is removed. Trainees
-// can watch the recorded session and compare their own session with it.
+// tissue to the task's ideal result. ExpertHand follows the strokes in a closed loop. In every tick, the hand reads the
+// tool's pose and pulls the tool along the stroke. While tissue blocks the tool, the hand presses; when this tissue is
+// removed, the hand goes on. Trainees can watch the recording of this hand's session and compare their own session with
+// it.
 #pragma once
 
 #include <array>
@@ -143,8 +144,8 @@ class ExpertHand final : public haptics::HapticDevice {
   double most_lead_;
 };
 
-/// Runs the hand in simulated time. When a plan is finished, the expert makes the next plan from the present tissue,
-/// until a plan is empty. `each` is called after every tick.
+/// Runs the hand in simulated time. After each finished plan, the expert makes the next plan from the present tissue.
+/// The run ends when a plan is empty. `each` is called after every tick.
 void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert,
                 const std::function<void(const ServoTick&, const Cut*)>& each);
 

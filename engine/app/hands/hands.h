@@ -32,8 +32,8 @@ struct Hands {
   std::unique_ptr<haptics::HapticDevice> left;
 };
 
-/// Function that creates a hand that a window or a headset controls. Its arguments are the scheme and the rest of an
-/// address, for example "mouse" and "", or "openxr" and "right".
+/// Function that creates a hand whose motion comes from a window or a headset. Its two arguments are the parts of the
+/// hand's address before and after the colon, for example "mouse" and "", or "openxr" and "right".
 using WindowHands =
     std::function<std::unique_ptr<haptics::HapticDevice>(const std::string& scheme, const std::string& rest)>;
 

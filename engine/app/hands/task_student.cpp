@@ -49,7 +49,8 @@ constexpr double kBridged = 1e-3;
 // m; the same limit as kBridged, for a coarse tool. For a part of this length, lifting the tool would take longer than
 // moving along the part.
 constexpr double kCoarseBridged = 3e-3;
-// m; a connection between two passes that is longer than this leads up over the tissue instead of straight
+// m; if the straight way from one pass to the next is shorter than this, the tool takes it; otherwise the tool moves
+// up, across and down
 constexpr double kStraight = 3e-3;
 constexpr double kHop = 0.3e-3;  // m, height step of the search for a free path between two strokes
 // m; a row of strokes that is longer than this begins with a ramp, on which the bur enters the tissue
@@ -107,8 +108,8 @@ class StrokePlanner {
     }
     if (!finish) return std::move(strokes_);
     bulk_ = false;
-    // Cuts the edges between floor and walls first, and then the walls from below, so that the side of a long head cuts
-    // a steep wall in one pass.
+    // Makes passes along the walls. Begins at the edges between floor and walls, and continues upward. So the side of a
+    // long head cuts a steep wall in one pass.
     for (const double height : floors())
       for (Chain& wall : walls_at(height)) take(wall, /*closed=*/true);
     for (double height = layers_.back().height; height < layers_.front().height; height += step_) {
@@ -247,8 +248,9 @@ class StrokePlanner {
     }
     return p;
   }
-  /// Returns a straight path for a head that fits the ideal (the tissue that must remain) exactly, for example a reamer
-  /// with the diameter of the hip's socket. For such a head, the grid contains no free position. Empty for other heads.
+  /// Returns a straight path for a head that fits exactly into the ideal (the tissue that must remain), for example a
+  /// reamer with the diameter of the hip's socket. Such a head has no free position on the grid, so it needs this
+  /// separate path. Empty for other heads.
   std::optional<Chain> close_fit() const {
     dvec3 p = centered({lo_ + 0.5 * grid_ * glm::dvec2(count_ - 1), top_});
     const auto down_to = [&](double height) {
@@ -266,8 +268,8 @@ class StrokePlanner {
     return Chain{above, p};
   }
 
-  /// Finds the positions of a horizontal layer of the grid, at this height, that the head can reach from the layer
-  /// above.
+  /// Makes the horizontal layer of the grid at this height: finds the positions that the head can reach from the layer
+  /// above. `above`: null for the highest layer.
   Layer layer_at(double height, const Layer* above) const {
     Layer layer{height, std::vector<std::uint8_t>(cell(count_.x - 1, count_.y - 1) + 1)};
     std::vector<std::uint8_t> free(layer.in.size());
@@ -484,8 +486,8 @@ class StrokePlanner {
     }
   }
 
-  /// Returns true if the row at p can be omitted, because a coarse tool removes the tissue below p in its passes along
-  /// the floor.
+  /// Returns true if no row of strokes is needed at p. This is the case for a coarse tool near the floor, because its
+  /// passes along the floor remove the tissue below p.
   bool left_to_floor(const dvec3& p) const {
     if (!coarse_) return false;
     const auto floor = lowest(p.x, p.y);
