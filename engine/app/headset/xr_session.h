@@ -38,8 +38,8 @@ class XrSession {
   // The next functions are called by the thread that runs the session. start() begins the recording of frame times, if
   // the options request it. `began`: time of the session's start.
   void start(Nanos began);
-  /// Checks the headset. Returns false if the user has ended the session. Throws RunFailure if the runtime is lost, or
-  /// if it has not answered for the time `stall_s` of the rig file.
+  /// Checks the headset. Returns false if the user has ended the session. Throws RunFailure if the headset's runtime is
+  /// lost, or if it has not answered for a time that the rig file states as `stall_s`.
   bool step();
   /// Ends the session with the runtime. If the headset's thread hangs in a call of the runtime, the thread is
   /// abandoned.

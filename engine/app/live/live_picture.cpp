@@ -186,8 +186,8 @@ void LivePicture::show_next_view(const ServoTick& tick) {
   views_->look(Eyes::kTrainee, next);
 }
 
-/// Returns a section plane through an axis, along the arch or across it. The axis is that of the drill if the drill is
-/// in its bed (drilled hole), otherwise that of the planned implant. (x points along the arch and y to the tongue;
+/// Returns a section plane, along the arch or across it. The plane contains the drill's axis if the drill is in its bed
+/// (drilled hole), otherwise the axis of the planned implant. (x points along the arch and y to the tongue;
 /// docs/interface.md, "bone".)
 glm::dvec4 LivePicture::section_through_implant(const ServoTick& tick) const {
   const bool in_bed = tick.level != session::implant_level::kFree && tick.level != session::implant_level::kPlaced;
@@ -349,15 +349,16 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   }
   drew_last_ = false;
   if (options_.embedded) return;  // the operator's window itself waits between two frames
-  // After half a second without motion, this loop checks the hand's motion only forty times per second, to save
-  // computing time. A mouse event ends the wait between two checks early. Events of other hands do not end it, because
-  // some hands send a thousand events per second.
+  // After half a second without motion, the loop checks only forty times per second whether the hand moves; this saves
+  // computing time. A mouse event ends the wait between two checks early. Other hands do not end this wait, because
+  // some of them send a thousand events per second.
   if (last_turn_ - last_drawn_ > kNanosPerSecond / 2) stage_->output().wait(25'000'000);
   if (now() - last_turn_ < kBriefWait) std::this_thread::sleep_for(std::chrono::nanoseconds(kBriefWait));
 }
 
-/// Chooses the level of detail and the quality of the next frame, from measurements of this frame of the trainee's
-/// picture. Only this picture is measured, so that other pictures do not reduce its quality.
+/// Chooses the level of detail and the quality of the next frame of the trainee's picture, from measurements of its
+/// present frame. The time of other pictures does not count, so they do not reduce the quality of the trainee's
+/// picture.
 void LivePicture::follow(const render::FrameStats& stats, double dt, const ServoTick& tick) {
   Wiring& wiring = session_.wiring;
   if (detail_->follow(stats.pixel, ladder_.step())) wiring.tolerance = detail_->tolerance();
