@@ -355,7 +355,8 @@ void LiveViews::run() {
   }
 }
 
-/// Stores a result for the render thread. If an older result for the same picture is still waiting, it is replaced.
+/// Stores a result for the render thread. If an older result for the same picture has not been used yet, the new result
+/// replaces it.
 void LiveViews::keep(Made made) {
   const std::lock_guard lock(mutex_);
   std::erase_if(made_,

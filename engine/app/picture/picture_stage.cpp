@@ -71,8 +71,8 @@ bool same_light(const render::Lights& a, const render::Lights& b) {
 
 bool looks_same(const Pose& a, const Pose& b) {
   const dquat turn = a.R * (glm::dot(a.R, b.R) < 0 ? -1.0 : 1.0) - b.R;
-  // Two poses count as equal if the positions differ by at most 1e-7 m, and the rotations by at most 5e-6 rad (the
-  // quaternions by 2.5e-6).
+  // Two poses count as equal if the positions differ by at most 1e-7 m and the rotations by at most 5e-6 rad. A
+  // difference of 2.5e-6 between two quaternions is a rotation of 5e-6 rad.
   return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;
 }
 
@@ -297,7 +297,8 @@ void PictureStage::follow_pixels(double pixel) {
 }
 
 void PictureStage::add_cursor(const Pose& X_WG, render::Frame& frame) {
-  // m: margin of the ring around the tool, distance between two dots, length of the row of dots, radius of a dot
+  // m. kRoom: distance between the tool and the ring around it; kStep: distance between two dots; kReach: length of the
+  // row of dots; kDot: radius of a dot.
   constexpr double kRoom = 0.2e-3, kStep = 0.5e-3, kReach = 10e-3, kDot = 0.05e-3;
   const haptics::Tool& held = tool();
   const dvec3 down = X_WG.R * dvec3(0, 0, -1);
@@ -466,8 +467,8 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
       // render pass
       stats.passes += static_cast<int>(target->layers.size());
     ring_.submit(device_, target->ready, target->done);
-    // Time until the frame is visible. It consists of recording and submission on the CPU, drawing on the GPU, and half
-    // a refresh period of the screen, which is the mean waiting time.
+    // Computes the time until the frame is visible. This is the sum of three times: recording and submission on the
+    // CPU; drawing on the GPU; and half a refresh period, which is the mean time until the screen is refreshed.
     const auto shown = [this, began](double more) {
       timing_.shown = to_seconds(now() - began) + more + 0.5 * output_->refresh_period();
       latency_ += 0.1 * (std::min(timing_.shown, 0.1) - latency_);

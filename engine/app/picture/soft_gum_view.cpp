@@ -239,7 +239,8 @@ void SoftGumView::make(std::size_t index) {
     const float blood = blood_at(rest.origin + dvec3(vertex.p));
     if (moved == glm::vec3(0) && !(blood > 0)) continue;
     at_rest = false;
-    // If a surface with normal n is lowered by h, which varies along the surface, its new normal is n + ∇h.
+    // Computes the new normal. If each point of a surface with the normal n is lowered by a depth h, the new normal is
+    // n + ∇h.
     vertex.p += moved;
     vertex.n = glm::normalize(vertex.n + slope - glm::dot(slope, vertex.n) * vertex.n);
     if (blood > 0) {
