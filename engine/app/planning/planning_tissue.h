@@ -51,8 +51,8 @@ class PlanningTissue {
   bool inside(const glm::ivec3& p) const {
     return glm::all(glm::greaterThanEqual(p, glm::ivec3(0))) && glm::all(glm::lessThan(p, size_));
   }
-  /// Computes the geodesic distances (along paths inside the tissue) from the sample `from` to all samples of its
-  /// connected piece of one tissue, counted in samples. The list is sorted by distance, so the farthest sample is the
+  /// Computes the lengths of the paths inside a connected piece of one tissue, from the sample `from` to every other
+  /// sample of this piece. A length is a number of samples. The list is sorted by length, so the farthest sample is the
   /// last.
   std::vector<std::pair<glm::ivec3, int>> distances_within_piece(const glm::ivec3& from) const;
 

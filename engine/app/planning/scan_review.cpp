@@ -181,8 +181,8 @@ void ScanReview::take(const LabelRequest& request, haptics::Imported labels) {
     const std::vector<haptics::Correction> again = std::exchange(step, {}).corrections;
     for (const haptics::Correction& correction : again) apply(step, correction);
   }
-  // removes the steps that replaced the whole tissue, because such steps contain no corrections that could be applied
-  // to the new labels
+  // Removes the steps that replaced the whole tissue. Such steps contain no corrections, so they cannot be repeated
+  // with the new labels.
   std::erase_if(steps_, [](const Step& step) { return step.corrections.empty(); });
   done_ = steps_.size();
 }
