@@ -290,7 +290,8 @@ class Drawing {
     label(0.5 * eye, -6, -4, kInk, fmt::format("{}, {} down", mm(spec_.eye_distance), whole_degrees(spec_.gaze)), 1);
     label(dvec3(0, 0.5 * spec_.arm_box.y, -0.5 * spec_.arm_box.z), 4, -2, kArm, "arm's reach");
 
-    // Draws dimensions: at the left, the heights above the work position; at the bottom, the distances from it.
+    // Draws the dimensions of the bench, measured from the point at which the user works: at the left, the heights
+    // above this point; at the bottom, the distances from it.
     const double left = view.left + 16, right = view.left + view.width - 16;
     const At origin = view(dvec3(0));
     page_.colour(kFaint);

@@ -33,7 +33,7 @@ constexpr double kRate = 1000;                   // Hz, rate of the servo
 // moved between them. A larger change counts as a step.
 constexpr double kSpring = 1.1 * 1000;
 constexpr double kSeconds = 2.5;  // s, duration of the motion of a random hand
-// number of ticks without contact; a contact after at least this many such ticks counts as a new touch
+// number of ticks; a contact is a new touch only if more than this number of ticks without contact came before it
 constexpr std::size_t kFreeTicks = 30;
 
 Scene push_scene(const std::string& tool, const std::string& spindle) {

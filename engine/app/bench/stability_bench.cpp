@@ -40,8 +40,9 @@ struct Clock {
   double jitter = 0;   // largest deviation of a period from its mean, as a fraction of the period
 };
 
-/// Simulates a hand at a wall. `wall` gives the force (N) for a height above the surface (m) and the time since the
-/// previous tick (s). Between two ticks, the motion of the mass is integrated exactly.
+/// Simulates a hand at a wall. `wall` is a function that returns the force (N) of the wall; its arguments are the
+/// hand's height above the surface (m) and the time since the previous tick (s). Between two ticks, the motion of the
+/// hand's mass is integrated exactly.
 Course play(double stiffness, const Clock& clock, const std::function<double(double, double)>& wall,
             const std::function<double()>& energy) {
   const double rest = -kPush / stiffness;
