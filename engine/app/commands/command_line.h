@@ -54,7 +54,8 @@ class Option {
   Option* show_default();
   /// The option takes `count` values.
   Option* expected(int count);
-  /// Lets the user omit the option's value; the value is then `usual`. `word`: name of the value in the help.
+  /// Lets the user write the option without a value; its value is then `usual`. `word`: word that stands for the value
+  /// in the help.
   Option* optional_word(const std::string& usual, const std::string& word);
 
  private:

@@ -182,7 +182,7 @@ void run_synth(const SynthCommand& c) {
   audio::ContactTrack track;
   if (!c.contact.empty()) track = audio::read_contact_track(c.contact);
 
-  // Finds the spindle speed at which the model sounds as in the recording to which it was fitted.
+  // Chooses the spindle speed at which the model gives the same sound as the recording to which it was fitted.
   std::string reference = "model";
   if (c.spindle_krpm > 0) {
     models.free_speed = c.spindle_krpm * kKrpm;

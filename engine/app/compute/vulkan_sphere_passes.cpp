@@ -29,7 +29,8 @@ using haptics::SweptBall;
 using haptics::packing::CutSphere;
 
 constexpr std::size_t kGroup = 64;  // number of threads per group; it must equal the value in the shaders
-// Largest number of groups. For a larger tissue, each thread processes several spheres.
+// Largest number of thread groups. If the tissue has more spheres than these groups have threads, each thread processes
+// several spheres.
 constexpr std::size_t kMostGroups = 1024;
 constexpr std::size_t kMostBalls = 2048;  // largest number of spheres of a tool
 constexpr std::size_t kLeastResults = 65536;
