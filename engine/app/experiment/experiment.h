@@ -72,8 +72,8 @@ class Experiment {
   explicit Experiment(const ExperimentPlan& plan);
 
   bool over() const;
-  /// Returns the completed fraction of the experiment, 0..1. It is the larger of two ratios: completed trials divided
-  /// by all trials, and completed turns (reversals of the staircase) divided by all turns.
+  /// Returns how much of the experiment is completed, 0..1. This is the larger of two fractions: the fraction of the
+  /// planned trials, and the fraction of the planned turns (reversals of the staircase).
   double fraction() const;
   /// Returns the present trial. It stays the same until answer() is called.
   const Trial& trial() const { return next_; }
