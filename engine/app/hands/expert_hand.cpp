@@ -93,11 +93,11 @@ struct Lead {
 /// Parameters for connecting the planned strokes into one sequence of steps (ExpertLeg).
 struct Joining {
   static constexpr double straight_on = 0.9,
-                          // cosines of the angle between two consecutive strokes: above straight_on, the hand keeps its
-                          // full speed; below `turn`, the change of direction counts as sharp
+                          // Cosines of the angle between two consecutive strokes. If the cosine is above straight_on,
+                          // the hand keeps its full speed. If it is below `turn`, the hand slows down most.
       turn = 0.3;
-  // m/s, speeds at the transition between strokes: aside_pace for cosines between `turn` and `straight_on`, turn_pace
-  // for sharper turns
+  // m/s, speeds of the hand where one stroke ends and the next begins. aside_pace: if the cosine of the angle between
+  // the strokes lies between `turn` and `straight_on`; turn_pace: if the cosine is smaller than `turn`.
   static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
   static constexpr double coarse_haste = 2.5;  // with a coarse tool, aside_pace and turn_pace are multiplied by this
   // m; two strokes with a gap smaller than this count as one continuous stroke
@@ -216,7 +216,7 @@ struct Filling {
   static constexpr double longer = 1.2, least_time = 0.1;
 };
 
-/// Parameters that decide when the work ends.
+/// Parameters that decide when the hand stops cutting and filling.
 struct Rounds {
   // If no filling was added since the last round of cutting, another round is planned only if the last round was
   // useful: the error (volume that differs from the ideal result) must now be smaller than this fraction of the error
@@ -678,9 +678,10 @@ class Plan {
     return voxels;
   }
 
-  /// Finds the best portion for q, a voxel in which filling is missing, and its radius in voxels. Null if no portion
-  /// has a gain. The gain is the missing volume in the portion up to a height of Filling::layer above q, minus the cost
-  /// of excess filling. Filling at larger heights does not count as a gain, because it would block the instrument.
+  /// Finds the best portion of filling for the voxel q, in which filling is missing, and the radius of this portion in
+  /// voxels. Null if no portion has a gain. The gain is the missing volume that the portion fills, minus the cost of
+  /// excess filling. Only the volume up to a height of Filling::layer above q counts, because filling at larger heights
+  /// would block the instrument.
   const Portion* best_for(const dvec3& q, const session::Preparation& in, const Instrument& instrument,
                           const std::vector<Spot>& spots, double& radius) const {
     const Portion* best = nullptr;

@@ -494,8 +494,8 @@ class StrokePlanner {
     return floor && p.z - *floor < kAtOnce * tool_.diameter;
   }
 
-  /// Adds a ramp along the row, from the layer above down to the row. A bur must not move straight down, because its
-  /// end cuts badly.
+  /// Adds a ramp, on which the bur enters the tissue: from the layer above, the bur moves down along the row. A bur
+  /// must not move straight down, because its end cuts badly.
   void enter(const Chain& row) {
     if (row.size() < 2 || glm::length(row.back() - row.front()) < ramp_) return;
     if (std::none_of(row.begin(), row.end(), [&](const dvec3& p) { return useful(p); })) return;
@@ -504,8 +504,8 @@ class StrokePlanner {
     stroke({above, row.back(), row.front()});
   }
 
-  /// Finds the cells of the grid layer `in` that are more than `away` cells away from every cell outside `in`. The edge
-  /// of the grid does not count as outside.
+  /// `in` marks cells of a grid layer. Returns the marked cells that are more than `away` cells away from every cell
+  /// that is not marked. Beyond the edge of the grid, there are no cells, so the edge itself has no effect.
   std::vector<std::uint8_t> inner(const std::vector<std::uint8_t>& in, int away) const {
     std::vector<std::uint8_t> result = in;
     for (int i = 0; i < count_.x; ++i) {
