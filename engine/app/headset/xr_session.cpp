@@ -78,8 +78,8 @@ void end_hard_at_exit() {
 
 }  // namespace
 
-/// All data of the headset's thread except the channels to other threads (Wiring). This object continues to exist if
-/// the thread hangs and is abandoned.
+/// All data of the headset's thread except the channels to other threads (Wiring). If the thread hangs, the program no
+/// longer waits for it, but this object continues to exist, because the thread might still use it.
 struct XrSession::Thread {
   display::DisplayRig rig;
   haptics::ServoSettings servo;

@@ -16,7 +16,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// ns; if the GPU device is lost again within this time, it counts as broken
+// ns; if the GPU device is lost and was created again less than this time ago, it is assumed to be broken and is not
+// created again
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 // ns, time between two searches for changed bricks (mesh blocks) while the pictures are drawn by the CPU
 constexpr Nanos kProcessorMeshInterval = 33'000'000;
@@ -376,8 +377,8 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
   // With software rendering, the CPU also composes and presents the picture. The cost of a frame must include this
   // work, so it is measured as the time between two consecutive frames.
   const bool on_end = std::exchange(drew_last_, true) && stage_->device().processor && !options_.embedded;
-  // While the picture is at rest, only a few bricks (mesh blocks) are redrawn per frame. The short time of such a frame
-  // must not raise the quality. Otherwise the quality would rise and fall again and again.
+  // While nothing moves in the picture, a frame redraws only a few bricks (mesh blocks) and takes a short time. This
+  // short time must not raise the quality. Otherwise the quality would fall again as soon as something moves.
   const bool refined = stats.redrawn < 1 && stage_->tool_at_rest() && tick.cuts == ladder_cuts_;
   ladder_cuts_ = tick.cuts;
   if (!refined && ladder_.frame_took(on_end && dt > ladder_.slow() ? std::max(dt, took.cost()) : took.cost())) {
