@@ -106,7 +106,7 @@ void LiveViews::take(MeshBatch batch) {
   }
 }
 
-/// Applies those settings of the picture (its Look) that need no result of the computing thread.
+/// Applies the picture's view and section plane (a part of its Look). They need no result of the computing thread.
 void LiveViews::show_as(Picture& p) {
   const bool difference = p.look.view == render::View::kDifference;
   p.stage->show_as(difference && !ideal_ ? render::View::kLook : p.look.view, p.wish.plane);

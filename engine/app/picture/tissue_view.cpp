@@ -68,9 +68,9 @@ namespace {
 
 // voxels, the program searches for another tissue below a vertex only up to this depth
 constexpr int kSearchDepth = 14;
-// Voxels. If the natural (uncut) tissue reached at least this far above a vertex, the vertex counts as cut. Shallower
-// cuts are not recognised. With a larger value, natural fissures (narrow grooves) would count as cuts, because their
-// opposite wall is near.
+// Voxels. A vertex counts as cut if the tissue, before it was cut, reached at least this far above the vertex.
+// Shallower cuts are not recognised. With a larger value, the natural fissures (narrow grooves) of a tooth would count
+// as cuts, because the opposite wall of a fissure is near.
 constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
     // number of existing bricks (mesh blocks) that one update meshes again after a change of the tolerance. So few
@@ -203,8 +203,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     }
     for (float way = 0.75f; way < reach; way += 0.5f) {
       if (seen_at(way) == outside) continue;
-      // The lower tissue begins within the last step of the search. A bisection finds the boundary with a precision of
-      // an eighth of a voxel.
+      // Between the last two points of the search, a deeper tissue begins. Finds the depth of this boundary by
+      // bisection, with a precision of an eighth of a voxel.
       float near = std::max(way - 0.5f, 0.5f), far = way;
       for (int i = 0; i < 2; ++i) {
         const float middle = 0.5f * (near + far);

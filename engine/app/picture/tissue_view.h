@@ -21,7 +21,7 @@
 namespace typodont {
 
 /// Meshes the whole surface, with shared vertices. `tolerance`: voxels, largest distance of the mesh from the surface.
-/// `progress` receives the completed fraction 0..1; this function may throw an exception to stop the work.
+/// `progress` receives the completed fraction 0..1; the function `progress` may throw an exception to stop the meshing.
 surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance,
                                  const std::function<void(double)>& progress = {});
 /// Makes the whole surface from the tissue's own triangles (TissueSurface::mesh). Positions are in voxels of `frame`.
