@@ -9,8 +9,9 @@
 
 namespace typodont {
 
-/// Returns the folder of the shipped assets. It is $TYPODONT_ASSETS; if this variable is not set, the folder beside the
-/// program or library, or the folder in the source tree. Throws Error.
+/// Returns the folder of the shipped assets. If the environment variable TYPODONT_ASSETS is set, this is the folder
+/// that it names. Otherwise the folder is searched for beside the program or library, and in the folders above (for
+/// example in the source tree). Throws Error.
 std::filesystem::path assets_folder();
 /// Folders in which the program searches for the files to which a scene refers.
 struct ScenePlace {
@@ -19,7 +20,8 @@ struct ScenePlace {
   // Allowed folders: a file, with its symbolic links followed, must lie in one of them or in assets/. Empty: every
   // folder is allowed.
   std::vector<std::filesystem::path> within;
-  /// number of recordings that were opened one after the other to find this scene; at most 32
+  /// The scene of a recording can refer to an earlier recording, which this recording continues. This is the number of
+  /// such recordings that were opened one after the other to find this scene; at most 32.
   int recordings = 0;
 
   ScenePlace() = default;

@@ -241,8 +241,8 @@ class Drawing {
     frame(view, "From the user's right");
     const dvec3& eye = plan_.rig.head.eye_center;
     const auto panel = corners_of(plan_.rig.screen), picture = corners_of(plan_.picture);
-    // Draws the light rays that go from the panel's edges to the mirror glass and are reflected to the eyes. Dashed
-    // lines lead to the points behind the glass from which the light seems to come.
+    // Draws the light rays from the panel's edges to the mirror glass, and from there to the eyes. Dashed lines
+    // continue the reflected rays behind the glass, to the points from which the light seems to come.
     for (const std::size_t corner : {0u, 2u}) {
       page_.colour(kFaint);
       page_.dash({});
@@ -290,7 +290,8 @@ class Drawing {
     label(0.5 * eye, -6, -4, kInk, fmt::format("{}, {} down", mm(spec_.eye_distance), whole_degrees(spec_.gaze)), 1);
     label(dvec3(0, 0.5 * spec_.arm_box.y, -0.5 * spec_.arm_box.z), 4, -2, kArm, "arm's reach");
 
-    // Draws dimensions: at the left, the heights above the work position; at the bottom, the distances from it.
+    // Draws the dimensions of the bench, measured from the point at which the user works: at the left, the heights
+    // above this point; at the bottom, the distances from it.
     const double left = view.left + 16, right = view.left + view.width - 16;
     const At origin = view(dvec3(0));
     page_.colour(kFaint);

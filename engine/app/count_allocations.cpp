@@ -17,7 +17,7 @@ namespace {
   std::free(p);
 }
 
-// Size of the reserve in bytes. It only uses address space and no memory, because it is never written.
+// Size of the reserve in bytes. The reserve is never written, so it uses only address space and no memory.
 constexpr std::size_t kReserve = 4 << 20;
 std::atomic<void*> g_reserve{std::malloc(kReserve)};
 

@@ -38,7 +38,8 @@ namespace {
 constexpr double kRate = 1000;  // Hz, rate of the servo
 // s, typical duration of the demonstration with the shipped scene; used to estimate the remaining time
 constexpr double kUsualLength = 89;
-constexpr double kDuring = 0.4;  // the picture "during" is drawn after this fraction of the strokes
+// the picture with the name "during" is drawn when this fraction of the strokes is done
+constexpr double kDuring = 0.4;
 
 /// Estimates the time that the demonstration still takes, from the pictures drawn so far. A picture takes longer while
 /// the drill works, because the tissue changes and the spray and the debris move.
@@ -49,16 +50,17 @@ class TimeLeft {
   void drew(double seconds, bool drilling) {
     double& each = drilling ? drilling_ : exploring_;
     int& count = drilling ? drilled_ : explored_;
-    // The first pictures of each kind (with and without a working drill) are not timed, because they include set-up and
-    // the encoder of the film buffers them.
+    // The first pictures with a working drill, and the first ones without, are not timed. Their times would be wrong,
+    // because they include set-up, and because the film's encoder only buffers these pictures.
     if (++count <= kUntimed) return;
     each += (seconds - each) / std::min(count - kUntimed, kRemembered);
   }
-  /// Adds the time (s) that the pictures of one moment took. The demonstration saves pictures in the best quality at
-  /// kMoments moments.
+  /// Adds the time (s) for the pictures of one moment. At kMoments moments of the session, the demonstration saves
+  /// pictures in the best quality.
   void took_pictures(double seconds) { ++moments_, pictures_ = seconds; }
   bool known() const { return explored_ > kUntimed + kTimed || measured(); }
-  /// Returns true as soon as the time of a picture with a working drill is measured and no longer assumed.
+  /// Returns true as soon as enough pictures with a working drill are measured. Until then, the time of such a picture
+  /// is estimated from the pictures without a working drill.
   bool measured() const { return drilled_ > kUntimed + kRemembered; }
   /// Returns the time left, s. `left`: s, remaining duration of the session.
   double seconds(double left) const {
@@ -68,15 +70,16 @@ class TimeLeft {
 
  private:
   static constexpr int kUntimed = 30, kTimed = 15, kRemembered = 100, kMoments = 3;
-  // Measured costs, in multiples of the time of a picture without a working drill. kDrillingCost: a picture with a
-  // working drill; kEnding: the report and the completion of the films.
+  // Measured times, as multiples of the time of a picture without a working drill. kDrillingCost: time of a picture
+  // with a working drill; kEnding: time for the report and for completing the films.
   static constexpr double kDrillingCost = 1.7, kEnding = 60;
   double fps_, exploring_ = 0, drilling_ = 0, pictures_ = 0;
   int explored_ = 0, drilled_ = 0, moments_ = 0;
 };
 
-/// Returns the quality of the film. The best level would take too long for thousands of full-HD frames. Only the
-/// handpiece has the best level: it fills a large part of a frame, and large triangles would spoil its highlights.
+/// Returns the quality of the film. The best quality level would take too long for thousands of full-HD frames. Only
+/// the handpiece is drawn with the triangles of the best level: it fills a large part of a frame, and with large
+/// triangles its highlights would look wrong.
 render::Quality film_quality() {
   render::Quality quality = render::kQualityLadder[2];
   quality.handpiece_side = render::kQualityLadder[0].handpiece_side;

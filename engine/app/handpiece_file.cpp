@@ -62,8 +62,8 @@ HandpiecePart read_part(const Json& json) {
   return part;
 }
 
-/// Returns the type of the shank from an ISO 6360 code. It is the second group of digits: 314 in "500 314 001001 012".
-/// Returns 0 if the code has no such group.
+/// Returns the shank type that an ISO 6360 code states in its second group of digits, for example 314 in "500 314
+/// 001001 012". Returns 0 if the code has no second group.
 int shank_type(const std::string& iso_code) {
   const std::size_t space = iso_code.find(' ');
   return space == std::string::npos ? 0 : std::atoi(iso_code.c_str() + space);

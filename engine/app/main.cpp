@@ -33,8 +33,8 @@ namespace {
 const typodont::haptics::SpherePassesRegistration kSpherePasses{typodont::make_vulkan_sphere_passes};
 }  // namespace
 
-/// Flushes standard output. Returns the exit status, which reports a failure if the output could not be written, for
-/// example to a full disk.
+/// Flushes standard output. Returns the exit status of the program. It is a failure if the output could not be written,
+/// for example because the disk is full.
 static int written_out() {
   errno = 0;
   std::cout.flush();

@@ -20,11 +20,12 @@ using namespace literals;
 
 constexpr const char* kTools[] = {"round_006", "round_012",         "round_023", "cylinder_010",     "flame_012",
                                   "pear_010",  "inverted_cone_010", "explorer",  "implant_drill_028"};
-constexpr double kLanded = 0.5;     // s, time after the start at which the hand rests on the surface
-constexpr double kAfter = 1.0;      // s, time from the end of the carver thread's stall to the end of a run
-constexpr double kFade = 0.1;       // s, law kFadeOnStale: time constant with which the force decreases
-constexpr double kComeBack = 0.25;  // s, law kFadeOnStale: time after the stall until the force has its full value
-constexpr double kRow = 5e-3;       // s, time between two rows of the table with the hand's planned positions
+constexpr double kLanded = 0.5;  // s, time after the start at which the hand rests on the surface
+constexpr double kAfter = 1.0;   // s, time that a run continues after the stall of the carver thread has ended
+constexpr double kFade = 0.1;    // s, law kFadeOnStale: time constant with which the force decreases during the fault
+// s, law kFadeOnStale: time after the fault in which the force grows from zero to its full value
+constexpr double kComeBack = 0.25;
+constexpr double kRow = 5e-3;  // s, time between two rows of the table that contains the hand's planned positions
 
 /// The planned motion and the parameters of the simulated hand. Times are in s from the start of the run.
 struct Course {

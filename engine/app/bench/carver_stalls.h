@@ -9,12 +9,14 @@
 
 namespace typodont {
 
-/// Laws for the force while the carver (the thread that updates the tissue) is late. kServo is the program's own law.
-/// The other laws exist for comparison. They change the force after the servo has computed it, depending on the tick's
-/// fault bits. So the servo's energy ledger does not include their effect.
+/// Laws that determine the force on the hand while the carver (the thread that updates the tissue) is late. kServo is
+/// the law that the program uses. The other laws are measured only for comparison. They change the force after the
+/// servo has computed it, depending on the fault bits of the tick. So the servo's energy ledger does not include this
+/// change of the force.
 enum class StallLaw {
   kServo,  // the force that the servo computes, unchanged
-  /// the force falls (time constant 0.1 s) during Fault::kStalePatch; 0.25 s after this fault, it has its full value
+  /// While Fault::kStalePatch is set, the force decreases with a time constant of 0.1 s. After this fault, the force
+  /// grows again, and reaches its full value after at most 0.25 s.
   kFadeOnStale,
   kZeroAtEdge,   // the force is zero while Fault::kPatchEdge is set
   kFadeAndZero,  // the laws kFadeOnStale and kZeroAtEdge together
@@ -43,15 +45,17 @@ struct StallRun {
   StallLaw law = StallLaw::kServo;
 };
 
-/// Results of one run, measured from the first tick of the stall to one second after its last tick. SI units.
+/// Results of one run, measured from the first tick of the stall until one second after the end of the stall. SI units.
 struct StallResult {
   std::string tool;
   double worst_step = 0;  // N, the largest change of the force from one tick to the next
-  double energy = 0;      // J, energy that the hand received in addition to that stored in the coupling spring
+  // J, largest energy that the hand received beyond the energy that was stored in the coupling spring
+  double energy = 0;
   double most_force = 0;  // N, largest force during the measured time
   double most_speed = 0;  // m/s, highest speed of the hand during the measured time
-  double held_back = 0;   // N, largest force that pulls the hand to the tissue while the hand moves away from it
-  double end_force = 0;   // N, force in the last tick
+  // N, largest component of the force in the direction -z of frame W, that is, towards the tissue
+  double held_back = 0;
+  double end_force = 0;  // N, force in the last tick
   std::uint32_t faults = 0;
 };
 

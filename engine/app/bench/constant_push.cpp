@@ -29,10 +29,11 @@ constexpr const char* kTissue = R"("tissue": {"volume": "teeth/molar.vdb"}, "pai
   {"tissue": "caries", "solid": {"capsule": {"a_mm": [6.6, 5.1, 18.8], "b_mm": [6.75, 6.5, 18.9], "radius_mm": 0.6}}}])";
 constexpr std::uint32_t kLawsBeforeLanding = 7;  // last version of the force laws with a force jump at first contact
 constexpr double kRate = 1000;                   // Hz, rate of the servo
-// N/m, 10 % above 1 N/mm. A force change is a step if it exceeds this stiffness times the hand's motion in the tick.
+// N/m, 10 % above 1 N/mm. The force may change between two ticks by this stiffness times the distance that the hand
+// moved between them. A larger change counts as a step.
 constexpr double kSpring = 1.1 * 1000;
 constexpr double kSeconds = 2.5;  // s, duration of the motion of a random hand
-// number of ticks without contact; a contact after at least this many such ticks counts as a new touch
+// number of ticks; a contact is a new touch only if more than this number of ticks without contact came before it
 constexpr std::size_t kFreeTicks = 30;
 
 Scene push_scene(const std::string& tool, const std::string& spindle) {
@@ -123,8 +124,8 @@ PushResult simulate_push(const PushHand& hand, const haptics::TissueVolume& tiss
 
 namespace {
 
-/// Simulates the hands with the seeds 0 to hands - 1, with the version `laws` of the force laws. The index of a result
-/// is the hand's seed.
+/// Simulates one hand for each seed from 0 to hands - 1, with the version `laws` of the force laws. Returns the results
+/// in the order of the seeds.
 std::vector<PushResult> simulate_all(std::uint32_t hands, std::uint32_t laws, const std::vector<std::string>& tools,
                                      const haptics::TissueVolume& tissue) {
   std::vector<PushResult> results(hands);

@@ -14,7 +14,7 @@ namespace typodont {
 
 /// s, time after the start of a contact during which the hand may still bounce
 inline constexpr double kPushLanding = 0.3;
-/// N; a change of the force from one tick to the next counts as a step only if it is larger than this
+/// N; the force may always change by this amount from one tick to the next; only a larger change can count as a step
 inline constexpr double kPushStep = 0.02;
 
 /// A simulated hand that pushes: a mass of 0.15 kg with a damper of 5 N·s/m, at a servo rate of 1 kHz.
@@ -25,9 +25,9 @@ struct PushHand {
 };
 /// Returns the sorted names of all rotating tools in the assets.
 std::vector<std::string> turning_tools();
-/// Returns the hand that belongs to a seed. It pushes with 0.2 to 0.8 N, is tilted by up to 0.5 rad, moves at up to 8
-/// mm/s sideways, and falls from a height of 0.2 to 4 mm onto the chewing surface. The seed also selects one of
-/// `tools`. Throws Error.
+/// Returns a random hand that depends only on the seed. The hand holds one of `tools`, and falls from a height of 0.2
+/// to 4 mm onto the chewing surface. It pushes with 0.2 to 0.8 N, is tilted by up to 0.5 rad, and moves sideways at up
+/// to 8 mm/s. Throws Error.
 PushHand random_push(const std::vector<std::string>& tools, std::uint32_t seed);
 
 /// A change of the force from one tick to the next.
@@ -37,16 +37,16 @@ struct ForceStep {
   double speed = 0;  // m/s, speed of the hand when the force changed
 };
 
-/// The largest force steps that a hand felt. The limit of a step is the larger of kPushStep and 1.1 N/mm times
-/// the distance that the hand moved in the same tick. `over` is the largest amount by which a step exceeds this
-/// limit.
+/// The largest force steps that a hand felt. A change of the force is within the limit if it is smaller than kPushStep,
+/// or smaller than 1.1 N/mm times the distance that the hand moved in the same tick. `over` is the largest amount by
+/// which a change exceeds this limit.
 struct PushSteps {
   ForceStep largest, beyond_spring;
   double over = 0;  // N, largest excess of a step over the limit that PushSteps describes
 };
 struct PushResult {
   PushSteps any;             // largest force steps in all ticks
-  PushSteps after_landing;   // largest force steps in ticks more than kPushLanding after the latest contact began
+  PushSteps after_landing;   // largest force steps, without the ticks in the first kPushLanding seconds of each contact
   double least_energy = 0;   // J, lowest value of the energy ledger in the run
   std::uint32_t faults = 0;  // bits of enum Fault that any tick set
 };

@@ -34,7 +34,7 @@ std::optional<double> number_in(const fs::path& file) {
   return number;
 }
 
-/// CPU time and energy that a piece of work used.
+/// CPU time, wall-clock time and energy that were used while a function ran.
 struct Used {
   double cpu = 0;     // s
   double wall = 0;    // s
@@ -72,8 +72,9 @@ std::optional<PackageEnergy> read_package_energy(const fs::path& powercap) {
   std::error_code none;
   std::optional<PackageEnergy> sum;
   for (const auto& zone : fs::directory_iterator(powercap, none)) {
-    // Selects the counters of whole processor packages. The name of a package has one colon (intel-rapl:0). The names
-    // of its parts have two colons; the package's counter includes their energy.
+    // Selects the counters of whole processor packages, whose names have one colon (intel-rapl:0). Counters whose names
+    // have two colons belong to parts of a package. They are not added, because the package's counter includes their
+    // energy.
     const std::string name = zone.path().filename().string();
     if (!name.starts_with("intel-rapl:") || name.find(':') != name.rfind(':')) continue;
     const auto counted = number_in(zone.path() / "energy_uj"), range = number_in(zone.path() / "max_energy_range_uj");
@@ -91,8 +92,8 @@ double energy_between(const PackageEnergy& before, const PackageEnergy& after) {
 }
 
 void energy_rows(bool quick, std::vector<BenchRow>& rows) {
-  // Each result is that of a long session minus that of a short session, so it does not include the start and the end
-  // of the program.
+  // Measures a long session and a short session, and subtracts the results of the short one. So the rows do not include
+  // the start and the end of the program.
   const double brief = 2, lasting = quick ? 4 : 22;  // s
   const TemporaryFolder folder;
   const fs::path scene = folder.path() / "scene.json", rest = folder.path() / "rest.csv",

@@ -1,5 +1,5 @@
-// Measures the energy that a live session needs: in watts on machines that measure it, and in core-seconds per minute
-// on all machines.
+// Measures how much power and computing time a live session needs: the electric power of the processor (W) on machines
+// that can measure it, and the CPU time in core-seconds per minute on all machines.
 #pragma once
 
 #include <filesystem>

@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Measures the memory of this process in bytes: its present resident size, and its largest resident size since the
+/// Measures the memory of this process in bytes: the present resident size, and the largest resident size since the
 /// last call of start().
 class Memory {
  public:
@@ -123,7 +123,8 @@ void write_jaw(const fs::path& file, const glm::ivec3& size, double voxel) {
   for (int z = 0; z < size.z; ++z) {
     for (int y = 0; y < size.y; ++y) {
       for (int x = 0; x < size.x; ++x) {
-        // sum of the grey values at eight points of the voxel; their mean simulates the partial-volume effect
+        // sum of the grey values at eight points of the voxel; a real CT also averages the grey values in a voxel
+        // (partial-volume effect)
         double sum = 0;
         for (int k = 0; k < 8; ++k)
           sum += jaw_grey((dvec3(x, y, z) + 0.5 * dvec3(k & 1, k >> 1 & 1, k >> 2)) * voxel - centre);

@@ -33,7 +33,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace literals;
 
-constexpr double kTouchTime = 0.4;  // s, time at which the hand steps onto the tissue
+constexpr double kTouchTime = 0.4;  // s, time at which the hand moves quickly from the air onto the tissue
 constexpr const char* kBaseline = "a tenth of a second, which people notice";
 
 BenchRow row(std::string name, std::string knob, double seconds, const char* per) {
@@ -45,9 +45,9 @@ BenchRow row(std::string name, std::string knob, double seconds, const char* per
           .ratio = seconds / 0.1};
 }
 
-/// Measures the time from a step of the hand to its force and sound. The hand's explorer (dental probe) rests above a
-/// block, steps onto the block at kTouchTime and stays there. So the first sound after the silence is the sound of the
-/// contact.
+/// Measures the time from a fast motion of the hand to its force and sound. The hand holds an explorer (dental probe)
+/// above a block of tissue, moves it onto the block at kTouchTime and keeps it there. So the first sound after the
+/// silence is the sound of the contact.
 void step_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
   const fs::path hand = folder.path() / "hand.csv", wav = folder.path() / "s.wav", session = folder.path() / "s.h5";
   std::ofstream(hand) << fmt::format(
@@ -76,7 +76,8 @@ void step_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
   }
   if (felt < 0) return;
   rows.push_back(row("hand to force", "step onto enamel, 1 kHz", std::max(felt - moved, 1e-3), "step"));
-  // A sound file uses the time stamps of the ticks, so its delay is the delay of the synthesizer alone.
+  // In a sound file, each sound has the time stamp of its tick. So the delay measured here is only that of the
+  // synthesizer.
   const audio::Recording recording = audio::read_recording(wav);
   const std::vector<double> samples = recording.mono();
   for (std::size_t i = static_cast<std::size_t>(moved * recording.rate); i < samples.size(); ++i) {
@@ -86,8 +87,8 @@ void step_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
         row("hand to sound, into a file", "step onto enamel", std::max(heard - moved, 1 / recording.rate), "step"));
     break;
   }
-  // A sound device plays in real time. During playback, the recording stores the time from a tick to its sound a
-  // hundred times per second.
+  // With a sound device, the session records a hundred times per second the time from a tick to its sound. The recorded
+  // times are read below.
   const std::vector<audio::AudioDevice> devices = audio::audio_devices();
   const auto card =
       std::find_if(devices.begin(), devices.end(), [](const audio::AudioDevice& d) { return d.is_default; });
@@ -181,8 +182,8 @@ void start_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
   const bool desktop = display::has_desktop();
   for (int i = 0; i < kTimes; ++i) {
     nothing = std::min(nothing, time("--version").end);
-    // Reads two times that the live session itself measured: from the command to its first finished tick, and to its
-    // first frame on the screen.
+    // Reads a duration that the live session itself measured. `key` selects it: from the command to the first finished
+    // tick, or from the command to the first frame on the screen.
     const auto live = [&](double seconds, const char* rig, const char* key) {
       if (!std::isfinite(time(fmt::format("run '{}' --hand script:{} --audio none: --seconds {} --json {}", scene,
                                           hand.string(), seconds, rig))

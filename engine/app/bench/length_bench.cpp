@@ -55,8 +55,8 @@ haptics::HandSample hand_at(double t) {
     z = visit(0, 8, 0.7_mm, -0.6_mm);
   } else if (in_cycle < 12) {
     hand.tool = 1, hand.pedal = in_cycle > 9 && in_cycle < 11;
-    // The instrument's tip lies 1.5 mm below the origin of the instrument's frame. With the origin 1.5 mm above the
-    // surface, the tip is at the surface, and the filling closes the pit.
+    // Fills the pit. The tip of the instrument lies 1.5 mm below the origin of the instrument's frame. So the origin is
+    // held 1.5 mm above the surface; then the tip is at the surface.
     z = visit(8, 12, 1.5_mm, 1.6_mm);
   } else {
     hand.tool = 2;

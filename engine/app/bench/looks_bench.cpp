@@ -45,7 +45,7 @@ ReferenceScene load(const Json& json, const fs::path& folder) {
                         {},
                         json.has("tool_mm"),
                         render::read_png(picture)};
-  // a zero vector means that the whole root is drawn; this is needed because the cavity may reach below the gum
+  // draws the whole root: a finished cavity may reach below the gum, and then the root is visible through the cavity
   if (json.boolean_or("finished", false)) loaded.around.covered = glm::dvec4(0);
   if (loaded.tool) {
     loaded.tick.X_WT.p = loaded.tick.X_WG.p = json["tool_mm"].vec3() * kMillimetre;

@@ -1,6 +1,5 @@
-// Measures the picture of a mesh while it is carved (contact models mesh_lod and vertex). Compares the cost of updating
-// and uploading only the parts that changed since the last frame with the cost of updating and uploading the whole
-// mesh.
+// Measures the picture of a mesh while it is carved (contact models mesh_lod and vertex). Compares two ways to update
+// and upload the mesh: only the parts that changed since the last frame, or the whole mesh.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -28,7 +27,7 @@ constexpr int kApproach = 500;        // number of ticks in which the bur moves 
 constexpr int kTicksAFrame = 16;      // number of ticks of 1 ms per frame
 constexpr double kDepth = 0.3e-3;     // m, depth of the bur below the surface
 constexpr double kPace = 5e-3;        // m/s, speed of the bur along the surface
-constexpr double kPictureTime = 2e6;  // ns, time limit with which the measured duration of a picture update is compared
+constexpr double kPictureTime = 2e6;  // ns, time limit: an update of the picture should take less than this
 
 /// Divides every triangle into four similar triangles, which gives a finer mesh.
 haptics::TissueMesh divided(const haptics::TissueMesh& mesh) {

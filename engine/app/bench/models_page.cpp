@@ -85,7 +85,7 @@ std::string number(double v) {
   return std::abs(v) >= 0.01 && std::abs(v) < 1e5 ? fmt::format("{:.3g}", v) : fmt::format("{:.1e}", v);
 }
 
-/// A function that returns the value of a row for a table cell.
+/// A function that takes from a row the value that is shown in a cell of the table.
 using CellOf = std::function<double(const BenchRow&)>;
 double error_of(const BenchRow& row) {
   return row.error;
@@ -94,8 +94,8 @@ double microseconds_of(const BenchRow& row) {
   return row.time_ns * 1e-3;
 }
 
-/// Finds the row that answers a question for a model and a tissue. If the model was measured at several resolutions,
-/// this is the last row, which has the finest resolution. Null if there is no such row.
+/// Finds the row that answers a question of the page for a contact model and a tissue. If the model was measured at
+/// several resolutions, this is the last row, which has the finest resolution. Null if there is no such row.
 const BenchRow* answer(const std::vector<ModelFigure>& figures, const Question& q, const std::string& model,
                        const std::string& tissue) {
   const BenchRow* row = nullptr;
@@ -104,7 +104,7 @@ const BenchRow* answer(const std::vector<ModelFigure>& figures, const Question& 
   return row;
 }
 
-/// Returns the tissues for which a question has an answer, each once.
+/// Returns the tissues for which the rows contain an answer to the question of the page, each once.
 std::vector<std::string> tissues_of(const std::vector<ModelFigure>& figures, const Question& q) {
   std::vector<ModelFigure> asked;
   std::ranges::copy_if(figures, std::back_inserter(asked), [&](const ModelFigure& f) { return answers(f, q); });
@@ -281,9 +281,9 @@ const std::vector<Task>& tasks() {
 
 constexpr double kMostTick = 500e3;  // ns, limit of the 99.9 % quantile of a tick's time: half of the period at 1 kHz
 
-/// Returns a model's score in a task: the geometric mean of the measured value over the task's tissues. For each
-/// tissue, the finest resolution whose tick meets the time limit is used. Infinite if the model fails on one of the
-/// tissues.
+/// Returns a contact model's score in a task; a smaller score is better. It is the geometric mean of the measured
+/// values on the task's tissues. For each tissue, the value at the finest resolution is used at which a tick meets the
+/// time limit. Infinite if the model fails on one of the tissues.
 double score(const std::vector<ModelFigure>& figures, const Task& task, const std::string& model) {
   double sum = 0;
   for (const std::string& tissue : task.tissues) {

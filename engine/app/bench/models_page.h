@@ -10,7 +10,7 @@
 
 namespace typodont {
 
-/// One measured value of the comparison: a row whose name is "tissue, motion, model: measure".
+/// One value from the comparison of the contact models: a row whose name is "tissue, motion, model: measure".
 struct ModelFigure {
   std::string tissue, motion, model, measure;
   const BenchRow* row = nullptr;
@@ -19,8 +19,8 @@ struct ModelFigure {
 /// omitted.
 std::vector<ModelFigure> model_figures(const std::vector<BenchRow>& rows);
 
-/// Returns for each model the number of tasks in which it is the best, according to the table of recommendations.
-/// Models with no such task are omitted.
+/// Returns for each contact model the number of tasks for which the table of recommendations names it as the best.
+/// Models that are the best in no task are omitted.
 std::map<std::string, int> tasks_won(const std::vector<ModelFigure>& figures);
 
 /// Writes FILE.md and one SVG per question, in a folder of the same name beside it. `machine`: processor, compiler,

@@ -15,9 +15,9 @@ std::string wrapped(std::string_view page);
 /// the file cannot be written.
 void write_page(const std::filesystem::path& file, std::string_view page);
 
-/// Throws Error if `file` may not be written as a Markdown page: the name must end with .md, and an existing file must
-/// be empty or begin with a heading, as the pages of the benchmark do. Any other file could be an input of the user
-/// that the page would destroy.
+/// Throws Error if `file` may not be written as a Markdown page. The name must end with .md. A file that exists must be
+/// empty or begin with a heading, as the pages of the benchmark do. Any other file could belong to the user, and the
+/// page would destroy it.
 void require_page(const std::filesystem::path& file);
 
 }  // namespace typodont

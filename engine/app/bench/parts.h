@@ -1,6 +1,6 @@
-// The parts of `typodont bench`. A part measures errors and times of this program and of baselines (other methods for
-// the same task) in the same run, and returns them as rows. Rows that concern only one module are measured in that
-// module; parts that need several modules are in this folder.
+// The parts of `typodont bench`. A part measures errors and times, and returns them as rows. In the same run, it also
+// measures baselines (other methods for the same task). The code of a part is in the module that it measures, or in
+// this folder if the part needs several modules.
 #pragma once
 
 #include <filesystem>

@@ -32,8 +32,8 @@ std::string duration(double ns) {
   return fmt::format("{:.3g} ns", ns);
 }
 
-/// Plots the error against the time, for the rows that have both. There is one plot for each unit of the error and unit
-/// of the work whose time is measured.
+/// Plots the error against the time, for the rows that have both. Rows share one plot if their errors have the same
+/// unit and their times belong to the same kind of work (for example "per tick").
 std::vector<Plot> work_precision(const std::vector<BenchRow>& rows) {
   std::map<std::pair<std::string, std::string>, Plot> plots;
   for (const BenchRow& r : rows) {
@@ -70,7 +70,8 @@ std::vector<Plot> growth(const std::vector<BenchRow>& rows) {
   return out;
 }
 
-/// Plots rows that contain no time but a quantity and a size, for example the critical stiffness and the servo rate.
+/// Plots the rows that have no time: the measured quantity against the size. Example: the critical stiffness against
+/// the servo rate.
 std::vector<Plot> laws(const std::vector<BenchRow>& rows) {
   std::map<std::pair<std::string, std::string>, Plot> plots;
   for (const BenchRow& r : rows) {
@@ -97,8 +98,8 @@ std::string table(const std::vector<BenchRow>& rows) {
   return out;
 }
 
-/// A method of another program, which is compared with this program. `begins`: the beginning of its name in
-/// BenchRow::baseline.
+/// A method of another program, which is compared with this program. `begins`: the first characters of
+/// BenchRow::baseline in the rows of this comparison.
 struct Rival {
   std::string_view begins;
   // true: the row's name states the other program's method, and the baseline is the method of this program

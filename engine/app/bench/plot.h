@@ -25,8 +25,9 @@ struct Plot {
 /// Draws one plot with its legend. Each series is drawn as a line through its points, in the order of x.
 std::string svg(const Plot& plot);
 
-/// Draws several plots of the same series side by side. Each has a title; all have common axes and one legend. The
-/// points of a series are joined in the given order. The labels of the axes are those of the first plot.
+/// Draws several plots with the same series side by side. Each plot has its own title. All plots have the same axes,
+/// whose labels are those of the first plot, and one legend together. The points of a series are joined in the given
+/// order.
 std::string svg_panels(const std::vector<Plot>& panels);
 
 }  // namespace typodont

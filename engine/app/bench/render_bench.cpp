@@ -65,8 +65,8 @@ render::Picture averaged(const render::Picture& fine, int side) {
   return out;
 }
 
-/// Shimmer of the picture: the mean second difference of three frames, while the view moves by a quarter of a pixel per
-/// frame (`view`), or while only the tool moves (`tool`).
+/// Shimmer of the picture: the mean of second_difference() over the frames. `view`: measured while the view moves by a
+/// quarter of a pixel per frame. `tool`: measured while only the tool moves.
 struct Shimmer {
   double view = 0, tool = 0;
 };
@@ -74,7 +74,7 @@ struct Shimmer {
 constexpr glm::ivec2 kShimmerEye{320, 256};
 
 /// Measures the shimmer of one quality level. `size`: pixels of the drawn picture. The picture is then scaled to
-/// kShimmerEye pixels, because a screen also shows pictures of all quality levels at one size.
+/// kShimmerEye pixels: a screen also shows the pictures of all quality levels at the same size.
 Shimmer shimmer(const Scene& scene, haptics::TissueVolume& volume, const Surroundings& around,
                 const render::Quality& quality, const glm::ivec2& size, int frames) {
   display::DisplayRig rig = display::load_rig(assets_folder() / "rigs/closeup.json");

@@ -18,8 +18,9 @@ std::vector<RowOrigin> origins_of(std::string_view text);
 /// Returns the text for a table's first line.
 std::string text_of(const std::vector<RowOrigin>& origins);
 
-/// Removes repetitions. A name remains only in the first origin that contains it. Origins with the same text `made` are
-/// joined. An origin without names becomes the last one. `origins`: the newest first.
+/// Joins the origins of rows, without repetitions. `origins`: the newest first. If several origins contain the same
+/// name, the name stays only in the first of them. Origins with the same text `made` become one. An origin without
+/// names is moved to the end.
 std::vector<RowOrigin> joined(const std::vector<RowOrigin>& origins);
 
 }  // namespace typodont

@@ -33,15 +33,16 @@ struct Course {
   double least_energy = 0;  // J, smallest value of the energy ledger
 };
 
-/// Timing of the simulated servo: rate, delay and jitter.
+/// Timing of the simulated servo: rate, delay of the force, and jitter (variation of the time between two ticks).
 struct Clock {
   double rate = 1000;  // Hz, rate of the servo
   int delay = 0;       // number of ticks from the computation of a force to its effect
   double jitter = 0;   // largest deviation of a period from its mean, as a fraction of the period
 };
 
-/// Simulates a hand at a wall. `wall` gives the force (N) for a height above the surface (m) and the time since the
-/// previous tick (s). Between two ticks, the motion of the mass is integrated exactly.
+/// Simulates a hand at a wall. `wall` is a function that returns the force (N) of the wall; its arguments are the
+/// hand's height above the surface (m) and the time since the previous tick (s). Between two ticks, the motion of the
+/// hand's mass is integrated exactly.
 Course play(double stiffness, const Clock& clock, const std::function<double(double, double)>& wall,
             const std::function<double()>& energy) {
   const double rest = -kPush / stiffness;
@@ -156,8 +157,9 @@ double critical(double guess, F&& course) {
   return std::sqrt(low * high);
 }
 
-/// Adds the rows for a carver (the thread that updates the tissue) that stalls. Each row contains the worst result of
-/// several hands, for one law of the force, one motion of the hand and one duration of the stall.
+/// Adds the rows that show what the hand feels while the carver (the thread that updates the tissue) stalls. Each row
+/// belongs to one force law, one motion of the hand and one duration of the stall, and contains the worst result of
+/// several hands.
 void carver_stall_rows(bool quick, std::vector<BenchRow>& rows) {
   const std::vector<double> stalls =
       quick ? std::vector<double>{0.2, 1.0} : std::vector<double>{5e-3, 10e-3, 20e-3, 50e-3, 0.1, 0.2, 0.5, 1, 2, 5};

@@ -158,8 +158,8 @@ std::vector<SurvivalCell> survival_of(const std::vector<BenchRow>& rows) {
     const bool falls = std::ranges::find(kFalls, name.measure) != kFalls.end();
     const Survival survival = falls ? Survival::kFell : Survival::kFlawed;
     double& most = worst[static_cast<std::size_t>(at - cells.begin())];
-    // Keeps the worse of two results of a contact model. kFell is worse than kFlawed. If both results have the same
-    // Survival, the result with the larger ratio is worse.
+    // Keeps the worse of two results of a contact model. kFell is worse than kFlawed. If both results are kFell, or
+    // both are kFlawed, the one with the larger ratio of value to limit is worse.
     if (survival < at->survival || (survival == at->survival && row.ratio < most)) continue;
     at->survival = survival, most = row.ratio;
     at->worst =

@@ -1,8 +1,8 @@
-// Compares the cost of this program's surface mesh with OpenVDB's volumeToMesh, in one run and on one thread. The
-// inputs are the whole molar with voxels of 0.05 mm, the part of the molar that changes in one frame of drilling, and a
-// ball on grids with which both meshes have the same error. The row "triangles" measures only the meshing, which is
-// what volumeToMesh does. The row "picture" measures all work of a TissueView: it also reads the samples from the
-// volume and finds the tissues below the surface.
+// Compares the cost of this program's surface mesh with OpenVDB's volumeToMesh, in one run and on one thread. There are
+// three inputs: the whole molar with voxels of 0.05 mm; the part of the molar that changes in one frame of drilling;
+// and a ball. For the ball, each program gets a grid with which its mesh has the same error as the other mesh. The row
+// "triangles" measures only the meshing, because volumeToMesh does nothing else. The row "picture" measures all work of
+// a TissueView, which also reads the samples from the volume and finds the tissues below the surface.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -192,8 +192,8 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
       Json::parse(R"({"tissue": {"volume": "teeth/molar.vdb"}, "tool": "round_012", "parts": ["haptics"]})", "bench"),
       {});
   for (const float tolerance : {-1.0f, 0.1f}) {
-    // The row "triangles" has its own carver (it cuts the tissue and reports the changes), because the changes of a
-    // carver can be queried only once.
+    // A carver cuts the tissue and reports the changes only once. The rows "triangles" and "picture" both need these
+    // changes, so each has its own carver.
     haptics::Carver carver(volume.clone(), haptics::tool_set(scene.servo)),
         same(volume.clone(), haptics::tool_set(scene.servo));
     TissueView view(tolerance);
@@ -230,8 +230,8 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
   }
 }
 
-/// Adds the rows for a ball. This program's mesher gets a coarse grid. For volumeToMesh the grid is refined until both
-/// errors are equal.
+/// Adds the rows for a ball. This program's mesher gets a coarse grid. For volumeToMesh, the grid is refined until its
+/// mesh has the same error as this program's mesh.
 void ball_row(int repeats, std::vector<BenchRow>& rows) {
   const auto error = [](const surface::WholeMesh& mesh, const dvec3& centre, double radius) {
     return surface::largest_error(mesh, [&](const glm::dvec3& p) { return glm::length(p - centre) - radius; }) / radius;

@@ -66,8 +66,9 @@ void measure(std::vector<BenchRow>& rows, Cutter& cutter, std::uint32_t tool, in
     again.push_back(static_cast<double>(thread_cpu_time() - undone));
     back.push_back(static_cast<double>(undone - start));
     (void)carver.volume().take_changed_bricks();
-    bytes = carver.volume().strokes().bytes;  // bytes of this stroke alone, because the previous stroke was discarded
-    carver.undo();                            // reverts the stroke, so that the next stroke cuts the same tissue
+    // bytes that are stored for undoing this stroke alone; the data of the previous stroke were discarded
+    bytes = carver.volume().strokes().bytes;
+    carver.undo();  // reverts the stroke, so that the next stroke cuts the same tissue
   }
   const double kilobytes = static_cast<double>(bytes) / 1024;
   rows.push_back({.name = "prepared in the pause after it",

@@ -146,8 +146,8 @@ std::vector<std::string> chosen_tissues(const Options& options) {
   return chosen;
 }
 
-/// Returns the name under which the first line of a table states the origin of this row. It is the tissue if the row
-/// belongs to the part `models`, otherwise the name of the part.
+/// The first line of a table states for each part or tissue when and where it was measured. Returns the name under
+/// which this row is listed there: the tissue if the row belongs to the part `models`, otherwise the part.
 std::string name_of_row(std::string_view part, const BenchRow& row) {
   if (part != "models") return std::string(part);
   const std::vector<ModelFigure> figures = model_figures({row});
@@ -160,8 +160,8 @@ struct KeptRows {
   std::vector<RowOrigin> origins;
 };
 
-/// Reads the files of the option --keep. If several files contain a part or a tissue, the first of them counts. Throws
-/// Error.
+/// Reads the files of the option --keep. If several files contain the same part or tissue, the rows of the first of
+/// these files are used. Throws Error.
 KeptRows kept_rows(const Options& options) {
   KeptRows kept;
   if (options.keep.empty()) return kept;
@@ -191,8 +191,9 @@ KeptRows kept_rows(const Options& options) {
   return kept;
 }
 
-/// Returns the rows of a part that was measured only on `tissues`, together with the rows of the other tissues from the
-/// files of the option --keep, in the order of all tissues.
+/// Adds rows that the option --keep has read from files. `rows`: rows of the part that were measured now, on `tissues`.
+/// `kept`: rows of the same part from the files; only those of other tissues are added. The result is in the usual
+/// order of all tissues.
 std::vector<BenchRow> with_kept(std::string_view part, std::vector<BenchRow> rows, const std::vector<BenchRow>& kept,
                                 const std::vector<std::string>& tissues) {
   for (const BenchRow& row : kept) {
@@ -223,7 +224,8 @@ void run(const Options& options) {
     if (!asked.tissues.empty()) rows = with_kept(part.name, std::move(rows), stored, asked.tissues);
     measured.push_back({&part, std::move(rows)});
   }
-  // The rows from the files of --keep were measured earlier, perhaps on another machine.
+  // The rows from the files of --keep were measured earlier, perhaps on another machine. So the origins of these rows
+  // are kept, too.
   std::vector<RowOrigin> origins = std::move(kept.origins);
   if (!options.merge) {
     const bool all = options.keep.empty() && asked.tissues.empty();

@@ -332,8 +332,8 @@ struct HandOptions : GuideOptions {
   }
 };
 
-/// Options of the calibration steps whose results are computed from captures (recorded touches and poses). The captures
-/// are stored beside the rig file.
+/// Options of those calibration steps that compute their results from captures (recorded touches and poses). The
+/// captures are stored beside the rig file.
 struct RigOptions {
   std::string rig, captures, report, map, arm_serial, tracker_serial;
   bool user_offset = false;
@@ -441,8 +441,8 @@ void add_drift(cli::Command& calibrate) {
     const std::vector<dvec3> then = points(read_touches(file));
     const auto touched_now = [&] {
       if (!options->touches.empty()) return read_touches(options->touches);
-      // All captures are stored beside the rig. The check of the calibration at a session's start has a folder of its
-      // own, so that it does not use old captures.
+      // The captures of a calibration are stored in the folder beside the rig. The check at the start of a session
+      // stores its captures in the subfolder "today", so that it does not use old captures.
       const std::filesystem::path folder = rig.captures_folder() / "today";
       std::error_code code;
       std::filesystem::remove(folder / "drift.csv", code);

@@ -54,16 +54,17 @@ class Option {
   Option* show_default();
   /// The option takes `count` values.
   Option* expected(int count);
-  /// Lets the user omit the option's value; the value is then `usual`. `word`: name of the value in the help.
+  /// Lets the user write the option without a value; its value is then `usual`. `word`: word that stands for the value
+  /// in the help.
   Option* optional_word(const std::string& usual, const std::string& word);
 
  private:
   CLI::Option* option_;
 };
 
-/// A command with its options and subcommands. The root command is the program itself. Returned pointers are valid as
-/// long as the root exists. run() of the root stores option values in the caller's variables, so these must outlive the
-/// root.
+/// A command with its options and subcommands. The root command is the program itself. Pointers that a member function
+/// returns are valid as long as the root exists. run() of the root stores the option values in variables of the caller,
+/// so these variables must exist longer than the root.
 class Command {
  public:
   Command(const std::string& name, const std::string& about);
@@ -83,8 +84,9 @@ class Command {
   void expect_commands(int least, int most);
   /// Sets the function that executes the command. It is called when all options have been read, and may throw.
   void callback(std::function<void()> work);
-  /// Throws Error if one of `options` is on the command line although it has no effect, because another option is
-  /// missing. `given`: true if the other option is on the command line. `needed`: its text, such as "--view section".
+  /// The `options` have an effect only together with another option. Throws Error if one of them is on the command line
+  /// and the other option is missing. `given`: true if the other option is on the command line. `needed`: text of the
+  /// other option, such as "--view section".
   void refuse_without(std::initializer_list<const char*> options, bool given, const std::string& needed) const;
   /// Returns true if the command line contains a subcommand of this command.
   bool named_command() const;

@@ -358,8 +358,8 @@ Check openxr() {
       return c;
     }
     fs::path library = (*runtime)["library_path"].get<std::string>();
-    // For a name without a folder, the dynamic loader searches for the library. A relative path is relative to the
-    // folder of the JSON file.
+    // If the JSON file names the library without a folder, the dynamic loader will find it, so nothing is changed. If
+    // it states a relative path, this path begins at the folder of the JSON file.
     if (library.has_parent_path() && library.is_relative()) library = place.parent_path() / library;
     std::error_code code;
     if (library.has_parent_path() && !fs::exists(library, code)) {

@@ -94,8 +94,8 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
   switch (plan.question) {
     case Question::kStiffness:
       most = kMostStiffness;
-      // The reference is at most half of the largest allowed value, so that stiffer stimuli are possible, even if the
-      // scene's coupling (spring between hand and tool) is stiff.
+      // By default, the reference is the stiffness of the scene's coupling (spring between hand and tool), but at most
+      // half of the largest allowed value, so that stiffer stimuli are possible.
       plan.reference = options.reference.value_or(std::min(plan.scene_stiffness / kNewtonPerMillimetre, most / 2));
       break;
     case Question::kForce:

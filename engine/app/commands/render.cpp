@@ -59,7 +59,8 @@ glm::dvec4 parse_plane(const std::string& text) {
   return {dvec3(p) / length, -p.w * kMillimetre / length};
 }
 
-/// Adds the bodies that a teaching view shows in addition to the surface.
+/// Adds the bodies that the chosen teaching view shows besides the surface of the tissue, for example the face of a
+/// section.
 void add_view(PictureStage& stage, const Options& options, const Scene& scene, const haptics::TissueVolume& volume) {
   const dvec3 origin = volume.frame().origin;
   if (options.view == "section") {
@@ -224,8 +225,8 @@ void run(const Options& options) {
   }
   if (options.magnify > 0) rig.magnify = options.magnify;
   rig = magnified_for(rig, volume);
-  // A carver (the object that cuts the tissue) is needed if the picture shows a moment of a session, or the triangles
-  // or spheres of a contact model. Otherwise the picture shows the volume of the file.
+  // A carver (the object that cuts the tissue) is needed in two cases: the picture shows a moment of a session, or it
+  // shows the triangles or spheres of a contact model. In all other cases, the picture shows the volume of the file.
   std::unique_ptr<haptics::Carver> carver;
   const bool spheres_wanted = options.view == "spheres";
   if (session) {
@@ -332,8 +333,9 @@ void run(const Options& options) {
     geometry.write(out / "geometry.ply");
     written.push_back((out / "geometry.ply").string());
   }
-  // Measures the time of a frame as in a running sequence. The first frame includes the set-up, so a second frame is
-  // measured. The user's head is moved by 1 µm, because only a new viewpoint makes the renderer draw the whole frame.
+  // Measures the time of one frame in a running session. The first frame is not measured, because it includes the
+  // set-up. For the second frame, the user's head is moved by 1 µm: without a new viewpoint, the renderer would not
+  // draw the whole frame again.
   rig.head.eye_center += 1e-6 * rig.head.right;
   stage.look_from(rig);
   const Nanos began = now();

@@ -56,8 +56,8 @@ void print(const ReplayResult& result, const Options& options) {
              result.identical ? "identical to the recording" : "differs from the recording: " + result.what_differs);
 }
 
-/// Applies the recorded motion of the hand to the recorded scene, in which the option --with has changed some keys.
-/// Compares the result with the recording.
+/// Changes some keys of the recorded scene (option --with), and applies the recorded motion of the hand to this changed
+/// scene. Compares the result with the recording.
 RerunResult rerun(const Options& options) {
   std::string text = options.with, where = "--with";
   if (!text.starts_with("{")) {

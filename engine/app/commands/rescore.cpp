@@ -159,7 +159,8 @@ std::string cell_of(const Row& value) {
   return '"' + text + '"';
 }
 
-/// Makes a CSV table with one row per session, and a column for every item that occurs in any session.
+/// Makes a CSV table with one row per session. There is a column for each item of a score that occurs in at least one
+/// session.
 std::string table_of(const std::vector<Row>& rows) {
   const std::vector<std::string> first{"session", "date", "trainee",    "scene",  "truncated",
                                        "points",  "full", "completion", "passed", "error"};
@@ -174,7 +175,7 @@ std::string table_of(const std::vector<Row>& rows) {
   for (const std::string& name : items) cell(name);
   text += '\n';
   for (const Row& row : rows) {
-    // The first cell is written without a comma before it. All further cells begin with a comma.
+    // Writes the first cell of the line. Only the further cells have a comma before them.
     text += cell_of(row["session"]);
     for (std::size_t i = 1; i < first.size(); ++i) text += ',' + (row.contains(first[i]) ? cell_of(row[first[i]]) : "");
     for (const std::string& name : items)

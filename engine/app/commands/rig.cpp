@@ -24,8 +24,8 @@ using display::BenchPlan;
 using display::BenchSpec;
 using Value = nlohmann::ordered_json;
 
-/// Workspace of an arm, from the manufacturer's data sheet. A cylindrical workspace is stated as the box inside the
-/// cylinder.
+/// Workspace of an arm, from the manufacturer's data sheet. If the data sheet states a cylinder, the largest box inside
+/// this cylinder is given here.
 struct ArmReach {
   const char* name;
   dvec3 box_mm;  // mm, width, depth and height of the box that the arm can reach
@@ -124,7 +124,7 @@ Value plan_value(const BenchSpec& spec, const BenchPlan& plan) {
   return json;
 }
 
-/// Makes a rig file of the bench. `work`: position of the work in the scenes.
+/// Makes a rig file of the bench. `work`: m, frame W, position of the tissue in the scenes.
 std::string rig_text(const BenchPlan& plan, const Options& options, const dvec3& work) {
   const display::Mirror& mirror = *plan.rig.mirror;
   const Value rig = {

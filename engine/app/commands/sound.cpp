@@ -182,14 +182,14 @@ void run_synth(const SynthCommand& c) {
   audio::ContactTrack track;
   if (!c.contact.empty()) track = audio::read_contact_track(c.contact);
 
-  // Finds the spindle speed at which the model sounds as in the recording to which it was fitted.
+  // Chooses the spindle speed at which the model gives the same sound as the recording to which it was fitted.
   std::string reference = "model";
   if (c.spindle_krpm > 0) {
     models.free_speed = c.spindle_krpm * kKrpm;
     reference = "option";
   } else if (track.has_spindle && track.fastest > 0) {
-    // The drill may be of another type than the recorded drill. In this case, the highest speeds of both are assumed to
-    // correspond to each other.
+    // The speeds of the track may show that its drill is of another type than the recorded drill. Then the sound of the
+    // recorded drill at its highest speed is used for the highest speed of the track.
     const bool told = models.free_speed > 0 && !models.idle.spindle_estimated;
     const bool beyond = track.fastest > 4.0 / 3 * models.free_speed;
     const bool far_below = track.fastest < models.free_speed / 3 && !told;
@@ -205,8 +205,8 @@ void run_synth(const SynthCommand& c) {
     }
   }
   if (models.free_speed == 0) {
-    // No input states the speed of the recorded drill, so an arbitrary value is chosen. The whole recording is assumed
-    // to run at this speed.
+    // No input states the speed of the recorded drill. So an arbitrary value is used as the speed of the whole
+    // recording.
     models.free_speed = 100 * kKrpm;
     reference = "none";
   }
@@ -235,7 +235,8 @@ void run_synth(const SynthCommand& c) {
   }
   audio::WavWriter wav(c.out, rate, c.wide ? audio::SampleFormat::kFloat32 : audio::SampleFormat::kPcm16, ears ? 2 : 1);
   double power = 0, peak = 0;
-  std::size_t states = 0;  // number of states of the drill in which it is audible
+  // number of states (times with speed, force and tissue of the drill) from which the sound is synthesized
+  std::size_t states = 0;
   {
     std::optional<Progress> progress;
     if (seconds > 300) progress.emplace("sound");

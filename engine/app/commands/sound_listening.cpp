@@ -45,8 +45,8 @@ struct PageCommand {
   double seconds = 10, up_to = 16000;
 };
 
-/// Synthesizes the model's sound. `times`: s, `ratios`: the spindle's speed at these times, relative to the speed of
-/// the model; empty: constant speed.
+/// Synthesizes the sound of a model. `ratios`: speeds of the spindle at `times` (s), divided by the speed of the model.
+/// Empty: the speed is constant.
 std::vector<double> sound_of(const audio::ArModel& model, std::span<const double> times, std::span<const double> ratios,
                              double seconds) {
   audio::SoundModels models;

@@ -29,7 +29,8 @@ using haptics::SweptBall;
 using haptics::packing::CutSphere;
 
 constexpr std::size_t kGroup = 64;  // number of threads per group; it must equal the value in the shaders
-// Largest number of groups. For a larger tissue, each thread processes several spheres.
+// Largest number of thread groups. If the tissue has more spheres than these groups have threads, each thread processes
+// several spheres.
 constexpr std::size_t kMostGroups = 1024;
 constexpr std::size_t kMostBalls = 2048;  // largest number of spheres of a tool
 constexpr std::size_t kLeastResults = 65536;
@@ -55,7 +56,7 @@ struct Contact {
   double t;
   std::uint32_t ball, sphere;
 };
-/// Header of a list of results, as the shaders write it: the number of the list's entries, and an unused word.
+/// Header of a list of results, as the shaders write it: the number of the list's entries, and an unused 32-bit number.
 struct Head {
   std::uint32_t count, unused;
 };
@@ -257,7 +258,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
                               nullptr);
       vkCmdPushConstants(commands_, inputs_.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof pass, &pass);
       vkCmdDispatch(commands_, static_cast<std::uint32_t>(groups), 1, 1);
-      // The barrier makes the changes of this pass visible to the next pass, and its results visible to the CPU.
+      // The barrier makes the data that this pass has written visible to the next pass and to the CPU.
       gpu::memory_barrier(commands_, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
                           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_HOST_BIT,
                           kShaderAccess | VK_ACCESS_2_HOST_READ_BIT);

@@ -30,8 +30,8 @@ std::vector<bool> load_abx_answers(const std::filesystem::path& file, std::size_
 struct AbxResult {
   int trials = 0, right = 0;
   Estimate fraction;  // fraction of right answers, with its 95 % confidence interval
-  /// p-value: probability that the fraction of right answers of a listener who hears no difference is at least as far
-  /// from one half as `fraction` is
+  /// p-value. If a listener hears no difference, half of the answers are right on average. This is the probability that
+  /// the fraction of right answers of such a listener differs from one half by at least as much as `fraction` does.
   double chance = 1;
 };
 AbxResult judge(const AbxKey& key, const std::vector<bool>& said_b);

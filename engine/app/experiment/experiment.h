@@ -37,8 +37,8 @@ struct Stimulus {
 struct Trial {
   int number = 0;  // number of the trial; the first trial is 1
   std::array<Stimulus, 2> stimuli;
-  /// Value of each stimulus as the log states it: N/mm, % or ms. If models are compared: index of the model of each
-  /// stimulus in ExperimentPlan::models.
+  /// Value of each of the two stimuli, in the unit that the log states: N/mm, % or ms. If models are compared: index of
+  /// each stimulus's model in ExperimentPlan::models.
   std::array<double, 2> values{};
   double level = 0;  // difference between the greater and the smaller stimulus, in the unit of the question
   /// true: the second stimulus is the greater one (for models: the second stimulus has the second model)
@@ -61,7 +61,7 @@ struct ExperimentPlan {
   std::array<std::string, 2> models;  // the two compared contact models; used only for Question::kModel
   StaircaseRule rule;                 // rule of the staircase; not used for Question::kModel
   int trials = 150;                   // largest number of trials; for a comparison of models, exactly this number
-  // the experiment ends when the staircase has made this number of reversals (turns)
+  // a reversal (turn) is a change between rising and falling levels; the experiment ends after this number of reversals
   int turns = 24;
   std::uint64_t seed = 1;  // random seed for the order of the stimuli
 };
@@ -72,8 +72,8 @@ class Experiment {
   explicit Experiment(const ExperimentPlan& plan);
 
   bool over() const;
-  /// Returns the completed fraction of the experiment, 0..1. It is the larger of two ratios: completed trials divided
-  /// by all trials, and completed turns (reversals of the staircase) divided by all turns.
+  /// Returns how much of the experiment is completed, 0..1. This is the larger of two fractions: the fraction of the
+  /// planned trials, and the fraction of the planned turns (reversals of the staircase).
   double fraction() const;
   /// Returns the present trial. It stays the same until answer() is called.
   const Trial& trial() const { return next_; }
@@ -106,7 +106,8 @@ struct ExperimentResult {
   // settled_level: difference at which the staircase settled; target: fraction of right answers at this difference
   double settled_level = 0, target = 0;
   Estimate chosen;  // fraction of the answers that chose the second model
-  // p-value: probability that random answers differ from an even split at least as much as the subject's answers do
+  // p-value. If the answers are random, both models are chosen equally often on average. This is the probability that
+  // random answers differ from this equal split by at least as much as the subject's answers do.
   double chance = 1;
   Estimate second;  // fraction of the trials in which the subject answered "second"
 };

@@ -54,7 +54,8 @@ class TypedAnswers {
 struct LiveSubject::Impl {
   Scene scene;
   Options options;
-  // the scene with the session's contact model; the session keeps a reference to it, so it must outlive the session
+  // The scene with the contact model of the running session. The session keeps a reference to this scene, so the scene
+  // must exist longer than the session.
   Scene shown;
   std::string model;  // name of the contact model of the session
   std::optional<Workbench> bench;

@@ -19,8 +19,8 @@ constexpr double kUpperQuartile = 0.6744897501960817;  // Φ(0.6745) = 0.75: upp
 constexpr double kChiSquare95 = 3.841458820694124;     // 95 % quantile of χ² with one degree of freedom
 constexpr double kLeastProbability =
     1e-12;  // lower limit for the probability of an answer, so that one answer cannot make the likelihood 0
-// ratio; the fit tries widths of the curve from (smallest difference / kWidthRange) to (largest difference ·
-// kWidthRange)
+// Ratio that limits the width of the fitted curve. The smallest width is (smallest difference / kWidthRange), the
+// largest width is (largest difference · kWidthRange).
 constexpr double kWidthRange = 50;
 
 double cumulative_gaussian(double x) {
@@ -32,8 +32,8 @@ struct Level {
   double difference = 0, count = 0, second = 0;
 };
 
-/// Finds the value between `low` and `high` at which `f` is largest. It first evaluates a grid, then uses Brent's
-/// method near the best grid point.
+/// Finds the value between `low` and `high` at which `f` is largest. First evaluates `f` at `grid` points, then
+/// searches near the best point with Brent's method.
 double maximize(const std::function<double(double)>& f, double low, double high, int grid) {
   constexpr int kBits = 20;  // number of bits to which Brent's method computes a value
   int best = 0;
@@ -136,8 +136,8 @@ class Likelihood {
     }
     return sum;
   }
-  /// Finds by bisection the border of a region. `inside(x)` is true in the region; `in` lies in the region and `out`
-  /// does not.
+  /// Finds by bisection the border of a region of numbers. `inside(x)` is true for the numbers in the region. `in` is a
+  /// number in the region, `out` a number outside.
   static double border(const std::function<bool(double)>& inside, double in, double out) {
     for (int i = 0; i < 24; ++i) {
       const double middle = 0.5 * (in + out);

@@ -26,9 +26,9 @@ struct Psychometric {
   static double width_of_jnd(double jnd) noexcept;
 };
 
-/// An estimate with its 95 % confidence interval. If the answers do not determine an end of the interval, this end
-/// has a fixed value: for the just-noticeable difference 0 or infinity, for the bias the end of the range of
-/// differences.
+/// An estimate with its 95 % confidence interval. If an end of the interval cannot be computed from the answers, a
+/// fixed value is used for this end: 0 or infinity for the just-noticeable difference, the smallest or largest
+/// difference of the trials for the bias.
 struct Estimate {
   double value = 0, low = 0, high = 0;
 };
@@ -43,15 +43,16 @@ inline constexpr double kMostLapses = 0.06;  // largest lapse rate in the fit (W
 
 /// Fits the function by maximum likelihood. The confidence intervals come from the profile likelihood (χ² with one
 /// degree of freedom). Requires at least one judgement with a difference other than 0. The bias is limited to the range
-/// of the differences. After 80 trials of an adaptive staircase, the estimate of the just-noticeable difference is on
-/// average 5 to 10 % too low, which is a known effect (Kaernbach 2001). The interval still contains the true value in
-/// 95 % of the cases.
+/// of the differences. If the trials come from an adaptive staircase, the estimate of the just-noticeable difference is
+/// too low: after 80 trials by 5 to 10 % on average. This is a known effect (Kaernbach 2001). But the confidence
+/// interval still contains the true value in 95 % of the cases.
 PsychometricFit fit_psychometric(std::span<const Judgement> judgements);
 
 /// Returns the fraction chosen / count with its exact 95 % confidence interval (Clopper & Pearson 1934).
 Estimate fraction_of(int chosen, int count);
-/// Returns the p-value of a two-sided binomial test for `chosen` out of `count` answers. It is the probability that
-/// equally likely answers would give a number that differs from half of `count` at least as much as `chosen`.
+/// Returns the p-value of a two-sided binomial test. If both answers are equally likely, about half of `count` answers
+/// are chosen. The p-value is the probability of a number that differs from this half by at least as much as `chosen`
+/// does.
 double chance_of(int chosen, int count);
 
 }  // namespace typodont

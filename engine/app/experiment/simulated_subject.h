@@ -1,5 +1,5 @@
-// A simulated observer with a known threshold. It judges either the nominal values of the stimuli, or the forces that
-// the real servo gives to a scripted hand. For one thread only.
+// A simulated subject with a known threshold. This subject judges either the nominal values of the stimuli, or forces:
+// the real servo then computes the forces on a scripted hand for each stimulus. For one thread only.
 #pragma once
 
 #include <array>

@@ -13,8 +13,8 @@ struct StaircaseRule {
     /// With this kind of staircase, the level falls after `down` consecutive right answers, and rises after each wrong
     /// answer (Levitt 1971).
     kTransformed,
-    /// With this kind of staircase, the level falls after each right answer, and rises by a larger ratio after each
-    /// wrong answer (Kaernbach 1991).
+    /// With this kind of staircase, the level falls by a small ratio after each right answer, and rises by a larger
+    /// ratio after each wrong answer (Kaernbach 1991).
     kWeighted
   };
   Kind kind = Kind::kTransformed;

@@ -12,14 +12,14 @@
 
 namespace typodont {
 
-/// Sets the vertex normals to the gradient of the distance function. Without this, a coarse mesh would look faceted,
-/// because the mesher treats a bend between two large triangles as a crease (a sharp edge). At a real crease, the
-/// normal of the mesher is kept. `lo`: m, frame W, origin of the vertices; `step`: m, half the distance of the two
-/// points with which the gradient is computed.
+/// Sets the normal of each vertex to the gradient of the distance function. With the mesher's normals, a coarse mesh
+/// would look faceted, because the mesher treats each bend between two large triangles as a crease (a sharp edge). Only
+/// at a real crease, the mesher's normal is kept. `lo`: m, frame W, origin of the vertices; `step`: m, half the
+/// distance of the two points with which the gradient is computed.
 template <class Distance>
 void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, double step, Distance&& distance) {
-  /// if the cosine of the angle between the mesher's normal and the gradient is smaller than this, the vertex is at a
-  /// crease
+  /// The vertex lies at a crease if the cosine of the angle between two directions is smaller than this. The directions
+  /// are the normal that the mesher computed, and the gradient of the distance function.
   constexpr float kSameSide = 0.5f;
   for (render::MeshUpdate& brick : bricks) {
     for (render::Vertex& v : brick.vertices) {
@@ -54,7 +54,7 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
   constexpr float kFlat = 0.3f, kBand = 4 * kFlat;
   const VoxelFrame frame{lo, voxel};
   const glm::ivec3 bricks(glm::ceil((hi - lo) / (voxel * FieldBrick::kCells)));
-  /// number of samples per axis: the cells need one more sample below them, and two more samples above them
+  /// number of samples per axis; the cells of all bricks need one sample before the first cell, and two after the last
   const glm::ivec3 size = bricks * FieldBrick::kCells + 3;
   constexpr float kUnknown = 1e9f;
   std::vector<float> samples(static_cast<std::size_t>(size.x) * size.y * size.z, kUnknown);
@@ -66,7 +66,8 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
   const auto value = [&](const dvec3& index) {
     return kFlat * static_cast<float>(distance(frame.to_world(index - 1.0)) / voxel);
   };
-  // Computes a block of samples when one of them is first needed. Far from the surface, all of them get one value.
+  // The samples are computed in blocks. A block is computed when one of its samples is first needed. If the block is
+  // far from the surface, all its samples get the same value.
   const auto sample = [&](const glm::ivec3& index) {
     constexpr int kBlock = 4;
     float& known = samples[at(index)];

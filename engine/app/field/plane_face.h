@@ -18,8 +18,8 @@ struct CutPlane {
   dvec3 normal;
   double offset;  // m, distance of the plane from the origin along its normal
   // m. The face lies this deep inside the kept side, so that clipping at the plane does not remove the face. The depth
-  // must be small, because an inner surface that is perpendicular to the plane is visible in front of the face as a
-  // strip of this width.
+  // must be small: where an inner surface meets the face at a right angle, a strip of this surface is visible in front
+  // of the face, and the strip has this width.
   double within = 0.2e-6;
 };
 
@@ -80,8 +80,9 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
             return grid[static_cast<std::size_t>(i + a) * (ny + 1) + static_cast<std::size_t>(j + b)];
           };
           const std::array<const Sample*, 4> corners{&at(0, 0), &at(1, 0), &at(1, 1), &at(0, 1)};
-          // The part of the cell inside the tissue is a polygon. Its corners, in order around the cell, are the cell's
-          // corners inside the tissue, and the points where the tissue's outline crosses the cell's edges.
+          // The part of the cell inside the tissue is a polygon. The polygon has two kinds of corners: corners of the
+          // cell that lie in the tissue, and points where the tissue's outline crosses an edge of the cell. They are
+          // stored in their order around the cell.
           std::array<Sample, 8> part;
           std::size_t count = 0;
           std::array<double, kTissueCount> sum{};
@@ -109,8 +110,8 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
             vertex.second = static_cast<float>(a + b > 0 ? b / (a + b) : 0);
             update.vertices.push_back(vertex);
           }
-          // The viewer looks along the plane's normal, so the order of the corners is reversed to make the triangles
-          // face the viewer.
+          // The viewer looks along the plane's normal. So the order of each triangle's corners is reversed; then the
+          // front of the triangles faces the viewer.
           for (std::uint32_t k = 1; k + 1 < count; ++k)
             update.indices.insert(update.indices.end(), {base, base + k + 1, base + k});
         }

@@ -40,7 +40,8 @@ Tissue ToothField::tissue(const dvec3& p_W) const {
 }
 
 Tissue ToothField::tissue_at_surface(const dvec3& p_W) const {
-  // m, depth below the surface at which the tissue is read; also the step of the finite differences for the gradient
+  // m. The tissue is read at this depth below the surface. The same length is the step with which the gradient is
+  // computed (finite differences).
   constexpr double kStep = 0.1e-3;
   dvec3 p = p_W;
   for (int round = 0; round < 4; ++round) {

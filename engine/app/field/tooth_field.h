@@ -12,11 +12,12 @@ namespace typodont {
 
 class ToothField {
  public:
-  /// Copies the volume. Outside the tissue, distances are also computed up to `reach` (m) beyond the band in which the
-  /// volume stores distances, with an error of a few percent.
+  /// Copies the volume, which stores distances only in a band around the surface. Outside the tissue, distances up to
+  /// `reach` (m) beyond this band are computed, with an error of a few percent.
   explicit ToothField(const haptics::TissueVolume& volume, double reach = 0);
 
-  /// Returns the corner with the least coordinates (m, frame W) of the box around the surface and all stored distances.
+  /// Returns the lower corner (m, frame W) of the box that contains the surface and all distances that the volume
+  /// stores.
   const dvec3& low() const { return low_; }
   const dvec3& high() const { return high_; }
   double voxel() const { return frame_.voxel; }

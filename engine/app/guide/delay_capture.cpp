@@ -37,8 +37,8 @@ using namespace std::chrono_literals;
 class Recording {
  public:
   virtual ~Recording() { stop(); }
-  /// Reads the first sample. A device with its own clock starts this clock at this moment. wake() is called for all
-  /// recordings before the first begin(), so that start-up time does not count as delay.
+  /// Reads the first sample. A device that has a clock of its own starts this clock then. wake() is called for all
+  /// recordings before the first begin(). So the time that a device needs to start is not measured as delay.
   virtual void wake() {}
   virtual void begin() = 0;
   bool ended() const { return ended_; }

@@ -1,5 +1,5 @@
 // Records one motion with two devices at the same time: the haptic device of the bench, and another sensor that moves
-// with it. The time stamp of a sample is its arrival time on this computer's clock, as in a session.
+// together with this device. The time stamp of a sample is its arrival time on this computer's clock, as in a session.
 #pragma once
 
 #include <string>

@@ -85,7 +85,8 @@ class GuideHand {
   enum class State { kBusy, kReady, kPressed };
 
   void follow() noexcept {
-    // the thread needs real-time priority, because late writes would trigger the device's safety layer
+    // The thread needs real-time priority. Otherwise it could write to the device too late, and late writes trigger the
+    // device's safety layer.
     if (device_->info().force_limit > 0) enter_realtime({});
     haptics::HandSample sample;
     while (!stop_ && device_->read(sample)) {
@@ -401,14 +402,15 @@ class Guide {
     cue(Cue::kReady);
     ask("");
     while (!end_) {
-      // ended() must be called before take(). Otherwise the hand could end between the two calls, and its last press
-      // would be lost.
+      // ended() must be called before take(). In the other order, the hand's thread could store its last press after
+      // take() and end before ended(). This last press would be lost.
       const bool hand_ended = hand_ && hand_->ended();
       if (hand_) {
         if (const auto press = hand_->take()) answer(*press);
       }
       if (end_) break;
-      // A key has requested a touch. The next key is read only after the hand has answered.
+      // The user has requested a touch with a key. Waits until the hand has answered, and reads the next key after
+      // that.
       if (waiting_ && !hand_ended)
         std::this_thread::sleep_for(1ms);
       else if (const auto line = keys_.line(hand_ ? 4 : 1000))
@@ -497,8 +499,8 @@ class Guide {
         throw Error("--hand", "", options_.hand + ", which does not tell six joint angles, for the step arm",
                     "an arm that does; or six angles in rad a line on standard input, without --hand");
       }
-      // Only the open arm designs have a kinematic model. For other arms, the tip's position cannot be computed from
-      // the joint angles.
+      // Joint angles are stored only for arms with a known kinematic model, that is, for the open arm designs. For
+      // other arms, the tip's position cannot be computed from the joint angles.
       const bool modelled = capture_.step() == Step::kArm || options_.hand.starts_with("woodenhaptics:");
       return add({press.p_H, modelled ? press.reading : std::nullopt});
     }

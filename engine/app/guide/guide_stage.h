@@ -18,7 +18,7 @@ struct GuideOptions {
   std::string pedal = "auto";  // pedal: "auto", a path, a serial number, or "none"
   bool fast = false;           // true: scripted hands run as fast as possible, and wait for each prompt
   calibration::StillTouch::Limits still;
-  /// true: opens a window, provided that there is a hand, a desktop and a build with windows
+  /// true: opens a window, if there is a hand and a desktop, and if the program was built with support for windows
   bool window = true;
   int monitor = -1;  // number of the monitor for a full-screen window
   /// file to which a picture of the prompt is written before each touch; empty: no file is written

@@ -19,9 +19,9 @@ namespace typodont {
 
 namespace {
 
-/// Parameters of the hand's motion along one step of its plan (ExpertLeg). The target point moves along the planned
-/// line, and the hand pulls the tool to this point. Values are for work on a tooth; ExpertGrip scales them for other
-/// sizes.
+/// Parameters of the hand's motion along one step of its plan (ExpertLeg). A target point moves along the planned line,
+/// and the hand pulls the tool to this point. The lengths are for work on a tooth; for a larger body, they are
+/// multiplied by ExpertGrip::size.
 struct Lead {
   // m/s, speed through the air: with a hand instrument, and with a running drill
   static constexpr double travel_pace = 60e-3, drill_travel_pace = 65e-3;
@@ -30,25 +30,26 @@ struct Lead {
   // turning_pace: m/s, speed to which a scraping hand instrument slows down before it reverses its motion;
   // turning_time: s, time constant of this slowdown.
   static constexpr double turning_pace = 12e-3, turning_time = 0.01;
-  // Near its end, a cut slows down. Otherwise the hand's lag would carry the tool into tissue that should stay.
+  // A cut slows down near its end. The hand reacts with a delay, so a fast cut would go too far, into tissue that
+  // should stay.
   static constexpr double slowing_time = 0.04;  // s, time constant of the slowdown
   static constexpr double end_pace = 0.4e-3;    // m/s, speed at the end of a cut
-  // Tolerances of the tool's distance from the target point and from the planned line. ahead: m; during a cut, the
-  // target point moves on only while the tool's distance from this point is smaller than `ahead`.
+  // m, tolerance: during a cut, the target point moves on only while the tool is nearer than this to the target point
   static constexpr double ahead = 0.06e-3;
   // m, tolerance: during a cut, the target point moves on only while the tool is nearer to the planned line than this
   static constexpr double beside = 0.022e-3;
   // m, tolerance: while a coarse tool removes the bulk, the target point moves on only while the tool is nearer to the
   // planned line than this
   static constexpr double rough_beside = 0.05e-3;
-  // m, a cut is finished when the tool is nearer than this to the end of the stroke
+  // m; a cut that ends with a stop is finished when the distance of the tool from the end of the stroke is smaller than
+  // this
   static constexpr double there = 0.01e-3;
-  // m; only if the tool comes nearer to the target point by at least this, it counts as progress
+  // m; the tool counts as making progress if its distance from the target point has become smaller by at least this
   static constexpr double progress = 2.5e-6;
   static constexpr double near_line =
-      // m, tolerance: scraping ends when the tool was always nearer than this to the planned line during a whole pass
+      // m, tolerance: scraping ends after a pass in which the tool was always nearer than this to the planned line
       0.03e-3;
-  // largest number of passes back along a run (consecutive strokes of a hand instrument)
+  // largest number of times that a hand instrument moves back along a run (consecutive strokes) to scrape the run again
   static constexpr int most_times = 3;
   static constexpr double patience = 3;  // s, time without progress after which the hand abandons a stroke
   // The lead is the vector from the target point to the hand: a gain times the vector from the tool to the target
@@ -56,8 +57,8 @@ struct Lead {
   static constexpr double reaction_time = 0.05;  // s, time constant of the hand's reaction
   // while cutting: distance of the hand from the target point, divided by the distance of the tool from it
   static constexpr double gain = 50;
-  // Limit of the gain: if gain · tick duration / reaction_time exceeded this value, the hand would
-  // oscillate.
+  // Upper limit for the product gain · tick duration / reaction_time. With a larger product, the hand would oscillate,
+  // so the gain is reduced.
   static constexpr double steady_gain = 1.5;
   // while scraping soft filling: distance of the hand from the target point, divided by the distance of the tool from
   // it
@@ -72,31 +73,31 @@ struct Lead {
   // wanted force for the bulk with a coarse tool, as a multiple of the task's mean force; a coarse tool needs less
   // energy per volume than the tissue's specific energy
   static constexpr double coarse_force = 2.7;
-  // 1/s, gain with which a force error changes the largest allowed lead (distance of the hand ahead of the target
-  // point)
+  // 1/s, gain of the control of the lead (distance of the hand ahead of the target point): the largest allowed lead
+  // changes in proportion to the force error (wanted force minus measured force)
   static constexpr double lead_per_force = 15;
-  // The largest allowed lead (distance of the hand ahead of the target point) stays between these two values. Both are
-  // multiples of the lead that gives the task's mean force.
+  // Bounds of the largest allowed lead (distance of the hand ahead of the target point), as multiples of the lead at
+  // which the force equals the task's mean force.
   static constexpr double least_most_lead = 0.6, most_lead = 3;
-  // m; the largest allowed lead (distance of the hand ahead of the target point) may always grow to this value, because
-  // soft bone needs a longer lead than a tooth
+  // m; the limit of the lead (distance of the hand ahead of the target point) may always grow up to this value, because
+  // in soft bone the same force needs a longer lead than in a tooth
   static constexpr double always_allowed_lead = 2e-3;
   // largest force of a cut, as a fraction of the largest force that the task accepts
   static constexpr double below_most_force = 0.9;
-  // In the air, the hand slows down if the tool falls behind. waits_from: m, distance of the tool from the hand at
-  // which the hand begins to slow down. waits_over: m, further distance over which its speed decreases to the smallest
-  // speed. least_pace: the smallest speed, as a fraction of the full speed.
+  // Limits the speed in the air if the tool falls behind the hand. waits_from: m, distance of the tool from the target
+  // point at which the hand begins to slow down. waits_over: m; when this distance has grown by waits_over, the hand
+  // has its smallest speed. least_pace: smallest speed, as a fraction of the full speed.
   static constexpr double waits_from = 3e-3, waits_over = 1e-3, least_pace = 0.02;
 };
 
 /// Parameters for connecting the planned strokes into one sequence of steps (ExpertLeg).
 struct Joining {
   static constexpr double straight_on = 0.9,
-                          // cosines of the angle between two consecutive strokes: above straight_on, the hand keeps its
-                          // full speed; below `turn`, the change of direction counts as sharp
+                          // Cosines of the angle between two consecutive strokes. If the cosine is above straight_on,
+                          // the hand keeps its full speed. If it is below `turn`, the hand slows down most.
       turn = 0.3;
-  // m/s, speeds at the transition between strokes: aside_pace for cosines between `turn` and `straight_on`, turn_pace
-  // for sharper turns
+  // m/s, speeds of the hand where one stroke ends and the next begins. aside_pace: if the cosine of the angle between
+  // the strokes lies between `turn` and `straight_on`; turn_pace: if the cosine is smaller than `turn`.
   static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
   static constexpr double coarse_haste = 2.5;  // with a coarse tool, aside_pace and turn_pace are multiplied by this
   // m; two strokes with a gap smaller than this count as one continuous stroke
@@ -114,8 +115,8 @@ struct Joining {
   static constexpr double run_up = 0.6;    // s, time in which the drill reaches its speed
 };
 
-/// m, voxel size of a typical CT of a tooth. If a task has larger voxels, its work is assumed to be larger, too. So all
-/// lengths are multiplied by the ratio of the voxel sizes.
+/// m, voxel size of a typical CT of a tooth. A task with larger voxels is assumed to treat a larger body than a tooth.
+/// So all lengths of the hand's motion are multiplied by the ratio of the task's voxel size to this size.
 constexpr double kVoxelOfATooth = 0.15e-3;
 
 ExpertGrip grip_of(const Scene& scene, double voxel) {
@@ -125,8 +126,8 @@ ExpertGrip grip_of(const Scene& scene, double voxel) {
     if (rule.name == "force_mean_N" && rule.target > 0) grip.force = rule.target;
     if (rule.name == "force_max_N" && rule.target > 0) grip.most_force = Lead::below_most_force * rule.target;
   }
-  // The default limit of the largest force is for teeth. If the mean force of the task is larger than this limit, the
-  // limit is not used.
+  // The default limit of the largest force is meant for teeth. The task of another body may require a mean force above
+  // this limit; then the largest force is not limited.
   if (grip.most_force < grip.force) grip.most_force = std::numeric_limits<double>::infinity();
   if (scene.servo.stiffness > 0) grip.lead = grip.force / scene.servo.stiffness;
   return grip;
@@ -148,16 +149,17 @@ struct ToolChoice {
   // m; no bur stroke is planned for tissue that is thinner than this; this limit is less than the 0.02 mm that the
   // score tolerates
   static constexpr double least_cut = 0.015e-3;
-  // Of the tools that remove enough, the widest is chosen, because it is the fastest. A tool removes enough if it
-  // removes at least the fraction 1 - tolerated_loss of the volume that the best tool removes.
+  // Each tool can remove a certain volume. A tool is good enough if it removes at least the fraction 1 - tolerated_loss
+  // of the largest of these volumes. Of the tools that are good enough, the widest is chosen, because it is the
+  // fastest.
   static constexpr double tolerated_loss = 0.12;
   static constexpr double same_width = 0.01e-3;  // m, tolerance: tool widths that differ by less count as equal
-  // Ratio of the tissue that another tool would leave to the tissue that the chosen tool leaves. If this ratio is below
-  // the limit, the other tool cuts the final surface.
+  // Ratio of two volumes of tissue: what another tool would leave, divided by what the chosen tool leaves. If this
+  // ratio is smaller than hardly_less, the other tool cuts the final surface.
   static constexpr double hardly_less = 0.6;
-  // Conditions for the use of another tool. The error is the volume that differs from the ideal result. The tool must
-  // leave less than the fraction needed_reduction of the present error, and reduce the error by at least the fraction
-  // least_gain of the error at the task's start.
+  // Two conditions for using another tool; both must be met. The error is the volume that differs from the ideal
+  // result. needed_reduction: the tool must leave less than this fraction of the present error. least_gain: the tool
+  // must reduce the error by at least this fraction of the error at the task's start.
   static constexpr double needed_reduction = 0.9, least_gain = 0.012;
   static constexpr std::size_t most_tools = 3, most_tried = 5;
 };
@@ -170,10 +172,12 @@ struct Filling {
   static constexpr double grid = 0.15e-3;  // m, distance between the instrument positions that are evaluated
   static constexpr int head_points = 120;
   static constexpr double down = 0.04e-3;  // m, step by which an instrument is lowered onto the tissue
-  // The instrument is lowered in steps. A step is at most this fraction of the free distance below the instrument.
+  // The instrument is lowered in steps. A step is at most this fraction of the distance between the instrument and the
+  // tissue.
   static constexpr double trusted = 0.7;
   static constexpr double free = 0.03;  // voxels, smallest distance between the filling instrument and the tissue
-  // height and radius of a portion of filling, as fractions of the distance that the filling instrument can reach
+  // height and radius of a portion of filling, as fractions of the largest distance at which the instrument can add
+  // filling
   static constexpr double portion_height = 0.6, portion_radius = 0.98;
   static constexpr double below_wall =
       // largest height of the instrument above the cavity's floor, as a multiple of the instrument's radius; at a
@@ -183,39 +187,40 @@ struct Filling {
                           // m; an instrument that is nearer than near_wall to a wall of the cavity is moved to this
                           // wall in steps of the length `nudge`
       nudge = 0.02e-3;
-  // m, step by which an instrument rises while it fills the hole that it leaves
+  // m; the instrument leaves a hole in the filling. It rises in steps of this length, and fills the hole at each step.
   static constexpr double rise = 0.3e-3;
   // voxels, smallest distance between the dome of filling and the instrument's head
   static constexpr double head_free = 0.5;
-  // If the gradient of the distance field at a point is shorter than this, the point counts as midway between two
-  // surfaces.
+  // The gradient of a distance field has the length 1 near a single surface. If it is shorter than this at a point, the
+  // point is assumed to lie midway between two surfaces.
   static constexpr double one_surface = 0.5;
   static constexpr double proud = 0.12e-3,
                           // m, largest height of the instrument's end above the final contour: `proud` in the first
                           // pass of filling, `overfill` in the second pass
       overfill = 0.4e-3;
-  // Cost of unwanted filling, as a fraction of the gain of wanted filling. Over the cavity the cost is low, because the
-  // excess is carved away later: `carved_again` in the first pass, `overfilled` in the second pass. On the enamel
-  // beside the cavity the cost is high, because a hand instrument hardly removes the excess: `flash`.
+  // Cost of unwanted filling, relative to the gain of the same volume of wanted filling. carved_again, overfilled: low
+  // costs over the cavity in the first and in the second pass of filling, because this excess is carved away later.
+  // flash: high cost on the enamel beside the cavity, because a hand instrument hardly removes this excess.
   static constexpr double carved_again = 0.1, overfilled = 0.03, flash = 3;
-  // voxels. A position above the final contour lies over the cavity if the point at this depth below the contour lies
-  // in the cavity.
+  // voxels. Decides if a position above the final contour lies over the cavity: this is true if the point that lies
+  // below the position, at this depth below the contour, is in the cavity.
   static constexpr double rim = 0;
   // m; filling counts as a gain only up to this height above the lowest voxel in which filling is missing
   static constexpr double layer = 0.6e-3;
   // voxels; a voxel counts as filled only if its centre lies at least this deep inside the dome of filling
   static constexpr double whole_voxel = 0.9;
-  // m³, smallest portion of filling: the volume that the instrument fills in one tick
+  // m³, smallest volume of a portion of filling; the instrument can add this volume in one tick
   static constexpr double least_volume = 0.004e-9;
   static constexpr int at_once = 1;  // number of portions of filling that one plan adds
   // A portion of filling is abandoned after `longer` times its nominal duration, plus `least_time` (s).
   static constexpr double longer = 1.2, least_time = 0.1;
 };
 
-/// Parameters that decide when the work ends.
+/// Parameters that decide when the hand stops cutting and filling.
 struct Rounds {
-  // Another round of cutting is planned only if the last round reduced the error (the volume that differs from the
-  // ideal result) to less than this fraction.
+  // If no filling was added since the last round of cutting, another round is planned only if the last round was
+  // useful: the error (volume that differs from the ideal result) must now be smaller than this fraction of the error
+  // before that round.
   static constexpr double still_left = 0.5;
   static constexpr int most_cuts = 4;  // largest number of rounds of cutting
   // m; the first carving leaves excess filling that is not thicker than this
@@ -293,8 +298,8 @@ class Terrain {
       }
     }
   }
-  /// Returns the greatest height (m, along the preparation's axis) of the tissue near the line from a to b: of all
-  /// tissue whose distance from the line, perpendicular to the axis, is at most `beside` (m).
+  /// Returns the height (m, along the preparation's axis) of the highest tissue near the way from a to b. Tissue is
+  /// near if its distance from this way, measured perpendicular to the axis, is at most `beside` (m).
   double highest(const dvec3& a, const dvec3& b, double beside) const {
     const glm::ivec2 ca = cell_of(a), cb = cell_of(b), around(static_cast<int>(beside / kCell) + 1);
     const glm::ivec2 lo = glm::max(glm::min(ca, cb) - around, glm::ivec2(0)),
@@ -353,8 +358,8 @@ class Plan {
     for (const haptics::Tool& tool : tools_) above_ = std::max(above_, top_ + tool.reach() + Joining::above);
   }
 
-  /// Plans the cutting with one tool after the other, as long as the next tool reduces the error enough (ToolChoice).
-  /// Tissue thinner than `least_thickness` (m) is not cut.
+  /// Plans the cutting with one tool after the other. Ends when no other tool would reduce the error enough
+  /// (ToolChoice). Tissue thinner than `least_thickness` (m) is not cut.
   void cut(bool by_hand, double least_thickness = 0) {
     std::vector<bool> used(tools_.size());
     for (std::size_t round = 0; round < ToolChoice::most_tools; ++round) {
@@ -404,9 +409,9 @@ class Plan {
     return static_cast<std::size_t>(
         std::count_if(tools_.begin(), tools_.end(), [](const haptics::Tool& t) { return t.fill != Tissue::kAir; }));
   }
-  /// Plans portions of filling. `coarser`: index of the instrument; instrument 0 is the finest. If no portion improves
-  /// the result, the plan stays empty. `over`: true in the second pass, in which the instrument may be higher above the
-  /// contour, and excess filling costs less, than in the first pass.
+  /// Plans portions of filling. `coarser`: index of the instrument; the finest instrument has index 0. `over`: true in
+  /// the second pass, in which the instrument may stand higher above the contour, and excess filling costs less. If no
+  /// portion improves the result, the plan stays empty.
   void fill(std::size_t coarser, bool over) {
     over_ = over;
     std::vector<std::uint32_t> by_reach;
@@ -473,8 +478,9 @@ class Plan {
     constexpr double kStraight = 1 - 1e-9;
     return strokes.size() == 1 && glm::dot(glm::normalize(strokes[0].from.p - strokes[0].to.p), axis_) > kStraight;
   }
-  /// Adds the stroke `in` for the tool `last`, and before that for all narrower tools of the same shape, the narrowest
-  /// first, as with a set of reamers. All tools reach the same depth.
+  /// Prepares the stroke `in` of the tool `last`, as with a set of reamers: adds the same stroke for every narrower
+  /// tool of the same shape, the narrowest first. All tools reach the same depth. The caller adds the stroke of `last`
+  /// itself.
   void go_up_by_sizes(std::size_t last, const Stroke& in) {
     std::vector<std::uint32_t> sizes;
     for (std::uint32_t i = 0; i < tools_.size(); ++i) {
@@ -672,9 +678,10 @@ class Plan {
     return voxels;
   }
 
-  /// Finds the best portion for q, a voxel in which filling is missing, and its radius in voxels. Null if no portion
-  /// has a gain. The gain is the missing volume in the portion up to a height of Filling::layer above q, minus the cost
-  /// of excess filling. Filling at larger heights does not count as a gain, because it would block the instrument.
+  /// Finds the best portion of filling for the voxel q, in which filling is missing, and the radius of this portion in
+  /// voxels. Null if no portion has a gain. The gain is the missing volume that the portion fills, minus the cost of
+  /// excess filling. Only the volume up to a height of Filling::layer above q counts, because filling at larger heights
+  /// would block the instrument.
   const Portion* best_for(const dvec3& q, const session::Preparation& in, const Instrument& instrument,
                           const std::vector<Spot>& spots, double& radius) const {
     const Portion* best = nullptr;
@@ -736,14 +743,14 @@ class Plan {
   }
 
   /// Lowers the instrument at the position (a, b) until it touches tissue, then lifts it by the height of a portion of
-  /// filling. Returns the portion that it adds there.
+  /// filling. Returns the portion of filling that the instrument adds there.
   std::optional<Portion> portion_at(const Instrument& instrument, const session::Preparation& layer, double a,
                                     double b) const {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
     const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
     const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
-    // voxels; returns the distance between instrument and tissue at the height c, minus the clearance; 0 if the
-    // instrument is too near
+    // Returns the free distance (voxels) around the instrument at the height c: the distance to the tissue minus the
+    // required clearance Filling::free. 0 if the tissue is too near.
     const auto room = [&](double c) {
       double least = 1e9;
       for (const dvec3& p : instrument.head) {
@@ -760,10 +767,11 @@ class Plan {
     while (c > middle - span) {
       const double below = room(c - Filling::down);
       if (below <= 0) break;
-      // The instrument is lowered by a multiple of Filling::down. The free distance below it determines the multiple.
+      // Lowers the instrument by a multiple of Filling::down. If there is much room below the instrument, the multiple
+      // is larger.
       c -= Filling::down * (1 + std::floor(Filling::trusted * below * h / Filling::down));
     }
-    // Moves the instrument to a wall that is near, because otherwise a slit between instrument and wall would stay
+    // If a wall is near, moves the instrument to this wall. Otherwise a slit between instrument and wall would stay
     // unfilled.
     dvec3 aside = layer.after.gradient(end(c + reach));
     aside -= glm::dot(aside, instrument.w) * instrument.w;
@@ -785,10 +793,10 @@ class Plan {
     return portion_standing(instrument, layer, a, b, c);
   }
 
-  /// Returns the portion of filling (a dome) that the instrument adds when its centre is at the coordinates (a, b, c)
-  /// along the instrument's axes. The dome's centre is the point that the servo would choose. This is the surface point
-  /// nearest to the free end or, if the end is midway between two walls, the point below the end. Empty if the
-  /// instrument reaches no surface.
+  /// Returns the portion of filling (a dome) that the instrument adds when the centre of its head is at (a, b, c), in
+  /// coordinates along the instrument's axes. The dome's centre is the same point that the servo would choose: the
+  /// surface point nearest to the instrument's free end. If this end is midway between two walls, it is the point below
+  /// the end. Empty if the instrument reaches no surface.
   std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
                                           double b, double c) const {
     const double reach = instrument.tool.fill_reach;
@@ -899,8 +907,8 @@ class Plan {
   double pedal_ = 0;
   double force_ = 0;  // N, force of the cuts that are added next
   std::uint32_t tool_ = 0;
-  // true in the second pass of filling, in which the filling may rise above the final contour; the excess is carved
-  // away later
+  // true in the second pass of filling. In this pass, filling may rise above the final contour, because the excess is
+  // carved away later.
   bool over_ = false;
 };
 
@@ -920,8 +928,8 @@ Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   Plan plan(scene_, grip_, now, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
-  // Chooses the instrument. If the last layers hardly reduced the missing volume, the next instrument is used, which
-  // reaches farther than this one.
+  // Chooses the instrument. If several consecutive layers hardly reduced the missing volume, the next instrument is
+  // chosen, which reaches farther.
   const double missing = missing_in(judge_.preparation(now));
   useless_layers_ = missing > missing_ - Rounds::least_layer ? useless_layers_ + 1 : 0;
   missing_ = std::min(missing_, missing);
@@ -949,8 +957,8 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
       log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
                 (off - missing) * 1e9);
     plan.cut(/*by_hand=*/false);
-    // After the first carving, more filling follows. So the first carving removes only excess that is thicker than a
-    // limit.
+    // If filling will continue after this carving (the first one), a thin excess may stay. So only excess above a
+    // certain thickness is removed.
     const bool filling_resumes = layers_ > 0 && cuts_ == 0;
     plan.cut(/*by_hand=*/true, filling_resumes ? grip_.size * Rounds::clearly_too_high : 0);
     legs = plan.take_legs();
@@ -1077,7 +1085,8 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     along_ = length;
     done = seen_.tool == leg.tool || waited_ > 10;
   } else {
-    // A scraping hand instrument reverses its motion at both ends of its run (its sequence of strokes).
+    // A hand instrument scrapes to and fro along its run (a sequence of strokes), and slows down at both ends of the
+    // run.
     const bool first = leg_ == run_, last = leg.end_pace <= 0;
     const double from_turn = (back_ ? last : first) ? along_ : length,
                  to_turn = (back_ ? first : last) ? length - along_ : length;

@@ -1,7 +1,8 @@
 // A simulated hand that carries out a task: "--hand expert:" of `typodont servo`. Expert plans strokes that change the
-// tissue to the task's ideal result. ExpertHand follows the strokes in a closed loop. It reads the tool's pose, leads
-// the tool along the stroke, presses while tissue blocks the tool, and continues when the tissue is removed. Trainees
-// can watch the recorded session and compare their own session with it.
+// tissue to the task's ideal result. ExpertHand follows the strokes in a closed loop. In every tick, the hand reads the
+// tool's pose and pulls the tool along the stroke. While tissue blocks the tool, the hand presses; when this tissue is
+// removed, the hand goes on. Trainees can watch the recording of this hand's session and compare their own session with
+// it.
 #pragma once
 
 #include <array>
@@ -40,16 +41,18 @@ struct ExpertLeg {
   bool rough = false;   // true: a coarse tool removes the bulk; its path may deviate more from the planned line
 };
 
-/// The size of the work in a task, and its forces. These values scale the hand's motion.
+/// Size of the body that the task treats, and forces of the task. The hand's motion is scaled with these values.
 struct ExpertGrip {
-  double size = 1;     // factor by which lengths for work on a tooth are multiplied: distances, clearances, tolerances
+  // factor for the lengths of the hand's motion (distances, clearances, tolerances): 1 for a tooth, larger for a larger
+  // body
+  double size = 1;
   double force = 1;    // N, mean force that the task asks for
   double lead = 1e-3;  // m, distance of the hand ahead of its tool at which the force equals the mean force
   double most_force = std::numeric_limits<double>::infinity();  // N, largest force of a cut
 };
 
-/// Position of a portion of filling, m along the two axes perpendicular to the preparation's axis. The instrument
-/// leaves a hole there. It can enter this hole again only at exactly the same position.
+/// Position at which a portion of filling was added, m along the two axes perpendicular to the preparation's axis. The
+/// instrument leaves a hole in the filling there, and can enter this hole again only at exactly the same position.
 struct FilledSpot {
   std::uint32_t tool = 0;
   double a = 0, b = 0;
@@ -77,7 +80,8 @@ class Expert {
   std::optional<haptics::TissueVolume> planned_;
   std::vector<FilledSpot> filled_;
   int layers_ = 0, cuts_ = 0;  // number of plans so far for filling, and for cutting
-  /// number of layers that were filled before the last carving; 0 until filling continues after the first carving
+  /// Number of layers that were filled before the last carving. It stays 0 after the first carving until filling
+  /// continues.
   int layers_cut_ = 0;
   double missing_ = 1e9;    // m³, smallest volume of missing filling so far
   double off_ = 0;          // m³, volume that differed from the ideal result before the last round of cutting
@@ -140,8 +144,8 @@ class ExpertHand final : public haptics::HapticDevice {
   double most_lead_;
 };
 
-/// Runs the hand in simulated time. When a plan is finished, the expert makes the next plan from the present tissue,
-/// until a plan is empty. `each` is called after every tick.
+/// Runs the hand in simulated time. After each finished plan, the expert makes the next plan from the present tissue.
+/// The run ends when a plan is empty. `each` is called after every tick.
 void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert,
                 const std::function<void(const ServoTick&, const Cut*)>& each);
 

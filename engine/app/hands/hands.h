@@ -32,8 +32,8 @@ struct Hands {
   std::unique_ptr<haptics::HapticDevice> left;
 };
 
-/// Function that creates a hand that a window or a headset controls. Its arguments are the scheme and the rest of an
-/// address, for example "mouse" and "", or "openxr" and "right".
+/// Function that creates a hand whose motion comes from a window or a headset. Its two arguments are the parts of the
+/// hand's address before and after the colon, for example "mouse" and "", or "openxr" and "right".
 using WindowHands =
     std::function<std::unique_ptr<haptics::HapticDevice>(const std::string& scheme, const std::string& rest)>;
 
@@ -49,7 +49,8 @@ void require_real_time(const Hands& hands);
 /// Describes a device for the option --explain, for example "Woody (1000 Hz, vibration up to 150 Hz)".
 std::string in_words(const haptics::DeviceInfo& info);
 
-/// Adds the drivers mouse:, openxr: and expert: to the built-in drivers, for `typodont devices` and --hand.
+/// Makes the drivers mouse:, openxr: and expert: available, besides the built-in drivers, for `typodont devices` and
+/// for the option --hand.
 void add_window_drivers();
 
 /// Collects statistics of the servo loop for the recorder and the picture. For the servo thread only; costs about ten
@@ -71,8 +72,8 @@ class LoopStatistics {
   Nanos published_ = 0;
 };
 
-/// Filters the pedal. During an emergency stop, the pedal counts as released. After the stop, it counts as released
-/// until the user has really released it once. Servo thread only.
+/// Filters the state of the pedal. During an emergency stop, the pedal counts as released. After the stop, the pedal
+/// still counts as released until the user has released it once. Servo thread only.
 class PedalInterlock {
  public:
   double pass(double pedal, bool held) noexcept {
@@ -84,9 +85,9 @@ class PedalInterlock {
   bool locked_ = false;
 };
 
-/// Switches the emergency stop on or off. While it is on, the drill stops, and the force of every device with motors
-/// ramps down to zero. After it is switched off, the force returns as soon as the hands are free of contact. Called by
-/// the render thread.
+/// Switches the emergency stop on (`hold` true) or off. When it is switched on, the drill stops, and the force of every
+/// device with motors ramps down to zero. After it is switched off, the force stays zero until the hands are free of
+/// contact. Called by the render thread.
 void set_emergency_stop(Wiring& wiring, bool hold) noexcept;
 
 /// The function of the second hand's thread. The second hand moves the mouth mirror or, if hand_holds_suction(scene),

@@ -31,10 +31,11 @@ constexpr double kSweepBelow = 0.1e-3;
 constexpr double kSweepApart = 1.0e-3;  // m, distance between two strokes of the smoothing bur
 // N, forces for drilling, for cutting a thread, for checking the depth, and for marking
 constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;
-constexpr double kLeadPerForce = 1.5e-3;  // m/(s·N), rate of change of the lead (hand ahead of tool) per force error
-constexpr double kMostLead = 3e-3;        // m, largest lead (distance of the hand ahead of its tool)
-constexpr double kPeck = 3e-3;            // m, drilled depth after which the drill is pulled back
-constexpr double kPull = 2e-3;            // m, distance by which the drill is pulled back, so that the bone cools
+// m/(s·N); the lead (distance of the hand ahead of its tool) grows with this speed per newton of missing force
+constexpr double kLeadPerForce = 1.5e-3;
+constexpr double kMostLead = 3e-3;  // m, largest lead (distance of the hand ahead of its tool)
+constexpr double kPeck = 3e-3;      // m, drilled depth after which the drill is pulled back
+constexpr double kPull = 2e-3;      // m, distance by which the drill is pulled back, so that the bone cools
 // °C, temperatures of the bone: the hand lifts the tool at kHot and continues at kCool
 constexpr double kHot = 42, kCool = 41;
 // m; a bur that is higher than this above the planned entry point no longer touches the pit that it drilled
@@ -182,8 +183,8 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
   };
   if (waited_ > kPatience) {
     gave_up_ = true;
-    // The stage has taken too long. In the stage kWork, the hand leaves the bone before it ends the session. In any
-    // other stage (for example because the servo does not change the tool), it ends the session at once.
+    // The stage has taken too long, so the hand ends the session. In the stage kWork, the hand first leaves the bone.
+    // In any other stage, it ends the session at once (for example if the servo does not change the tool).
     if (stage_ != Stage::kWork) stage_ = Stage::kOver;
   }
   switch (stage_) {
@@ -211,9 +212,9 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
       }
       break;
     case Stage::kBack: {
-      // A tap (a tool that cuts a thread) must turn backwards to leave the bone, until its thread no longer engages.
-      // The height of the bone's surface may differ from the plan. So the depth of the tip does not tell whether the
-      // thread still engages.
+      // A tap (a tool that cuts a thread) leaves the bone by turning backwards while its thread is still in the bone.
+      // The height of the bone's surface may differ from the plan. So this is decided by the state that the servo
+      // reports, not by the depth of the tip.
       const bool held = tool().implant->threaded() && seen_.level == level::kScrewing;
       if (held) {
         sample.pedal = -1;

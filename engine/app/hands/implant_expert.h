@@ -50,7 +50,8 @@ class ImplantExpert final : public haptics::HapticDevice {
   std::size_t phase_ = 0;
   Stage stage_ = Stage::kTake;
   std::uint64_t ticks_ = 0;
-  double depth_ = 0;      // m, depth of the tip below the planned entry point if the tool were at the hand's pose
+  // m, depth below the planned entry point at which the tool's tip would be if the tool followed the hand exactly
+  double depth_ = 0;
   double lead_ = 0;       // m, lead: distance of the hand ahead of its tool
   double waited_ = 0;     // s, time since the present stage (Stage) of the phase began
   double along_ = 0;      // m, completed length of the smoothing path

@@ -83,7 +83,7 @@ class LiveExpert final : public haptics::HapticDevice {
     return true;
   }
 
-  /// Waits for requests of the servo thread and makes a plan for each. Planner thread only.
+  /// Makes a plan whenever the servo thread requests one. Planner thread only.
   void plan_when_asked(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       if (!asked_.exchange(false)) {

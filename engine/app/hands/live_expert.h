@@ -12,11 +12,11 @@
 
 namespace typodont {
 
-/// Makes an expert hand. This takes seconds, because it includes the first plan, from `start`, the tissue at the
-/// session's start. A separate thread makes the later plans from copies of the tissue; meanwhile the hand waits above
-/// the tooth with the pedal released. The hand does not move during an emergency stop. read() ends the session when a
-/// plan is empty. `paced`: true if read() waits until the real time of each sample; otherwise it waits only for plans.
-/// Throws Error if the task has no ideal result, or if no tool of the scene can begin the task.
+/// Makes an expert hand. This takes seconds, because the first plan is made here, for the tissue `start` at the
+/// session's start. Later plans are made by a separate thread, from copies of the tissue; during this time, the hand
+/// waits above the tooth with the pedal released. The hand does not move during an emergency stop. If a plan is empty,
+/// read() ends the session. `paced`: true if read() waits until the real time of each sample; false if it waits only
+/// for plans. Throws Error if the task has no ideal result, or if no tool of the scene can begin the task.
 std::unique_ptr<haptics::HapticDevice> make_live_expert(const Scene& scene, const haptics::TissueVolume& start,
                                                         Wiring& wiring, double rate, bool paced);
 

@@ -17,7 +17,8 @@ namespace {
 
 constexpr double kUsualStep = 0.15e-3;                     // m, default motion of the tool per notch of the wheel
 constexpr double kLeastStep = 0.005e-3, kMostStep = 2e-3;  // m, limits of the tool's motion per notch of the wheel
-// s, time constant of the smoothing between two positions of the pointer
+// s, time constant with which the tool's position follows the latest position of the pointer, so that the motion is
+// smooth
 constexpr double kFollowTime = 15e-3;
 constexpr double kMostDepth = 30e-3;  // m, largest distance of the tool from the screen's plane
 // ns, shortest duration of a press as the servo receives it, so that a short click is not lost
@@ -27,7 +28,8 @@ constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};
 constexpr double kMostLean = 85 * kDegree;  // rad, largest tilt of the tool that the mouse can set
 // rad, change of the tilt when the pointer moves by half the picture's height
 constexpr double kLeanPerHalfHeight = 60 * kDegree;
-// While the pointer moves, the tool's offset from the pointer shrinks by this fraction of the pointer's motion.
+// While the tool is tilted, the pointer moves away from the tool. Later, each motion of the pointer reduces this offset
+// by the length of the motion times this factor, until the tool is at the pointer again.
 constexpr double kReturn = 0.5;
 
 class MouseHand : public haptics::HapticDevice {
@@ -120,7 +122,8 @@ haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t) {
     lean(moved, seen);
     offset_ -= moved;  // While the tool is tilted, the motion of the mouse pointer must not move the tool's head.
   } else {
-    // The offset between tool and pointer shrinks only while the pointer moves, so that the tool never jumps.
+    // Reduces the offset between tool and pointer. This happens only while the pointer moves, so that a hand at rest
+    // never sees the tool move.
     const double left = glm::length(offset_);
     if (left > 0) offset_ *= std::max(0.0, 1 - kReturn * glm::length(moved) / left);
   }

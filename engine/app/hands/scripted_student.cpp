@@ -18,7 +18,8 @@ constexpr double kExploreSpeed = 4e-3;  // m/s, speed over the surface while exp
 // m, depth of the hand below the surface while exploring; the coupling (spring between hand and tool) turns the depth
 // into a force
 constexpr double kExplorePress = 0.5e-3;
-constexpr double kExplored = 3.0e-3;  // m, distance that is explored on each side of the lesion's middle
+// m; the student explores the surface up to this distance on each side of the lesion's middle
+constexpr double kExplored = 3.0e-3;
 
 /// Returns the middle of the caries in the highest layer of voxels that contains caries.
 dvec3 top_of_caries(const haptics::TissueVolume& tissue) {

@@ -1,5 +1,6 @@
-// The hand of the demonstration: a simulated student. The student first explores the lesion in both directions with the
-// drill off, then removes the caries as the expert does, and withdraws the tool.
+// The hand of the demonstration: a simulated student. The student first explores the lesion with the drill off, by
+// moving the tool over its surface in two directions, then removes the caries with the strokes of the expert, and
+// withdraws the tool.
 #pragma once
 
 #include <memory>

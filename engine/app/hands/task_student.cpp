@@ -33,22 +33,24 @@ constexpr double kRow = 0.6;  // distance between two rows of strokes in a layer
 constexpr double kSameLevel = 10e-6;
 // m²; if a flat part of the cavity's floor is smaller than this, the tool makes no pass along the walls around it
 constexpr double kLeastFlat = 0.1e-6;
-// a flat part of the floor also gets no pass along the walls around it if it is smaller than this fraction of the
-// head's cross-section
+// a flat part of the floor also gets no pass along the walls around it if its area is smaller than this fraction of the
+// cross-section of the tool's head
 constexpr double kFlatShare = 0.15;
-// Distance between a wall and the end of a row of strokes, as a fraction of the head's diameter. Another pass cuts
-// along the wall.
+// A row of strokes ends at this distance from a wall, stated as a fraction of the head's diameter. A separate pass then
+// cuts along the wall.
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.03e-3;  // m, smallest distance between the head and neighbouring teeth or gum
 constexpr double kLeastTaken = 0.05;     // voxels; no stroke is planned for tissue that is thinner than this
 // m, tolerance: a point of the tool's path is omitted if it is nearer than this to the line between its neighbours
 constexpr double kOnLine = 2e-6;
-// m; a part of a pass that removes nothing is kept if it is shorter than this, so that the tool need not be lifted
+// m; on a part of a pass, the tool may remove nothing. If this part is shorter than kBridged, the tool moves along it;
+// otherwise the tool is lifted over it.
 constexpr double kBridged = 1e-3;
-// m; with a coarse tool, a part of a pass that removes nothing is kept if shorter than this, because lifting takes
-// longer
+// m; the same limit as kBridged, for a coarse tool. For a part of this length, lifting the tool would take longer than
+// moving along the part.
 constexpr double kCoarseBridged = 3e-3;
-// m; a connection between two passes that is longer than this leads up over the tissue instead of straight
+// m; if the straight way from one pass to the next is shorter than this, the tool takes it; otherwise the tool moves
+// up, across and down
 constexpr double kStraight = 3e-3;
 constexpr double kHop = 0.3e-3;  // m, height step of the search for a free path between two strokes
 // m; a row of strokes that is longer than this begins with a ramp, on which the bur enters the tissue
@@ -106,8 +108,8 @@ class StrokePlanner {
     }
     if (!finish) return std::move(strokes_);
     bulk_ = false;
-    // Cuts the edges between floor and walls first, and then the walls from below, so that the side of a long head cuts
-    // a steep wall in one pass.
+    // Makes passes along the walls. Begins at the edges between floor and walls, and continues upward. So the side of a
+    // long head cuts a steep wall in one pass.
     for (const double height : floors())
       for (Chain& wall : walls_at(height)) take(wall, /*closed=*/true);
     for (double height = layers_.back().height; height < layers_.front().height; height += step_) {
@@ -246,8 +248,9 @@ class StrokePlanner {
     }
     return p;
   }
-  /// Returns a straight path for a head that fits the ideal (the tissue that must remain) exactly, for example a reamer
-  /// with the diameter of the hip's socket. For such a head, the grid contains no free position. Empty for other heads.
+  /// Returns a straight path for a head that fits exactly into the ideal (the tissue that must remain), for example a
+  /// reamer with the diameter of the hip's socket. Such a head has no free position on the grid, so it needs this
+  /// separate path. Empty for other heads.
   std::optional<Chain> close_fit() const {
     dvec3 p = centered({lo_ + 0.5 * grid_ * glm::dvec2(count_ - 1), top_});
     const auto down_to = [&](double height) {
@@ -265,8 +268,8 @@ class StrokePlanner {
     return Chain{above, p};
   }
 
-  /// Finds the positions of a horizontal layer of the grid, at this height, that the head can reach from the layer
-  /// above.
+  /// Makes the horizontal layer of the grid at this height: finds the positions that the head can reach from the layer
+  /// above. `above`: null for the highest layer.
   Layer layer_at(double height, const Layer* above) const {
     Layer layer{height, std::vector<std::uint8_t>(cell(count_.x - 1, count_.y - 1) + 1)};
     std::vector<std::uint8_t> free(layer.in.size());
@@ -408,7 +411,8 @@ class StrokePlanner {
                 nullptr);
   }
 
-  /// Adds strokes for those parts of the tool's path on which it removes tissue. A closed path may begin at any point.
+  /// Adds strokes for those parts of the path `chain` on which the tool removes tissue. If the path is closed, the
+  /// strokes may begin at any of its points.
   void take(Chain& chain, bool closed) {
     if (chain.empty()) return;
     std::vector<std::uint8_t> has(chain.size());
@@ -482,16 +486,16 @@ class StrokePlanner {
     }
   }
 
-  /// Returns true if the row at p can be omitted, because a coarse tool removes the tissue below p in its passes along
-  /// the floor.
+  /// Returns true if no row of strokes is needed at p. This is the case for a coarse tool near the floor, because its
+  /// passes along the floor remove the tissue below p.
   bool left_to_floor(const dvec3& p) const {
     if (!coarse_) return false;
     const auto floor = lowest(p.x, p.y);
     return floor && p.z - *floor < kAtOnce * tool_.diameter;
   }
 
-  /// Adds a ramp along the row, from the layer above down to the row. A bur must not move straight down, because its
-  /// end cuts badly.
+  /// Adds a ramp, on which the bur enters the tissue: from the layer above, the bur moves down along the row. A bur
+  /// must not move straight down, because its end cuts badly.
   void enter(const Chain& row) {
     if (row.size() < 2 || glm::length(row.back() - row.front()) < ramp_) return;
     if (std::none_of(row.begin(), row.end(), [&](const dvec3& p) { return useful(p); })) return;
@@ -500,8 +504,8 @@ class StrokePlanner {
     stroke({above, row.back(), row.front()});
   }
 
-  /// Finds the cells of the grid layer `in` that are more than `away` cells away from every cell outside `in`. The edge
-  /// of the grid does not count as outside.
+  /// `in` marks cells of a grid layer. Returns the marked cells that are more than `away` cells away from every cell
+  /// that is not marked. Beyond the edge of the grid, there are no cells, so the edge itself has no effect.
   std::vector<std::uint8_t> inner(const std::vector<std::uint8_t>& in, int away) const {
     std::vector<std::uint8_t> result = in;
     for (int i = 0; i < count_.x; ++i) {
@@ -526,7 +530,8 @@ class StrokePlanner {
     const Layer& above = layer_above(height);
     const Layer layer = above.height - height < 1e-9 ? above : layer_at(height, &above);
     std::vector<dvec3> points;
-    // for each grid edge that an outline crosses: index of the edge, and index of the point at which it is crossed
+    // The key is the index of a grid edge that an outline crosses. The value is the index of the point at which the
+    // outline crosses this edge.
     std::unordered_map<std::size_t, std::size_t> index;
     std::vector<std::array<std::size_t, 2>> next;  // for each point: indices of its two neighbours on the line
     constexpr std::size_t kNone = SIZE_MAX;
@@ -557,8 +562,8 @@ class StrokePlanner {
           if (layer.in[cell(p.x, p.y)] != layer.in[cell(q.x, q.y)]) crossed.push_back(point_on(p, q));
         }
         if (crossed.size() == 2) join(crossed[0], crossed[1]);
-        // the outline of the reachable region crosses this cell twice, and each line cuts off one corner that the head
-        // cannot reach
+        // The outline of the region that the head can reach crosses this cell twice. Each of the two lines cuts off one
+        // corner of the cell, which the head cannot reach.
         if (crossed.size() == 4) {
           const bool first = layer.in[cell(i, j)];
           join(crossed[first ? 0 : 3], crossed[first ? 1 : 0]);
@@ -650,7 +655,7 @@ class StrokePlanner {
     return flat;
   }
 
-  const double size_;         // ratio of the work's size to the size of a tooth
+  const double size_;         // factor for lengths: 1 for a tooth, larger if the task treats a larger body
   const double least_taken_;  // voxels; no stroke is planned for tissue that is thinner than this
   const double grid_ = size_ * kGrid;
   const double down_ = size_ * kDown;

@@ -25,10 +25,10 @@ dquat toward(const dvec3& axis_W);
 /// Plans strokes that remove the tissue outside the preparation's ideal (the tissue that must remain). First it plans
 /// the bulk, layer by layer from the opening down. If `finish` is true, it then plans the floor and the walls. Strokes
 /// that would remove nothing are omitted. The shank is parallel to the preparation's axis and does not touch the ideal.
-/// `into`: m, depth to which the head may enter the ideal. `step`: m between the passes along floor and walls.
-/// `around`: neighbouring teeth and gum, which the head must not touch; null: there are none. `size`: ratio of the
-/// work's size to the size of a tooth; grid distances and tolerances are multiplied by it. `least`: m; no strokes are
-/// planned for tissue that is thinner than this.
+/// `into`: m, depth to which the head may enter the ideal. `step`: m, distance between two passes along floor and
+/// walls. `around`: neighbouring teeth and gum, which the head must not touch; null: there are none. `size`: factor for
+/// grid distances and tolerances, 1 for a tooth, larger for a larger body. `least`: m; no strokes are planned for
+/// tissue that is thinner than this.
 std::vector<Stroke> plan_strokes(const session::Preparation& preparation, const haptics::Tool& tool, double step,
                                  double into = 0, const SurroundingsShape* around = nullptr, bool finish = true,
                                  double size = 1, double least = 0);

@@ -14,8 +14,8 @@ namespace {
 // s, time constant of the smoothing; with it, 90 controller positions per second feel like a continuous motion
 constexpr double kFollowTime = 10e-3;
 constexpr double kReturnTime = 0.4;  // s, duration of the tool's motion to the hand after the tracking returns
-// m/(s·N), admittance (speed per force) of the tool while tracking is lost: the tool yields to the force, so that the
-// force fades within 50 ms at 1 N/mm
+// m/(s·N), admittance. While tracking is lost, the tool moves away from the tissue with this speed per newton of force.
+// So the force fades within 50 ms (at a stiffness of 1 N/mm).
 constexpr double kLostHandAdmittance = 0.02;
 // m/s, largest speed at which the tool yields to the force while tracking is lost
 constexpr double kMostLostHandSpeed = 0.05;

@@ -1,7 +1,8 @@
 // Uses a headset's controller as the hand. The controller gives no force. If tracking is lost, the tool stops and then
-// yields to the force, so that the force fades. When tracking returns, the tool moves to the hand. It drills again only
-// after the trigger was released once. A frame that takes longer than 150 ms counts as a loss of tracking, because the
-// user would drill without seeing. For example, a new quality level takes this time while the driver compiles shaders.
+// yields to the force, so that the force fades. When tracking returns, the tool moves to the hand. The drill runs again
+// only after the user has released the trigger once. If a frame takes longer than 150 ms, tracking also counts as lost,
+// because the user would drill without seeing. For example, a frame takes so long after a change of the quality level,
+// while the driver compiles shaders.
 #pragma once
 
 #include <memory>

@@ -36,7 +36,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// s, duration in which a tool becomes transparent after its tracking is lost, or opaque after it returns
+// s, time in which a tool becomes partly transparent after its tracking is lost, or opaque again after tracking returns
 constexpr double kFadeTime = 0.25;
 constexpr double kLostOpacity = 0.35;
 constexpr double kFullForce = 3;  // N, force at which the controller vibrates most strongly
@@ -49,7 +49,8 @@ constexpr double kFastSpindle = 400 * kKrpm;
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
 // s; if a frame takes longer than this, the GPU is assumed to hang; software rendering on a slow CPU takes less
 constexpr double kLongestFrame = 20;
-constexpr double kLeaveTime = 2;  // s, the runtime must end the session within this time
+// s; if the runtime has not ended the session within this time after the request, the program stops waiting for it
+constexpr double kLeaveTime = 2;
 
 /// Computes the controller's vibration. Its amplitude depends on the force on the hand, its frequency on the drill's
 /// speed. The frequency is far below the spindle's frequency, because a controller cannot produce such high
@@ -62,8 +63,9 @@ display::Vibration vibration_of(const ServoTick& tick) {
   return {std::clamp(running + force / kFullForce, 0.0, 1.0), kSlowest + (kFastest - kSlowest) * speed};
 }
 
-/// Called if a thread of this program hangs in a call of the headset's runtime. At exit, the process then keeps its
-/// exit status but runs no destructors, because the hanging thread might still use the data that they destroy.
+/// Called if a thread of this program hangs in a call of the headset's runtime. At exit, the process then runs no
+/// destructors, because the hanging thread might still use the data that the destructors destroy. The exit status stays
+/// the same.
 void end_hard_at_exit() {
   on_exit(
       [](int status, void*) {
@@ -76,8 +78,8 @@ void end_hard_at_exit() {
 
 }  // namespace
 
-/// All data of the headset's thread except the channels to other threads (Wiring). This object continues to exist if
-/// the thread hangs and is abandoned.
+/// All data of the headset's thread except the channels to other threads (Wiring). If the thread hangs, the program no
+/// longer waits for it, but this object continues to exist, because the thread might still use it.
 struct XrSession::Thread {
   display::DisplayRig rig;
   haptics::ServoSettings servo;
@@ -102,8 +104,8 @@ struct XrSession::Thread {
   std::atomic<std::uint64_t> frames{0};
 
   enum class Phase { kOpening, kAwake, kOver };
-  // The mutex protects the members below. These members are read a hundred times per second and written only three
-  // times.
+  // The mutex protects the members below. A simple mutex is enough: these members are read a hundred times per second
+  // and written only three times.
   std::mutex mutex;
   std::condition_variable changed;
   Phase phase = Phase::kOpening;
@@ -200,8 +202,8 @@ struct XrSession::Thread {
         continue;
       }
       if (leave_until && now() > leave_until) break;
-      // While the headset is off, the changes of the gum are taken too, because a full channel would hold up those for
-      // the operator's picture.
+      // Takes the changes of the gum from their channel, also while the headset is off. If this channel were full, the
+      // servo would send the changes to no picture, so the operator's picture would also stop changing.
       if (gum) gum->take(*wiring.gum_to_headset);
       if (!hmd.running()) {  // The user has taken off the headset. The bench waits, and no hand holds the tool.
         publish_hand(nullptr);
@@ -284,8 +286,8 @@ struct XrSession::Thread {
     log::info("touch {}: taken", touches.size());
   }
 
-  /// Handles the mirror button: it puts the mouth mirror into the second hand, or removes it. If this hand's tracking
-  /// is lost, the mirror keeps its pose.
+  /// Handles the mirror button of a controller: the button puts the mouth mirror into the second hand, or removes the
+  /// mirror. If the second hand's tracking is lost, the mirror keeps its pose.
   void hold_mirror(const display::HmdFrame& frame) {
     for (int i = 0; i < 2; ++i) {
       if (!frame.hands[static_cast<std::size_t>(i)].mirror) continue;
@@ -322,8 +324,8 @@ XrSession::XrSession(const display::DisplayRig& rig, const Scene& scene, const h
     : thread_(std::make_shared<Thread>(rig, scene, tissue, wiring, options)), stall_(rig.hmd.stall) {
   thread_->thread = std::thread([state = thread_] { state->run(); });
   std::unique_lock lock(thread_->mutex);
-  // This loop waits for the runtime, and limits the duration of each call of the runtime. (wake() limits the time until
-  // the user puts on the headset.)
+  // Waits until the headset's thread has opened the runtime. If one call of the runtime takes too long, the session
+  // cannot start. (The time until the user puts on the headset is limited separately, by wake().)
   while (thread_->phase == Thread::Phase::kOpening) {
     thread_->changed.wait_for(lock, 20ms);
     if (thread_->gate.silent() < std::max(rig.hmd.wait, stall_)) continue;
@@ -371,7 +373,8 @@ void XrSession::stop() {
       const std::lock_guard lock(thread_->mutex);
       if (thread_->phase == Thread::Phase::kOver) break;
     }
-    // The thread hangs in a call of the headset's runtime. So the thread and all its data are abandoned.
+    // The headset's thread hangs in a call of the runtime. So this thread is not joined, and all its data stay in
+    // memory.
     if (thread_->gate.silent() > stall_ && thread_->gate.give_up()) {
       thread_->thread.detach();
       end_hard_at_exit();

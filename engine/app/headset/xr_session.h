@@ -1,5 +1,5 @@
-// A headset in a live session, on its own thread. The headset's runtime is software of other vendors. If it hangs or
-// crashes, the session must still end properly, with zero force and a complete recording.
+// A headset in a live session, on its own thread. The headset's runtime is software of other vendors. If this runtime
+// hangs or crashes, the session must still end properly, with zero force and a complete recording.
 #pragma once
 
 #include <filesystem>
@@ -38,8 +38,8 @@ class XrSession {
   // The next functions are called by the thread that runs the session. start() begins the recording of frame times, if
   // the options request it. `began`: time of the session's start.
   void start(Nanos began);
-  /// Checks the headset. Returns false if the user has ended the session. Throws RunFailure if the runtime is lost, or
-  /// if it has not answered for the time `stall_s` of the rig file.
+  /// Checks the headset. Returns false if the user has ended the session. Throws RunFailure if the headset's runtime is
+  /// lost, or if it has not answered for a time that the rig file states as `stall_s`.
   bool step();
   /// Ends the session with the runtime. If the headset's thread hangs in a call of the runtime, the thread is
   /// abandoned.

@@ -23,8 +23,8 @@ class XrStage {
     bool validation = false;
     HandpieceView handpieces;
   };
-  /// Opens the runtime, the headset, the GPU and the session with the runtime. `work_W`: m, frame W, middle of the
-  /// work. Throws Error.
+  /// Opens the runtime, the headset, the GPU and the session with the runtime. `work_W`: m, frame W: the point that is
+  /// in front of the user after recentring. Throws Error.
   XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const dvec3& work_W,
           display::RuntimeGate& gate, const Options& options);
   ~XrStage();

@@ -21,7 +21,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kRpm = 2 * kPi / 60;  // rad/s, one revolution per minute
-constexpr double kBehind = 0.3e-3;     // m, distance behind the drilled hole's wall at which measure_bed() tests bone
+// m; to find openings in the drilled hole's wall, measure_bed() tests if there is bone at this distance behind the wall
+constexpr double kBehind = 0.3e-3;
 constexpr int kAround = 24;
 
 /// The voxels of the tissue in a box around the planned implant.
@@ -55,8 +56,8 @@ class Around {
     const std::size_t i = box_.field.at(p.x, p.y, p.z);
     return box_.field.distance[i] < 0 ? box_.tissue[i] : Tissue::kAir;
   }
-  // frame of the whole volume, of which this class copies only a box; with this frame, the voxel nearest to a point is
-  // the same in the copy and in the volume
+  // Frame of the whole volume, of which this class copies only a box. The nearest voxel is computed in this frame, so
+  // the copy gives the same voxel as the volume.
   VoxelFrame frame_;
   glm::ivec3 lo_;
   DenseCopy box_;

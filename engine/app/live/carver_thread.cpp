@@ -89,8 +89,8 @@ bool execute_command(LiveSession& s, TissueCommand command, Nanos t, TissueSaver
   return true;
 }
 
-/// Applies a part of a brush stroke, which can be undone. Returns false if the brush touched no tissue, because
-/// painting in the air is not part of an exercise.
+/// Applies a part of a brush stroke, which the user can undo. Returns false if the brush touched no tissue; such a part
+/// is not recorded.
 bool brush(LiveSession& s, const BrushMove& move) {
   if (move.begins) {
     s.carver.end_stroke();
@@ -144,8 +144,9 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   Wiring& wiring = s.wiring;
   Done done;
   done.worked = repeat_cuts();
-  // The tick in the channel was received in the previous call of turn(), so repeat_cuts() has already applied all its
-  // cuts. A tick without a valid pose is ignored.
+  // Tells the carver up to which time all cuts are applied, so that it can end a stroke after a pause. This tick was
+  // received in the previous call of turn(), so repeat_cuts() has already applied its cuts. A tick without a valid pose
+  // is not used.
   if (const ServoTick& tick = wiring.tick_to_carver.front(); !(tick.faults & haptics::kNoPose)) s.carver.rest(tick.t);
   pause();
   done.awaited = wiring.patch.keep_up(s.carver, wiring.tick_to_carver.front().patch);
@@ -182,8 +183,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
     if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
   }
   if (wiring.expert_wants_copy.exchange(false)) {
-    // The expert requests a copy after its last cut. This cut may have arrived during this call of turn(), so it is
-    // applied first.
+    // The expert hand has made its last cut and then requested a copy of the tissue. The copy must contain this cut,
+    // which may have arrived during this call of turn(). So waiting cuts are applied first.
     repeat_cuts();
     auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
     if (wiring.copies_to_expert.push(copy.get())) (void)copy.release();
@@ -191,8 +192,8 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   return done;
 }
 
-/// Meshes the changed bricks (mesh blocks) that a picture shows. The others are meshed later; the volume stores which
-/// voxels have changed.
+/// Meshes those changed bricks (mesh blocks) that a picture shows. The volume stores which voxels have changed, so the
+/// other changed bricks can be meshed later.
 void CarverTurns::Impl::mesh() {
   const auto& seen = s.wiring.tissue_in_sight;
   const bool in_sight =
@@ -226,10 +227,10 @@ void carve(LiveSession& s) {
   int idle = 0;  // number of consecutive calls of turn() without work
   while (!s.wiring.stop.load(std::memory_order_relaxed)) {
     const CarverTurns::Done done = turns.turn();
-    // Chooses the sleep time of the carver thread. After 30 ms without work, the hand is assumed to be slow: at 3 cm/s
-    // it moves 0.1 mm until the next check. After one second without work, it is assumed to rest: if it accelerates
-    // with 10 m/s², it moves 0.5 mm until the next check. In an idle session, the checks use 0.4 % of a core; more
-    // frequent checks would use 3 %.
+    // Chooses the sleep time of the carver thread until it checks for work again. After 30 ms without work, the hand is
+    // assumed to be slow: at 3 cm/s, the hand moves 0.1 mm until the next check. After one second without work, the
+    // hand is assumed to rest: if it then accelerates with 10 m/s², it moves 0.5 mm until the next check. In an idle
+    // session, these checks use 0.4 % of a core. Checks without such a long sleep would use 3 %.
     idle = done.worked ? 0 : std::min(idle + 1, 400);
     if (!done.worked)
       std::this_thread::sleep_for(done.awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 10'000us);

@@ -16,11 +16,13 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// ns; if the GPU device is lost again within this time, it counts as broken
+// ns; if the GPU device is lost and was created again less than this time ago, it is assumed to be broken and is not
+// created again
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 // ns, time between two searches for changed bricks (mesh blocks) while the pictures are drawn by the CPU
 constexpr Nanos kProcessorMeshInterval = 33'000'000;
-constexpr Nanos kBriefWait = 4'000'000;     // ns, time between two checks for motion while nothing is drawn
+// ns; while nothing is drawn, the program checks in this interval whether something has moved
+constexpr Nanos kBriefWait = 4'000'000;
 constexpr Nanos kOwnInterval = 30'000'000;  // ns, time between two pictures from the free viewpoint
 constexpr int kImplantSections = 2;         // number of sections through an implant: along the arch, and across it
 // The section follows the drill only if the drill has rotated or moved farther than this.
@@ -185,8 +187,8 @@ void LivePicture::show_next_view(const ServoTick& tick) {
   views_->look(Eyes::kTrainee, next);
 }
 
-/// Returns a section plane through an axis, along the arch or across it. The axis is that of the drill if the drill is
-/// in its bed (drilled hole), otherwise that of the planned implant. (x points along the arch and y to the tongue;
+/// Returns a section plane, along the arch or across it. The plane contains the drill's axis if the drill is in its bed
+/// (drilled hole), otherwise the axis of the planned implant. (x points along the arch and y to the tongue;
 /// docs/interface.md, "bone".)
 glm::dvec4 LivePicture::section_through_implant(const ServoTick& tick) const {
   const bool in_bed = tick.level != session::implant_level::kFree && tick.level != session::implant_level::kPlaced;
@@ -309,7 +311,8 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   Wiring& wiring = session_.wiring;
   if (wiring.tick_to_render.fetch()) tick = wiring.tick_to_render.front();
   if (frames_ > 0 && ++turns_since_first_ == 2)
-    // the window shows a frame at the latest at the second poll() after it was drawn, so this time is an upper bound
+    // Stores when the first picture appeared on the screen. At the latest, the window shows a frame at the second
+    // poll() after drawing it, so this time may be a little too late, but not too early.
     first_shown_ = now();
   collect();
   const double dt = to_seconds(now() - last_turn_);
@@ -347,15 +350,16 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   }
   drew_last_ = false;
   if (options_.embedded) return;  // the operator's window itself waits between two frames
-  // After half a second without motion, this loop checks the hand's motion only forty times per second, to save
-  // computing time. A mouse event ends the wait between two checks early. Events of other hands do not end it, because
-  // some hands send a thousand events per second.
+  // After half a second without motion, the loop checks only forty times per second whether the hand moves; this saves
+  // computing time. A mouse event ends the wait between two checks early. Other hands do not end this wait, because
+  // some of them send a thousand events per second.
   if (last_turn_ - last_drawn_ > kNanosPerSecond / 2) stage_->output().wait(25'000'000);
   if (now() - last_turn_ < kBriefWait) std::this_thread::sleep_for(std::chrono::nanoseconds(kBriefWait));
 }
 
-/// Chooses the level of detail and the quality of the next frame, from measurements of this frame of the trainee's
-/// picture. Only this picture is measured, so that other pictures do not reduce its quality.
+/// Chooses the level of detail and the quality of the next frame of the trainee's picture, from measurements of its
+/// present frame. The time of other pictures does not count, so they do not reduce the quality of the trainee's
+/// picture.
 void LivePicture::follow(const render::FrameStats& stats, double dt, const ServoTick& tick) {
   Wiring& wiring = session_.wiring;
   if (detail_->follow(stats.pixel, ladder_.step())) wiring.tolerance = detail_->tolerance();
@@ -373,8 +377,8 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
   // With software rendering, the CPU also composes and presents the picture. The cost of a frame must include this
   // work, so it is measured as the time between two consecutive frames.
   const bool on_end = std::exchange(drew_last_, true) && stage_->device().processor && !options_.embedded;
-  // While the picture is at rest, only a few bricks (mesh blocks) are redrawn per frame. The short time of such a frame
-  // must not raise the quality. Otherwise the quality would rise and fall again and again.
+  // While nothing moves in the picture, a frame redraws only a few bricks (mesh blocks) and takes a short time. This
+  // short time must not raise the quality. Otherwise the quality would fall again as soon as something moves.
   const bool refined = stats.redrawn < 1 && stage_->tool_at_rest() && tick.cuts == ladder_cuts_;
   ladder_cuts_ = tick.cuts;
   if (!refined && ladder_.frame_took(on_end && dt > ladder_.slow() ? std::max(dt, took.cost()) : took.cost())) {

@@ -14,8 +14,8 @@ using namespace std::chrono_literals;
 
 namespace {
 
-// Period of the recorder's loop. If the program is killed, at most the data of the last 20 periods is lost. The ring
-// buffer of ticks holds the ticks of eight seconds at 4 kHz.
+// Period of the recorder's loop. If the program is killed, the recording lacks at most the data of the last 20 periods
+// (half a second). The ring of ticks has room for eight seconds at 4 kHz.
 constexpr auto kTurn = 25ms;
 
 }  // namespace
@@ -33,8 +33,8 @@ void RecorderTurns::turn() {
   // patches and cuts.
   const std::size_t ticks = wiring.ticks_to_recorder.ready();
   while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
-  // Patches (copies of the tissue) are read first, then edits (undo and redo). An edit is sent before the patch that it
-  // causes. So both are stored in the same call of turn().
+  // An edit (undo or redo) is sent before the patch (copy of the tissue) that contains its effect. The patches were
+  // read first, so the edit of every patch is already in its ring. Both are stored in the same call of turn().
   while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
   LoosePiece piece;
   while (wiring.pieces_to_recorder.pop(piece)) writer.append(event_of(piece));

@@ -14,7 +14,7 @@ namespace {
 
 constexpr Nanos kGumInterval = 16'000'000;  // ns, time between two updates of the drawn soft gum
 constexpr double kRampOut = 0.02;           // s, duration of the force ramp at the end of a session
-// The faults that are not only results of the servo, but also an input of Servo::tick.
+// Faults that are an input of Servo::tick. All other faults are only results of a tick.
 constexpr std::uint32_t kServoInputFaults = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);
 
 /// Returns true if the tool touches tissue or is inside it, or if the contact is unknown.
@@ -55,8 +55,9 @@ bool ServoTurns::turn() noexcept {
   hand.contact(in_contact(tick_));
   send();
   const Nanos wrote = clock_();
-  // The faults in kServoInputFaults are copied from the input of the servo and not from the hand's present state. So a
-  // replay can give the same input to the servo.
+  // The hand's faults may have changed during this tick. For the faults in kServoInputFaults, the tick stores the
+  // values that the servo used, so that a replay can give the same input to the servo. For the other faults, it stores
+  // the present values.
   tick_.faults |= (sample_.faults & kServoInputFaults) | (hand.faults() & ~kServoInputFaults);
   hand.see(tick_);
   if (wrote - woke > period_) tick_.faults |= bits(Fault::kOverrun);
@@ -69,8 +70,8 @@ bool ServoTurns::turn() noexcept {
     if (s.debris) wiring.cuts_to_debris.push(cut_);
   }
   wiring.tick_to_carver.publish(tick_);
-  // The sound receives the tick before the tick is published, because a sound file is synthesized up to the latest
-  // published tick.
+  // Sends the tick to the sound first. A sound file is synthesized up to the latest published tick, so the sound must
+  // already have this tick when it is published.
   if (s.sound) s.sound->push(tick_);
   if (s.draw || s.operated || s.sound || s.steered) wiring.tick_to_render.publish(tick_);
   if (s.record) wiring.ticks_to_recorder.push(tick_);

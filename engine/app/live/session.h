@@ -1,5 +1,5 @@
-// The data of a live session, and the loops of the threads that use it. Each thread has its own file in this folder.
-// The threads communicate only through wiring.h. The workbench starts and joins the threads, and draws.
+// The data of a live session, and the loops of the session's threads. The code of each thread is in its own file in
+// this folder. The threads exchange data only through wiring.h. The workbench starts and joins the threads, and draws.
 #pragma once
 
 #include <cstdint>
@@ -26,8 +26,8 @@
 
 namespace typodont {
 
-/// The data of a session. It outlives the threads, which have references to it. If a member is for one thread only, it
-/// is used by this thread until the thread has ended.
+/// The data of a session. The threads have references to this object, so it exists longer than the threads. While a
+/// thread runs, no other thread uses the members that are marked for this thread only.
 struct LiveSession {
   const Scene& scene;
   haptics::Carver carver;
@@ -61,7 +61,7 @@ struct LiveSession {
   std::filesystem::path save;  // file to which the tissue is saved; empty: it is not saved
   // carver thread only: counters of the carver's work
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
-  // haptics::SearchCounts: number of tissue elements that the contact models examined; carver thread only
+  // carver thread only: counts of the elements (spheres, triangles, vertices) that the contact models examined
   haptics::SearchCounts looks;
   std::shared_ptr<const haptics::SoftSurface> gum;  // the soft gum; null if the gum is rigid
   std::uint64_t queries = 0;                        // servo thread only: number of queries of the distance field

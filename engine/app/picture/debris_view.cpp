@@ -9,13 +9,14 @@ namespace typodont {
 
 namespace {
 
-// m, grid spacing of the distance field from which chips bounce off; bouncing needs no fine detail of a cavity
+// m, grid spacing of the distance field from which chips bounce off; it may be coarse, because the details of a cavity
+// do not matter for bouncing
 constexpr double kCoarse = 4e-4;
-// m, grid spacing of the distance field on which the film of water flows; smaller than a cavity, which needs several
-// cells
+// m, grid spacing of the distance field on which the film of water flows. A cavity must be several grid cells wide, so
+// the spacing is smaller than a cavity.
 constexpr double kFilm = 3e-4;
 constexpr double kFilmShown = 0.05;  // s, time between two updates of the picture of the film of water
-// m, each time that the tool's head has moved by this length, its cut is applied to the water's distance field
+// m; the head's cut is applied to the water's distance field each time that the head has moved by this length
 constexpr double kCutSteps = 0.1e-3;
 constexpr double kPressed = 0.05;  // the handpiece sprays while the pedal's position (0..1) is larger than this
 constexpr float kLeastShown =
@@ -37,7 +38,8 @@ DebrisView::Water::Water(const debris::CoarseField& field, const MaterialTable& 
 
 DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue, const WaterPlan& water)
     : materials_(materials) {
-  // Every n-th sample of the volume is a sample of the coarse field, so no interpolation is needed.
+  // Copies every n-th sample of the volume to the coarse distance field. The samples of both fields lie at the same
+  // points, so no interpolation is needed.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   if (lo.x > hi.x) return;
@@ -68,8 +70,8 @@ DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolu
 
 void DebrisView::use(gpu::Device* device) {
   cloud_.reset();
-  // With software rendering, drawing a chip takes as long as drawing some triangles of the tooth. So fewer chips are
-  // created, and each stands for more mass.
+  // With software rendering, many chips would take too long to draw. So fewer chips are created, and each chip has more
+  // mass.
   batch_size_ = device && device->processor ? kLumps : 1;
   if (!device || device->processor || water_) return;
   newborn_.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options_.most_per_cut));

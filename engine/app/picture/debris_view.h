@@ -46,9 +46,9 @@ struct DebrisBalance {
   std::optional<debris::FilmLedger> film;
 };
 
-/// Creates and moves chips and water, and makes their picture. If there is a GPU, the GPU moves the chips. With
-/// software rendering, the CPU moves them directly, which is several times faster than compute shaders on the CPU. If
-/// there are nozzles, the CPU always moves the chips, because they become part of the film.
+/// Creates and moves chips and water, and makes their picture. With nozzles, the CPU moves the chips, because chips
+/// become part of the film of water, which the CPU computes. Without nozzles, the GPU moves the chips, or the CPU if
+/// there is only software rendering: its own code is several times faster than compute shaders on the CPU.
 class DebrisView {
  public:
   DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue, const WaterPlan& water = {});
@@ -97,8 +97,8 @@ class DebrisView {
     debris::SpraySource source;
     bool bur = false;        // true: the bur is the source of the spray, and `source` is valid
     double since_shown = 0;  // s, time since the picture of the film of water was last updated
-    // uncut: pose of the head at the latest cut, if the water's distance field does not yet include this cut; cut_at:
-    // pose of the head at the latest cut that this field includes
+    // uncut: pose of the head at its latest cut, empty if the water's distance field already includes this cut. cut_at:
+    // pose of the head at the last cut that this distance field includes.
     std::optional<Pose> uncut, cut_at;
     std::optional<std::uint32_t> tool;  // index of the tool for which `head` and `reach` were computed
     haptics::HeadField head;

@@ -1,5 +1,5 @@
-// Level of detail of the tooth's mesh. The tolerance of the mesh follows the size of a pixel on the tissue, so that
-// details smaller than a pixel are not meshed.
+// Level of detail of the tooth's mesh. The tolerance of the mesh is adapted to the size of a pixel at the tissue,
+// because details smaller than a pixel need not be meshed.
 #pragma once
 
 #include "engine/display/display_rig.h"

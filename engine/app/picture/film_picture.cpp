@@ -9,11 +9,13 @@ namespace typodont {
 
 namespace {
 
-// m, height of water that has 63 % of the full effect; it must equal the value in film.glsl
+// m, thickness of a layer of water at which its effect on the picture is 63 % (1 − 1/e) of the largest effect; it must
+// equal the value in film.glsl
 constexpr double kWaterDepth = 80e-6;
-// m, height of solids that hides 63 % of the surface: grains of 5 to 10 µm hide an area equal to their cross-section
+// m, thickness of a layer of solid grains that hides 63 % (1 − 1/e) of the surface; computed for grains of 5 to 10 µm,
+// each of which hides an area equal to its cross-section
 constexpr double kSolidsDepth = 4e-6;
-// if the values (0 to 255) of a texel change by less than this, it is not drawn again, because the change is not
+// a texel is drawn again only if one of its values (0 to 255) has changed by at least this; a smaller change is not
 // visible
 constexpr int kVisible = 10;
 
@@ -86,8 +88,8 @@ void FilmPicture::update(debris::Film& film) {
   }
 }
 
-/// Writes the texel of a sample. A sample outside all cells of the film gets the mean of its neighbours that lie in
-/// such cells. Otherwise the interpolated film would fade near the surface.
+/// Writes the texel of a grid point. A point in a cell of the film gets the values of this cell. Any other point gets
+/// the mean of its neighbours in such cells. Otherwise the interpolated film would fade near the surface.
 void FilmPicture::write(const debris::Film& film, const glm::ivec3& sample) {
   render::FilmTexel texel = own_[index(sample)];
   if (!film.has_cell(sample)) {

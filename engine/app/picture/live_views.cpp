@@ -27,7 +27,8 @@ constexpr Nanos kBodiesInterval = 120'000'000;
 constexpr int kNice = 5;
 // m, differences from the ideal result are computed only up to this distance
 constexpr double kDifferenceReach = 3e-3;
-// largest number of ticks that wait to be evaluated (the ticks of ten minutes); further ticks are not evaluated
+// largest number of ticks of an exploration task that wait for their evaluation (the ticks of ten minutes); further
+// ticks are lost
 constexpr std::size_t kMostUnexplored = 600'000;
 
 constexpr std::array kInside = {render::kSectionFace, render::kSectionFaceAround, render::kInsidePulp,
@@ -105,7 +106,7 @@ void LiveViews::take(MeshBatch batch) {
   }
 }
 
-/// Applies those settings of the picture (its Look) that need no result of the computing thread.
+/// Applies the picture's view and section plane (a part of its Look). They need no result of the computing thread.
 void LiveViews::show_as(Picture& p) {
   const bool difference = p.look.view == render::View::kDifference;
   p.stage->show_as(difference && !ideal_ ? render::View::kLook : p.look.view, p.wish.plane);
@@ -202,8 +203,8 @@ bool LiveViews::advance() {
   }
   for (Made& m : made) {
     Picture& p = pictures_[index(m.eyes)];
-    // the requested Look (the settings of the picture) has changed since this computation began, so its result is not
-    // used
+    // The user has requested another Look (settings of the picture) while this result was computed. So the result is
+    // not used.
     if (!p.stage || !(m.wish == p.wish)) continue;
     for (const Body& body : m.bodies) {
       p.stage->show_inside(body.mesh, body.bricks, origin_W_);
@@ -354,7 +355,8 @@ void LiveViews::run() {
   }
 }
 
-/// Stores a result for the render thread. If an older result for the same picture is still waiting, it is replaced.
+/// Stores a result for the render thread. If an older result for the same picture has not been used yet, the new result
+/// replaces it.
 void LiveViews::keep(Made made) {
   const std::lock_guard lock(mutex_);
   std::erase_if(made_,

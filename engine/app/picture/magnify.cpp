@@ -13,7 +13,9 @@ display::DisplayRig magnified_for(const display::DisplayRig& rig, const haptics:
   tissue.bounds(lo, hi);
   const dvec3 top = tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z));
   const dvec3 about = rig.magnify_about.value_or(top) / kMillimetre;
-  constexpr double kOff = 5;  // mm, distance that the message uses as an example
+  // mm; at one point, picture and hand coincide. The message states how far apart they are at this distance from the
+  // point.
+  constexpr double kOff = 5;
   log::warn(
       "the picture is {:g} times life-size: what is seen and what is felt coincide at ({:.1f}, {:.1f}, {:.1f}) mm "
       "alone; "

@@ -1,4 +1,5 @@
-// Magnifies the picture of the work: moves screen and eyes, so that the user sees the tissue larger.
+// Magnifies the picture of the tissue: moves screen and eyes of the display rig, so that the user sees the tissue
+// larger.
 #pragma once
 
 #include "engine/display/display_rig.h"

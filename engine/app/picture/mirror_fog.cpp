@@ -18,8 +18,9 @@ bool rinsed(const MouthMirror& mirror, const dvec3& p_WT, double reach) {
 
 void MirrorFog::advance(double dt, const MouthMirror& mirror, const MirrorAir& air) {
   const bool held = mirror.diameter > 0, warming = held && air.in_mouth;
-  // The rates of the whole step are computed from the temperature in the middle of the step. This is exact enough,
-  // because the glass warms slowly.
+  // The rate at which breath fogs the glass depends on the glass's temperature. For the whole time step, it is computed
+  // from the mean of the temperatures at the start and at the end of the step. This is exact enough, because the glass
+  // warms slowly.
   const double goal = warming ? 0 : 1, before = cold_;
   cold_ = goal + (cold_ - goal) * std::exp(-dt / law_.warm_time);
   double up = warming ? 0.5 * (before + cold_) / law_.breath_time : 0, down = 1 / law_.dry_time;

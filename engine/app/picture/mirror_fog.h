@@ -36,8 +36,8 @@ class MirrorFog {
       : law_(law), mouth_(mouth), fog_(fog) {}
   /// Describes the air around a mirror at this tick. `spraying`: true if the water is switched on.
   MirrorAir air(const MouthMirror& mirror, const ServoTick& tick, bool spraying) const;
-  /// Advances the fog by `dt` seconds. The result does not depend on the length of the steps. A mirror with diameter 0
-  /// is absent, and counts as outside the mouth.
+  /// Advances the fog by `dt` seconds. One long step gives nearly the same result as several short steps. A mirror with
+  /// diameter 0 is absent, and counts as outside the mouth.
   void advance(double dt, const MouthMirror& mirror, const MirrorAir& air);
   /// Returns the fog from 0 (clear) to 1 (opaque). It is rounded to 1/64, so that a slow change does not redraw the
   /// glass in each frame.

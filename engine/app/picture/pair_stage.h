@@ -1,5 +1,5 @@
 // Shows two sessions side by side on one screen, for example a student's and an expert's. Each session has a
-// PictureStage of its own. The screen shows the left eye's picture of both. Render thread only.
+// PictureStage of its own. The screen shows the left eye's picture of each session. Render thread only.
 #pragma once
 
 #include <array>

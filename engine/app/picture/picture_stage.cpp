@@ -23,8 +23,8 @@ constexpr std::string_view kDiamond =
 // s, time between two updates of the displayed numbers; faster updates would not be readable
 constexpr double kDisplayInterval = 0.1;
 
-/// Returns the shape in which the renderer draws the tool. It is the renderer's own shape for this tool if there is
-/// one, otherwise the haptic shape.
+/// Returns the shape in which the renderer draws the tool. For some tools, the renderer has a more detailed shape of
+/// its own. For all other tools, it draws the shape that the haptics uses for contact.
 render::ToolShape shape_of(const haptics::Tool& tool) {
   const std::string_view name = name_of(tool.shape);
   if (render::has_own_look(name)) return render::tool_shape(name, tool.diameter, tool.length);
@@ -56,8 +56,8 @@ void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& 
   }
 }
 
-/// Returns true if the lamps have moved only a little with the user's head. Then the light that bodies reflect to each
-/// other need not be computed again.
+/// Returns true if the lamps have the same strength and almost the same directions (within 0.5°). Then the light that
+/// bodies reflect to each other need not be computed again.
 bool same_light(const render::Lights& a, const render::Lights& b) {
   const double near = std::cos(0.5 * kDegree);
   const auto close = [&](const dvec3& p, const dvec3& q) {
@@ -71,8 +71,8 @@ bool same_light(const render::Lights& a, const render::Lights& b) {
 
 bool looks_same(const Pose& a, const Pose& b) {
   const dquat turn = a.R * (glm::dot(a.R, b.R) < 0 ? -1.0 : 1.0) - b.R;
-  // Two poses count as equal if the positions differ by at most 1e-7 m, and the rotations by at most 5e-6 rad (the
-  // quaternions by 2.5e-6).
+  // Two poses count as equal if the positions differ by at most 1e-7 m and the rotations by at most 5e-6 rad. A
+  // difference of 2.5e-6 between two quaternions is a rotation of 5e-6 rad.
   return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;
 }
 
@@ -255,8 +255,8 @@ void PictureStage::surround(const Surroundings& around) {
   renderer_->set_light({});
 }
 
-/// Computes the light between the bodies of a mouth in the first frame, and again if the lamp has moved. The shapes of
-/// the bodies are those of the first frame.
+/// Computes the light that the bodies of a mouth reflect to each other, in the first frame, and again after the lamp
+/// has moved. Later changes of the bodies' shapes are ignored.
 void PictureStage::follow_light(const render::Lights& lights) {
   constexpr double kSpacing = 1.25e-3;  // m, distance between two points at which the light is computed
   tooth_known_ = true;
@@ -287,7 +287,8 @@ void PictureStage::show_gum(const SoftGumView& gum) {
 void PictureStage::follow_pixels(double pixel) {
   if (pixel <= 0 || around_.meshes.empty()) return;
   const double error = pixel * options_.quality.surface_error;
-  // hysteresis, so that small motions of the user's head do not change the mesh again and again
+  // The limit for the coarse mesh is lower while the coarse mesh is drawn (hysteresis). So small motions of the user's
+  // head do not change the mesh again and again.
   const bool coarse = error > around_.coarse_from * (coarse_around_ ? 0.85 : 1.0);
   if (coarse == coarse_around_) return;
   coarse_around_ = coarse;
@@ -296,7 +297,8 @@ void PictureStage::follow_pixels(double pixel) {
 }
 
 void PictureStage::add_cursor(const Pose& X_WG, render::Frame& frame) {
-  // m: margin of the ring around the tool, distance between two dots, length of the row of dots, radius of a dot
+  // m. kRoom: distance between the tool and the ring around it; kStep: distance between two dots; kReach: length of the
+  // row of dots; kDot: radius of a dot.
   constexpr double kRoom = 0.2e-3, kStep = 0.5e-3, kReach = 10e-3, kDot = 0.05e-3;
   const haptics::Tool& held = tool();
   const dvec3 down = X_WG.R * dvec3(0, 0, -1);
@@ -342,7 +344,8 @@ void PictureStage::follow_head() {
   if (!tracker_) return;
   tracker_->poll();
   const display::Head head = tracker_->at(now() + from_seconds(latency_));
-  // The pose of the user's head is used only if the eyes see the picture from there. Otherwise the last pose is kept.
+  // Uses the new pose of the user's head only if the eyes can see the picture from there; otherwise the last pose
+  // stays.
   if (display::sees(rig_, head)) rig_.head = head;
 }
 
@@ -460,11 +463,12 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
         compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(), output_->first_row(),
                             device_.processor && !uncovered ? &changed : nullptr, huds);
     if (!target->memory.first)
-      // A screen needs one render pass for each layer. A target in memory is composed without a render pass.
+      // counts the render passes that compose the screen: one for each layer; a picture in memory is composed without a
+      // render pass
       stats.passes += static_cast<int>(target->layers.size());
     ring_.submit(device_, target->ready, target->done);
-    // Time until the frame is visible. It consists of recording and submission on the CPU, drawing on the GPU, and half
-    // a refresh period of the screen, which is the mean waiting time.
+    // Computes the time until the frame is visible. This is the sum of three times: recording and submission on the
+    // CPU; drawing on the GPU; and half a refresh period, which is the mean time until the screen is refreshed.
     const auto shown = [this, began](double more) {
       timing_.shown = to_seconds(now() - began) + more + 0.5 * output_->refresh_period();
       latency_ += 0.1 * (std::min(timing_.shown, 0.1) - latency_);

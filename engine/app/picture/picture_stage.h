@@ -49,18 +49,18 @@ double drawn_spin(const haptics::Tool& tool, double spindle);
 /// Gives the meshes of the surroundings to the renderer. `coarse`: true chooses the coarse meshes.
 void surround(render::Renderer& renderer, const Surroundings& around, bool coarse = false);
 /// Gives the bricks of the soft gum that have changed since `version` to the renderer, and updates `version`. `coarse`:
-/// as for surround(). Call it with version 0 after surround().
+/// true if surround() gave the coarse meshes. The first call after surround() must have the version 0.
 void show_gum(render::Renderer& renderer, const SoftGumView& gum, bool coarse, std::uint64_t& version);
 
-/// Returns a box that contains all tissue that the scene can ever have. Empty if tissue can appear anywhere, because a
-/// tool of the tool set adds tissue, or because undo in a resumed session restores tissue.
+/// Returns a box outside of which no tissue can appear during the session. Empty if there is no such box: if a tool of
+/// the tool set adds tissue, or if undo can restore tissue that was removed before the session was resumed.
 std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics::TissueVolume& tissue);
 
 /// Adds the statistics of a frame to the work counts.
 void count_frame(const render::FrameStats& stats, WorkCounts& work);
 
-/// Returns true if the difference between the two poses of the tool is invisible: at most a hundredth of a pixel at the
-/// tool.
+/// Returns true if the picture looks the same for both poses of the tool: between them, the tool moves by at most a
+/// hundredth of a pixel.
 bool looks_same(const Pose& a, const Pose& b);
 
 class PictureStage {

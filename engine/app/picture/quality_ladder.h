@@ -11,13 +11,14 @@ namespace typodont {
 
 class QualityLadder {
  public:
-  /// A frame that takes longer than `slow` (s) lowers the quality; a frame that takes less than `quick` (s) raises it.
-  /// If the quality is raised and then proves too slow, the wait before the next raise becomes longer. The default of
-  /// `slow` is a little less than 1/30 s, so that 30 frames per second are reached. `first`: level at the start.
+  /// If the running mean of the frames' times is longer than `slow` (s), the quality is lowered; if it is shorter than
+  /// `quick` (s), the quality is raised. If the quality is raised and then proves too slow, the wait before the next
+  /// raise becomes longer. The default of `slow` is a little less than 1/30 s, so that 30 frames per second are
+  /// reached. `first`: level at the start.
   explicit QualityLadder(double slow = kSlow, double quick = 1.0 / 90, std::size_t first = 1)
       : slow_(slow), quick_(quick), step_(first), mean_((slow + quick) / 2) {}
-  /// Makes a ladder for software rendering. It starts at a quality that a CPU can draw. The next better quality takes
-  /// up to twice as long, so the quality is raised only if a frame leaves enough time for it.
+  /// Makes a ladder for software rendering, which starts at a quality that a CPU can draw. The next better quality
+  /// takes up to twice as long. So the quality is raised only if the mean time of a frame is less than 1/75 s.
   static QualityLadder for_processor() { return QualityLadder(kSlow, 1.0 / 75, 3); }
   /// Makes a ladder that stays at the level with this name. `level` must be a name in render::kQualityLadder.
   static QualityLadder fixed_at(std::string_view level) {
@@ -38,7 +39,8 @@ class QualityLadder {
     if (fixed_) return false;
     // The first frames of a quality level are not timed, because they include the creation of its graphics pipelines.
     if (fresh_ > 0) return --fresh_, false;
-    // The time of a single frame has only a limited effect, so that one delayed frame does not lower the quality.
+    // A frame's time is limited before it is added to the mean. So one very late frame alone does not lower the
+    // quality.
     mean_ += 0.15 * (std::min(seconds, 2 * slow_) - mean_);
     ++frames_;
     const bool much_too_slow = frames_ >= kHurry && mean_ > 1.4 * slow_;
@@ -51,7 +53,7 @@ class QualityLadder {
   }
 
  private:
-  // s, default of `slow`: if a frame takes longer than this, the quality is lowered
+  // s, default of `slow`: if the mean time of a frame is longer than this, the quality is lowered
   static constexpr double kSlow = 1.0 / 33;
   static constexpr int kFresh = 2, kHurry = 4, kSettled = 12, kTrial = 240, kFirstPatience = 60,
                        /// longest wait before the quality is raised again, as a number of frames
@@ -67,7 +69,8 @@ class QualityLadder {
     return true;
   }
 
-  /// s, if a frame takes longer than slow_, the quality is lowered; if it takes less than quick_, it is raised
+  /// s; if the mean time of a frame is longer than slow_, the quality is lowered; if it is shorter than quick_, the
+  /// quality is raised
   double slow_, quick_;
   std::size_t step_;
   int frames_ = 0, fresh_ = kFresh, patience_ = kFirstPatience, changes_ = 0;

@@ -30,7 +30,8 @@ class ShownGeometry {
   struct Corner {
     glm::vec3 p{0}, n{0};  // p: mm, frame W, position; n: unit normal
     std::uint8_t body = 0, tissue = 0, second = 0, under = 0;
-    float share = 0;     // fraction of the second tissue in the colour of this corner
+    // 0..1, fraction of the tissue `second` in the colour of this corner; the rest is the colour of the tissue `tissue`
+    float share = 0;
     float depth = 0;     // mm, depth of the tissue below the surface tissue; 0: there is none
     glm::vec3 color{0};  // linear RGB, colour of the surface tissue over the tissue below it
   };

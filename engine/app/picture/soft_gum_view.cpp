@@ -10,7 +10,8 @@ namespace typodont {
 
 namespace {
 
-// radius in which a point of the soft gum moves the vertices, as a multiple of the distance between neighbouring points
+// A point of the soft gum moves the vertices within this radius. The radius is a multiple of the distance between
+// neighbouring points.
 constexpr double kReach = 1.7;
 constexpr float kEdge = 0.3e-3f;    // m, triangles with edges longer than this are divided where the gum can move
 constexpr int kSplits = 4;          // largest number of times that an edge of the gum's triangles is halved
@@ -238,7 +239,8 @@ void SoftGumView::make(std::size_t index) {
     const float blood = blood_at(rest.origin + dvec3(vertex.p));
     if (moved == glm::vec3(0) && !(blood > 0)) continue;
     at_rest = false;
-    // If a surface with normal n is lowered by h, which varies along the surface, its new normal is n + ∇h.
+    // Computes the new normal. If each point of a surface with the normal n is lowered by a depth h, the new normal is
+    // n + ∇h.
     vertex.p += moved;
     vertex.n = glm::normalize(vertex.n + slope - glm::dot(slope, vertex.n) * vertex.n);
     if (blood > 0) {

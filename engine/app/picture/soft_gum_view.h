@@ -1,5 +1,6 @@
-// The picture of the soft gum: blood, and vertices that are displaced where an instrument presses or a bur has cut.
-// Only bricks (mesh blocks) that have changed are computed again, so a gum at rest takes no time.
+// The picture of the soft gum. Shows blood, and displaces the vertices of the gum where an instrument presses or where
+// a bur has cut. Only bricks (mesh blocks) that have changed are computed again, so a gum at rest takes no computing
+// time.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +23,8 @@ class SoftGumView {
     render::MeshId mesh = 0;
     bool coarse = false;
     render::MeshUpdate now;
-    // Value of version() when the brick (mesh block) last changed. 0: the brick is the same as in the surroundings.
+    // Value of version() when this brick (mesh block) last changed. 0: the brick is unchanged, that is, equal to the
+    // brick in the surroundings.
     std::uint64_t version = 0;
   };
 

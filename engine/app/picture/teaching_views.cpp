@@ -27,7 +27,8 @@ std::vector<render::MeshUpdate> section_face(const haptics::TissueVolume& volume
 std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volume, Tissue tissue) {
   const ToothField field(volume);
   const double h = field.voxel();
-  // Pulp and caries count as dentin, so that the surface of the dentin has no inner surfaces at cavities.
+  // Pulp and caries count as dentin. Otherwise the surface of the dentin would also include the walls of the pulp
+  // chamber and of the caries, which are inside.
   const auto counts = [&](Tissue found) {
     return found == tissue || (tissue == Tissue::kDentin && (found == Tissue::kPulp || found == Tissue::kCaries));
   };
@@ -81,7 +82,8 @@ std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume
             for (int z = -1; z <= 1; ++z)
               if (left(field.tissue(p + h * dvec3(x, y, z))))
                 fraction += (x ? 1 : 2) * (y ? 1 : 2) * (z ? 1 : 2) / 64.0;
-        // Outside the tissue, only few samples have labels. So the distance to all tissues together is used there.
+        // Outside the tissue, only few samples have labels, so the fraction is not reliable there. So the result is at
+        // least `whole`, the distance to the surface of all tissues together.
         return std::max(whole, fraction > 0.999 ? -h : (0.5 - fraction) * 2 * h);
       },
       [&](const dvec3& p) {

@@ -26,9 +26,9 @@ std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume
 /// outside (tissue must still be removed), negative inside (too much was removed). `origin`: m, frame W, origin of the
 /// positions in `updates`.
 void mark_difference(const haptics::TissueVolume& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
-/// Sets `difference` of every vertex to its distance (m) from the surface of the ideal preparation, positive outside.
-/// Reads the distance from the distance field `ideal` of the ideal preparation, which must contain distances up to the
-/// largest difference that is shown. `origin`: m, frame W, origin of the positions in `updates`.
+/// Sets `difference` of every vertex to the distance (m) of the vertex from the surface of the ideal preparation,
+/// positive outside. `ideal`: distance field of the ideal preparation; it must contain distances up to the largest
+/// difference that is shown. `origin`: m, frame W, origin of the positions in `updates`.
 void mark_difference(const ToothField& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
 
 }  // namespace typodont

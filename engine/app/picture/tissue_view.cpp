@@ -68,13 +68,13 @@ namespace {
 
 // voxels, the program searches for another tissue below a vertex only up to this depth
 constexpr int kSearchDepth = 14;
-// Voxels. If the natural (uncut) tissue reached at least this far above a vertex, the vertex counts as cut. Shallower
-// cuts are not recognised. With a larger value, natural fissures (narrow grooves) would count as cuts, because their
-// opposite wall is near.
+// Voxels. A vertex counts as cut if the tissue, before it was cut, reached at least this far above the vertex.
+// Shallower cuts are not recognised. With a larger value, the natural fissures (narrow grooves) of a tooth would count
+// as cuts, because the opposite wall of a fissure is near.
 constexpr double kCutSeen = 0.9;
 constexpr int kRemeshedPerUpdate =
-    // number of bricks (mesh blocks) that one update meshes again; they take some milliseconds, so that the carver
-    // thread's next copy of the tissue for the servo is not delayed
+    // number of existing bricks (mesh blocks) that one update meshes again after a change of the tolerance. So few
+    // bricks take only some milliseconds, and do not delay the carver thread's next copy of the tissue for the servo.
     32;
 
 /// Returns the largest depth (m) at which the colour of an inner tissue is visible through this tissue. The colours of
@@ -102,8 +102,8 @@ void TissueView::find_cuts_and_edges(const haptics::TissueVolume& volume, render
   const haptics::NaturalSurface* const natural = volume.natural_surface().get();
   const dvec3& origin = volume.frame().origin;
   const double voxel = volume.frame().voxel;
-  // voxels, distance between two test points on a line into the tissue; this distance is smaller than a usual gap in
-  // the tissue
+  // voxels, distance between two test points on a line into the tissue; a usual gap in the tissue is wider than this,
+  // so it contains a test point
   constexpr float kProbe = 3.5f;
   constexpr float kBeside = 2;  // voxels, distance of four additional test points from each line of test points
   const auto most = static_cast<float>(std::min(render::kTranslucentThickness / voxel, double{kSearchDepth}));
@@ -146,8 +146,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   const auto own = [](const render::Vertex& v) { return v.tissue[v.second > 0.5f ? 1 : 0]; };
   if (update.vertices.empty()) return;
   find_cuts_and_edges(volume, update);
-  // Finds the range of voxels whose labels are needed: below the vertices, and a little around them. `reach_of` returns
-  // the depth (voxels) below a vertex to which labels are needed.
+  // Finds the box of voxels whose tissue labels are needed: the voxels below the vertices, and a few around them.
+  // `reach_of` returns how deep (voxels) below a vertex labels are needed.
   const auto reach_of = [&](const render::Vertex& v) {
     return static_cast<float>(std::min(translucency_depth(own(v)) / voxel, static_cast<double>(kSearchDepth)));
   };
@@ -158,7 +158,8 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   }
   labels_.look_at(volume, glm::ivec3(glm::floor(dvec3(low) / voxel)) - 3,
                   glm::ivec3(glm::ceil(dvec3(high) / voxel)) + 3);
-  // With a single tissue, nothing else is visible through the surface, and there is no boundary to draw.
+  // If there is only one tissue, no other tissue is visible through the surface, and there is no boundary between
+  // tissues to draw.
   if (labels_.only() != Tissue::kAir) return;
   const glm::ivec3 lo = labels_.origin();
   for (render::Vertex& v : update.vertices) {
@@ -193,16 +194,17 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
     const auto seen_at = [&](float way) { return labels_.at(glm::ivec3(start + way * inward)); };
     const Tissue outside = own(v);
-    // On the dentin's side of the boundary to enamel, the enamel layer has the thickness zero. So its colour there is
-    // the colour of the dentin below it. The shader interpolates between both sides, so no step of colour is visible.
+    // At a vertex of dentin beside enamel, the enamel is treated as a layer of thickness zero over the dentin. So this
+    // vertex has the colour of the dentin. The shader interpolates the colours from this vertex to the enamel's
+    // vertices, so no step of colour is visible.
     if (outside == Tissue::kDentin && (v.tissue[0] == Tissue::kEnamel || v.tissue[1] == Tissue::kEnamel)) {
       v.under = Tissue::kDentin, v.shows = 1;
       continue;
     }
     for (float way = 0.75f; way < reach; way += 0.5f) {
       if (seen_at(way) == outside) continue;
-      // The lower tissue begins within the last step of the search. A bisection finds the boundary with a precision of
-      // an eighth of a voxel.
+      // Between the last two points of the search, a deeper tissue begins. Finds the depth of this boundary by
+      // bisection, with a precision of an eighth of a voxel.
       float near = std::max(way - 0.5f, 0.5f), far = way;
       for (int i = 0; i < 2; ++i) {
         const float middle = 0.5f * (near + far);

@@ -21,7 +21,7 @@
 namespace typodont {
 
 /// Meshes the whole surface, with shared vertices. `tolerance`: voxels, largest distance of the mesh from the surface.
-/// `progress` receives the completed fraction 0..1; this function may throw an exception to stop the work.
+/// `progress` receives the completed fraction 0..1; the function `progress` may throw an exception to stop the meshing.
 surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance,
                                  const std::function<void(double)>& progress = {});
 /// Makes the whole surface from the tissue's own triangles (TissueSurface::mesh). Positions are in voxels of `frame`.
@@ -39,15 +39,15 @@ void save_tissue(const TissueCopy& tissue, const std::filesystem::path& file);
 
 class TissueView {
  public:
-  /// `tolerance`: voxels, largest distance of the triangles from the surface. `drawn_as`: states which
-  /// tissues are drawn as another tissue.
+  /// `tolerance`: voxels, largest distance of the triangles from the surface. `drawn_as`: states for each tissue as
+  /// which tissue it is drawn (a scene can hide a lesion in this way).
   explicit TissueView(float tolerance = 0.1f, const DrawnAs& drawn_as = {});
 
   /// Returns all bricks (mesh blocks) in the first call, and later the bricks that have changed since the last call.
   /// Positions are in m from the volume's origin.
   std::vector<render::MeshUpdate> update(haptics::TissueVolume& volume);
-  /// Returns all bricks in the first call, and later the changed bricks, for the tissue of a carver (its owner). If
-  /// this tissue is a mesh, its own triangles are used.
+  /// Returns all bricks (mesh blocks) in the first call, and later the changed bricks. The tissue is that of the carver
+  /// (its owner). If the tissue itself is a triangle mesh, the bricks contain its triangles.
   std::vector<render::MeshUpdate> update(haptics::Carver& carver);
 
   /// Sets another tolerance. Each later call of update() meshes some of the existing bricks (mesh blocks) again.

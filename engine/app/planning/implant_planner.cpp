@@ -211,7 +211,8 @@ dvec3 ImplantPlanner::along_arch(const session::ImplantPlan& plan) const {
   }
   if (n < 3) return u;
   const double suu = uu - su * su / n, svv = vv - sv * sv / n, suv = uv - su * sv / n;
-  // rad, angle of the main direction in which the bone extends
+  // rad, angle between the axis u and the direction in which the bone extends farthest (main axis of the bone's
+  // cross-section)
   const double angle = 0.5 * std::atan2(2 * suv, suu - svv);
   const dvec3 along = std::cos(angle) * u + std::sin(angle) * v;
   return along.x < 0 ? -along : along;

@@ -32,15 +32,15 @@ dvec3 middle_of(const haptics::TissueMesh& mesh) {
   return sum;
 }
 
-/// Registers the bite scan to every jaw. A point of the bite scan belongs to the jaw whose surface is nearest. The
-/// second round uses the poses of the first round.
+/// Registers the bite scan to every jaw, in two rounds. Each point of the bite scan is assigned to the jaw whose
+/// surface is nearest. In the second round, the points are assigned again, with the poses that the first round found.
 void register_bite(const std::filesystem::path& file, double unit, std::vector<Jaw>& jaws) {
   constexpr double kPointSpacing = 0.25e-3;                    // m, distance between the points of the bite scan
   constexpr double kLeastPoints = 2000, kMostPoints = 40'000;  // numbers of points
   // m, for the first and the second round of the registration: points farther than this from every jaw are not used
   constexpr double kReach[] = {2.5e-3, 1e-3};
-  // If a smaller fraction of the points near a jaw agrees with it, the registration is refused. The limit is lower than
-  // for a scan of one jaw, because some points near a jaw belong to the teeth of the other jaw.
+  // The registration is refused if less than this fraction of the points near a jaw agrees with this jaw. For a scan of
+  // one jaw, the limit is higher. Here, some points near a jaw belong to the teeth of the other jaw.
   constexpr double kLeastAgreement = 0.6;
   const haptics::TissueMesh bite = haptics::read_tissue_mesh(file, unit, Tissue::kEnamel).mesh;
   const double area = haptics::area_of(bite);

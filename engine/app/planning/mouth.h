@@ -35,7 +35,8 @@ struct MouthScan {
 struct ImportedMouth {
   haptics::Imported imported;
   std::vector<MouthScan> scans;
-  dvec3 up{0};   // unit vector (frame W) from the border of the first scan towards its teeth; zero if it is unknown
+  // unit vector in frame W, from the border of the first scan to this scan's teeth; zero if the direction is unknown
+  dvec3 up{0};
   dvec3 top{0};  // m, the highest point of the first scan along `up`, in frame W
 };
 

@@ -18,12 +18,12 @@ struct PlannedExercise {
   session::ImplantPlan plan;
 };
 
-/// Writes the scene `file` after checking it as a session would do. If the tissue is a volume, the part within 15 mm
-/// around the implant is copied, with voxels of at most 0.15 mm. The copy is moved so that the planned platform
-/// (implant's upper end) is at the point that the display rigs show, and written beside the scene with the extension
-/// .vdb. Other tissue stays as the planner's scene defines it. `over` states whether files that this process has read
-/// may be replaced; the planner's own volume is never replaced. Throws Error (also if the implant leaves the bone) or
-/// Cancelled; then nothing has changed.
+/// Checks the scene as a session would do, and writes it to `file`. If the tissue is a volume, the part within 15 mm
+/// around the implant is copied, with voxels of at most 0.15 mm. The copy is moved, so that the planned platform
+/// (implant's upper end) is at the point that the display rigs show. The copy is written beside the scene, with the
+/// extension .vdb. Other tissue stays as the planner's scene defines it. `over` states whether files that this process
+/// has read may be replaced; the planner's own volume is never replaced. Throws Error (also if the implant leaves the
+/// bone) or Cancelled; then nothing has changed.
 void write_planned_exercise(const PlannedExercise& exercise, const std::filesystem::path& file, Over over,
                             Progress& progress);
 /// Throws the Error that write_planned_exercise() would throw if it may not write its files.

@@ -16,7 +16,8 @@ namespace {
 constexpr double kAirGrey = -1000, kSoftGrey = 50, kToothGrey = 3000, kDentinGrey = 1700, kMetalGrey = 10000;
 constexpr double kShortestCanal = 8e-3;  // m, smallest length of a piece of nerve tissue that counts as a canal
 constexpr double kSection = 2e-3;        // m, length of the sections into which a nerve canal is divided
-// a section that is smaller than this fraction of the canal's median section is not used
+// A section of the nerve canal is not used if it contains fewer samples than this fraction of the median number of
+// samples in a section.
 constexpr double kWholeSection = 0.6;
 constexpr int kSlab = 16;  // number of samples along x that are copied at a time
 
@@ -128,8 +129,8 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
         if (in_bone <= 2 * in_tooth) continue;
         // The search starts again at one end of the canal, so that the distances increase to its other end.
         piece = distances_within_piece(piece.back().first);
-        // The path of the search goes from voxel to voxel through their faces, so it can be √3 times as long as the
-        // canal. The true length is computed below from the centres of the sections.
+        // The search counts steps from voxel to voxel through their faces. So its path can be √3 times as long as the
+        // canal. The true length is computed below, from the centres of the sections.
         const double per_section = kSection / frame_.voxel;
         const auto sections = static_cast<std::size_t>(piece.back().second / per_section) + 1;
         std::vector<dvec3> sums(sections, dvec3(0));
@@ -151,8 +152,8 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
           if (canal.path_W.size() > 1) length += glm::distance(canal.path_W.back(), canal.path_W.end()[-2]);
         }
         if (length < kShortestCanal) continue;
-        // The mean cross-section of the canal is the volume between the first and the last centre, divided by the
-        // length between them.
+        // Computes the mean cross-section of the canal: the volume between the first and the last centre of a section,
+        // divided by the length between these centres.
         double samples = 0;
         for (const double count : counts) samples += count >= whole ? count : 0;
         const auto used = static_cast<double>(canal.path_W.size());

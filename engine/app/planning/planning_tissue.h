@@ -25,8 +25,8 @@ class PlanningTissue {
 
   /// Returns the tissue of the sample that is nearest to the position; kAir outside the tissue.
   Tissue at(const dvec3& p_W) const;
-  /// Returns the grey value (Hounsfield units) of the sample that is nearest to the position. It is the tissue's own
-  /// grey value times its hardness, and −1000 in air.
+  /// Returns the grey value (Hounsfield units) of the sample that is nearest to the position. In tissue, this is the
+  /// grey value of the kind of tissue times the hardness of the sample; in air, it is −1000.
   double grey(const dvec3& p_W) const;
   bool is_bone(const dvec3& p_W) const;
   bool is_tooth(const dvec3& p_W) const;
@@ -51,8 +51,8 @@ class PlanningTissue {
   bool inside(const glm::ivec3& p) const {
     return glm::all(glm::greaterThanEqual(p, glm::ivec3(0))) && glm::all(glm::lessThan(p, size_));
   }
-  /// Computes the geodesic distances (along paths inside the tissue) from the sample `from` to all samples of its
-  /// connected piece of one tissue, counted in samples. The list is sorted by distance, so the farthest sample is the
+  /// Computes the lengths of the paths inside a connected piece of one tissue, from the sample `from` to every other
+  /// sample of this piece. A length is a number of samples. The list is sorted by length, so the farthest sample is the
   /// last.
   std::vector<std::pair<glm::ivec3, int>> distances_within_piece(const glm::ivec3& from) const;
 

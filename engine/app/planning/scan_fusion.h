@@ -45,8 +45,9 @@ class ScanFusion {
   SurfacePicture& view(Side side) { return views_[side]; }
   const SurfacePicture& view(Side side) const { return views_[side]; }
   const std::vector<dvec3>& points(Side side) const { return points_[side]; }
-  /// Adds a picked point. `place`: position in the last picture of this side. Returns false if there is no surface at
-  /// this position, or if the next point must be picked on the other side.
+  /// Adds a point that the user picked. `side`: picture in which the point was picked (scan or CT); `place`: position
+  /// in the last picture of this side. Returns false if there is no surface at this position, or if the next point must
+  /// be picked in the other picture.
   bool pick(Side side, const dvec2& place);
   void drop_last();  // removes the point that the user picked last
   bool can_register() const {

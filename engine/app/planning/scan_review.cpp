@@ -11,12 +11,12 @@ namespace typodont {
 namespace {
 
 constexpr double kSmallestRegion = 3e-3;  // m, smallest width of the imported region per axis
-// largest width of a section, divided by the size of the scan
+// width of the widest view of a section, divided by the largest size of the scan; above 1, so that a margin is visible
 constexpr double kMargin = 1.06;
 constexpr double kSmallestWidth = 10e-3;  // m, smallest width of the part that a section shows
 // Number of samples of a coarse preview. The tissue labels of these samples can be computed in about a second.
 constexpr double kCoarseSamples = 4e5;
-// voxels, a preview of the tissue labels needs distances only up to this distance from the surface
+// voxels; a preview shows only the tissue labels, so distances are computed only up to this distance from the surface
 constexpr double kCoarseBand = 2;
 constexpr double kTooth = 30e-3;                // m, a scan that is longer than this shows a jaw, not a single tooth
 constexpr std::array<int, 3> kNormal{2, 1, 0};  // for each section, the axis that is perpendicular to it
@@ -181,8 +181,8 @@ void ScanReview::take(const LabelRequest& request, haptics::Imported labels) {
     const std::vector<haptics::Correction> again = std::exchange(step, {}).corrections;
     for (const haptics::Correction& correction : again) apply(step, correction);
   }
-  // removes the steps that replaced the whole tissue, because such steps contain no corrections that could be applied
-  // to the new labels
+  // Removes the steps that replaced the whole tissue. Such steps contain no corrections, so they cannot be repeated
+  // with the new labels.
   std::erase_if(steps_, [](const Step& step) { return step.corrections.empty(); });
   done_ = steps_.size();
 }
@@ -249,7 +249,8 @@ std::vector<haptics::Correction> ScanReview::corrections() const {
 }
 
 render::Picture ScanReview::picture(const SectionPlane& plane, int pixels) const {
-  // 0..1: weight of the label's colour over the grey value; brightness outside the region
+  // kColour: 0..1, weight of the label's colour in a pixel; the rest is the grey value. kOutside: 0..1, factor for the
+  // brightness outside the region that will be imported.
   constexpr double kColour = 0.45, kOutside = 0.45;
   const dvec3 lo = scan_->lo() - 0.5 * scan_->spacing(), hi = scan_->hi() + 0.5 * scan_->spacing();
   const double black = scan_->black(), white = scan_->white();

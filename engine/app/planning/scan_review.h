@@ -58,8 +58,9 @@ class ScanReview {
   const haptics::ImportRegion& region() const { return region_; }
   /// Sets the region. It is limited to the scan, and is at least 3 mm wide.
   void set_region(const haptics::ImportRegion& region);
-  /// Finds the faces of the region's box that can be dragged in this section: their edges are within `reach` (m) of the
-  /// point. Returns for each axis −1 for the lower face, +1 for the upper face, 0 for none.
+  /// Finds the faces of the region's box that the user can drag at the point p_F of this section. In the section, a
+  /// face is seen as a line; its distance from the point must be at most `reach` (m). Returns for each axis −1 for the
+  /// lower face, +1 for the upper face, 0 for none.
   glm::ivec3 walls_at(std::size_t section, const dvec3& p_F, double reach) const;
   void move_walls(const glm::ivec3& walls, const dvec3& p_F);
   /// Set to true while the user drags a face of the region. During this time, only coarse tissue labels are requested.
@@ -90,8 +91,8 @@ class ScanReview {
 
   // Functions for corrections. A correction requires full tissue labels of the present region.
   bool can_correct() const { return current() && detail_ == LabelDetail::kFull; }
-  /// Applies a correction. `joins`: true if it continues the last correction and is undone with it, like the next
-  /// segment of a brush stroke.
+  /// Applies a correction. `joins`: true if this correction continues the last one (as the next segment of a brush
+  /// stroke does); undo() then undoes both together.
   void correct(const haptics::Correction& correction, bool joins = false);
   bool can_undo() const { return can_correct() && done_ > 0; }
   bool can_redo() const { return can_correct() && done_ < steps_.size(); }
