@@ -40,7 +40,9 @@ struct Suction {
 struct DebrisOptions {
   std::size_t capacity = 100'000;
   std::uint64_t seed = 1;
-  double parcel_volume = 1e-12;  // m³, volume of tissue that one particle represents while the buffer has free entries
+  // m³, largest volume of tissue that one particle represents. One particle represents more if `most_per_cut` or the
+  // free entries of the buffer limit the number of particles.
+  double parcel_volume = 1e-12;
   int most_per_cut = 32;
   // m, smallest and largest diameter of chips; the distribution is uniform in the logarithm
   double least_chip = 5e-6, greatest_chip = 50e-6;
