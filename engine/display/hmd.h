@@ -34,7 +34,7 @@ struct HmdHand {
 
 struct HmdFrame {
   bool draw = false;     // true if a picture is needed; otherwise call submit() without a picture
-  bool focused = false;  // true if the hands are available to this program
+  bool focused = false;  // true if this program, and no other program, receives the input of the controllers
   Nanos shown_at = 0;    // predicted time of display on the program's clock; 0: unknown
   double period = 0;     // s, time between two frames of the headset
   std::array<EyeView, 2> eyes;

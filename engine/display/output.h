@@ -51,8 +51,8 @@ class Compositor {
   Compositor(const Compositor&) = delete;
   Compositor& operator=(const Compositor&) = delete;
 
-  /// Text over each eye's picture; null: no text. If there is one picture, or the eyes share all regions, only the
-  /// first entry is used.
+  /// Text over each eye's picture; null: no text. If there is only one picture, or if both eyes' pictures share all
+  /// regions of the target, only the first entry is used.
   using Huds = std::array<const Hud*, 2>;
 
   /// Records the commands that compose the pictures in the target. `pictures`: two layers or one, in SHADER_READ_ONLY

@@ -20,7 +20,8 @@ struct BenchSpec {
   double eye_distance = 0.5;  // m, distance from the midpoint between the eyes to the origin of W (the tissue)
   double ipd = 0.063;         // m, interpupillary distance
   double gaze = 0;            // rad, angle of the line of sight below the horizontal
-  // rad, angle to the horizontal; positive if the far edge of the glass is higher than the near edge
+  // rad, angle between the half mirror and the horizontal; positive if the mirror's far edge is higher than its near
+  // edge
   double mirror_tilt = 0;
   double picture_tilt = 0;      // rad, angle between the picture and the horizontal; π/2 for an upright picture
   double glass_above_work = 0;  // m, distance of the glass from the origin, along its normal

@@ -97,7 +97,8 @@ class Window final : public Output {
   Window& operator=(const Window&) = delete;
 
   std::optional<Target> acquire() override {
-    // A picture composed on the CPU is shown after the next frame was submitted, so that the device has work meanwhile.
+    // Shows the previous picture now, except if the CPU composes it. A picture that the CPU composes is shown only
+    // after the next frame was submitted, so that the device draws while the CPU composes.
     if (!(shared_ && options_.composed)) show_finished();
     limit_frame_rate();
     if (!visible()) return std::nullopt;
@@ -228,7 +229,8 @@ class Window final : public Output {
  private:
   static Window& self(GLFWwindow* w) { return *static_cast<Window*>(glfwGetWindowUserPointer(w)); }
 
-  /// Queries the window's state from the desktop; each query is a round trip.
+  /// Queries the window's state from the desktop. Each query is slow, because it waits for the answer of another
+  /// process.
   void ask() {
     glfwGetFramebufferSize(window_, &pixels_.x, &pixels_.y);
     glfwGetWindowSize(window_, &size_.x, &size_.y);
