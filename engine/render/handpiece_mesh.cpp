@@ -16,7 +16,8 @@ namespace {
 using glm::dvec2;
 
 constexpr int kLeastAround = 8, kMostAround = 40;
-// distance between the rings on a smooth path of a handpiece, as a ratio to the length of a triangle's side
+// distance between neighbouring rings of mesh corners on a smooth part of a handpiece, divided by the wanted length of
+// a triangle's side
 constexpr double kLongStep = 2;
 // rad; if the angle between two pieces of the outline is larger than this, they meet in a sharp edge
 constexpr double kSharp = 35 * kDegree;

@@ -36,7 +36,7 @@ struct Vertex {
   Tissue under = Tissue::kAir;  // the tissue below the surface tissue
   float shows = 0;              // 0..1, fraction of the lower tissue's colour that is visible through the surface
   float depth = 0;              // m, depth of the lower tissue below the surface
-  float cut = 0;                // 0..1, fraction of the surface that was made by cutting; 0: a natural surface
+  float cut = 0;                // 0..1, fraction of the surface around the vertex that was made by cutting
   float thin = 0;               // 0..1, thinness of the tissue below the surface; 0: thicker than kTranslucentThickness
   float difference = 0;         // m, tissue still to remove (> 0) or excess removal (< 0), for View::kDifference
 };

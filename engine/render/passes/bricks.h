@@ -22,7 +22,7 @@ struct GpuVertex {
   std::uint8_t tissue[4];
 };
 static_assert(sizeof(GpuVertex) == 24);
-inline constexpr float kDifferenceRange = 2e-3f;  // m, largest value of Vertex::difference that is stored
+inline constexpr float kDifferenceRange = 2e-3f;  // m, limit to which |Vertex::difference| is clamped when it is stored
 
 /// Content of a brick (block of triangles); it selects the shader for its pixels.
 enum class BrickKind : std::uint8_t { kAny, kGum, kEnamel, kSound, kTwoSided };
