@@ -26,8 +26,8 @@ struct ImplantCylinder {
   double length = 0, radius = 0;        // m, length and radius of the cylinder
   /// Returns the distance from a point to the surface of the cylinder in m, negative inside.
   double distance(const dvec3& p_W) const;
-  /// Returns the smallest distance from the points of a polyline to the surface, in m. Results of at least 0.3 mm are
-  /// too large by at most 1 µm.
+  /// Returns the smallest distance in m from the points of a polyline to the cylinder's surface. If the result is 0.3
+  /// mm or more, it exceeds the exact distance by at most 1 µm.
   double distance(std::span<const dvec3> path_W) const;
 };
 
