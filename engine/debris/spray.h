@@ -56,7 +56,7 @@ struct SprayOptions {
 /// Balance of the droplets' mass in kg, for water and for every tissue: sprayed + flung = in_air + deposited + sucked +
 /// left + dropped.
 struct SprayLedger {
-  Load sprayed, flung;  // water from the nozzles; slurry that the bur threw off the film
+  Load sprayed, flung;  // kg, water that left the nozzles; slurry that the bur threw off the film
   Load in_air, deposited, sucked;
   Load left;     // kg, mass that flew past the tissue or left as mist
   Load dropped;  // kg, mass that was lost because the buffer was full

@@ -74,8 +74,8 @@ struct Compositor::Impl {
   };
   std::array<OnDevice, kSlots> on_device;
 
-  // Data for composing on the CPU, one entry for each frame in flight: copies of the eyes' pictures, which are valid in
-  // the changed parts, and the work that follows after the copies.
+  // Data for composing one frame on the CPU. There is one entry for each frame in flight. The GPU first copies the
+  // changed parts of the eyes' pictures into `eyes`. Then the CPU composes the `parts` of the target from these copies.
   struct CpuJob {
     gpu::Buffer eyes;
     VkExtent2D size{};
@@ -85,7 +85,7 @@ struct Compositor::Impl {
     HostPixels to;
     ivec2 target{0};
     Rects parts;         // parts of the target to compose
-    bool waits = false;  // true until the frame is composed; then false
+    bool waits = false;  // true if this frame must still be composed
     Writings writing;
     std::array<std::vector<std::size_t>, 2> panels;  // text panels to draw over the picture
   };

@@ -86,8 +86,8 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
   const double knurls = std::max(std::round(2 * kPi * widest / kKnurlPitch), 1.0);
   const dquat R = glm::angleAxis(turn, dvec3(0, 0, 1));
   const auto n = rings.size();
-  // Returns the unit direction (x, z) of the path at a ring. For a part around the tool's axis, this is always +z,
-  // because the rings of such a part may have any order of z.
+  // Returns the unit direction (x, z) of the part's path at a ring. If the part lies around the tool's axis, its rings
+  // may have any order along z, so the direction is always +z.
   const auto path = [&](std::size_t i) {
     if (off_axis == 0) return dvec2(0, 1);
     std::size_t lo = i, hi = i;

@@ -216,8 +216,8 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   const bool touches = tick.contact_area > 0 || force > kLeastContactForce;
   const double removed = volume_of(tick), cut = std::max(0.0, removed - removed_last_);
   removed_last_ = removed;
-  // A tool works if it cuts or moves deeper. Pulling a tool out is not work, so a trainee who pulls out the tool of the
-  // previous phase gets no note about a wrong tool.
+  // A tool counts as working if it cuts tissue or moves deeper. Pulling a tool out does not count as work. So a trainee
+  // who pulls out the tool of the previous phase gets no note about a wrong tool.
   if (dt > 0)
     insertion_speed_ += ((depth_ - last_depth_) / dt - insertion_speed_) * (1 - std::exp(-dt / kInsertionFilterTime));
   last_depth_ = depth_;
@@ -228,7 +228,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   if (before && before->tool == tick.tool &&
       (before->deed == ImplantAction::kSmooth || before->deed == ImplantAction::kMark))
     works_ = false;
-  // If the trainee uses the tool of a later phase for a while, the phases before it are skipped.
+  // If the tool of a later phase has worked for longer than kSkipPhaseTime, all phases before that phase are skipped.
   if (phase_ < task_.phases.size() && tick.tool == task_.phases[phase_].tool) later_tool_time_ = 0;
   if (phase_ < task_.phases.size() && tick.tool != task_.phases[phase_].tool && works_) {
     const auto later = std::find_if(task_.phases.begin() + static_cast<std::ptrdiff_t>(phase_), task_.phases.end(),

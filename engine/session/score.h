@@ -167,8 +167,9 @@ void check_rules(const Json& block);
 /// default. Throws Error.
 PassMark pass_mark(const Json& block);
 
-/// Computes the score. If the value of an item is unknown (no ideal, no caries, no pulp distance), the item and its
-/// weight are omitted, unless the task asks for it.
+/// Computes the score. If the value of an item's measure is unknown (no ideal, no caries, no pulp distance), the item
+/// and its weight are omitted. But if the task asks for
+/// this measure and the result's geometry was measured, the item remains and gets no points.
 Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const PassMark& pass = {});
 
 }  // namespace typodont::session

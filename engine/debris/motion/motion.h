@@ -20,8 +20,8 @@ struct Motion {
 struct Surroundings {
   float gravity[3];  // m/s², frame W, acceleration of gravity
   float sink[3];     // m, frame W, position of the suction nozzle
-  // Strength of the suction in m³/s/sr. The air moves at the speed strength/r² towards the nozzle and stops there. 0 if
-  // suction is off.
+  // Strength of the suction in m³/s/sr (flow per solid angle); 0 if suction is off. At the distance r from the nozzle,
+  // the air moves towards the nozzle at the speed strength/r².
   float strength = 0;
 };
 
@@ -29,8 +29,8 @@ struct Surroundings {
 /// v ← keep·(v + g·dt) + (1 − keep)·air (g: gravity), and the position p ← p + v·dt.
 void move(const Motion& motion, std::size_t first, std::size_t last, float dt, const Surroundings& around) noexcept;
 
-/// Reads and writes the same memory as move(), but computes almost nothing. Its time is a lower bound for the time of a
-/// step.
+/// Reads and writes the same memory as move(), but computes almost nothing. So the running time of this function is a
+/// lower bound for the running time of move().
 void copy_through(const Motion& motion, std::size_t count) noexcept;
 
 /// Returns the mean speed, in m/s, of the air at `distance` (m) from the nozzle during a step.

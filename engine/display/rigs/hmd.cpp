@@ -506,8 +506,8 @@ class OpenXrHmd final : public Hmd {
     return Nanos{at.tv_sec} * kNanosPerSecond + at.tv_nsec;
   }
 
-  /// Compares the predicted head poses with the measured ones for frames whose display time has passed. (Runtimes keep
-  /// at least 50 ms of history.)
+  /// For every frame whose display time has passed, compares the predicted head pose with the head pose that the
+  /// runtime measured at this time. (A runtime stores measured poses for at least 50 ms.)
   void judge(XrDuration period) {
     // If the runtime's clock cannot be read, this value is used as the present time. It is certainly in the past.
     XrTime present = display_time_ - 2 * period;

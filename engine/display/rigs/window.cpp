@@ -158,7 +158,8 @@ class Window final : public Output {
 
   ivec2 size() const override { return extent_; }
 
-  // X11 only unmaps a minimised window. Other desktops set its size to zero. So both are tested.
+  // X11 hides a minimised window but keeps its size. Other desktops set the size of a minimised window to zero. So the
+  // function tests whether the window is shown and whether its size is positive.
   bool visible() const override { return on_screen_ && pixels_.x > 0 && pixels_.y > 0; }
   bool needs_frame() const override { return exposed_ || stale_ || lost_ || pixels_ != wanted_; }
 

@@ -41,7 +41,7 @@ struct BrickContour {
 
   glm::ivec3 key{0};
   std::array<std::uint64_t, 64> active{};  // one bit for each cell; the bit is set if the cell contains surface
-  std::array<std::uint16_t, 64> before{};  // number of active cells in all words before this word
+  std::array<std::uint16_t, 64> before{};  // for each word of `active`: number of bits that are set in earlier words
   std::vector<Cell> cells;                 // the active cells, in the order of their bits
   std::vector<ContourVertex> vertices;
   std::vector<Edge> edges;
