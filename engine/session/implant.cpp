@@ -16,7 +16,7 @@ constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
     "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
 // if the ratio of the spindle's speed to the phase's prescribed speed is larger than this, the trainee sees a note
 constexpr double kOverSpeed = 1.1;
-// Time in s: if the tool of a later phase works on the bone for this time, that phase becomes the present phase.
+// s; if the tool of a later phase has worked on the bone for longer than this, that phase becomes the present phase
 constexpr double kSkipPhaseTime = 1.5;
 // s; a phase of smoothing, marking or checking ends after its goal has been met for this time
 constexpr double kHeld = 0.3;

@@ -23,7 +23,7 @@ struct HandMeasures {
   double contact_time = 0;   // s, time in which the head touched tissue
   double force_mean = 0;     // N, mean force over the ticks with contact
   double force_max = 0;      // N, largest force in the session
-  double path_length = 0;    // m, length of the path of the head's centre at the hand (not the proxy), without tremor
+  double path_length = 0;    // m, length of the path on which the hand (not the proxy) moved the tool, without tremor
   int strokes = 0;           // number of strokes, which are contacts in which tissue was cut
   double tremor_rms = 0;     // m, root mean square of the hand's motion above 5 Hz while in contact
   std::uint64_t faults = 0;  // number of ticks with any fault bit
@@ -168,8 +168,8 @@ void check_rules(const Json& block);
 PassMark pass_mark(const Json& block);
 
 /// Computes the score. If the value of an item's measure is unknown (no ideal, no caries, no pulp distance), the item
-/// and its weight are omitted. But if the task asks for
-/// this measure and the result's geometry was measured, the item remains and gets no points.
+/// and its weight are omitted. But if the task asks for this measure and the result's geometry was measured, the item
+/// remains and gets no points.
 Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const PassMark& pass = {});
 
 }  // namespace typodont::session

@@ -25,8 +25,9 @@ struct Surroundings {
   float strength = 0;
 };
 
-/// Moves particles first … last−1 by one step dt (semi-implicit Euler). The drag of a velocity v is rate·(v − air). So
-/// v ← keep·(v + g·dt) + (1 − keep)·air (g: gravity), and the position p ← p + v·dt.
+/// Moves particles first … last−1 by one step dt (semi-implicit Euler). Drag decelerates a particle with the velocity v
+/// by rate·(v − air), where `air` is the velocity of the air. So v ← keep·(v + g·dt) + (1 − keep)·air (g: gravity), and
+/// the position p ← p + v·dt.
 void move(const Motion& motion, std::size_t first, std::size_t last, float dt, const Surroundings& around) noexcept;
 
 /// Reads and writes the same memory as move(), but computes almost nothing. So the running time of this function is a

@@ -51,7 +51,7 @@ class Targets {
  private:
   PassContext& context_;
   gpu::Image color_, depth_;
-  gpu::Image scene_, scene_depth_;  // if layered(): the pictures and the depth of the scene without particles
+  gpu::Image scene_, scene_depth_;  // if layered() is true: pictures and depth of the scene without particles
 
   /// Returns true if the end of the pass averages the samples; this is so if one pass draws both eyes. If each eye has
   /// its own pass, a separate command averages the samples, because of an error of lavapipe 22.3: at the end of a pass,
