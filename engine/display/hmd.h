@@ -100,8 +100,8 @@ class Hmd {
   virtual ivec2 eye_pixels() const = 0;
   virtual bool wants_depth() const = 0;
   virtual bool see_through() const = 0;  // true: the room is visible where nothing is drawn
-  /// Returns the triangles of the hidden area of both eyes, for Renderer::set_hidden; no value if they have not changed
-  /// since the last call.
+  /// Returns the triangles of the areas that each eye cannot see, for Renderer::set_hidden; no value if the triangles
+  /// have not changed since the last call.
   virtual std::optional<std::vector<glm::vec3>> hidden() = 0;
   /// Returns the timings that became known since the last call.
   virtual std::vector<HmdTiming> timings() = 0;

@@ -28,8 +28,8 @@ struct BenchSpec {
   dvec3 arm_box{0, 0, 0};       // m, width, depth and height of the region that the arm reaches, centred at the origin
   double hand_room = 0.04;      // m, clearance between workspace and glass for the hand above the tool
   double head_room = 0.1;       // m, clearance between the eyes and the panel
-  // dioptres, largest difference in focus between the picture and objects that appear in front of it or behind it; it
-  // is the eye's depth of focus (Campbell 1957)
+  // dioptres, largest allowed difference in focus between the picture and an object that appears in front of the
+  // picture or behind it. The value is the depth of focus of the eye (Campbell 1957).
   double comfort = 0.3;
 };
 

@@ -167,8 +167,8 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
   }
 }
 
-/// Returns the round cone between the first and the last of these rings. Each of its ends is as wide as the widest ring
-/// in its half of the path.
+/// Returns the round cone between the first and the last of these rings. The radius at each end of the cone is the
+/// largest radius of the rings in that half of the path.
 RoundCone cone_about(const std::vector<HandpieceRing>& rings) {
   RoundCone cone;
   if (rings.empty()) return cone;

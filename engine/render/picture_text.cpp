@@ -18,8 +18,8 @@ const font::Glyph& glyph_of(char c) {
   return *question;
 }
 
-/// Returns the interpolated value, 0 to 1, of the font's atlas (the picture with all letters) at a position in its
-/// pixels. A letter's edge is at 0.5.
+/// Returns the interpolated value, 0 to 1, of the font's atlas (the picture with all letters) at the position p, in
+/// pixels of the atlas. At a letter's edge, the value is 0.5.
 double sampled(glm::dvec2 p) {
   const auto pixel = [](int x, int y) {
     x = std::clamp(x, 0, font::kWidth - 1);

@@ -1,5 +1,6 @@
 // Measures of a preparation: compares the removed (or added) tissue with the ideal (target shape). The functions use
-// only dense distance fields and no state. Their error is not larger than the error of the fields. Lengths are in m.
+// only dense distance fields and no state. The error of a measured length is not larger than the error of the fields.
+// Lengths are in m.
 #pragma once
 
 #include <optional>

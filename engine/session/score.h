@@ -130,10 +130,10 @@ struct Score {
   std::vector<ScoreItem> items;
   double points = 0;  // sum of the items' points, multiplied by `completion`
   double full = 0;    // 100, or 0 if no item gives points
-  // Completed fraction of the task, with which the sum of the items' points is multiplied. It is the fraction of the
-  // planned changes (ideal), of the lesions found and the surface explored, or of the caries. In other tasks it is 1 if
-  // any tissue was cut or filled. So a session without work has the score 0, although items without deviation show
-  // their full points.
+  // Completed fraction of the task. The sum of the items' points is multiplied by this fraction. So a session without
+  // work has the score 0, although items without deviation show their full points. Depending on the task, it is the
+  // fraction of lesions found and surface explored, of the phases of an implant exercise, of the planned changes
+  // (ideal), or of the caries. In all other tasks it is 1 if any tissue was cut or filled.
   double completion = 1;
   PassMark pass;
 

@@ -44,8 +44,9 @@ void set_keep(const float* rate, float* keep, std::size_t count, float dt) noexc
 /// a table with a relative error of 1e-4.
 double drag_factor(double reynolds) noexcept;
 
-/// Returns the drag rate (1/s) of a ball of diameter d and density ρ in air of viscosity μ: Stokes' 18 μ/(ρ d²) times 1
-/// + 0.15 Re^0.687 (Schiller & Naumann) for Re < 1000. For a larger Re, the drag coefficient is 0.44.
+/// Returns the drag rate (1/s) of a ball of diameter d and density ρ in air of viscosity μ. For Re < 1000, it is the
+/// rate of Stokes drag, 18 μ/(ρ d²), times (1 + 0.15 Re^0.687) (Schiller & Naumann). For a larger Re, the drag
+/// coefficient is 0.44.
 double drag_rate(double speed, double diameter, double density, double air_density, double air_viscosity) noexcept;
 
 }  // namespace typodont::debris

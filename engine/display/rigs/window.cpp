@@ -1,6 +1,6 @@
 // A window on the desktop, through GLFW. Vulkan presents the picture; with software rendering, the picture goes through
 // memory that the window shares with the desktop. This file handles resizing, minimising and a lost surface. If the
-// device is lost, it reports this to the caller, which creates everything again.
+// device is lost, the window reports the loss to its caller, and the caller creates everything again.
 #define GLFW_INCLUDE_VULKAN
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>

@@ -69,8 +69,8 @@ struct DrawGroup {
 bool shown_in(View view, MeshId mesh);
 bool glassy_in(View view, MeshId mesh);
 
-/// Bounds of the working tooth (lo, hi) and of all bodies (all_lo, all_hi), in m, frame W. Without a working tooth,
-/// both are the bounds of all bodies.
+/// Bounds of the working tooth (lo, hi) and of all bodies (all_lo, all_hi), in m, frame W. If there is no working
+/// tooth, lo and hi are the bounds of all bodies, too.
 struct SceneBounds {
   glm::dvec3 lo, hi, all_lo, all_hi;
 };

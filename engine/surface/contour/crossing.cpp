@@ -110,7 +110,8 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
     }
     if (!solved && (here.unit() || there.unit())) {
       // A crease of the surface may run beside this edge of the grid. Then at least one of the gradients from one-sided
-      // differences uses only samples on one side of the crease. Its length is nearest to 1, and this gradient is used.
+      // differences uses only samples on one side of the crease, and its length is 1. So the gradient whose length is
+      // nearest to 1 is used.
       const Gradient p = here.best(), q = there.best();
       g = p.excess() < q.excess() ? p : q;
       solved = true;
