@@ -53,7 +53,7 @@ struct Debris::State {
   std::vector<NewParticle> new_particles;  // buffer for the new particles of one cut
   std::size_t first = 0, count = 0;
   double time = 0;
-  float last_dt = 0;  // s, length of the last step; `keep` is valid for this length
+  float last_dt = 0;  // s, length of the last step; `keep` is valid only for steps of this length
   // number of the present step; starts at kMostSteps, because set_due_within() subtracts less than kMostSteps from it
   std::uint32_t step = kMostSteps;
   PerTissue born{};

@@ -31,8 +31,9 @@ const double kOneFace = std::cos(10 * kPi / 180);
 // A wall's inclination is measured at a facet only if the gradient of the distance field at the facet has at least this
 // length. A shorter gradient shows that the samples from which it is computed lie on both sides of an edge.
 constexpr double kLeastGradient = 0.98;
-constexpr double kRounding = 1e-9;     // voxels; a smaller distance from the ideal is a rounding error and counts as 0
-constexpr double kLeastArea = 0.1e-6;  // m²; if the total area of floor or walls is below this, they are ignored
+constexpr double kRounding = 1e-9;  // voxels; a smaller distance from the ideal is a rounding error and counts as 0
+// m²; if the total area of the floor is smaller than this, the floor is not measured; the same holds for the walls
+constexpr double kLeastArea = 0.1e-6;
 // Before a mean over the floor or the walls is computed, the smallest and the largest values are omitted, because they
 // come from the edges of a face. At each end, this fraction of the area is omitted.
 constexpr double kTrimmed = 0.1;

@@ -65,7 +65,8 @@ double ImplantCylinder::distance(const dvec3& p_W) const {
 }
 
 double ImplantCylinder::distance(std::span<const dvec3> path_W) const {
-  constexpr double kStep = 0.05e-3;  // m; the distance is computed at points of the path with this spacing
+  // m, distance between neighbouring points of the path at which the path's distance from the cylinder is computed
+  constexpr double kStep = 0.05e-3;
   double best = 1e9;
   for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
     const dvec3 way = path_W[i + 1] - path_W[i];
