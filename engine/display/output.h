@@ -91,7 +91,7 @@ struct UserInput {
   };
   std::vector<Key> keys;          // events in their order, including releases, repeats and typed text
   std::array<bool, 3> clicked{};  // left, right, middle: true if pressed since the last poll
-  dvec2 pixel{-1, -1};            // position of the pointer from the picture's upper left corner
+  dvec2 pixel{-1, -1};            // pixels, position of the pointer from the picture's upper left corner
   bool focused = true;
 
   std::vector<std::string> dropped;  // files and folders that the user dropped on the window since the last poll

@@ -138,8 +138,8 @@ struct ToolState {
 /// point. The ring helps to judge depth in a mono picture.
 struct Cursor {
   bool visible = false;
-  dvec3 p{0};            // m, frame W: start of the line
-  dvec3 down{0, 0, -1};  // unit vector, frame W: direction of the line
+  dvec3 p{0};            // m, frame W: point from which the tool would move
+  dvec3 down{0, 0, -1};  // unit vector, frame W: direction in which the tool would move
   double radius = 1e-3;  // m, radius of the ring
 };
 

@@ -14,7 +14,7 @@
 namespace typodont::surface {
 
 struct ContourVertex {
-  glm::vec3 position{0};  // voxels, position in index space
+  glm::vec3 position{0};  // voxels, position of the vertex in the voxel frame
   glm::vec3 normal{0};    // unit normal, pointing out of the solid
   Tissue tissue[2]{};     // the two most frequent tissues around the vertex, the most frequent first
   float second = 0;       // 0..0.5, fraction of the second tissue, tissue[1]
@@ -29,7 +29,7 @@ struct BrickContour {
   static constexpr int cell_index(int x, int y, int z) { return (x * kCells + y) * kCells + z; }
 
   struct Cell {
-    std::uint16_t vertex;  // index of the cell's first patch (piece of surface)
+    std::uint16_t vertex;  // index in `vertices` of the vertex of the cell's first patch (piece of surface)
     std::uint16_t shape;   // index of the cell's shape in CellShapes
   };
   /// An edge of the grid that the surface crosses. Its base (lower end) is the corner `cell` of this brick.
