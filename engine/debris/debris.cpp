@@ -26,7 +26,8 @@ constexpr std::uint32_t kMostSteps = 1024;  // largest number of steps between t
 // number of particles in a group; for each group, the step of its earliest update is stored (`first_due`)
 constexpr std::size_t kGroup = 32;
 constexpr double kRestSpeed = 0.05;  // m/s; a particle that is slower than this after a bounce comes to rest
-// largest relative error of a particle's drag rate; beyond this error the rate is computed again
+// A particle's stored drag rate may differ from the exact rate by at most this fraction of the rate. The rate is
+// computed again before the difference becomes larger.
 constexpr double kDragError = 0.1;
 constexpr double kStokesReynolds = 0.02;  // below this Reynolds number, the error of Stokes drag is at most 1 %
 
@@ -52,7 +53,7 @@ struct Debris::State {
   std::vector<NewParticle> new_particles;  // buffer for the new particles of one cut
   std::size_t first = 0, count = 0;
   double time = 0;
-  float last_dt = 0;  // s, length of the last step; `keep` is valid for this length
+  float last_dt = 0;  // s, length of the last step; `keep` is valid only for steps of this length
   // number of the present step; starts at kMostSteps, because set_due_within() subtracts less than kMostSteps from it
   std::uint32_t step = kMostSteps;
   PerTissue born{};
@@ -82,8 +83,9 @@ struct Debris::State {
     first_due[s / kGroup] = std::min(first_due[s / kGroup], when);
   }
   // Chooses the step of the particle's next full update: between steps / 2 and `steps` steps from now. The number of
-  // this step is rounded down to a multiple of a power of two. Then neighbours of equal age are due in the same step,
-  // and step() can skip most groups. Each group has its own offset (phase), so that not all groups are due together.
+  // the chosen step is rounded down to a multiple of a power of two. So particles of equal age in one group of the
+  // buffer are due in the same step, and step() can skip most groups. Each group has its own offset (phase), so that
+  // different groups are due in different steps.
   void set_due_within(std::size_t s, std::uint32_t steps) {
     const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
     const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMostSteps;
@@ -165,10 +167,12 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
     const bool leaves = glm::dot(away, v) >= 0 && glm::dot(away, options.gravity_W) >= 0;
     return clearance / std::max((leaves ? drift : own + drift) * dt, 1e-12);
   };
-  double undisturbed_steps = kMostSteps;  // steps without contact, suction or a new drag rate
+  // lower bound of the number of steps before the particle touches tissue or reaches the nozzle
+  double undisturbed_steps = kMostSteps;
   if (field.distance && contact.inside) {
-    // The interpolated field has a slope of at most √3 and an error of at most half the spacing of its samples. Each of
-    // these values gives a lower bound of the distance.
+    // Computes two lower bounds of the distance to the tissue, and uses the larger one. The first bound: the error of
+    // the interpolated distance is at most half the spacing of the samples. The second bound: the interpolated distance
+    // changes by at most √3 metres per metre.
     const double off = contact.distance - radius;
     undisturbed_steps = std::max(off - 0.5 * field.spacing, off / std::sqrt(3.0)) / ((own + drift) * dt);
   } else if (field.distance) {
@@ -183,8 +187,7 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
   if (reynolds > kStokesReynolds) {
     // relative change of the drag rate, divided by the relative change of the speed; factor = 1 + 0.15 Re^0.687
     const double sensitivity = 0.687 * (factor - 1) / factor;
-    // Change of the relative velocity in one step. If drag is so strong that one step would overshoot, the particle
-    // moves at its terminal velocity instead.
+    // m/s, upper bound of the change of the particle's velocity in one step: its acceleration times dt
     const double change = glm::length(options.gravity_W - static_cast<double>(rate[s]) * (v - air)) * dt;
     steps = static_cast<std::uint32_t>(
         std::clamp(kDragError * speed / (sensitivity * change), 1.0, static_cast<double>(steps)));

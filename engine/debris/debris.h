@@ -34,13 +34,15 @@ struct CoarseField {
 struct Suction {
   glm::dvec3 p_W{0};     // m, frame W, position of the suction nozzle
   double flow = 5e-3;    // m³/s, flow of air into the nozzle; a dental high-volume suction draws about 300 l/min
-  double radius = 4e-3;  // m, radius of the nozzle; a particle at a smaller distance is removed
+  double radius = 4e-3;  // m, radius of the nozzle; a particle that is nearer to `p_W` than this is removed
 };
 
 struct DebrisOptions {
   std::size_t capacity = 100'000;
   std::uint64_t seed = 1;
-  double parcel_volume = 1e-12;  // m³, volume of tissue that one particle represents while the buffer has free entries
+  // m³, largest volume of tissue that one particle represents. One particle represents more if `most_per_cut` or the
+  // free entries of the buffer limit the number of particles.
+  double parcel_volume = 1e-12;
   int most_per_cut = 32;
   // m, smallest and largest diameter of chips; the distribution is uniform in the logarithm
   double least_chip = 5e-6, greatest_chip = 50e-6;
@@ -51,7 +53,7 @@ struct DebrisOptions {
   double air_viscosity = 1.8e-5;      // Pa·s, viscosity of the air
   double restitution = 0.3;           // normal speed after a bounce divided by the speed before it
   double slide = 0.7;                 // tangential speed after a bounce divided by the speed before it
-  double scatter = 0.25;              // standard deviation of the launch velocity divided by the rim speed
+  double scatter = 0.25;              // standard deviation of a chip's initial velocity, divided by the rim's speed
 };
 
 /// Balance of the mass of all particles in kg: born = alive + decayed + sucked + dropped + deposited.

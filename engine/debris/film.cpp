@@ -12,7 +12,8 @@ namespace typodont::debris {
 namespace {
 
 constexpr int kMostNeighbours = 16;  // largest number of neighbours of a cell; on a smooth surface a cell has eight
-// largest fraction of a cell's content that may flow out in one substep, for stability
+// In one substep, at most this fraction of a cell's content may flow out. With a larger fraction, the computation could
+// become unstable.
 constexpr float kStableShare = 0.4f;
 constexpr double kDryMass = 1e-16;  // kg; a cell with less water than this counts as dry
 
@@ -46,7 +47,9 @@ struct Film::State {
   std::vector<float> level;    // m, height of each cell's free surface along `up`
   std::vector<float> flux;     // m³/s, flow to each neighbour of a cell that contains water or solids
   std::vector<float> content;  // m³, volume of water and solids in each cell
-  std::vector<float> rate;     // 1/s, largest relative change of the content of each cell
+  // 1/s, for each cell the larger of two rates: the outflow divided by the volume that can flow, and the rate at which
+  // the level difference to its neighbours decreases, as a fraction of this difference
+  std::vector<float> rate;
   std::vector<std::int32_t> free_slots;
   std::vector<std::int32_t> loaded;  // slots of the cells that contain water or solids
   std::vector<std::uint8_t> is_loaded, is_changed;
@@ -314,8 +317,8 @@ void Film::State::flow(double dt) {
       const std::int32_t i = loaded[n];
       const auto at = static_cast<std::size_t>(i);
       if (rate[at] <= 0) continue;
-      // If a cell needs a shorter substep than the shortest allowed one, its flow is reduced instead, so that the cell
-      // remains stable.
+      // A fast cell may need a substep that is shorter than the shortest allowed substep. The flow out of such a cell
+      // is reduced, so that at most the fraction kStableShare flows out.
       const double slowed = std::min(1.0, kStableShare / (rate[at] * part));
       double kept = 1;
       for (int k = 0; k < cells[at].count; ++k) {

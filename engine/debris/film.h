@@ -26,8 +26,8 @@ struct FilmOptions {
   double gravity = 9.81;          // m/s², acceleration of gravity
   double water_density = 1000;    // kg/m³, density of the water
   double water_viscosity = 1e-3;  // Pa·s, viscosity of the water at 20 °C
-  // Largest volume fraction of solids with which slurry flows: that of randomly packed rough grains. The viscosity
-  // rises towards infinity at this fraction (Krieger & Dougherty 1959).
+  // Slurry flows only if its volume fraction of solids is below this value, which is the volume fraction of randomly
+  // packed rough grains. Near this value, the viscosity rises towards infinity (Krieger & Dougherty 1959).
   double most_solids = 0.6;
   double clinging = 10e-6;    // m, thickness of the layer that adheres to the surface and does not flow
   double hanging = 60e-6;     // m, largest thickness of the film below an overhang; excess water drips off

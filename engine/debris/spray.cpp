@@ -76,7 +76,8 @@ void Spray::State::emit(double dt, const SpraySource& source, RandomStream& rand
     const dvec3 at_T(nozzles.ring_radius * std::cos(turn), nozzles.ring_radius * std::sin(turn),
                      nozzles.setback - source.head_half);
     const dvec3 aim = glm::normalize(tip_T - at_T);
-    // A random point in the unit ball has components with the standard deviation 1/√5; the factor √5 makes it 1.
+    // Each component of a random point in the unit ball has the standard deviation 1/√5. The factor √5 changes this
+    // standard deviation to 1.
     const dvec3 direction = glm::normalize(aim + std::sqrt(5.0) * nozzles.cone * random.in_ball());
     const double diameter = nozzles.least_drop * std::pow(nozzles.greatest_drop / nozzles.least_drop, random.uniform());
     Droplet drop{.p = source.X_WT * at_T,

@@ -35,7 +35,7 @@ struct SprayOptions {
   std::uint64_t seed = 1;
   // number of simulated droplets per second; each represents the water of several real droplets
   double parcels_per_second = 12'000;
-  double longest_step = 2e-3;  // s, longest straight part of a droplet's curved path
+  double longest_step = 2e-3;  // s; a droplet's curved path is computed as straight parts of at most this flight time
   double lifetime = 0.5;       // s; an older droplet is removed because it has left the scene
   glm::dvec3 gravity_W{0, 0, -9.81};
   double air_density = 1.2, air_viscosity = 1.8e-5;  // density of the air (kg/m³), and its viscosity (Pa·s)
@@ -56,7 +56,7 @@ struct SprayOptions {
 /// Balance of the droplets' mass in kg, for water and for every tissue: sprayed + flung = in_air + deposited + sucked +
 /// left + dropped.
 struct SprayLedger {
-  Load sprayed, flung;  // water from the nozzles; slurry that the bur threw off the film
+  Load sprayed, flung;  // kg, water that left the nozzles; slurry that the bur threw off the film
   Load in_air, deposited, sucked;
   Load left;     // kg, mass that flew past the tissue or left as mist
   Load dropped;  // kg, mass that was lost because the buffer was full

@@ -74,8 +74,8 @@ struct Compositor::Impl {
   };
   std::array<OnDevice, kSlots> on_device;
 
-  // Data for composing on the CPU, one entry for each frame in flight: copies of the eyes' pictures, which are valid in
-  // the changed parts, and the work that follows after the copies.
+  // Data for composing one frame on the CPU. There is one entry for each frame in flight. The GPU first copies the
+  // changed parts of the eyes' pictures into `eyes`. Then the CPU composes the `parts` of the target from these copies.
   struct CpuJob {
     gpu::Buffer eyes;
     VkExtent2D size{};
@@ -85,7 +85,7 @@ struct Compositor::Impl {
     HostPixels to;
     ivec2 target{0};
     Rects parts;         // parts of the target to compose
-    bool waits = false;  // true until the frame is composed; then false
+    bool waits = false;  // true if this frame must still be composed
     Writings writing;
     std::array<std::vector<std::size_t>, 2> panels;  // text panels to draw over the picture
   };
@@ -144,9 +144,9 @@ struct Compositor::Impl {
     return changed;
   }
 
-  /// If a part of the target is drawn again, all text panels that it touches must be drawn again, too. Returns these
-  /// panels. Their boxes are added to the parts, because each panel must be blended exactly once, completely, over a
-  /// newly composed background.
+  /// If a part of the target is drawn again, all text panels that overlap this part must be drawn again, too. Returns
+  /// these text panels, and adds their boxes to `parts`. So the whole background of each panel is composed again before
+  /// the panel is blended over it.
   std::array<std::vector<std::size_t>, 2> panels_over(std::optional<Rects>& parts, Layout how,
                                                       const Target& target) const {
     std::array<std::vector<std::size_t>, 2> chosen;
@@ -225,15 +225,15 @@ struct Compositor::Impl {
     const auto held = holds.find(target.image);
     const std::uint64_t behind = held == holds.end() ? ~0ull : frame - held->second;
     holds[target.image] = frame;
-    // Draws everything if the surface is stereo (one layer per eye), or if the target is older than the stored
-    // history.
+    // Draws everything if the surface is stereo (one layer per eye), or if the frame in the target is so old that the
+    // stored history does not contain all changes since then.
     if (!changed || !target.kept || behind > history.size() || target.layers.size() > 1) return std::nullopt;
     const ivec2 picture(static_cast<int>(now.width), static_cast<int>(now.height));
     Rects parts;
     for (std::size_t i = history.size() - behind; i < history.size(); ++i)
       for (std::size_t eye = 0; eye < 2; ++eye) {
-        // If both eyes share every region, drawing a pixel for one eye also draws it for the other eye, so all parts
-        // are stored under index 0.
+        // If both eyes' pictures share every region of the target, a drawn pixel is drawn for both eyes. Then the parts
+        // of both eyes are stored under index 0.
         auto& of_place = parts[mix_of(how) == Mix::kOneEye ? eye : 0];
         const auto add = [&](const VkRect2D& rect) {
           if (std::none_of(of_place.begin(), of_place.end(), [&](const VkRect2D& r) { return same(r, rect); }))
@@ -388,8 +388,8 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
     return drawn;
   };
   if (target.memory.first) {
-    // If the work of the previous frame with this index (slot) was never done, the changes of that frame are missing.
-    // Then everything is composed.
+    // If the CPU has not composed the previous frame with this index (slot), the target lacks the changes of that
+    // frame. Then everything is composed.
     if (m.cpu_jobs[static_cast<std::size_t>(slot)].waits) parts.reset();
     const auto panels = m.panels_over(parts, layout, target);
     m.fetch(commands, pictures, layout, target, slot, first_row, parts, panels);

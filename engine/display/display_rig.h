@@ -35,8 +35,8 @@ struct Screen {
 };
 
 /// A half mirror: the plane normal · p = offset in W. The thickness and refractive index of the glass are optional.
-/// They displace the image of the hand behind the glass towards the eyes, and the picture is displaced equally
-/// (glass_shift).
+/// Refraction in the glass displaces the image of the hand towards the eyes. The picture is displaced by the same
+/// amount (glass_shift), so that picture and hand still match.
 struct Mirror {
   dvec3 normal{0, 1, 0};       // unit normal vector of the plane, in frame W
   double offset = 0;           // m, distance of the plane from the origin of frame W along the normal
@@ -84,7 +84,9 @@ struct DisplayRig {
   double magnify = 1;      // magnification of the picture, see magnified()
   /// m, frame W: the fixed point of the magnification; no value: the middle of the tissue that is worked on
   std::optional<dvec3> magnify_about;
-  double scale = 1;  // ratio of the lengths of screen, mirror and eyes in this rig to the lengths on the bench
+  // Ratio of the distances between screen, mirror and eyes in this rig to the measured distances on the bench. It is
+  // less than 1 if magnified() has reduced the distances.
+  double scale = 1;
 };
 
 /// Returns a rig whose picture shows the scene `rig.magnify` times larger. The fixed point of the magnification is

@@ -26,9 +26,9 @@ constexpr std::size_t kPacketBytes = 48;
 // Parameters of MotionFilter. Sigma: noise of camera trackers after OpenTrack's own filter. Agility: square root of the
 // spectral density of the acceleration of a user's head during work.
 constexpr double kPositionSigma = 0.5e-3;  // m, standard deviation of the noise of a tracked position
-constexpr double kPositionAgility = 0.15;  // m/s^1.5, square root of the acceleration's spectral density
+constexpr double kPositionAgility = 0.15;  // m/s^1.5, square root of the spectral density of the head's acceleration
 constexpr double kDirectionSigma = 5e-3;   // rad, standard deviation of the noise of a tracked direction
-constexpr double kDirectionAgility = 1;    // rad/s^1.5, square root of the angular acceleration's spectral density
+constexpr double kDirectionAgility = 1;    // rad/s^1.5, square root of the spectral density of angular acceleration
 
 template <class Number>
 std::optional<Number> whole_number(std::string_view text, Number highest) {

@@ -47,7 +47,8 @@ class MotionFilter {
   /// time. Before the first sample it is zero.
   dvec3 at(Nanos t) const noexcept;
 
-  // ns; a value is extrapolated at most this far beyond the newest sample, because later a constant value is better
+  // ns; a value is extrapolated for at most this time beyond the newest sample. After this time the value stays
+  // constant, because a longer extrapolation would be less accurate than a constant value.
   static constexpr Nanos kHorizon = 80'000'000;
   // ns, if no sample arrives for a longer time than this, the filter restarts
   static constexpr Nanos kLost = 500'000'000;
@@ -85,7 +86,9 @@ class HeadTracker {
  private:
   Head rest_;
   glm::dmat3 R_WK_;  // rotation from the tracker's axes to frame W
-  double scale_;     // length scale of the rig: ratio of lengths in the picture to real lengths
+  // Factor by which the measured motion of the head is multiplied (DisplayRig::scale): ratio of the lengths in the rig
+  // to the real lengths. It is less than 1 if the rig's picture is magnified.
+  double scale_;
   MotionFilter center_, right_;
   Stats stats_;
   int socket_ = -1;

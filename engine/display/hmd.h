@@ -34,7 +34,7 @@ struct HmdHand {
 
 struct HmdFrame {
   bool draw = false;     // true if a picture is needed; otherwise call submit() without a picture
-  bool focused = false;  // true if the hands are available to this program
+  bool focused = false;  // true if this program, and no other program, receives the input of the controllers
   Nanos shown_at = 0;    // predicted time of display on the program's clock; 0: unknown
   double period = 0;     // s, time between two frames of the headset
   std::array<EyeView, 2> eyes;
@@ -48,7 +48,8 @@ struct HmdTiming {
   bool drawn = false;
   int missed = 0;             // number of refreshes of the display without a new picture since the previous frame
   double pose_to_submit = 0;  // s, time from the request for poses to the submission of the picture
-  double margin = -1e9;       // s, time from the submission to the predicted display; −1e9: unknown
+  // s, time from the submission of the picture until the predicted time of its display; −1e9: unknown
+  double margin = -1e9;
   bool judged = false;        // true if the predicted pose of the head was compared with the measured one
   double position_error = 0;  // m, error of the predicted head position
   double angle_error = 0;     // rad, error of the predicted head orientation
@@ -82,7 +83,8 @@ class Hmd {
   virtual bool running() const = 0;
   /// Waits for the runtime's next frame, begins it, and locates the head and the hands.
   virtual HmdFrame wait() = 0;
-  /// The source of one eye's depth (null: none). record() copies both eyes' pictures and depths to the swapchain.
+  /// The image and layer with the depth of one eye's picture (null: no depth is copied). record() copies the pictures
+  /// and the depths of both eyes to the swapchain.
   struct Depth {
     const gpu::Image* image = nullptr;
     std::uint32_t layer = 0;
@@ -98,8 +100,8 @@ class Hmd {
   virtual ivec2 eye_pixels() const = 0;
   virtual bool wants_depth() const = 0;
   virtual bool see_through() const = 0;  // true: the room is visible where nothing is drawn
-  /// Returns the triangles of the hidden area of both eyes, for Renderer::set_hidden; no value if they have not changed
-  /// since the last call.
+  /// Returns the triangles of the areas that each eye cannot see, for Renderer::set_hidden; no value if the triangles
+  /// have not changed since the last call.
   virtual std::optional<std::vector<glm::vec3>> hidden() = 0;
   /// Returns the timings that became known since the last call.
   virtual std::vector<HmdTiming> timings() = 0;

@@ -51,8 +51,8 @@ class Compositor {
   Compositor(const Compositor&) = delete;
   Compositor& operator=(const Compositor&) = delete;
 
-  /// Text over each eye's picture; null: no text. If there is one picture, or the eyes share all regions, only the
-  /// first entry is used.
+  /// Text over each eye's picture; null: no text. If there is only one picture, or if both eyes' pictures share all
+  /// regions of the target, only the first entry is used.
   using Huds = std::array<const Hud*, 2>;
 
   /// Records the commands that compose the pictures in the target. `pictures`: two layers or one, in SHADER_READ_ONLY
@@ -91,7 +91,7 @@ struct UserInput {
   };
   std::vector<Key> keys;          // events in their order, including releases, repeats and typed text
   std::array<bool, 3> clicked{};  // left, right, middle: true if pressed since the last poll
-  dvec2 pixel{-1, -1};            // position of the pointer from the picture's upper left corner
+  dvec2 pixel{-1, -1};            // pixels, position of the pointer from the picture's upper left corner
   bool focused = true;
 
   std::vector<std::string> dropped;  // files and folders that the user dropped on the window since the last poll

@@ -10,7 +10,7 @@ namespace typodont::display {
 
 namespace {
 
-constexpr double kGlassMargin = 0.01;  // m, margin of glass around the lines of sight
+constexpr double kGlassMargin = 0.01;  // m, the glass extends beyond the outermost lines of sight by this length
 
 /// A half space that limits the workspace: the points p with outward · p ≤ offset, where |outward| = 1.
 struct Limit {
@@ -63,7 +63,8 @@ struct LargestBox {
 LargestBox largest_box(const std::vector<Limit>& limits) {
   double room = std::numeric_limits<double>::infinity();
   for (const Limit& limit : limits) room = std::min(room, limit.offset);
-  // middle c and half edges h of the box at the start of the search; the next line converts m to multiples of `room`
+  // The box at the start of the search: x, y and z of its middle c, then its half edges h. The values are in m here;
+  // the next line divides them by `room`, so that the search uses numbers near 1.
   std::array<double, 6> x{0, 0, 0, 0.25 * room, 0.25 * room, 0.25 * room};
   for (double& v : x) v /= room;
   std::vector<std::array<double, 6>> rows;

@@ -20,15 +20,16 @@ struct BenchSpec {
   double eye_distance = 0.5;  // m, distance from the midpoint between the eyes to the origin of W (the tissue)
   double ipd = 0.063;         // m, interpupillary distance
   double gaze = 0;            // rad, angle of the line of sight below the horizontal
-  // rad, angle to the horizontal; positive if the far edge of the glass is higher than the near edge
+  // rad, angle between the half mirror and the horizontal; positive if the mirror's far edge is higher than its near
+  // edge
   double mirror_tilt = 0;
   double picture_tilt = 0;      // rad, angle between the picture and the horizontal; π/2 for an upright picture
   double glass_above_work = 0;  // m, distance of the glass from the origin, along its normal
   dvec3 arm_box{0, 0, 0};       // m, width, depth and height of the region that the arm reaches, centred at the origin
   double hand_room = 0.04;      // m, clearance between workspace and glass for the hand above the tool
   double head_room = 0.1;       // m, clearance between the eyes and the panel
-  // dioptres, largest difference in focus between the picture and objects that appear in front of it or behind it; it
-  // is the eye's depth of focus (Campbell 1957)
+  // dioptres, largest allowed difference in focus between the picture and an object that appears in front of the
+  // picture or behind it. The value is the depth of focus of the eye (Campbell 1957).
   double comfort = 0.3;
 };
 

@@ -227,7 +227,8 @@ class Painter {
   template <class Inside>
   void fill(const dvec2& lo, const dvec2& hi, const Color& color, const Inside& inside) {
     const WritingBox box = box_of(lo, hi, panel_.box);
-    // Evaluates the function at the pixel centres and one pixel beyond on every side, to compute its slope.
+    // Evaluates `inside` at the centre of every pixel of the box, and of one more pixel on every side. The slope of
+    // `inside` is computed from the values of neighbouring pixels.
     const int stride = box.size.x + 2;
     field_.resize(static_cast<std::size_t>(stride) * static_cast<std::size_t>(box.size.y + 2));
     for (int y = 0; y < box.size.y + 2; ++y)

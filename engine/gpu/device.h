@@ -41,7 +41,8 @@ class RangeAllocator {
   std::size_t pieces() const { return ranges_.size(); }
 
  private:
-  std::map<std::uint64_t, std::uint64_t> ranges_;  // free ranges: start → count
+  // free ranges; key: first number of a range; value: count of its numbers
+  std::map<std::uint64_t, std::uint64_t> ranges_;
   std::uint64_t size_ = 0, free_ = 0;
 };
 

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kList = "left-as";          // name of the file that lists all cache files with their hashes
 constexpr const char* kPipelines = "pipelines-";  // prefix of a pipeline cache's file name
-// bytes, a pipeline cache that is smaller than this contains only a header or a checksum
+// bytes; a pipeline cache of at most this size is not stored, because it contains only a header or a checksum
 constexpr std::size_t kEmptyCacheBytes = 64;
 fs::path g_folder;   // the cache folder; set before other threads start
 std::mutex g_mutex;  // protects the cache folder

@@ -8,9 +8,9 @@
 
 namespace typodont::gpu {
 
-/// Sets the folder in which this program's devices store their pipelines. Drivers whose cache folder can be configured
-/// (Mesa) use it too, unless the user has configured another one. Call once, before any device and any other thread
-/// exists. Without this call each driver uses its own default.
+/// Sets the folder in which this program's devices store their pipelines. If the cache folder of a driver can be
+/// configured (Mesa), the driver uses the same folder for its own cache, unless the user has configured another folder.
+/// Call once, before any device and any other thread exists. Without this call, each driver uses its default folder.
 void keep_driver_cache(const std::filesystem::path& folder);
 
 /// Removes the files that changed since they were stored. Call once per process, before a driver is loaded.

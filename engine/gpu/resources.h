@@ -124,7 +124,7 @@ struct PipelineOptions {
   std::vector<VkVertexInputBindingDescription> bindings;
   std::vector<VertexAttribute> attributes;  // attributes at locations 0, 1, 2 …
   VkPrimitiveTopology topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
-  VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;  // the front face is set at recording time
+  VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;  // the corner order of front faces is set while commands are recorded
   VkFormat color = VK_FORMAT_UNDEFINED;
   VkFormat depth = VK_FORMAT_UNDEFINED;
   bool depth_write = true;

@@ -16,7 +16,8 @@ namespace {
 using glm::dvec2;
 
 constexpr int kLeastAround = 8, kMostAround = 40;
-// distance between the rings on a smooth path of a handpiece, as a ratio to the length of a triangle's side
+// distance between neighbouring rings of mesh corners on a smooth part of a handpiece, divided by the wanted length of
+// a triangle's side
 constexpr double kLongStep = 2;
 // rad; if the angle between two pieces of the outline is larger than this, they meet in a sharp edge
 constexpr double kSharp = 35 * kDegree;
@@ -85,8 +86,8 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
   const double knurls = std::max(std::round(2 * kPi * widest / kKnurlPitch), 1.0);
   const dquat R = glm::angleAxis(turn, dvec3(0, 0, 1));
   const auto n = rings.size();
-  // Returns the unit direction (x, z) of the path at a ring. For a part around the tool's axis, this is always +z,
-  // because the rings of such a part may have any order of z.
+  // Returns the unit direction (x, z) of the part's path at a ring. If the part lies around the tool's axis, its rings
+  // may have any order along z, so the direction is always +z.
   const auto path = [&](std::size_t i) {
     if (off_axis == 0) return dvec2(0, 1);
     std::size_t lo = i, hi = i;
@@ -166,8 +167,8 @@ void add_part(HandpieceMesh& mesh, const HandpiecePart& part, double turn, doubl
   }
 }
 
-/// Returns the round cone between the first and the last of these rings. Each of its ends is as wide as the widest ring
-/// in its half of the path.
+/// Returns the round cone between the first and the last of these rings. The radius at each end of the cone is the
+/// largest radius of the rings in that half of the path.
 RoundCone cone_about(const std::vector<HandpieceRing>& rings) {
   RoundCone cone;
   if (rings.empty()) return cone;

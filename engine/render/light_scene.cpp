@@ -20,10 +20,11 @@ constexpr std::int32_t kBack = -2;     // value in `met` if the ray meets the ba
 // largest fraction of a sample's rays that may meet the back of a triangle; with a larger fraction, the sample is
 // inside a body
 constexpr double kInside = 0.25;
-constexpr float kMargin = 20e-6f;  // m, distance of a ray's start from the surface
+constexpr float kMargin = 20e-6f;  // m, a ray starts this far outside a surface, so that the ray does not meet it
 constexpr int kLampRays = 4;
-// in grid spacings: tolerance for the position at which a surface's light is looked up. A flat triangle may stand for a
-// curved surface, so the shaders' lookup points can lie this far from those of the triangle.
+// in grid spacings: margin of the box that contains the points at which a triangle's light is looked up. The drawn
+// surface may be curved where the triangle is flat, so the shaders may look up the light up to this far outside the box
+// without the margin.
 constexpr float kCurved = 0.15f;
 // distance from a surface, in grid spacings, of the point at which the surface's light is looked up
 constexpr double kBegin = 0.5;
@@ -208,7 +209,7 @@ class RayTree {
 
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> order_;
-  std::vector<Stored> stored_;  // the triangles, in the order of `order_`
+  std::vector<Stored> stored_;  // the triangles, sorted so that the triangles of a leaf are neighbours
 };
 
 /// Calls each(i) for 0 <= i < count on several threads.
@@ -309,9 +310,9 @@ struct LightScene::Impl {
 
   glm::vec3 place(const glm::ivec3& i) const { return glm::vec3(empty.origin + empty.spacing * dvec3(i)); }
 
-  /// Finds the samples that a lookup of the light at a surface may read. The light of a surface point is looked up at a
-  /// point ahead of the surface along its normal, so the box of each triangle is moved along its normal, and the
-  /// samples around the moved box are needed.
+  /// Finds the samples of the grid that the shaders may read. For a surface point, a shader looks up the light at a
+  /// point outside the surface, displaced by kBegin grid spacings along the normal. So the box of each triangle is
+  /// moved by this distance along the triangle's normal, and the samples around the moved box are needed.
   void find_samples() {
     std::vector<std::uint8_t> wanted(empty.samples(), 0);
     for (const LitTriangle& t : triangles) {
@@ -342,8 +343,8 @@ struct LightScene::Impl {
     met.resize(samples.size() * kRays);
     in_parallel(samples.size(), [&](std::size_t s) {
       Sample& sample = samples[s];
-      // A few rays decide whether the sample is inside a body. If the sample is inside, and the nearest surface is at
-      // most one cell away, its rays start outside this surface.
+      // Every fourth ray is cast first, to find out whether the sample is inside a body. If the sample is inside, and
+      // the nearest surface is less than 1.75 grid spacings away, the sample's rays start just outside this surface.
       constexpr std::size_t kFew = 4;
       int backs = 0;
       float nearest = static_cast<float>(1.75 * empty.spacing);

@@ -24,8 +24,9 @@ inline std::array<Look, kMatterCount> appearances_of(const MaterialTable& materi
     const auto i = static_cast<std::size_t>(t);
     looks[i] = {materials[i].color, roughness, translucency, metal, wetness};
   };
-  // The softer caries is, the darker it is drawn. Caries with a stiffness of 0.3 N/mm has the colour of the material.
-  // At 0.5 N/mm, near dentin, caries is light brown; at 0.1 N/mm it is nearly black.
+  // The softer caries is, the darker it is drawn. Caries with a stiffness of 0.3 N/mm is drawn in the colour that the
+  // scene's material states. With 0.5 N/mm, which is nearly the stiffness of dentin, caries is light brown. With 0.1
+  // N/mm, caries is nearly black.
   const auto softness = [&] {
     const double stiffness = materials[static_cast<std::size_t>(Tissue::kCaries)].stiffness;
     return stiffness > 0 ? std::clamp(std::log2(stiffness / 300.0), -1.6, 0.9) : 0.0;

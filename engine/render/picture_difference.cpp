@@ -146,7 +146,8 @@ std::array<Plane, 2> features(const Plane& achromatic, double pixels_per_degree)
   Weights smooth = weights(radius, bell);
   const double whole = sum(smooth);
   for (double& w : smooth) w /= whole;
-  // The positive weights are scaled to the sum 1, and the negative weights to the sum -1.
+  // Scales the filter's weights, so that the sum of the positive weights is 1 and the sum of the negative weights is
+  // -1.
   const auto balanced = [](Weights w) {
     double up = 0, down = 0;
     for (const double v : w) (v > 0 ? up : down) += std::abs(v);

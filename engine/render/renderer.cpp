@@ -320,7 +320,8 @@ struct Renderer::Impl {
     for (shared::FrameData* d : {&now, &before})
       d->tool_head = d->tool_end = d->tool_motion = d->cursor = d->cursor_down = d->handpiece[0] = d->handpiece[1] =
           d->handpiece[2] = d->handpiece[3] = glm::vec4(0);
-    // a change of the mirror's fog is ignored, because the tiles of the mirror's glass are redrawn in any case
+    // The comparison below ignores a change of the mirror's fog. The fog is visible only in the mirror's glass, and the
+    // tiles of the glass are marked for redrawing in any case.
     now.mirror.y = before.mirror.y;
     const bool eyes_stay = !std::memcmp(now.clip_from_world, before.clip_from_world, sizeof now.clip_from_world);
     if (!eyes_stay || last_settings != settings_version) ++eyes_version;

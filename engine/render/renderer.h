@@ -36,7 +36,7 @@ struct Vertex {
   Tissue under = Tissue::kAir;  // the tissue below the surface tissue
   float shows = 0;              // 0..1, fraction of the lower tissue's colour that is visible through the surface
   float depth = 0;              // m, depth of the lower tissue below the surface
-  float cut = 0;                // 0..1, fraction of the surface that was made by cutting; 0: a natural surface
+  float cut = 0;                // 0..1, fraction of the surface around the vertex that was made by cutting
   float thin = 0;               // 0..1, thinness of the tissue below the surface; 0: thicker than kTranslucentThickness
   float difference = 0;         // m, tissue still to remove (> 0) or excess removal (< 0), for View::kDifference
 };
@@ -138,8 +138,8 @@ struct ToolState {
 /// point. The ring helps to judge depth in a mono picture.
 struct Cursor {
   bool visible = false;
-  dvec3 p{0};            // m, frame W: start of the line
-  dvec3 down{0, 0, -1};  // unit vector, frame W: direction of the line
+  dvec3 p{0};            // m, frame W: point from which the tool would move
+  dvec3 down{0, 0, -1};  // unit vector, frame W: direction in which the tool would move
   double radius = 1e-3;  // m, radius of the ring
 };
 

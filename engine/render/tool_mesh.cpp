@@ -218,7 +218,7 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
     if (shape.flutes > 0) {
       double phase = (angle / (2 * kPi) + shape.helix * (z - z0) / span) * shape.flutes;
       phase -= std::floor(phase);
-      // position in the thread's profile: 0 at the cutting edge, 1 at the bottom of the groove
+      // depth in the profile of a flute: 0 at the cutting edge of a blade, 1 at the bottom of the groove
       const double groove = phase < 0.2 ? phase / 0.2 : 1 - (phase - 0.2) / 0.8;
       const double fade = std::clamp((z1 - z) / (0.15 * span), 0.0, 1.0);
       return r * (1 - shape.flute_depth * groove * fade);

@@ -14,30 +14,36 @@ namespace typodont::session {
 
 namespace {
 
-// Limit in voxels: a part of the surface counts as new if it lies deeper than this below the old surface.
+// voxels; a facet of the final surface counts as new if it lies deeper than this below the old surface
 constexpr double kNewSurface = 0.75;
-const double kFloor = std::cos(30 * kPi / 180);  // a floor's normal is within 30° of the opening's axis
-constexpr double kWall = 0.5;  // sine of 30°: a wall is within 30° of parallel to the opening's axis
-// A facet counts as part of one flat face if the gradient of the distance field around it is at least this long and
-// within 10° of the facet's normal. At an edge between two faces the gradient is shorter. Ripples of a tenth of a
-// voxel, which a bur leaves, also shorten the gradient. With a larger limit, half of a rippled floor would be omitted,
-// and the measured mean depth would be arbitrary.
+// A facet belongs to the floor if the cosine of the angle between its normal and the opening's axis is larger than this
+// (angle below 30°).
+const double kFloor = std::cos(30 * kPi / 180);
+// A facet belongs to a wall if the |cosine| of the angle between its normal and the opening's axis is smaller than
+// this. The facet is then inclined by less than 30° to the axis.
+constexpr double kWall = 0.5;
+// Facets near an edge between two faces are not measured. At such a facet, the gradient of the distance field is
+// shorter than this limit, or it differs by more than 10° from the facet's normal. (On a flat face, the length of the
+// gradient is 1.) The limit is well below 1, because the ripples that a bur leaves, a tenth of a voxel high, also
+// shorten the gradient. With a larger limit, half of a rippled floor would not be measured.
 constexpr double kShortest = 0.8;
 const double kOneFace = std::cos(10 * kPi / 180);
-// Smallest length of the gradient for which a wall's inclination is measured. If the gradient is shorter, its stencil
-// (the samples from which it is computed) extends over an edge.
+// A wall's inclination is measured at a facet only if the gradient of the distance field at the facet has at least this
+// length. A shorter gradient shows that the samples from which it is computed lie on both sides of an edge.
 constexpr double kLeastGradient = 0.98;
-constexpr double kRounding = 1e-9;     // tolerance for rounding errors, in voxels
-constexpr double kLeastArea = 0.1e-6;  // m²; if the total area of floor or walls is below this, they are ignored
-// Fraction of a wall's inclinations that is omitted at each end of their distribution, because these values come from
-// the wall's edges.
+constexpr double kRounding = 1e-9;  // voxels; a smaller distance from the ideal is a rounding error and counts as 0
+// m²; if the total area of the floor is smaller than this, the floor is not measured; the same holds for the walls
+constexpr double kLeastArea = 0.1e-6;
+// Before a mean over the floor or the walls is computed, the smallest and the largest values are omitted, because they
+// come from the edges of a face. At each end, this fraction of the area is omitted.
 constexpr double kTrimmed = 0.1;
-// m; the part of a wall down to this depth below the old surface is the rim, which is always thin
+// m; a wall's thickness is not measured at depths of less than this below the old surface, because a wall is always
+// thin at its rim
 constexpr double kRim = 1e-3;
-// Half width, in voxels, of the stencil with which a wall's inclination is measured. It is wide, so that ripples
-// average out.
+// voxels; for a wall's inclination, the gradient is computed from distances at this distance to either side of the
+// facet; the distance is large, so that ripples of the wall average out
 constexpr double kAcross = 1.5;
-constexpr double kFarthestWall = 5e-3;  // m, the far side of a wall is searched for up to this depth
+constexpr double kFarthestWall = 5e-3;  // m; the thickness of a wall is measured only up to this value
 constexpr double kSmoothing = 0.25e-3;  // m, standard deviation of the Gaussian that smooths the margin
 
 struct Facet {
@@ -146,7 +152,7 @@ std::optional<Ball> fit_ball(const std::vector<Facet>& facets) {
   return Ball{mean + c, std::sqrt(square / weight + glm::dot(c, c))};
 }
 
-/// Returns the distance in voxels from p along `direction` to the last point inside the tissue.
+/// Returns the distance in voxels from p to the last point inside the tissue on the ray from p along `direction`.
 double last_inside(const DenseField& field, const dvec3& p, const dvec3& direction) {
   const double longest = glm::length(dvec3(field.size));
   double last = 0, previous = field.sample(p);
@@ -260,8 +266,8 @@ std::pair<double, double> roughness(const std::vector<dvec3>& curve, double sigm
   return counted > 0 ? std::pair(square / static_cast<double>(counted), length) : std::pair(0.0, 0.0);
 }
 
-/// Returns the smallest width of the cavity in voxels, measured across its longer axis at the height `w` along
-/// `axes.w`. The two ends of the cavity are excluded.
+/// Returns the smallest width of the cavity in voxels. The width is measured in the plane at the height `w` along
+/// `axes.w`, perpendicular to the longer axis of the cavity. The two ends of the cavity are excluded.
 std::optional<double> narrowest(const DenseField& before, const DenseField& after, const Axes& axes, double w) {
   // Computes the middle and the longer axis of the removed tissue at this height, from its moments.
   double count = 0, mu = 0, mv = 0, uu = 0, uv = 0, vv = 0;
@@ -436,16 +442,16 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
       Place& place = d < 0 ? m.over : m.under;
       if (std::abs(d) * h > place.depth) place = {std::abs(d) * h, in.frame.to_world(e.p)};
     }
-    // A facet is compared with the ideal (target shape) if it was changed or should have been changed. It is new if it
-    // lies clearly below the old surface.
+    // A facet is compared with the ideal (target shape) if its distance from the old surface or from the ideal is
+    // larger than kNewSurface. A facet is new if it lies deeper than kNewSurface below the old surface.
     if (m.has_ideal && (std::abs(old) > kNewSurface || std::abs(off) > kNewSurface)) {
       contour_square += f.area * off * off;
       contour_area += f.area;
     }
     if (old > -kNewSurface) return;
     fresh.push_back(f);
-    // Omits facets near an edge between floor and wall. The gradient's stencil extends over both faces there, so the
-    // gradient is too short or has another direction than the facet's normal.
+    // Omits facets near an edge between floor and wall. There, the samples from which the gradient is computed lie on
+    // both faces. So the gradient is too short, or its direction differs from the facet's normal.
     const dvec3 g = after.gradient(f.p);
     if (glm::dot(f.n, g) < std::max(kShortest, kOneFace * glm::length(g))) return;
     const double lean = glm::dot(f.n, axes.w);
@@ -528,7 +534,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     }
   }
 
-  // Measures the margin of the cavity (its edge on the natural surface).
+  // Measures the roughness of the cavity's margin, which is the edge between the cavity and the old surface.
   double square = 0, length = 0;
   for (const auto& curve : margins(in.before, after)) {
     const auto [mean_square, its_length] = roughness(curve, kSmoothing / h);

@@ -1,5 +1,6 @@
 // Measures of a preparation: compares the removed (or added) tissue with the ideal (target shape). The functions use
-// only dense distance fields and no state. Their error is not larger than the error of the fields. Lengths are in m.
+// only dense distance fields and no state. The error of a measured length is not larger than the error of the fields.
+// Lengths are in m.
 #pragma once
 
 #include <optional>
@@ -38,8 +39,8 @@ struct CavityMeasures {
   double under_volume = 0;  // m³, volume of tissue that remains although the ideal removes it, or of excess filling
   // places where the surface deviates most from the ideal (target shape): into the tissue (over) and out of it (under)
   Place over, under;
-  // Root mean square distance, in m, from the ideal's surface, over all parts that changed or should have changed.
-  // Closed pores do not count.
+  // m, root mean square distance of the final surface from the ideal's surface. Only parts of the final surface that
+  // were changed, or should have been changed, count. Closed pores do not count.
   std::optional<double> contour;
 
   double cut_area = 0;                   // m², area of the new surface

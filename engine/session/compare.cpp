@@ -17,7 +17,8 @@ template <class Message>
 std::string_view first_difference(const std::vector<Column<Message>>& columns, const Message& replayed,
                                   const Message& recorded) {
   using Cell = std::array<std::byte, 8>;
-  // the replayed message with its values rounded as if they had been written to a file and read back
+  // Copy of the replayed message. Each value is rounded as if it had been written to a session file and read back, like
+  // the recorded values.
   Message as_read;
   for (const Column<Message>& column : columns) {
     if (!column.in_file || !column.set) continue;
@@ -38,7 +39,8 @@ std::string_view differing_column(const ServoTick& replayed, const ServoTick& re
   comparable.cpu_time = recorded.cpu_time;
   comparable.X_WT = recorded.X_WT;  // the hand's pose is the replay's input, so it is not compared
   comparable.pedal = recorded.pedal;
-  // Fault bits that depend on the limits of the recorded device, so the replay cannot produce them.
+  // These fault bits are not compared, because they depend on the force limits of the recorded device. A replay runs
+  // without the device, so it cannot set these bits.
   constexpr std::uint32_t kDevices = bits(Fault::kForceLimit) | bits(Fault::kSlewLimit);
   comparable.faults = (replayed.faults & ~kLoopsFaults) | (recorded.faults & (kLoopsFaults | kDevices));
   return first_difference(tick_columns(), comparable, recorded);

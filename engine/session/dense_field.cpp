@@ -9,16 +9,19 @@ namespace typodont::session {
 
 namespace {
 
-// voxels, limit of a voxel's distance from the surface. Beyond this limit, the surface point of the nearest seed (a
-// voxel next to the surface) is used unchanged; within it, this point is refined.
+// voxels. For every voxel, redistanced() first takes the surface point of the nearest seed (a voxel next to the
+// surface). If this point is nearer to the voxel than this limit, the point is then moved towards the voxel's own
+// closest surface point.
 constexpr float kRefineLimit = 20;
-// voxels; samples nearer to the surface than this keep their old distances; the value exceeds a voxel's diagonal (1.73)
+// voxels; samples nearer to the surface than this keep their old distances. The value is larger than a voxel's diagonal
+// (1.73), so all corners of a voxel that the surface crosses keep their distances.
 constexpr float kUnchangedBand = 1.8f;
 
-/// Gives every voxel its nearest seed, by passing seeds from neighbour to neighbour. A seed is a voxel that is known at
-/// the start: its closest surface point is known, or it is marked. There are eight passes over all voxels, one for each
-/// combination of ascending and descending axes. `closer(to, from)` gives the seed of the voxel `from` to the voxel
-/// `to` if that seed is nearer than the seed of `to`.
+/// Finds for every voxel its nearest seed, by passing seeds from voxel to neighbouring voxel. A seed is either a voxel
+/// whose closest surface point is known, or a marked voxel. There are eight passes over all voxels, one for each
+/// combination of ascending and descending axes. `closer(p, to, from)` compares the seeds of two neighbours: if the
+/// seed of the voxel `from` is nearer to the voxel `to` (at p) than the present seed of `to`, it becomes the seed of
+/// `to`.
 template <class Closer>
 void sweep_all(const glm::ivec3& size, Closer&& closer) {
   const auto n = glm::ivec3(size);
@@ -107,8 +110,8 @@ DenseField redistanced(const DenseField& field) {
     closest[to] = closest[from];
   });
 
-  // So far, each voxel has the surface point of its nearest seed. This point is now moved along the surface until it is
-  // closest to the voxel.
+  // So far, `closest` contains for each voxel the surface point of its nearest seed. Now this point is moved along the
+  // surface towards the voxel, so that it becomes the voxel's own closest surface point.
   DenseField result = field;
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {

@@ -8,7 +8,7 @@ namespace typodont::session {
 namespace {
 
 constexpr double kReach = 0.75e-3;     // m; the tip explores the part of the surface within this distance from the tip
-constexpr double kMarkReach = 0.6e-3;  // m; a lesion counts as found if the trainee marks a point nearer than this
+constexpr double kMarkReach = 0.6e-3;  // m; a lesion counts as found if a mark is at most this far from the lesion
 constexpr double kStep = 0.2e-3;       // m; the exploration is updated after the tip has moved this far
 // number of voxels; a piece of caries with fewer voxels counts as noise in the labels and not as a lesion
 constexpr std::size_t kLeastLesion = 8;

@@ -21,7 +21,8 @@ struct ExploreMeasures {
 /// tip touches the tissue.
 class ExploreMeter {
  public:
-  /// `region` marks the voxels whose surface the trainee must explore. If `region` is empty, this is the whole surface.
+  /// `region` marks the voxels whose surface the trainee must explore. If `region` is empty, the trainee must explore
+  /// the whole surface.
   ExploreMeter(const VoxelFrame& frame, const DenseField& surface, const std::vector<Tissue>& tissue,
                const std::vector<bool>& region);
   void add(std::span<const ServoTick> ticks);

@@ -39,8 +39,8 @@ pid_t start(const std::vector<std::string>& arguments, int input, const std::fil
   }
   posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
   posix_spawn_file_actions_addopen(&actions, 2, log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
-  // The encoder gets its own process group. So Ctrl-C on the terminal ends only this program, which then ends the
-  // encoder itself.
+  // The encoder gets its own process group, so that Ctrl-C on the terminal ends only this program. This program then
+  // ends the encoder.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);

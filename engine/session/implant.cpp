@@ -16,24 +16,30 @@ constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
     "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
 // if the ratio of the spindle's speed to the phase's prescribed speed is larger than this, the trainee sees a note
 constexpr double kOverSpeed = 1.1;
-// Time in s: if the tool of a later phase works on the bone for this time, that phase becomes the present phase.
+// s; if the tool of a later phase has worked on the bone for longer than this, that phase becomes the present phase
 constexpr double kSkipPhaseTime = 1.5;
 // s; a phase of smoothing, marking or checking ends after its goal has been met for this time
 constexpr double kHeld = 0.3;
 // m; a drilling phase is complete if the drill's tip is at most this far above the required depth
 constexpr double kDrilled = 0.05e-3;
-constexpr double kChecked = 0.25e-3;  // m, tolerance of the depth for a phase with a depth gauge
-constexpr double kThreaded = 0.3e-3;  // m, tolerance of the depth for a phase that cuts a thread
+// m; a phase with a depth gauge is complete if the gauge's tip is at most this far above the required depth
+constexpr double kChecked = 0.25e-3;
+// m; a phase that cuts a thread is complete if the tool's tip is at most this far above the required depth
+constexpr double kThreaded = 0.3e-3;
 // Limit in N: if the force is smaller than this, the tool counts as having no contact. A tool without contact follows
 // the hand, so its force is nearly zero.
 constexpr double kLeastContactForce = 0.05;
-constexpr double kLargestProtrusion = 1e-3;  // m, largest length by which a placed implant or screw may protrude
-// m/s; if the tool moves faster than this along the planned axis, it is being moved into the bone
+// m; an implant or a screw counts as placed if its tip is at most this far above the required depth, so that it
+// protrudes from the bone by at most this length
+constexpr double kLargestProtrusion = 1e-3;
+// m/s; if the tool's tip becomes deeper along the planned axis faster than this, the trainee is moving it into the bone
 constexpr double kInsertionSpeed = 0.1e-3;
 constexpr double kInsertionFilterTime = 0.1;  // s, time constant of the filter for the tool's axial speed
 // m; a mark on the bone is at the right site if it is within this distance of the planned axis
 constexpr double kAtSite = 3e-3;
-constexpr double kOffAxisFrom = 1e-3;  // m; the angle to the planned axis is checked only if the tip is deeper
+// m; the angle between the tool and the planned axis is checked only if the tool's tip is deeper than this below the
+// planned entry point
+constexpr double kOffAxisFrom = 1e-3;
 
 double volume_of(const ServoTick& tick) {
   return total(tick.removed);
@@ -59,7 +65,8 @@ double ImplantCylinder::distance(const dvec3& p_W) const {
 }
 
 double ImplantCylinder::distance(std::span<const dvec3> path_W) const {
-  constexpr double kStep = 0.05e-3;  // m, spacing of the points of a path at which its distance is computed
+  // m, distance between neighbouring points of the path at which the path's distance from the cylinder is computed
+  constexpr double kStep = 0.05e-3;
   double best = 1e9;
   for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
     const dvec3 way = path_W[i + 1] - path_W[i];
@@ -210,18 +217,19 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   const bool touches = tick.contact_area > 0 || force > kLeastContactForce;
   const double removed = volume_of(tick), cut = std::max(0.0, removed - removed_last_);
   removed_last_ = removed;
-  // A tool works if it cuts or moves deeper. Pulling a tool out is not work, so a trainee who pulls out the tool of the
-  // previous phase gets no note about a wrong tool.
+  // A tool counts as working if it cuts tissue or moves deeper. Pulling a tool out does not count as work. So a trainee
+  // who pulls out the tool of the previous phase gets no note about a wrong tool.
   if (dt > 0)
     insertion_speed_ += ((depth_ - last_depth_) / dt - insertion_speed_) * (1 - std::exp(-dt / kInsertionFilterTime));
   last_depth_ = depth_;
   works_ = touches && (tick.cutting_power > 0 || insertion_speed_ > kInsertionSpeed);
-  // After smoothing or marking is complete, the bur may continue to work until the trainee takes another tool.
+  // After a phase of smoothing or marking, the trainee may continue to work with the same bur. This work does not count
+  // as work with a wrong tool.
   const ImplantPhase* before = phase_ > 0 ? &task_.phases[phase_ - 1] : nullptr;
   if (before && before->tool == tick.tool &&
       (before->deed == ImplantAction::kSmooth || before->deed == ImplantAction::kMark))
     works_ = false;
-  // If the trainee uses the tool of a later phase for a while, the phases before it are skipped.
+  // If the tool of a later phase has worked for longer than kSkipPhaseTime, all phases before that phase are skipped.
   if (phase_ < task_.phases.size() && tick.tool == task_.phases[phase_].tool) later_tool_time_ = 0;
   if (phase_ < task_.phases.size() && tick.tool != task_.phases[phase_].tool && works_) {
     const auto later = std::find_if(task_.phases.begin() + static_cast<std::ptrdiff_t>(phase_), task_.phases.end(),

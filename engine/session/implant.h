@@ -26,8 +26,8 @@ struct ImplantCylinder {
   double length = 0, radius = 0;        // m, length and radius of the cylinder
   /// Returns the distance from a point to the surface of the cylinder in m, negative inside.
   double distance(const dvec3& p_W) const;
-  /// Returns the smallest distance from the points of a polyline to the surface, in m. Results of at least 0.3 mm are
-  /// too large by at most 1 µm.
+  /// Returns the smallest distance in m from the points of a polyline to the cylinder's surface. If the result is 0.3
+  /// mm or more, it exceeds the exact distance by at most 1 µm.
   double distance(std::span<const dvec3> path_W) const;
 };
 
@@ -117,7 +117,8 @@ class ImplantMeter {
   bool works_ = false;                              // true while the tool in the hand works on the bone
   double last_depth_ = 0;                           // m, depth of the tool's tip in the last tick
   double insertion_speed_ = 0;                      // m/s, low-pass filtered speed of the tool along the planned axis
-  // The force curve of this phase. When all bins are full, pairs of bins are joined, and a bin becomes twice as long.
+  // Data of the force curve of the present phase: the mean force in each interval (bin) of contact time. When there are
+  // 2 · kBins bins, neighbouring bins are joined in pairs. Each bin then covers twice the time.
   static constexpr std::size_t kBins = 200;
   std::vector<double> across_, along_;
   double span_ = 0.01, span_filled_ = 0, across_sum_ = 0, along_sum_ = 0;

@@ -14,18 +14,19 @@ namespace {
 
 // largest |cosine| of the angle between the directions mesial and buccal, which must be nearly perpendicular
 constexpr double kSquare = 0.05;
-// If the cosine between a surface's normal and the task's axis is larger than this, the surface is a floor, else a
-// wall.
+// A point lies on a floor (or on an occlusal surface or a shoulder) if the cosine of the angle between the surface's
+// normal at the point and the task's axis is larger than this. Otherwise it lies on a wall.
 constexpr double kLevel = 0.7;
-// A point is "central" if its distance from the work's middle is less than this fraction of the work's half width.
+// A point is called "central" if its distance from the middle of the changed region, measured in the plane of the
+// directions mesial and buccal, is less than this fraction of the region's half width (Work::half_width).
 constexpr double kCentral = 0.25;
 
-/// The extent of the work. The work is all tissue that was changed or should have been changed.
+/// Position and size of the changed region: all tissue that was removed or added, or should have been removed or added.
 struct Work {
-  dvec3 middle_W{0};         // m, centre of the volume of the work (changed tissue)
-  double low = 0, high = 0;  // m, lowest and highest position of the work along the task's axis
-  double half_width = 0;     // m, largest distance of the changed tissue from its middle, perpendicular to axis_W
-  // true if the ideal (target shape) keeps tissue in the middle of the work, as for a crown's stump or a filling
+  dvec3 middle_W{0};         // m, frame W, centre of the changed region's volume
+  double low = 0, high = 0;  // m, lowest and highest position of the changed region along the task's axis
+  double half_width = 0;     // m, largest distance of the changed region from its middle, perpendicular to axis_W
+  // true if the ideal (target shape) has tissue at the middle of the changed region: the stump of a crown, or a filling
   bool around_tissue = false;
 };
 

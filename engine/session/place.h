@@ -25,14 +25,14 @@ std::optional<ToothSides> tooth_sides(const Json& scene);
 /// in every language.
 struct PlaceName {
   std::string_view part;  // floor or wall (of a cavity); occlusal, axial or shoulder (of a crown or filling)
-  std::string_view side;  // direction from the middle of the work: mesial, …; "central" near the middle
-  // Third of the height of the work (the changed tissue): occlusal, middle or cervical. Empty on a floor, a shoulder or
-  // the occlusal surface.
+  std::string_view side;  // direction from the middle of the changed tissue: mesial, …; "central" near the middle
+  // The changed tissue is divided by height into three thirds: occlusal, middle and cervical. This is the third in
+  // which the position lies. Empty on a floor, a shoulder or the occlusal surface.
   std::string_view third;
 };
 
-/// Returns the name of a point on the final surface. It is relative to the work: all tissue that was changed or should
-/// have been changed.
+/// Returns the name of a point on the final surface. The name states the position relative to the changed tissue: all
+/// tissue that was changed or should have been changed.
 PlaceName place_name(const Preparation& preparation, const ToothSides& tooth, const dvec3& p_W);
 
 /// Returns the side of the tooth that is seen in the viewing direction `look_W`: occlusal, mesial, distal, buccal or

@@ -246,10 +246,9 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
 }
 
 bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
-  // A chunk should become full shortly before a flush is due, because the flush then writes it. So each chunk is
-  // written only once, and the fixed cost of a flush occurs only twice per second. The constant is the size of a chunk
-  // as a fraction of the rows in a flush interval. With 0.9, the chunk is full in time if the servo runs at nine tenths
-  // of its nominal rate or faster.
+  // Size of a chunk, as a fraction of the rows that the servo's nominal rate gives in a flush interval. A chunk should
+  // become full shortly before a flush is due. Then the flush writes the full chunk, and each chunk is written only
+  // once. With 0.9, a chunk is full in time if the servo runs at nine tenths of its nominal rate or faster.
   constexpr double kOfAFlush = 0.9;
   const double rows = std::clamp(header.servo_rate * to_seconds(options.flush_interval) * kOfAFlush, 256.0, 8192.0);
   const auto tick_chunk = static_cast<std::size_t>(rows);
@@ -438,7 +437,8 @@ void SessionWriter::Impl::write_all() noexcept {
   write_table(events, l.other_disk);
   for (Table& stream : streams) write_table(stream, l.other_disk);
   write_table(ticks, l.ticks_disk);
-  // On a full disk a flush would fail and end the recording. The next flush with free space writes the same data.
+  // Flushes the file only if the disk has free space. On a full disk, the flush would fail and end the recording. If
+  // the flush is skipped, the next flush with free space writes the data.
   if (open() && disk_has_room()) {
     bool good = write_lost();
     if (good && loop_unwritten) good = write_loop();
@@ -446,8 +446,8 @@ void SessionWriter::Impl::write_all() noexcept {
     if (!good || H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0) fail(reason());
   }
   count_commit();
-  // The next flush interval begins when this write begins, not when it ends. Otherwise a slow disk would also make the
-  // intervals longer.
+  // The next flush interval begins at the time when this write began. If it began at the end of the write, a slow disk
+  // would make the intervals longer.
   last_write = begin;
   status.slowest_flush = std::max(status.slowest_flush, now() - begin);
 }

@@ -41,7 +41,7 @@ struct WriterStatus {
   enum class State { kRecording, kDiskLow, kDiskFull, kFailed, kFinished } state = State::kRecording;
   Lost lost;
   std::uint64_t ticks = 0, cuts = 0;  // number of rows in the file
-  Nanos slowest_flush = 0;            // ns of elapsed time that the slowest write took
+  Nanos slowest_flush = 0;            // ns, elapsed time of the slowest write
   std::string message;
 };
 

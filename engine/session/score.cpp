@@ -178,7 +178,7 @@ constexpr double kDegreesPerRadian = 180 / kPi;
 using In = const ScoreInput&;
 using Value = std::optional<double>;
 
-// in the measure's unit; a value that is smaller than this is a rounding error
+// in the measure's unit; if the absolute value of a measure is smaller than this, the measure counts as 0
 constexpr double kLeastMeasured = 1e-6;
 // m³; if the session removed or added less volume than this, it did no work
 constexpr double kLeastChanged = 1e-12;
@@ -408,8 +408,8 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
                 {"contact_time_s", 0, 300, 0, Best::kAtMost, ours},
                 {"strokes", 0, 50, 0, Best::kAtMost, ours},
                 {"tremor_rms_um", 100, 100, 3, Best::kAtMost, ours}});
-  // If the task has no ideal, some healthy tissue must be removed to reach the caries. Therefore healthy tissue up to
-  // the volume of the caries costs no points.
+  // If the task has no ideal, the trainee must remove some healthy tissue to reach the caries. Therefore the removal of
+  // healthy tissue costs points only if its volume is larger than the volume of the caries.
   if (input.explore || input.ideal || (input.cavity && input.cavity->has_ideal)) {
     rules.push_back({"healthy_removed_mm3", 0, 10, 0, Best::kAtMost, ours});
   } else {

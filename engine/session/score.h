@@ -23,7 +23,7 @@ struct HandMeasures {
   double contact_time = 0;   // s, time in which the head touched tissue
   double force_mean = 0;     // N, mean force over the ticks with contact
   double force_max = 0;      // N, largest force in the session
-  double path_length = 0;    // m, length of the path of the head's centre at the hand (not the proxy), without tremor
+  double path_length = 0;    // m, length of the path on which the hand (not the proxy) moved the tool, without tremor
   int strokes = 0;           // number of strokes, which are contacts in which tissue was cut
   double tremor_rms = 0;     // m, root mean square of the hand's motion above 5 Hz while in contact
   std::uint64_t faults = 0;  // number of ticks with any fault bit
@@ -130,10 +130,10 @@ struct Score {
   std::vector<ScoreItem> items;
   double points = 0;  // sum of the items' points, multiplied by `completion`
   double full = 0;    // 100, or 0 if no item gives points
-  // Completed fraction of the task, with which the sum of the items' points is multiplied. It is the fraction of the
-  // planned changes (ideal), of the lesions found and the surface explored, or of the caries. In other tasks it is 1 if
-  // any tissue was cut or filled. So a session without work has the score 0, although items without deviation show
-  // their full points.
+  // Completed fraction of the task. The sum of the items' points is multiplied by this fraction. So a session without
+  // work has the score 0, although items without deviation show their full points. Depending on the task, it is the
+  // fraction of lesions found and surface explored, of the phases of an implant exercise, of the planned changes
+  // (ideal), or of the caries. In all other tasks it is 1 if any tissue was cut or filled.
   double completion = 1;
   PassMark pass;
 
@@ -167,8 +167,9 @@ void check_rules(const Json& block);
 /// default. Throws Error.
 PassMark pass_mark(const Json& block);
 
-/// Computes the score. If the value of an item is unknown (no ideal, no caries, no pulp distance), the item and its
-/// weight are omitted, unless the task asks for it.
+/// Computes the score. If the value of an item's measure is unknown (no ideal, no caries, no pulp distance), the item
+/// and its weight are omitted. But if the task asks for this measure and the result's geometry was measured, the item
+/// remains and gets no points.
 Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const PassMark& pass = {});
 
 }  // namespace typodont::session

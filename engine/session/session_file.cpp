@@ -251,8 +251,8 @@ std::optional<std::filesystem::path> lengthened_copy(const std::filesystem::path
   return std::nullopt;
 }
 
-/// Reads a small dataset (from open_dataset()) with exactly `count` numbers; with 0, it must be a scalar. Returns false
-/// if the dataset does not exist.
+/// Reads a small dataset (from open_dataset()) with exactly `count` numbers. If `count` is 0, the dataset must be a
+/// scalar. Returns false if the dataset does not exist.
 bool read_fixed(const H5& dataset, hid_t type, hsize_t count, void* out) {
   if (!dataset) return false;
   H5 space(H5Dget_space(dataset.get()), H5Sclose);

@@ -35,8 +35,8 @@ std::string quantity_text(double v, std::string_view unit, Language language);
 /// Returns the text for a tool's name: "round_012" becomes "Round bur", which is the kind of the tool without its
 /// number. Unknown tools keep their names.
 std::string tool_text(std::string_view name, Language language);
-/// A right that the operating system may grant to the servo loop, and whether it granted it. The report and the
-/// operator's window show it.
+/// A right that the operating system can grant to the servo loop, and whether the operating system has granted this
+/// right. The report and the operator's window show the rights.
 struct Granted {
   std::string_view name;  // key of the right's name in the text catalogue
   bool yes = false;

@@ -61,7 +61,7 @@ struct PolygonBuilder {
   void triangle(const Corner& a, const Corner& b, const Corner& c, BrickMesh& mesh);
 };
 
-constexpr float kSmallEdge = 2.5f;  // voxels, longest edge of a small triangle
+constexpr float kSmallEdge = 2.5f;  // voxels; a triangle is small if all its edges are shorter than this
 
 glm::vec3 area_normal(const Corner& a, const Corner& b, const Corner& c) {
   return glm::cross(b.data->position - a.data->position, c.data->position - a.data->position);
@@ -81,8 +81,8 @@ std::uint32_t PolygonBuilder::copy_of(const Corner& corner, Tissue low, Tissue h
       if (copies[i].low == low && copies[i].high == high) return i;
     }
   } else {
-    // The two sides of a crease get different copies of a vertex, because their normals differ by far more than the
-    // tolerance.
+    // A copy of the vertex is used again only if its normal is nearly equal. So the two sides of a crease get different
+    // copies.
     for (std::uint32_t i = first; i != kNone; i = copies[i].next) {
       if (copies[i].low == low && copies[i].high == high && glm::dot(mesh.vertices[i].normal, crease_normal) > 0.999f) {
         return i;
@@ -128,9 +128,10 @@ void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c,
     low = static_cast<Tissue>(std::min(best, next));
     high = static_cast<Tissue>(std::max(best, next));
   }
-  // A corner on a crease gets the normal of that side of the crease to which the triangle belongs: the sum of the
-  // smooth corners' normals, or the triangle's own normal. A gentle crease (the floor of a fissure, narrower than a
-  // cell) is shaded as if it were round if the triangle is as small as a cell.
+  // A triangle lies on one side of a crease. Its corners on the crease get the normal `side` of this side: the mean
+  // direction of the normals at its other corners, or, if all corners lie on creases, the triangle's own normal.
+  // Exception: if the crease is gentle (like the floor of a fissure that is narrower than a cell) and the triangle is
+  // small, the corner gets the mean normal of both sides, so that the crease looks round.
   glm::vec3 side(0);
   bool small = false;
   if (a.data->crease || b.data->crease || c.data->crease) {
@@ -184,7 +185,8 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
         {1, 0}};
     static constexpr int kStep[3] = {kCells * kCells, kCells, 1};
     if (base[u] > 0 && base[v] > 0) {
-      // Most polygons inside the brick have no area, because their cells were merged into one block. They are skipped.
+      // If the four cells around the edge were merged into one block, they have only one vertex, and the polygon has no
+      // area. Most polygons inside a brick are of this kind, and they are skipped here.
       const std::uint16_t* at = vertex_at.data() + edge.cell;
       const std::uint16_t first = *at;
       if (first != kSeveral && at[-kStep[u]] == first && at[-kStep[v]] == first && at[-kStep[u] - kStep[v]] == first) {
@@ -210,14 +212,15 @@ void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh)
       std::uint32_t vertex = owner == 0 ? vertex_at[static_cast<std::size_t>(index)] : kSeveral;
       if (vertex == kSeveral) {
         const int found = contour ? contour->find(index) : -1;
-        // A neighbouring brick is missing, so the surface stays open here until put() adds that brick.
+        // The brick with this cell does not exist yet. The polygon is omitted, so the surface has a hole here until
+        // put() adds the brick.
         if (found < 0) {
           whole = false;
           break;
         }
         const BrickContour::Cell entry = contour->cells[static_cast<std::size_t>(found)];
-        // Number of the edge in the neighbour's cell. It is given by the edge's position along the two other axes, in
-        // the order of the axes.
+        // Number of the edge in this cell, among the four edges of the cell that are parallel to `axis`
+        // (cell_shapes.h).
         const int k = axis == 1 ? down_v + 2 * down_u : down_u + 2 * down_v;
         vertex = entry.vertex + shapes[entry.shape].patch[static_cast<std::size_t>(4 * axis + k)];
       }

@@ -64,8 +64,9 @@ class SurfaceMesher {
   /// still join without cracks.
   void set_tolerance(float tolerance);
 
-  /// Adds a brick (16³ cells) with new or changed samples. Before remesh(), put every brick in which the 17³ cell
-  /// corners have both signs. Put a brick again if one of its 19³ samples has changed.
+  /// Adds a brick (16³ cells), or replaces it after one of its 19³ samples has changed. Before remesh(), every brick
+  /// that contains surface must have been put: every brick whose 17³ cell corners include both positive and negative
+  /// values.
   void put(const FieldBrick& brick);
   /// Removes a brick (16³ cells). The effect is the same as putting a brick without surface.
   void remove(const glm::ivec3& key);

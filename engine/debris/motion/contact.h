@@ -45,7 +45,7 @@ class Contact {
  private:
   glm::dvec3 f_{0};            // position of the point within the grid's cell, 0..1 along each axis
   std::array<double, 8> d_{};  // distances at the cell's corners
-  std::array<double, 4> x_{};  // distances interpolated along x
+  std::array<double, 4> x_{};  // the distances `d_` after interpolation along x
 };
 
 /// Returns the mean velocity, in m/s, of the air at a point during one step.

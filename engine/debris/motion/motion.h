@@ -20,17 +20,18 @@ struct Motion {
 struct Surroundings {
   float gravity[3];  // m/s², frame W, acceleration of gravity
   float sink[3];     // m, frame W, position of the suction nozzle
-  // Strength of the suction in m³/s/sr. The air moves at the speed strength/r² towards the nozzle and stops there. 0 if
-  // suction is off.
+  // Strength of the suction in m³/s/sr (flow per solid angle); 0 if suction is off. At the distance r from the nozzle,
+  // the air moves towards the nozzle at the speed strength/r².
   float strength = 0;
 };
 
-/// Moves particles first … last−1 by one step dt (semi-implicit Euler). The drag of a velocity v is rate·(v − air). So
-/// v ← keep·(v + g·dt) + (1 − keep)·air (g: gravity), and the position p ← p + v·dt.
+/// Moves particles first … last−1 by one step dt (semi-implicit Euler). Drag decelerates a particle with the velocity v
+/// by rate·(v − air), where `air` is the velocity of the air. So v ← keep·(v + g·dt) + (1 − keep)·air (g: gravity), and
+/// the position p ← p + v·dt.
 void move(const Motion& motion, std::size_t first, std::size_t last, float dt, const Surroundings& around) noexcept;
 
-/// Reads and writes the same memory as move(), but computes almost nothing. Its time is a lower bound for the time of a
-/// step.
+/// Reads and writes the same memory as move(), but computes almost nothing. So the running time of this function is a
+/// lower bound for the running time of move().
 void copy_through(const Motion& motion, std::size_t count) noexcept;
 
 /// Returns the mean speed, in m/s, of the air at `distance` (m) from the nozzle during a step.
@@ -43,8 +44,9 @@ void set_keep(const float* rate, float* keep, std::size_t count, float dt) noexc
 /// a table with a relative error of 1e-4.
 double drag_factor(double reynolds) noexcept;
 
-/// Returns the drag rate (1/s) of a ball of diameter d and density ρ in air of viscosity μ: Stokes' 18 μ/(ρ d²) times 1
-/// + 0.15 Re^0.687 (Schiller & Naumann) for Re < 1000. For a larger Re, the drag coefficient is 0.44.
+/// Returns the drag rate (1/s) of a ball of diameter d and density ρ in air of viscosity μ. For Re < 1000, it is the
+/// rate of Stokes drag, 18 μ/(ρ d²), times (1 + 0.15 Re^0.687) (Schiller & Naumann). For a larger Re, the drag
+/// coefficient is 0.44.
 double drag_rate(double speed, double diameter, double density, double air_density, double air_viscosity) noexcept;
 
 }  // namespace typodont::debris

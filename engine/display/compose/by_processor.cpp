@@ -12,7 +12,8 @@ namespace {
 
 #define TYPODONT_VERSIONS TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 
-// Selects every second byte of a pixel, so that each of these two bytes has 16 bits for the result of a product.
+// Bit mask that keeps bytes 0 and 2 of a pixel and sets bytes 1 and 3 to zero. Then each kept byte has 16 bits of
+// space, so both kept bytes can be multiplied by a weight (0 to 256) in one multiplication.
 constexpr std::uint32_t kEven = 0x00ff00ff;
 
 /// Swaps red and blue, because the renderer draws RGBA, and desktops use BGRA.
@@ -83,7 +84,8 @@ const std::uint32_t* ProcessorComposer::stretched(const EyePixels& eyes, int eye
   auto& kept = rows_[e];
   for (const Row& r : kept)
     if (r.of == row) return r.pixels.data();
-  // Rows are requested from top to bottom, so the older of the two stored rows is not needed any more. It is replaced.
+  // Rows are requested from top to bottom, so the older of the two stored rows is not needed any more. The new row
+  // replaces the older row.
   Row& fresh = kept[0].of < kept[1].of ? kept[0] : kept[1];
   fresh.of = row;
   fresh.pixels.resize(static_cast<std::size_t>(count));

@@ -12,7 +12,7 @@
 
 namespace typodont::display {
 
-/// The eyes' pictures in RGBA bytes. With a single eye both entries point to the same pixels.
+/// The pictures of the two eyes in RGBA bytes. If there is only one picture, both entries point to its pixels.
 struct EyePixels {
   std::array<const std::uint8_t*, 2> first{};
   ivec2 size{0};

@@ -1,5 +1,6 @@
 // Events from the desktop. A query of the desktop needs a round trip to another process. Therefore the program queries
-// only after the desktop has reported a change. All windows of the program share the connection. Render thread only.
+// only after the desktop has reported a change. All windows of the program share one connection to the desktop. Render
+// thread only.
 #pragma once
 
 #include <cstdint>

@@ -271,8 +271,8 @@ class OpenXrHmd final : public Hmd {
                                           {XR_TYPE_VIEW_CONFIGURATION_VIEW}, api.instance(), system_, kStereo);
     if (views.size() != 2) throw Error("OpenXR", name_, fmt::format("{} views", views.size()), "2");
     for (const XrViewConfigurationView& v : views) {
-      // The size is the recommended size times the rig's factor. It must not exceed the largest size that the headset
-      // and the runtime allow.
+      // The picture's size is the size that the runtime recommends, multiplied by the rig's factor `resolution`. The
+      // size is limited to the largest size that the headset and the runtime allow.
       const auto fit = [&](std::uint32_t recommended, std::uint32_t most, std::uint32_t system_most) {
         const auto wanted = static_cast<std::uint32_t>(std::lround(recommended * rig_.resolution));
         const std::uint32_t limit = std::min(most ? most : wanted, system_most ? system_most : wanted);
@@ -486,7 +486,9 @@ class OpenXrHmd final : public Hmd {
         const bool good = std::max({indices[i], indices[i + 1], indices[i + 2]}) < vertices.size();
         for (std::size_t k = 0; good && k < 3; ++k) {
           const XrVector2f& v = vertices[indices[i + k]];
-          const glm::dvec4 clip = P * glm::dvec4(v.x, v.y, -1, 1);  // mask (hidden area) in the eye's plane z = −1
+          // The runtime gives the corners of the hidden area in the plane z = −1 of the eye's frame. Projects them into
+          // the picture.
+          const glm::dvec4 clip = P * glm::dvec4(v.x, v.y, -1, 1);
           corners.emplace_back(static_cast<float>(clip.x / clip.w), static_cast<float>(clip.y / clip.w),
                                static_cast<float>(view));
         }
@@ -504,10 +506,10 @@ class OpenXrHmd final : public Hmd {
     return Nanos{at.tv_sec} * kNanosPerSecond + at.tv_nsec;
   }
 
-  /// Compares the predicted head poses with the measured ones for frames whose display time has passed. (Runtimes keep
-  /// at least 50 ms of history.)
+  /// For every frame whose display time has passed, compares the predicted head pose with the head pose that the
+  /// runtime measured at this time. (A runtime stores measured poses for at least 50 ms.)
   void judge(XrDuration period) {
-    // default: a time that is certainly in the past; used if the runtime's clock is unknown
+    // If the runtime's clock cannot be read, this value is used as the present time. It is certainly in the past.
     XrTime present = display_time_ - 2 * period;
     if (api.ConvertTimespecTimeToTimeKHR) {
       const Nanos t = now();

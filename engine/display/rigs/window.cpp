@@ -1,6 +1,6 @@
 // A window on the desktop, through GLFW. Vulkan presents the picture; with software rendering, the picture goes through
 // memory that the window shares with the desktop. This file handles resizing, minimising and a lost surface. If the
-// device is lost, it reports this to the caller, which creates everything again.
+// device is lost, the window reports the loss to its caller, and the caller creates everything again.
 #define GLFW_INCLUDE_VULKAN
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
@@ -97,7 +97,8 @@ class Window final : public Output {
   Window& operator=(const Window&) = delete;
 
   std::optional<Target> acquire() override {
-    // A picture composed on the CPU is shown after the next frame was submitted, so that the device has work meanwhile.
+    // Shows the previous picture now, except if the CPU composes it. A picture that the CPU composes is shown only
+    // after the next frame was submitted, so that the device draws while the CPU composes.
     if (!(shared_ && options_.composed)) show_finished();
     limit_frame_rate();
     if (!visible()) return std::nullopt;
@@ -157,7 +158,8 @@ class Window final : public Output {
 
   ivec2 size() const override { return extent_; }
 
-  // X11 only unmaps a minimised window. Other desktops set its size to zero. So both are tested.
+  // X11 hides a minimised window but keeps its size. Other desktops set the size of a minimised window to zero. So the
+  // function tests whether the window is shown and whether its size is positive.
   bool visible() const override { return on_screen_ && pixels_.x > 0 && pixels_.y > 0; }
   bool needs_frame() const override { return exposed_ || stale_ || lost_ || pixels_ != wanted_; }
 
@@ -228,7 +230,8 @@ class Window final : public Output {
  private:
   static Window& self(GLFWwindow* w) { return *static_cast<Window*>(glfwGetWindowUserPointer(w)); }
 
-  /// Queries the window's state from the desktop; each query is a round trip.
+  /// Queries the window's state from the desktop. Each query is slow, because it waits for the answer of another
+  /// process.
   void ask() {
     glfwGetFramebufferSize(window_, &pixels_.x, &pixels_.y);
     glfwGetWindowSize(window_, &size_.x, &size_.y);

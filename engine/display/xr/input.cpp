@@ -145,7 +145,7 @@ Input::State Input::read(XrSpace base, XrTime time) {
   const XrActiveActionSet active{set, XR_NULL_PATH};
   const XrActionsSyncInfo sync{XR_TYPE_ACTIONS_SYNC_INFO, nullptr, 1, &active};
   out.focused = api.call("xrSyncActions", api.SyncActions, session, &sync) == XR_SUCCESS;
-  if (!out.focused) return out;  // another program receives the hands' input
+  if (!out.focused) return out;  // another program receives the input of the controllers
   for (std::size_t i = 0; i < 2; ++i) {
     Hand& hand = out.hands[i];
     const XrActionStateGetInfo pedal_info{XR_TYPE_ACTION_STATE_GET_INFO, nullptr, pedal, hands[i]};

@@ -1,7 +1,8 @@
 // Build-time tool: converts fonts to a small atlas of signed distances with its metrics, as C++ text.
 //   bake_font FONT.ttf OUT.h [CHINESE_FONT.ttc TEXT_FILE …]
-// FONT gives the Latin characters. CHINESE_FONT gives the Chinese characters that the text files contain: a .json file
-// counts as a whole, a catalogue of texts (.cpp) only with the entries that can appear over a picture.
+// FONT gives the Latin characters. CHINESE_FONT gives the Chinese characters that the text files contain. Of a .json
+// file, all characters are used. Of a catalogue of texts (.cpp), only the entries that can appear over a picture are
+// used.
 #define STB_TRUETYPE_IMPLEMENTATION
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"

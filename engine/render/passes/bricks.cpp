@@ -10,7 +10,9 @@ namespace typodont::render {
 
 namespace {
 
-constexpr float kPiece = 0.8e-3f;  // m, edge of the pieces of a brick for which changed lighting is marked separately
+// m, edge length of the pieces into which a brick is divided when its lighting changes; only pieces whose lighting has
+// changed are redrawn
+constexpr float kPiece = 0.8e-3f;
 constexpr std::uint64_t kBlockVertices = 1u << 17, kBlockIndices = 3u << 18;
 
 std::int16_t snorm16(float v) {
@@ -312,7 +314,8 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
       if (!std::any_of(b.seen.begin(), b.seen.begin() + frame.views, [](const PixelBox& s) { return s.width > 0; }) ||
           !lit_otherwise(b.lo, b.hi))
         continue;
-      // Marks pieces of the brick separately, because the light may change on only a part of a large brick of the gum.
+      // Tests and marks small pieces of the brick one by one, because the light may change on only a part of a brick.
+      // This matters for the large bricks of the gum.
       const glm::vec3 extent = b.hi - b.lo;
       const glm::ivec3 pieces = glm::clamp(glm::ivec3(glm::ceil(extent / kPiece)), glm::ivec3(1), glm::ivec3(8));
       const glm::vec3 step = extent / glm::vec3(pieces);

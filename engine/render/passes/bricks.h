@@ -22,7 +22,7 @@ struct GpuVertex {
   std::uint8_t tissue[4];
 };
 static_assert(sizeof(GpuVertex) == 24);
-inline constexpr float kDifferenceRange = 2e-3f;  // m, largest value of Vertex::difference that is stored
+inline constexpr float kDifferenceRange = 2e-3f;  // m, limit to which |Vertex::difference| is clamped when it is stored
 
 /// Content of a brick (block of triangles); it selects the shader for its pixels.
 enum class BrickKind : std::uint8_t { kAny, kGum, kEnamel, kSound, kTwoSided };
@@ -69,8 +69,8 @@ struct DrawGroup {
 bool shown_in(View view, MeshId mesh);
 bool glassy_in(View view, MeshId mesh);
 
-/// Bounds of the working tooth (lo, hi) and of all bodies (all_lo, all_hi), in m, frame W. Without a working tooth,
-/// both are the bounds of all bodies.
+/// Bounds of the working tooth (lo, hi) and of all bodies (all_lo, all_hi), in m, frame W. If there is no working
+/// tooth, lo and hi are the bounds of all bodies, too.
 struct SceneBounds {
   glm::dvec3 lo, hi, all_lo, all_hi;
 };

@@ -138,13 +138,15 @@ bool handpiece_shades(const shared::FrameData& data, const glm::vec3& center, fl
 }  // namespace
 
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
-  constexpr float kToolReach = 3.0e-3f, kToolShadowReach = 25e-3f;  // m, reach of occlusion, and of the shadow
+  // m, largest distance from the tool at which the tool darkens a surface by ambient occlusion; length of its shadow
+  constexpr float kToolReach = 3.0e-3f, kToolShadowReach = 25e-3f;
   constexpr int kPieces = 6;
   if (data.tool_head.w <= 0) return false;
   if (handpiece_shades(data, center, radius)) return true;
   const glm::vec3 l(data.key), a(data.tool_head), e(data.tool_end);
   const float thick = std::max(data.tool_head.w, data.tool_end.w);
-  // A quick test first, because most objects are farther from the tool than its shadow and occlusion extend.
+  // A quick test comes first. Most objects are so far from the tool that neither its shadow nor its occlusion reaches
+  // them.
   const float most =
       std::max(kToolReach, kToolShadowReach + thick + 0.08e-3f + data.lamp.x * (kToolShadowReach + 2 * radius));
   const glm::vec3 axis = e - a;
@@ -166,7 +168,8 @@ bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float 
   if (data.cursor.w <= 0) return false;
   const glm::vec3 down(data.cursor_down), q = center - glm::vec3(data.cursor);
   const float below = glm::dot(q, down);
-  // The cursor's ring has the same radius as in surface.frag. A soft edge of a few pixels is added to it.
+  // surface.frag draws the cursor's ring at a distance of about one cursor radius from the cursor's line. The ring and
+  // its soft edge end before two cursor radii.
   return below + radius > -data.cursor.w && glm::length(q - below * down) - radius < 2 * data.cursor.w;
 }
 
@@ -182,8 +185,9 @@ ShadowMapBox shadow_map_box(const glm::dmat4& light_from_box, const glm::vec3& l
 }
 
 float shadow_lookup_reach(const shared::FrameData& data) {
-  // This sum consists of the lengths in lighting.glsl: kOcclusionRadius, the lookup's distance from the surface, and
-  // the width of the filter. The lookups of the shadow lie within kOcclusionRadius.
+  // Sum of three lengths in lighting.glsl: kOcclusionRadius, the distance of the lookup point from the surface, and the
+  // width of the filter. The sum is divided by the width of the shadow map. (The points at which the shadow is looked
+  // up lie within kOcclusionRadius.)
   return (2.2e-3f + 0.27e-3f + 4 * data.light_size.z) / data.light_size.x;
 }
 

@@ -12,7 +12,8 @@
 
 namespace typodont::render {
 
-// format of the pictures: a write encodes to sRGB, and samples are averaged in linear light
+// Format of the pictures. The GPU converts linear light to sRGB when it writes a pixel, and it averages the samples of
+// a pixel in linear light.
 inline constexpr VkFormat kColorFormat = VK_FORMAT_R8G8B8A8_SRGB;
 // format of the same pictures whose bytes are read without conversion from sRGB
 inline constexpr VkFormat kColorBytes = VK_FORMAT_R8G8B8A8_UNORM;

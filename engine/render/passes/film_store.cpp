@@ -18,7 +18,8 @@ void FilmStore::set(gpu::Device& device, const FilmGrid& wanted) {
 }
 
 void FilmStore::update(std::span<const FilmTexel> all, std::span<const FilmBox> boxes) {
-  // If no frame was drawn for a long time, one copy of the whole grid replaces the parts that wait to be copied.
+  // If no frame was drawn for a long time, many changed parts wait to be copied. When they have more texels than the
+  // whole grid, one copy of the whole grid replaces them.
   const FilmBox whole{glm::ivec3(0), grid.size - 1};
   if (texels.size() > all.size()) {
     parts.clear();

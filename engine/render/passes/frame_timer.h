@@ -10,7 +10,7 @@ namespace typodont::render {
 struct FrameTimer {
   VkQueryPool queries = VK_NULL_HANDLE;  // null if the device has no timestamps
   std::array<bool, gpu::FrameRing::kSlots> timed{};
-  double ms = 0;  // ms, duration of the last frame that was read; 0: no frame was read
+  double ms = 0;  // ms, GPU time of the last frame whose time was read; 0: no time was read yet
 
   static FrameTimer create(gpu::Device& device);
   void destroy(gpu::Device& device);

@@ -50,7 +50,9 @@ void ParticlePass::mark(std::span<const Particle> particles, const glm::dmat4& c
   for (const Particle& p : particles) {
     const glm::vec4 c = clip * glm::vec4(p.p, 1);
     if (c.w < 1e-6f) continue;
-    // The quad's corners are √2 radii from its middle, and perspective enlarges the corners that are nearer to the eye.
+    // pixels, upper bound of the distance from the particle's centre to the corners of its quad. The corners are √2
+    // radii from the centre; the larger factor 1.6 is needed, because perspective enlarges corners that are nearer to
+    // the eye.
     const float reach = 1.6f * std::max((p.radius + glm::length(p.streak)) * scale / c.w, 0.7f) + 2;
     const glm::vec2 middle = (0.5f + 0.5f * glm::vec2(c) / c.w) * glm::vec2(size);
     if (middle.x + reach < 0 || middle.y + reach < 0 || middle.x - reach > static_cast<float>(size.x) ||

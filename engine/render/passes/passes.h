@@ -97,7 +97,7 @@ struct ToolPass {
 
 /// Draws the mouth mirror. Its glass shows a picture of the reflected scene, which the other passes drew before.
 struct MirrorPass {
-  static constexpr std::uint32_t kGlassCorners = 96;  // same value as in mirror.vert
+  static constexpr std::uint32_t kGlassCorners = 96;  // number of corners of the drawn glass, as in mirror.vert
   VkPipeline pipeline = VK_NULL_HANDLE;
   gpu::Image picture;  // the reflected scene, one layer per eye; created when the glass first comes into view
   ToolBody body;

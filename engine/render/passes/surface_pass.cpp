@@ -14,7 +14,8 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
   for (const DrawGroup& g : groups)
     if (glassy_in(view, g.mesh) == glass) wanted.push_back(g);
   if (wanted.empty()) return;
-  // Glass bodies: the innermost are drawn first. They have higher numbers than the tooth, so the order is reversed.
+  // If bodies are drawn as glass, inner bodies must be drawn before the tooth. Inner bodies have higher numbers than
+  // the tooth, so the order is reversed.
   if (glass) {
     std::reverse(wanted.begin(), wanted.end());
   } else {

@@ -42,7 +42,7 @@ void Targets::create(const glm::ivec2& frame_size, int views) {
                           static_cast<std::uint32_t>(std::max(1.0, std::round(frame_size.y * scale)))};
   const auto layers = static_cast<std::uint32_t>(views);
   context_.samples = std::clamp(context_.quality.samples, 1, std::min(device.max_samples, 4));
-  if (context_.samples == 2) context_.samples = 1;  // every device supports 1 and 4 samples
+  if (context_.samples == 2) context_.samples = 1;  // some devices do not support 2 samples; all support 1 and 4
   context_.view_mask = views == 2 && device.multiview ? 3 : 0;
   pictures = gpu::Image::create(device, {.size = extent,
                                          .layers = layers,
@@ -50,7 +50,8 @@ void Targets::create(const glm::ivec2& frame_size, int views) {
                                          .alias = kColorBytes,
                                          .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
                                                   VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
-  // if each eye has its own pass, the passes share these images
+  // number of layers of the images below; one layer is sufficient if each eye has its own pass, because the passes then
+  // use the same images one after the other
   const std::uint32_t together = context_.view_mask ? layers : 1;
   if (context_.samples > 1)
     color_ =

@@ -24,15 +24,15 @@ class Targets {
   /// If true, the next create() keeps the scene's depth beside the pictures.
   bool keeps_depth = false;
 
-  /// Returns true if the scene is stored separately from the particles in front of it. Particles change nearly the
-  /// whole picture in every frame, and copying a pixel of the stored scene is much cheaper than drawing it again. False
-  /// if samples are averaged or one pass draws both eyes.
+  /// Returns true if the scene without particles is stored in its own image. Particles change nearly the whole picture
+  /// in every frame. Copying a pixel of the stored scene is then much cheaper than drawing the pixel again. Returns
+  /// false if samples are averaged, if one pass draws both eyes, or if the depth is kept.
   bool layered() const { return context_.samples == 1 && !context_.view_mask && !keeps_depth; }
   /// Returns the image into which the scene is drawn.
   const gpu::Image& scene() const { return layered() ? scene_ : pictures; }
 
-  /// Call these functions before and after the passes of a picture (the scene's or the mouth mirror's). `partly`: true
-  /// if only parts are drawn; the other parts keep their content.
+  /// Call begin() before, and end() after the passes that draw a picture (the scene or the mouth mirror's picture).
+  /// `partly`: true if only parts of the picture are drawn; all other parts keep their content.
   void begin(VkCommandBuffer commands, const gpu::Image& target, bool partly);
   void end(VkCommandBuffer commands, const gpu::Image& target);
   /// Begins the pass of one eye, or of both eyes if the device draws them in one pass. Only `box` of the picture is
@@ -51,11 +51,12 @@ class Targets {
  private:
   PassContext& context_;
   gpu::Image color_, depth_;
-  gpu::Image scene_, scene_depth_;  // if layered(): the pictures and the depth of the scene without particles
+  gpu::Image scene_, scene_depth_;  // if layered() is true: pictures and depth of the scene without particles
 
-  /// Returns true if the end of the pass averages the samples; this is so if one pass draws both eyes. If each eye has
-  /// its own pass, a separate command averages the samples, because of an error of lavapipe 22.3: at the end of a pass,
-  /// it always averages into the first layer, even if the pass specifies another layer.
+  /// Returns true if the samples of a pixel are averaged at the end of the pass. This is the case if one pass draws
+  /// both eyes. If each eye has its own pass, a separate command averages the samples. The reason is an error of
+  /// lavapipe 22.3: at the end of a pass, lavapipe always writes the averages into the first layer, even if the pass
+  /// specifies another layer.
   bool resolves_in_pass() const { return context_.samples > 1 && context_.view_mask != 0; }
   bool resolves_by_command() const { return context_.samples > 1 && context_.view_mask == 0; }
 };

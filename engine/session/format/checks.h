@@ -18,12 +18,14 @@ struct RecordingLimits {
   Nanos longest = 30 * 86'400 * kNanosPerSecond;
   // m, largest distance of the hand from the workbench's origin; the servo refuses a hand farther away
   double farthest = 100;
-  double farthest_cut = 10;      // m, largest distance of a cut from the origin; real cuts are near the tissue
-  double longest_cut = 0.05;     // m, largest length of one tick's cut; larger than the patch of tissue around the tool
-  double largest_fill = 6e-3;    // m, largest radius of a filled ball; real tools have at most 5 mm
-  double greatest_force = 1e3;   // N, largest force that a recording may contain
-  double fastest_spindle = 1e6;  // rad/s, largest rotation speed of the spindle
-  double largest_volume = 1;     // m³, largest volume that a recording may contain
+  double farthest_cut = 10;  // m, largest distance of a cut from the origin; real cuts are near the tissue
+  // m, largest distance between the first and the last pose of one tick's cut. A real cut is shorter, because it lies
+  // in the patch (the copy of the tissue around the tool), and the patch is smaller than this.
+  double longest_cut = 0.05;
+  double largest_fill = 6e-3;                  // m, largest radius of a filled ball; real tools have at most 5 mm
+  double greatest_force = 1e3;                 // N, largest force that a recording may contain
+  double fastest_spindle = 1e6;                // rad/s, largest rotation speed of the spindle
+  double largest_volume = 1;                   // m³, largest volume that a recording may contain
   double lowest_rate = 1, highest_rate = 1e5;  // Hz, smallest and largest rate of the servo
   std::uint64_t most_ticks = 864'000'000;      // largest number of ticks: a day at 10 kHz
   std::uint64_t most_rows_bytes = 4ull << 30;  // bytes, largest size of a table that is stored completely in memory

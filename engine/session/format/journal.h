@@ -52,8 +52,8 @@ class Journal {
 /// Returns the path of the journal of `file`, for example "s.h5.journal".
 std::filesystem::path journal_of(const std::filesystem::path& file);
 /// Writes the changes from the journal of `file` to `target` (`file` itself or a copy of it) and syncs the target.
-/// Returns false if there is no journal, or only an incomplete one that was being written when the power failed. In
-/// this case the file is complete without the journal.
+/// Returns false if there is no journal, or if the journal is incomplete because the power failed while it was written.
+/// In both cases, the file is complete without the journal.
 bool apply_journal(const std::filesystem::path& file, const std::filesystem::path& target);
 /// Returns true if `file` has a complete journal.
 bool has_journal(const std::filesystem::path& file);

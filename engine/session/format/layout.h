@@ -51,9 +51,9 @@ struct LoopFields {
 };
 
 // Locks a byte far behind the end of the file while the file is recorded. Returns a descriptor that the caller must
-// close, or -1. With this lock a reader can distinguish a session that is being recorded from one whose program was
-// killed, because the lock ends with the process. HDF5's own lock does not last long enough: HDF5 releases it when it
-// starts SWMR (single writer, multiple readers).
+// close, or -1. The lock ends with the process. So a reader can find out whether a session is still being recorded, or
+// whether its program was killed. HDF5's own lock cannot be used, because HDF5 releases it when it starts SWMR (single
+// writer, multiple readers).
 int lock_while_recording(const std::filesystem::path& file);
 bool is_being_recorded(const std::filesystem::path& file);
 

@@ -202,7 +202,8 @@ void Page::loop_times(const LoopReport& loop) {
     last = i;
   }
   if (last < 0) return;
-  // The axis shows at least one decade, because a shorter axis might have no marks.
+  // The logarithmic axis covers at least one decade, because a shorter axis might contain no power of ten and so no
+  // mark.
   first = std::max(0, std::min(first, last - 27));
   last = std::min(DurationHistogram::kBins - 1, std::max(last, first + 27));
   std::vector<double> edges{DurationHistogram::upper_edge(first) / 1e3 *
@@ -273,7 +274,7 @@ void Page::cpu_times() {
 
 void Page::sound_times() {
   const auto heard = frames_of(session_, "sound");
-  // There is no latency if the session had no sound or wrote its sound to a file.
+  // The latency of the sound is not reported if the session had no sound or wrote its sound to a file.
   if (!heard || heard->column("latency_s").empty()) return;
   put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
       "aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th>"

@@ -186,7 +186,7 @@ std::string Page::model_data(const Views& at) const {
   std::vector<std::string> tissues, difference;
   for (const auto& c : kTissueColors) tissues.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
   for (const auto& c : kDifferenceColors) difference.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
-  // The view rotates about the middle of the worked tissue.
+  // The view rotates about the middle of the preparation's grid.
   glm::vec3 focus(0);
   if (options_.preparation) {
     const Preparation& p = *options_.preparation;
@@ -203,8 +203,8 @@ std::string Page::model_data(const Views& at) const {
 
 void Page::sections(const Views& at) {
   if (!options_.preparation) return;
-  // The section passes through the largest deviation from the ideal (target shape), or through the middle of the worked
-  // tissue if there is none.
+  // The section passes through the point with the largest deviation from the ideal (target shape). If there is no
+  // deviation, the section passes through the middle of the preparation's grid.
   const Preparation& p = *options_.preparation;
   dvec3 through = p.frame.to_world(0.5 * dvec3(p.before.size));
   if (input_.cavity) {

@@ -22,29 +22,35 @@ constexpr int kStride[3] = {FieldBrick::kSamples * FieldBrick::kSamples, FieldBr
 constexpr std::uint16_t kNone = 0xffff;   // state of a block that contains no surface
 constexpr std::uint16_t kMixed = 0xfffe;  // state of a block whose surface a single vertex cannot represent
 constexpr int kLevels = 5;                // number of block sizes: 1³, 2³, 4³, 8³, 16³ cells
-// These limits decide whether a cell contains a crease. A crossing is a point where the surface crosses an edge of the
-// cell. If the normal of a crossing differs by more than 14° from the mean normal, there are crossings on both sides of
-// a crease (of 28° or more). If the variance of the normals is below kSmoothSpread, the cell has no crease.
+// These two limits decide whether a cell contains a crease. A crossing is a point where the surface crosses an edge of
+// the cell. If the variance of the normals at a cell's crossings is below kSmoothSpread, the cell has no crease.
+// Otherwise each normal is compared with the mean normal: if the cosine of the angle between them is below
+// kCreaseCosine (angle above 14°) for any crossing, the cell contains a crease of 28° or more.
 constexpr float kCreaseCosine = 0.97f;
 constexpr float kSmoothSpread = 0.008f;
-// cosine of 64°; if all normals of a cell differ by at most this angle, ContourVertex::gentle is true
+// cosine of 64°; a crease is gentle (ContourVertex::gentle) if any two normals in its cell differ by less than this
+// angle
 constexpr float kGentleCosine = 0.44f;
-// The four vertices around an edge form a facet with about the cell's side length s. On a surface of curvature κ the
-// middle of the facet sags by about s²κ/4. Therefore the vertices are placed kLift·s²κ outside the surface, so that
-// facets deviate equally to both sides. Vertices also move along the surface towards the cell's middle, by the fraction
-// kCentre of the distance, so that facets have similar sizes. kSag·s²κ bounds the remaining error. All values were
-// measured on spheres: tests/property/surface_mesh_test.cpp.
+// These constants place the vertices on a curved surface. The four vertices around an edge of the grid form a facet;
+// its sides are about as long as the side s of a cell. If the vertices lay on a surface of curvature κ, the middle of
+// the facet would lie about s²κ/4 below the surface. So the vertices are placed outside the surface by kLift·s²κ. Then
+// the facet's corners lie outside the surface by about as much as its middle lies inside. The remaining error is at
+// most kSag·s²κ. Each vertex is also moved along the surface towards the middle of its cell, by the fraction kCentre of
+// its distance, so that facets have similar sizes. All values were measured on spheres:
+// tests/property/surface_mesh_test.cpp.
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
 constexpr float kSag = 0.18f;
-// variance of the crossings' positions / (cell's side)²; below this value, greatest_curvature() cannot fit a surface
+// variance of the crossings' positions in one direction, divided by the square of the block's side; if the variance is
+// smaller, greatest_curvature() cannot estimate the curvature in this direction
 constexpr float kLeastSpread = 4e-3f;
 // largest distance by which a vertex is placed outside the surface, as a ratio to the cell's side length
 constexpr float kMaxLift = 0.1f;
 constexpr double kFlatEigenvalue = 0.01;
-constexpr float kOutside = 0.7f;  // voxels, a crease vertex lies outside its cell by at most this distance
-// voxels; a block is not merged if the field's absolute value (by trilinear interpolation) at its vertex exceeds the
-// tolerance by more than this: on a crease (kCreaseValue) or elsewhere
+constexpr float kOutside = 0.7f;  // voxels; the vertex on a crease may lie outside its cell by at most this distance
+// voxels; a block is not merged if the distance between its vertex and the surface, as read from the field by trilinear
+// interpolation, is larger than the tolerance plus this value. kCreaseValue is for a block with a crease, kSmoothValue
+// for a block without.
 constexpr float kCreaseValue = 0.4f;
 constexpr float kSmoothValue = 0.1f;
 
@@ -198,9 +204,10 @@ Tissue only_tissue(const FieldBrick& brick) {
   return differs ? Tissue::kAir : only;
 }
 
-// Returns the vertex for a smooth piece of surface in a cell of size s, relative to the cell's middle. The mean of the
-// crossings (the points where the surface crosses the cell's edges) lies below a convex surface, by half the covariance
-// of points and normals.
+// Returns the vertex for a smooth piece of surface in a cell with the side s, relative to the cell's middle. The vertex
+// starts at the mean of the crossings (the points where the surface crosses the cell's edges). On a curved surface,
+// this mean does not lie on the surface: its distance from the surface is half the covariance of points and normals.
+// The vertex is moved by this distance along the normal.
 glm::vec3 smooth_vertex(const Moments& moments, float s) {
   const float w = 1 / moments.count();
   const glm::vec3 x = moments.points() * w, n = moments.normals() * w;
@@ -220,7 +227,8 @@ bool inside(const glm::vec3& p, float s) {
   return std::abs(p.x) <= reach && std::abs(p.y) <= reach && std::abs(p.z) <= reach;
 }
 
-// Returns the vertex on a crease: the intersection of the crease's sides, if it lies in the cell.
+// Returns the vertex on a crease: the intersection of the planes of the crease's sides, if the intersection lies in or
+// near the cell.
 glm::vec3 crease_vertex(const PlaneSums& sums, float s) {
   for (int rank = 3; rank > 0; --rank) {
     const PlaneFit fit = fit_planes(sums, kFlatEigenvalue, rank);
@@ -247,8 +255,9 @@ glm::vec3 unit_or_up(const glm::vec3& n) {
   return length > 1e-6f ? n / length : glm::vec3(0, 0, 1);
 }
 
-// Each cell has a corner number (x·17 + y)·17 + z. For each of the cell's edges, this table contains the number of the
-// edge's base minus the number of the cell.
+// Corner (x, y, z) of the brick has the number (x·17 + y)·17 + z, and a cell has the number of its lowest corner. For
+// each of a cell's 12 edges, this table contains the number of the edge's base (its lower end) minus the number of the
+// cell.
 constexpr std::array<int, 12> kEdgeBase = [] {
   std::array<int, 12> out{};
   for (int e = 0; e < 12; ++e) {
@@ -376,9 +385,9 @@ void Contourer::Scratch::find_crossings(std::vector<BrickContour::Edge>& edges) 
   }
 }
 
-// Returns the number of a cell's shape. The surfaces of this cell and a neighbour must not meet in two arcs on their
-// common face. If they would, returns the shape whose arcs on this face connect the crossings the other way
-// (CellShapes).
+// Returns the number of a cell's shape. The surface in this cell and the surface in a neighbouring cell must not be
+// joined along two arcs of the common face, because an edge of the mesh would then have four polygons. In this case the
+// function returns another shape, whose arcs connect the four crossings on this face in the other way (see CellShapes).
 int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   const int doubtful = shapes.flippable_faces(config);
   if (doubtful == 0) return config;
@@ -487,8 +496,8 @@ PlaneSums Contourer::Scratch::planes_of(const glm::ivec3& low, int size) const {
   return sums;
 }
 
-// Merges blocks of the next finer level into blocks of 2^level cells per side, where one vertex can represent the
-// surface. Returns false if no block was merged.
+// Merges 2³ blocks of the next finer level into one block with 2^level cells per side, wherever one vertex can
+// represent the surface in the larger block. Returns false if no block was merged.
 bool Contourer::Scratch::merge(int level, float tolerance) {
   const int size = 1 << level, half = size / 2, n = kCells >> level, children = 2 * n;
   const auto side = static_cast<float>(size);

@@ -14,12 +14,13 @@
 namespace typodont::surface {
 
 struct ContourVertex {
-  glm::vec3 position{0};  // voxels, position in index space
+  glm::vec3 position{0};  // voxels, position of the vertex in the voxel frame
   glm::vec3 normal{0};    // unit normal, pointing out of the solid
   Tissue tissue[2]{};     // the two most frequent tissues around the vertex, the most frequent first
   float second = 0;       // 0..0.5, fraction of the second tissue, tissue[1]
   bool crease = false;    // true on a sharp edge, where `normal` is only the mean of the sides' normals
-  // true if the cell's normals differ by at most 64°; then the crease is shaded with the mean normal
+  // true if the vertex is on a crease and any two normals in its cell differ by less than 64°; a small triangle on such
+  // a crease is shaded with the mean normal
   bool gentle = false;
 };
 
@@ -28,7 +29,7 @@ struct BrickContour {
   static constexpr int cell_index(int x, int y, int z) { return (x * kCells + y) * kCells + z; }
 
   struct Cell {
-    std::uint16_t vertex;  // index of the cell's first patch (piece of surface)
+    std::uint16_t vertex;  // index in `vertices` of the vertex of the cell's first patch (piece of surface)
     std::uint16_t shape;   // index of the cell's shape in CellShapes
   };
   /// An edge of the grid that the surface crosses. Its base (lower end) is the corner `cell` of this brick.
@@ -40,7 +41,7 @@ struct BrickContour {
 
   glm::ivec3 key{0};
   std::array<std::uint64_t, 64> active{};  // one bit for each cell; the bit is set if the cell contains surface
-  std::array<std::uint16_t, 64> before{};  // number of active cells in all words before this word
+  std::array<std::uint16_t, 64> before{};  // for each word of `active`: number of bits that are set in earlier words
   std::vector<Cell> cells;                 // the active cells, in the order of their bits
   std::vector<ContourVertex> vertices;
   std::vector<Edge> edges;

@@ -20,11 +20,12 @@ struct CellShape {
   std::array<std::uint8_t, 12> patch{};  // for each edge: the patch (piece of surface) that contains its crossing
 };
 
-/// All shapes. Shape 0..255 is the sign configuration (bit c is set if corner c is solid). Solid corners that are
-/// diagonal on a face are not connected. So two neighbouring cells could touch along two arcs of their common face, and
-/// an edge of the mesh would have four polygons. In this case both cells use the flipped shape, which connects the
-/// solid corners across that face. The decision depends only on the two configurations, so both cells make the same
-/// decision. (Wenger 2013, sec. 3.3: manifold dual contouring)
+/// All shapes. Numbers 0..255 are the sign configurations of a cell (bit c is set if corner c is solid). In these
+/// shapes, solid corners that are diagonally opposite on a face are not connected. The surface patches of two
+/// neighbouring cells could therefore be joined along two arcs of the common face, and an edge of the mesh would have
+/// four polygons. In this case both cells use a flipped shape, which connects the solid corners across this face. Both
+/// cells make the same decision, because it depends only on their two sign configurations. (Wenger 2013, sec. 3.3:
+/// manifold dual contouring)
 class CellShapes {
  public:
   static const CellShapes& get();

@@ -5,18 +5,19 @@
 namespace typodont::surface {
 namespace {
 
-// kUnit is the tolerance of |∇|² = 1, and kSame the tolerance for the difference of two gradients. On an exact plane
-// |∇|² differs from 1 only by rounding, and the gradients at two samples agree. A curved field very rarely meets both
-// conditions.
+// Limits for the test whether the samples at both ends of an edge lie on one plane. On a plane, the squared length of
+// the field's gradient differs from 1 by less than kUnit (rounding), and each component of the gradient differs between
+// the two ends by less than kSame. On a curved surface, both conditions are very rarely met.
 constexpr float kUnit = 2e-6f;
 constexpr float kSame = 3e-3f;
-// voxels, if the second difference of the field is larger than this, a crease is near, or the radius of curvature is
-// below four voxels
+// voxels; if any second difference of the field at the ends of the edge is larger than this, there is a crease near the
+// edge, or the surface has a radius of curvature of less than four voxels
 constexpr float kBent = 0.25f;
-// If the slope changes by more than this between the edge's ends, the reason is a crease and not curvature.
+// The slope of the field before the edge is compared with its slope behind the edge, along the edge's line. If the
+// slopes differ by more than this, the surface has a crease there, because curvature alone changes the slope less.
 constexpr float kSlopeJump = 0.6f;
-// If the squared gradient length |∇|², computed by central differences, deviates from 1 by more than this, the
-// differences are taken across a crease.
+// In a distance field, the squared length of the gradient is 1. If the value from central differences deviates from 1
+// by more than this, samples from both sides of a crease were used.
 constexpr float kAcross = 0.05f;
 
 float smaller(float p, float q) {
@@ -28,8 +29,9 @@ struct Gradient {
   float excess() const { return std::abs(a * a - 1 + b * b + c * c); }
 };
 
-// Gradients from one-sided differences at a sample. The slope along the edge is given. Across the edge, each of the two
-// axes has a difference to either side, so there are four combinations.
+// The four gradients that one-sided differences give at a sample. The component along the edge is given. For each of
+// the two axes across the edge, there is one difference to the lower and one to the upper neighbour, so there are four
+// combinations.
 struct OneSided {
   float a, b[2], c[2];
 
@@ -40,7 +42,7 @@ struct OneSided {
   bool unit() const {
     const float rest = a * a - 1, b0 = rest + b[0] * b[0], b1 = rest + b[1] * b[1];
     const float c0 = c[0] * c[0], c1 = c[1] * c[1];
-    // All four tests are computed without branches, because branches would often be mispredicted.
+    // Tests the four gradients without branches, because the processor would often predict the branches wrongly.
     return (static_cast<int>(std::abs(b0 + c0) < kUnit) | static_cast<int>(std::abs(b1 + c0) < kUnit) |
             static_cast<int>(std::abs(b0 + c1) < kUnit) | static_cast<int>(std::abs(b1 + c1) < kUnit)) != 0;
   }
@@ -107,8 +109,9 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
       }
     }
     if (!solved && (here.unit() || there.unit())) {
-      // If a crease of the surface runs beside this edge of the grid, the four combinations of one-sided differences at
-      // each end include one whose samples lie on a single plane. The gradient of this plane is used.
+      // A crease of the surface may run beside this edge of the grid. Then at least one of the gradients from one-sided
+      // differences uses only samples on one side of the crease, and its length is 1. So the gradient whose length is
+      // nearest to 1 is used.
       const Gradient p = here.best(), q = there.best();
       g = p.excess() < q.excess() ? p : q;
       solved = true;
@@ -121,7 +124,8 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
     g.a = slope - 0.5f * bend * (1 - 2 * t);
     g.b = 0.5f * ((1 - t) * (at[b] - at[-b]) + t * (end[b] - end[-b]));
     g.c = 0.5f * ((1 - t) * (at[c] - at[-c]) + t * (end[c] - end[-c]));
-    // The Laplacian of a distance is the sum of the principal curvatures.
+    // The mean curvature is half the Laplacian of the distance field, because the Laplacian is the sum of the two
+    // principal curvatures.
     curvature = 0.5f * (bend + (1 - t) * (b0 + c0) + t * (b1 + c1));
     if (g.excess() > kAcross) {
       const Gradient p = here.best(), q = there.best();

@@ -25,8 +25,8 @@ float greatest_curvature(const Moments& moments, float least) {
   auto place = [&](const glm::vec3& a, const glm::vec3& b) {
     return product(a, 0, b) - glm::dot(a, x) * glm::dot(b, x);
   };
-  // Returns the covariance, over the samples, of the component of the normal along a and the component of the position
-  // along b.
+  // Returns the covariance of two quantities over all crossings: the component of the normal along a, and the component
+  // of the position along b.
   auto change = [&](const glm::vec3& a, const glm::vec3& b) {
     return product(b, 3, a) - glm::dot(a, n) * glm::dot(b, x);
   };

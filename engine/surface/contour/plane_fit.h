@@ -41,9 +41,10 @@ struct PlaneFit {
   int rank = 0;
 };
 
-/// Among the points that fit the planes best, returns the point nearest to the mean of the crossings. In a direction
-/// that the planes hardly determine, the point has the mean's coordinate. Such a direction has an eigenvalue below
-/// `cutoff` times the largest eigenvalue, or its eigenvalue is not among the `most` largest ones.
+/// Among the points that fit the planes best, returns the point nearest to the mean of the crossings. Only directions
+/// with a large eigenvalue are determined by the planes: the eigenvalue must be at least `cutoff` times the largest
+/// eigenvalue, and it must be one of the `most` largest ones. In all other directions, the point has the coordinate of
+/// the mean.
 PlaneFit fit_planes(const PlaneSums& sums, double cutoff, int most = 3);
 
 }  // namespace typodont::surface
