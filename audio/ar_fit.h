@@ -54,7 +54,8 @@ struct HeldOut {
   // dB, expected distance if the held-out part had exactly the model's spectrum. It is not 0, because a spectrum that
   // is estimated from a short sound has an error.
   double chance_dB = 0;
-  std::vector<double> line_variation;  // the same measure as FitReport::line_variation, for the held-out part
+  // for each spectral line: standard deviation of its amplitude divided by the mean amplitude, in the held-out part
+  std::vector<double> line_variation;
 };
 
 struct FitReport {

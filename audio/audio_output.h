@@ -64,7 +64,8 @@ class AudioOutput {
   virtual std::string description() const = 0;
 };
 
-/// The name of an output of the sound card, as it is written after "portaudio:". A build without PortAudio has none.
+/// A sound output that the user can select with the address "portaudio:NAME". A program that was built without
+/// PortAudio finds no such outputs.
 struct AudioDevice {
   std::string name, host;
   double sample_rate = 0;

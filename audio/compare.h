@@ -16,7 +16,8 @@ struct SoundMeasure {
   // standard deviation of each tone's amplitude divided by the mean: 0 for a steady tone, 0.52 for noise in a narrow
   // band
   std::vector<double> tone_variation;
-  std::vector<double> line_variation;  // the same measure for each line of CompareOptions::lines
+  // for each spectral line of CompareOptions::lines: standard deviation of its amplitude divided by the mean amplitude
+  std::vector<double> line_variation;
 };
 
 struct Comparison {
@@ -35,7 +36,8 @@ struct CompareOptions {
   double up_to = 16000;  // Hz, highest frequency that the distances include; 200 or more
   // true: changes of the spindle's speed, measured on a steady line of each sound, are removed
   bool constant_speed = false;
-  std::vector<double> lines;  // Hz, lines whose variation is measured in both sounds
+  // Hz, frequencies of additional spectral lines; the variation of each line's amplitude is measured in both sounds
+  std::vector<double> lines;
 };
 
 /// Averages the channels and includes silence. Sounds of different sample rates are compared up to the highest
