@@ -74,7 +74,7 @@ static void deadline_rows(const BenchOptions& options, bool drilling, std::vecto
       late.push_back(static_cast<double>(end - next));
       ++ticks;
       next += kPeriod;
-      for (; next < end; next += kPeriod) ++missed, ++ticks;  // counts the ticks that were skipped, as missed deadlines
+      for (; next < end; next += kPeriod) ++missed, ++ticks;  // counts a skipped tick as a missed deadline
     }
   });
   servo.join();
