@@ -17,8 +17,8 @@ struct SearchCounts {
   std::uint64_t vertices = 0;   // examined by the contact model "vertex"
 };
 SearchCounts looks_of_this_thread() noexcept;
-/// Returns the number of voxels that carve() and fill() of TissueVolume have visited on this thread, in leaves (8³
-/// voxels) that changed.
+/// Returns how many voxels carve() and fill() of TissueVolume have processed on this thread. Only leaves (8³ voxels) in
+/// which a voxel changed are counted.
 std::uint64_t voxels_cut_by_this_thread() noexcept;
 
 }  // namespace typodont::haptics
