@@ -23,7 +23,8 @@ struct SoundMeasure {
 struct Comparison {
   SoundMeasure a, b;
   double distance_dB = 0;  // dB, log-spectral distance between the sounds, including the difference in level
-  // dB, log-spectral distance after the mean difference of the two spectra in dB is subtracted
+  // dB, log-spectral distance without the difference in level: the mean difference of the two spectra (dB) is
+  // subtracted
   double shape_distance_dB = 0;
   double itakura_saito = 0;        // Itakura–Saito distance of sound a from sound b
   double level_difference_dB = 0;  // dB, level of sound b minus level of sound a
@@ -34,7 +35,8 @@ struct Comparison {
 
 struct CompareOptions {
   double up_to = 16000;  // Hz, highest frequency that the distances include; 200 or more
-  // true: changes of the spindle's speed, measured on a steady line of each sound, are removed
+  // true: changes of the spindle's speed are removed from each sound before the comparison; they are measured on a
+  // steady spectral line of the sound
   bool constant_speed = false;
   // Hz, frequencies of additional spectral lines; the variation of each line's amplitude is measured in both sounds
   std::vector<double> lines;

@@ -150,7 +150,7 @@ std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rat
   return {best_from * frame, (best_from + best_length) * frame};
 }
 
-/// Returns the mains frequency (Hz) if it is 20 dB above its neighbourhood, otherwise 0.
+/// Returns 50 or 60 (Hz) if the sound's power at this frequency is 20 dB above the median power around it, otherwise 0.
 double detected_hum(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::floor(std::min(static_cast<double>(x.size()), 4 * rate) / 2));
   // with so few points, the spectrum cannot distinguish 50 Hz from 60 Hz
