@@ -15,7 +15,7 @@ namespace typodont::calibration {
 /// A point of the scanned surface. All points represent the same area.
 struct SurfacePoint {
   dvec3 p_S;
-  dvec3 n_S;  // unit normal of the scanned surface in frame S, pointing outward
+  dvec3 n_S;  // unit normal of the scanned surface in frame S, pointing out of the tissue
 };
 
 /// The distance field at a point of frame D. `known`: true if the nearest surface is close enough and belongs to the

@@ -40,8 +40,8 @@ class Consensus {
         n_(p_H.size()),
         false_alarm_(false_alarm),
         floor_(std::max(rounding_of(p_H, p_D), sigma / 30)),
-        // Logarithm of the volume in which wrong pairs are assumed to lie. If the noise is known, this volume is 1 /
-        // the noise's probability density at its centre, where a normal distribution has its largest density.
+        // Logarithm of the volume in which wrong pairs are assumed to lie. If sigma is given, the volume is 1 /
+        // (largest probability density of the normal distribution of the wrong pairs).
         log_volume_(sigma > 0 ? 1.5 * std::log(2 * kPi) + 3 * std::log(sigma)
                               : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
         log_choose_(n_ + 1) {
@@ -324,10 +324,10 @@ class Consensus {
   mutable std::vector<Candidate> by_median_;  // candidates that find_widest() compares
 };
 
-// Consensus for a known noise level: the largest residual of an agreeing pair is fixed, and motions are compared by the
-// number of pairs that agree. The motions come from random triples of pairs whose points form equal triangles in both
-// frames. Before the agreeing pairs are counted, each motion is fitted again to all of them (Chum, Matas & Kittler
-// 2003). The search ends when the probability of missing a larger set is below 1e-9.
+// Consensus for a known noise level. A pair agrees with a motion if its residual is below a fixed limit. The motion
+// with which most pairs agree is the result. The motions come from random triples of pairs whose points form equal
+// triangles in both frames. Each motion is fitted again to the pairs that agree with it, before these are counted
+// (Chum, Matas & Kittler 2003). The search ends when the probability of missing a larger set is below 1e-9.
 class KnownNoise {
  public:
   KnownNoise(Points p_H, Points p_D, double sigma, double false_alarm)

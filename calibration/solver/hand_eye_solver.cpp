@@ -235,8 +235,8 @@ class Solver {
 
   // Least trimmed squares: finds the half of the rows (pairs of poses A, B) that agree best. The search starts from
   // random triples of rows. (For relative motions, two rows would be sufficient, but a third row costs little.)
-  // The best triples are then improved by concentrate(), until they do not change: it fits X and Z to the rows, and
-  // keeps the half of all rows with the smallest residuals.
+  // concentrate() then improves the best triples: it fits X and Z to the rows, and keeps the half of all rows with the
+  // smallest residuals. This is repeated until the result does not improve any more.
   Indices trimmed_rows() const {
     Noise random(1);
     std::vector<Sample> best;
