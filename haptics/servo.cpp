@@ -178,8 +178,8 @@ inline bool Servo::State::move_free(TickData& now) noexcept {
     return false;
   }
   // m.room is the distance that the tool may move before it can touch anything. Each tick subtracts the motion of the
-  // hand from it. Only when it is used up, the model computes a new clearance. If m.room is not zero, the tool had no
-  // contact in the last tick, so the proxy was at the hand.
+  // hand from m.room. The model computes a new clearance only when m.room is used up. As long as m.room is above zero,
+  // the tool has no contact, so the proxy is at the hand.
   const double moved = glm::length(now.moved), least = settings.frame.voxel;
   double way = moved;
   if (!(m.room > least && way <= m.room)) {

@@ -65,8 +65,8 @@ struct SurfacePatch : Snapshot {
   std::size_t at(int x, int y, int z) const {
     return (static_cast<std::size_t>(x) * n + static_cast<std::size_t>(y)) * n + static_cast<std::size_t>(z);
   }
-  /// Returns true if the patch contains all samples within `reach` voxels of p (voxels), including the stencil of the
-  /// cubic interpolation.
+  /// Returns true if the patch contains all samples within `reach` voxels of p (voxels), and all samples that a cubic
+  /// interpolation at any of these positions reads.
   bool holds(const dvec3& p_V, double reach) const {
     if (number == 0) return false;
     const dvec3 q = p_V - dvec3(lo);
@@ -92,7 +92,8 @@ inline void mark_cut(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3
 /// cuts: the samples that the cubic interpolation needs, and the tissue nearest to p. `distance`: value of the field at
 /// p.
 inline bool is_true_around(const SurfacePatch& patch, const dvec3& p_V, double distance) {
-  constexpr double kStencil = 5.2;  // voxels, distance from a point to the corners of its stencil (3√3)
+  // voxels, distance from a point to the farthest samples that the cubic interpolation at this point reads (3√3)
+  constexpr double kStencil = 5.2;
   if (!patch.exact_outside) return false;
   if (patch.cut_lo.x > patch.cut_hi.x) return true;
   const dvec3 off = glm::max(glm::max(dvec3(patch.cut_lo) - p_V, p_V - dvec3(patch.cut_hi)), dvec3(0));

@@ -32,8 +32,8 @@ bool has_rim(const MeridianPiece& end, const MeridianPiece& flank) {
 /// Returns true if the drill `tool` moves from A to B (voxels) along its own axis, towards its free end.
 bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double reach) {
   if (!tool.implant || tool.implant->kind != ImplantToolKind::kDrill) return false;
-  // If a head is shorter than its diameter, its upper end is near the samples that the lower end cuts, so it could also
-  // change them.
+  // Only for a cylinder that is at least as long as its diameter. The upper end of a shorter head would be near the
+  // samples that the lower end cuts, and could also change them.
   if (tool.shape != HeadShape::kCylinder || tool.length < tool.diameter) return false;
   const dvec3 axis = A.R * dvec3(0, 0, -1), way = B.p - A.p;
   const double along = glm::dot(way, axis);

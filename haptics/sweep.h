@@ -102,8 +102,8 @@ class Sweep {
   /// `listed`: number of groups of samples found.
   bool carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, int& listed) const noexcept;
-  /// Removes tissue from those blocks of some parts of the active front that must be examined, without lists. `parts`:
-  /// set of parts, one bit for each part.
+  /// Removes tissue without lists of groups: examines each block of some parts of the active front (CutFront) that is
+  /// due. `parts`: these parts, one bit for each.
   bool carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops, const HeadTarget& target) const noexcept;
   /// Returns true if this patch (copied tissue) contains all samples that were listed around the head in another patch.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;

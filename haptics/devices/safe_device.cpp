@@ -217,8 +217,8 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   if (!armed_) {
     const bool free =
         !touching_ && glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
-    // s, time for which the motion of the hand is known; if the gap between two samples is longer than this, the motion
-    // in the remaining part of the gap is unknown
+    // s, part of the time since the last sample that counts as time without contact. If this time is longer than two
+    // sample periods, samples are missing, and the motion of the hand in the rest of the time is unknown.
     const double seen = std::min(dt_, 2 / info_.rate);
     free_for_ = free && faults_ == 0 ? free_for_ + seen : 0;
     armed_ = free_for_ >= limits.free_time && !stop;
