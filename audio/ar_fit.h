@@ -54,7 +54,8 @@ struct HeldOut {
   // dB, expected distance if the held-out part had exactly the model's spectrum. It is not 0, because a spectrum that
   // is estimated from a short sound has an error.
   double chance_dB = 0;
-  std::vector<double> line_variation;  // the same measure as FitReport::line_variation, for the held-out part
+  // for each spectral line: standard deviation of its amplitude divided by the mean amplitude, in the held-out part
+  std::vector<double> line_variation;
 };
 
 struct FitReport {
@@ -62,7 +63,8 @@ struct FitReport {
   double duration = 0, from = 0, to = 0;  // s: duration of the recording, begin and end of the fitted part
   double level_dB = 0;                    // dB re full scale, level of the fitted part
   double hum = 0;                         // Hz, mains frequency that was removed with its harmonics; 0: none
-  // dB, log-spectral distance between the fitted part's Welch spectrum and its expected value for the model
+  // dB, log-spectral distance between two spectra: the Welch spectrum of the fitted part, and the Welch spectrum that
+  // is expected for the model
   double distance_dB = 0;
   // dB, log-spectral distance between the fitted part's Welch spectrum and the model's own spectrum, in which the peaks
   // are not broadened by the analysis window

@@ -23,8 +23,8 @@ inline constexpr int kLineStep = 64;
 struct ModelLine {
   double frequency = 0;       // Hz, mean frequency of the spectral line
   double amplitude = 0;       // mean amplitude; full scale is 1
-  LineNoise amplitude_noise;  // noise of the amplitude, as a ratio to the mean amplitude
-  LineNoise frequency_noise;  // noise by which the spectral line's frequency varies, Hz
+  LineNoise amplitude_noise;  // fluctuation of the amplitude, as a ratio to the mean amplitude
+  LineNoise frequency_noise;  // Hz, fluctuation of the frequency about its mean
 };
 
 /// y[n] = gain·e[n] − Σ a_i y[n−i] with white noise e of unit variance, and A(z) = 1 + Σ a_i z^-i. The model stores the

@@ -12,9 +12,9 @@
 namespace typodont::audio {
 
 /// The source of an output's samples. `render` runs on the audio thread; it neither blocks nor allocates. It reads the
-/// ticks that have arrived, then fills `samples`; with two channels, left and right samples alternate. The first sample
-/// belongs to the tick time t_first. The output delays t_first by one buffer and a margin, so the ticks for this buffer
-/// have already arrived.
+/// ticks that have arrived, then fills `samples`; with two channels, left and right samples alternate. `t_first` is the
+/// tick time for which the first sample is computed. It lies one buffer length and a margin in the past, so all ticks
+/// for this buffer have already arrived.
 struct AudioSource {
   void* self = nullptr;
   void (*render)(void* self, std::span<float> samples, Nanos t_first) noexcept = nullptr;
@@ -24,9 +24,10 @@ struct AudioSource {
 };
 
 struct AudioOptions {
-  double sample_rate = 0;       // Hz, sampling rate; 0: the device's own rate, 48000 for files
-  int channels = 1;             // number of channels of the source, 1 or 2
-  int buffer = 256;             // samples per channel and callback; also the latency that is requested from the device
+  double sample_rate = 0;  // Hz, sampling rate; 0: the device's own rate, 48000 for files
+  int channels = 1;        // number of channels of the source, 1 or 2
+  // samples per channel that one callback fills; the device is asked for a latency of the same length
+  int buffer = 256;
   std::uint64_t end_after = 0;  // a device's stream ends after this number of samples; 0: it does not end
 };
 
@@ -64,7 +65,8 @@ class AudioOutput {
   virtual std::string description() const = 0;
 };
 
-/// The name of an output of the sound card, as it is written after "portaudio:". A build without PortAudio has none.
+/// A sound output that the user can select with the address "portaudio:NAME". A program that was built without
+/// PortAudio finds no such outputs.
 struct AudioDevice {
   std::string name, host;
   double sample_rate = 0;

@@ -16,13 +16,15 @@ struct SoundMeasure {
   // standard deviation of each tone's amplitude divided by the mean: 0 for a steady tone, 0.52 for noise in a narrow
   // band
   std::vector<double> tone_variation;
-  std::vector<double> line_variation;  // the same measure for each line of CompareOptions::lines
+  // for each spectral line of CompareOptions::lines: standard deviation of its amplitude divided by the mean amplitude
+  std::vector<double> line_variation;
 };
 
 struct Comparison {
   SoundMeasure a, b;
   double distance_dB = 0;  // dB, log-spectral distance between the sounds, including the difference in level
-  // dB, log-spectral distance after the mean difference of the two spectra in dB is subtracted
+  // dB, log-spectral distance without the difference in level: the mean difference of the two spectra (dB) is
+  // subtracted
   double shape_distance_dB = 0;
   double itakura_saito = 0;        // Itakura–Saito distance of sound a from sound b
   double level_difference_dB = 0;  // dB, level of sound b minus level of sound a
@@ -33,9 +35,11 @@ struct Comparison {
 
 struct CompareOptions {
   double up_to = 16000;  // Hz, highest frequency that the distances include; 200 or more
-  // true: changes of the spindle's speed, measured on a steady line of each sound, are removed
+  // true: changes of the spindle's speed are removed from each sound before the comparison; they are measured on a
+  // steady spectral line of the sound
   bool constant_speed = false;
-  std::vector<double> lines;  // Hz, lines whose variation is measured in both sounds
+  // Hz, frequencies of additional spectral lines; the variation of each line's amplitude is measured in both sounds
+  std::vector<double> lines;
 };
 
 /// Averages the channels and includes silence. Sounds of different sample rates are compared up to the highest

@@ -25,9 +25,9 @@ struct ContactTrack {
 ContactTrack read_contact_track(const std::filesystem::path& file);
 
 /// Returns the states of a track in order. Between two rows, it interpolates one state per millisecond; the tissue is
-/// that of the earlier row. If the track has no spindle speed, the speed is `free_speed` (rad/s) while the pedal is
-/// pressed. The friction of the bur reduces this speed as in an air turbine, whose torque falls linearly from stall to
-/// free speed.
+/// that of the earlier row. If the track has no spindle speed, the speed is computed as for an air turbine, whose
+/// torque falls linearly from stall to free speed. Without contact, the speed is `free_speed` (rad/s) while the pedal
+/// is pressed. In contact, the friction at the bur reduces the speed.
 class VoicedTrack {
  public:
   /// The track must outlive this object and have at least one row.

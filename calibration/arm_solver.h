@@ -33,7 +33,7 @@ inline constexpr std::size_t kArmParameters = 18;
 /// Returns the names of the parameters in the order of to_vector, for example "upper link".
 std::span<const char* const> arm_parameter_names();
 /// Returns the plausible error of each parameter: 1 mm for lengths, 1° for angles, 0.5 % for scales. The solver divides
-/// each parameter by this scale, and compares the parameter's uncertainty with the scale.
+/// each parameter and its uncertainty by this plausible error.
 std::array<double, kArmParameters> arm_parameter_scales();
 std::array<double, kArmParameters> to_vector(const ArmGeometry& geometry);
 ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);
@@ -42,8 +42,8 @@ ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);
 Pose stylus_pose(const ArmGeometry& geometry, const ArmReading& reading);
 // returns the position (m) of the stylus tip in frame H of the haptic base
 dvec3 tip_position(const ArmGeometry& geometry, const ArmReading& reading);
-/// Returns the derivatives of the tip's position with respect to all parameters, in the order of to_vector (m per m,
-/// per rad, or per unit of scale).
+/// Returns the derivatives of the tip's position with respect to all parameters, in the order of to_vector. Units: m
+/// per m for a length, m per rad for an angle, m for a scale factor.
 std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& geometry, const ArmReading& reading);
 
 /// One capture (recorded touch) of the resting tip. Captures of the same group come from the same socket (`known` is
@@ -57,7 +57,7 @@ struct ArmCapture {
 struct ArmParameter {
   std::string name;
   double before = 0, after = 0;  // values of the parameter before and after the calibration, in SI units
-  /// standard deviation in SI units; a parameter that the captures do not determine keeps its plausible error
+  /// standard deviation of the parameter, SI units; if the captures do not determine the parameter, its plausible error
   double sigma = 0;
   double determined = 0;  // 0..1: fraction by which the captures reduced the uncertainty
 };
@@ -67,8 +67,8 @@ struct ArmResult {
   std::vector<ArmParameter> parameters;
   // text that names the parameters, or combinations of parameters, that the captures do not determine
   std::vector<std::string> not_observable;
-  // m, root mean square over all captures of the distance between the computed tip position and the position where the
-  // tip rested
+  // m; at each capture, the computed position of the tip is compared with the position where the tip rested. The values
+  // are the root mean square of these distances, before and after the calibration.
   double before_rms = 0, after_rms = 0;
   double sigma = 0;  // m per axis, standard deviation of the noise of a capture
   int degrees_of_freedom = 0;

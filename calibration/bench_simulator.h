@@ -15,8 +15,8 @@ struct SimulationOptions {
   double touch_noise = 2e-4;  // m per axis, standard deviation of a touch
   double slipped = 0.02;      // fraction of the touches that miss by millimetres
   bool arm_errors = true;  // true: the arm has link errors of ±1 mm, joint errors of ±1°, and scale errors of ±0.5 %
-  // m and rad: size of the random deviations of panel, mirror, base and eyes from the drawings; rotations deviate by
-  // up to twice this value
+  // m and rad; range of the random errors in the positions and orientations of panel, mirror, haptic base and eyes,
+  // compared with the drawings. The angles of the panel, the base and the eyes have up to twice this error.
   double placement_error = 0.02;
   // m, systematic offset of the user: the position that the user feels minus the position that the user sees
   dvec3 user_offset{0.0004, -0.0003, 0.0012};
@@ -53,9 +53,9 @@ class BenchSimulator {
   struct Colocation {
     double rms = 0, worst = 0, mean = 0;  // m, co-location error over all points: root mean square, largest, and mean
   };
-  /// Returns the co-location error of the present calibration over 9×9×9 points of the workspace. At each point the
-  /// arm's pose is read, and the tool is drawn at this pose. The error is the distance between the hand and the drawn
-  /// tool, as the user sees it.
+  /// Returns the co-location error of the present calibration at 9×9×9 points of the workspace. At each point, the
+  /// program reads the arm's pose, and draws the tool where it believes the tool to be. The error is the distance
+  /// between the hand's position and the position at which the user sees the drawn tool.
   Colocation colocation(const BenchState& bench);
 
  private:

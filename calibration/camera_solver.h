@@ -48,7 +48,8 @@ struct CameraResult {
   double width = 0, height = 0, width_sigma = 0, height_sigma = 0;
   /// m per axis, standard deviation of the panel's centre
   dvec3 centre_sigma{0, 0, 0};
-  double tilt_sigma = 0;  // rad, standard deviation of the panel's tilt, about the axis for which it is largest
+  // rad, standard deviation of the panel's tilt about the axis for which this standard deviation is largest
+  double tilt_sigma = 0;
   std::optional<MirrorPlane> mirror;
   // mirror_tilt_sigma: rad, standard deviation of the mirror's tilt; mirror_offset_sigma: m, standard deviation of the
   // mirror's position along its normal, at the point of the mirror below the panel

@@ -25,7 +25,8 @@ struct SeenTouch {
 
 /// Systematic offset between the positions that a user feels and sees.
 struct UserOffset {
-  dvec3 W{0, 0, 0}, sigma{0, 0, 0};  // m, position touched minus position seen; and its standard deviation
+  // m, position that the user touched minus position that the user saw; sigma: standard deviation of this difference
+  dvec3 W{0, 0, 0}, sigma{0, 0, 0};
   int touches = 0, rejected = 0;
 };
 
@@ -33,8 +34,8 @@ struct EyesResult {
   EyePair eyes;
   std::array<double, 3> center_sigma{};  // m per axis, standard deviation of the eyes' centre
   double ipd_sigma = 0;                  // m, standard deviation of the interpupillary distance
-  // m, perpendicular to the line of sight: standard deviation of the noise, and root mean square residual of the
-  // alignments (tip in front of a dot)
+  // m, components perpendicular to the line of sight. sigma: standard deviation of the noise. rms: root mean square
+  // residual of the alignments (touches at which the tip covers a dot).
   double sigma = 0, rms = 0;
   std::vector<std::size_t> rejected;      // indices of the rejected alignments of tip and dot
   std::vector<double> residuals;          // m, residual of each alignment of tip and dot

@@ -25,9 +25,10 @@ struct Prompt {
   std::string text;                        // text of the prompt, one or two sentences
   std::optional<PanelPoint> mark;          // mark to show on the panel's surface; none: no mark
   std::optional<Dots> dots;                // dots to show to the left and the right eye
-  bool left_eye = true, right_eye = true;  // true if the left eye sees its dot; true if the right eye sees its dot
+  bool left_eye = true, right_eye = true;  // true: the dot for this eye is shown
   std::optional<dvec3> target_D;           // m, frame D of the display: position at which the point should appear
-  // positions on the panel (one per eye) of a ring around the last touch, drawn if this touch does not fit the others
+  // If the last touch does not fit the others, a ring is drawn around it. This is the position of the ring on the
+  // panel, for each eye.
   std::optional<Dots> astray;
 };
 

@@ -34,7 +34,8 @@ struct HandEyeResult {
   double rotation_sigma = 0;
   /// m per axis, standard deviation of the noise of arm and tracker together
   double translation_sigma = 0;
-  // rad rms, how far the arm rotated: about the axis of the largest rotations, and of the second largest
+  // rad, root mean square of the arm's rotations between the captured poses; main_turn: about the axis with the largest
+  // rotations; second_turn: about the axis perpendicular to it with the next largest rotations
   double main_turn = 0, second_turn = 0;
   std::string not_determined;  // reason why X and Z must not be used; empty: they can be used
 };

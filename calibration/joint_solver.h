@@ -23,14 +23,16 @@ struct JointResult {
   struct Kind {
     std::string name;
     int touches = 0, rejected = 0;
-    double before_rms = 0, after_rms = 0;  // m, rms of the residual components before and after the joint solution
+    // m, root mean square of all components of the residuals, before and after the joint solution
+    double before_rms = 0, after_rms = 0;
   };
   std::vector<Kind> kinds;
   double seconds = 0;
 };
 
-/// Solves all captures together. Throws Error if there are no panel marks, no eye captures of one of the eyes, or no
-/// registration touches with recorded dots. The pose of the haptic base stays bench.rig.X_WH, because X_WH defines W.
+/// Solves all captures together. Throws Error in three cases: if there are no touches of the panel's marks, if one of
+/// the eyes has no captures, or if the dots were recorded for no registration touch. The pose of the haptic base stays
+/// bench.rig.X_WH, because X_WH defines W.
 JointResult solve_jointly(const BenchState& bench, const Captures& captures);
 
 }  // namespace typodont::calibration

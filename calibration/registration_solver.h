@@ -11,9 +11,9 @@
 
 namespace typodont::calibration {
 
-/// Returns the least-squares rigid motion of all pairs without outlier detection. Takes less than a microsecond for 16
-/// pairs and never allocates. Needs at least one pair. If the points do not determine the rotation, returns one of the
-/// best solutions.
+/// Returns the least-squares rigid motion of all pairs, without a search for outliers. Takes less than a microsecond
+/// for 16 pairs and never allocates. Needs at least one pair. If the points do not determine the rotation, several
+/// motions fit equally well, and one of them is returned.
 Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept;
 
 /// Reasons why a registration cannot be trusted.
@@ -28,7 +28,8 @@ enum class Defect {
 };
 const char* name(Defect defect);
 
-/// The part of the motion that the points do not determine, as a text and as directions in frame H of the haptic base.
+/// Describes which part of the rigid motion the points do not determine: as a text, and as directions in frame H of the
+/// haptic base.
 struct Degeneracy {
   Defect defect = Defect::kNone;
   std::string reason;  // one sentence for the user
@@ -77,10 +78,10 @@ struct RegistrationResult {
   bool trusted() const { return degeneracy.defect == Defect::kNone && rivals.empty(); }
 };
 
-/// Registers pairs of points robustly, with uncertainty and outlier detection. Fewer than half of the pairs may be
-/// wrong in any way; the result is then at least as accurate as if these pairs had errors of the size of the noise. If
-/// the outliers are scattered, up to 70 % of the pairs may be outliers. Throws Error if there is no pair, or if the two
-/// lists differ in length.
+/// Registers pairs of points robustly, with uncertainty and outlier detection. Fewer than half of the pairs may have
+/// errors of any size. The accuracy is then at least as good as if the errors of these pairs were only as large as the
+/// noise. If the wrong pairs do not agree with each other, up to 70 % of the pairs may be wrong. Throws Error if there
+/// is no pair, or if the two lists differ in length.
 RegistrationResult register_points(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                    const RegistrationOptions& options = {});
 

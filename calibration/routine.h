@@ -80,14 +80,14 @@ struct BenchState {
   std::optional<MirrorResult> mirror_result;
   std::optional<EyesResult> eyes_result;
   std::shared_ptr<const JointResult>
-      joint;  // common solution of all captures; null if the eyes' dots were not recorded
+      joint;  // result of solving all captures together; null if there were not enough captures to compute it
   std::optional<RegistrationResult> registration;
   std::optional<VerifyResult> verification;
   std::optional<DelayResult> delay;
 };
 
-// Each of these functions solves one calibration step. If the captures determine the result, it is applied to the
-// bench; otherwise the bench keeps its values. Throws Error.
+// Each of the following functions solves one calibration step. If the captures determine the result, the bench uses
+// this result from then on. Otherwise the bench keeps its old values. Throws Error.
 void solve_arm_step(BenchState& bench, const Captures& captures);
 void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius = 0);
 /// Estimates the eyes. `user_offset`: true if the user's systematic offset between seeing and feeling is estimated,

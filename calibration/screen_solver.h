@@ -22,9 +22,11 @@ struct PanelResult {
   double width = 0, height = 0;  // m, width and height of the panel's picture
   double width_sigma = 0, height_sigma = 0;
   std::array<double, 3> centre_sigma{};  // m, standard deviation of the panel's centre
-  /// rad, standard deviation of the panel's tilt, about the axis for which it is largest
+  /// rad, standard deviation of the panel's tilt about the axis for which this standard deviation is largest
   double tilt_sigma = 0;
-  double sigma = 0, rms = 0;          // m, noise, and rms residual of the touches that are not rejected
+  // m; sigma: standard deviation of the noise of a touch; rms: root mean square residual of the touches that are not
+  // rejected
+  double sigma = 0, rms = 0;
   std::vector<std::size_t> rejected;  // indices of the rejected touches
   std::vector<double> residuals;      // m, residual of each touch
   std::string not_determined;         // parameters that the touches do not determine; empty: none
@@ -36,7 +38,8 @@ PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius = 
 
 struct MirrorResult {
   MirrorPlane mirror;
-  double tilt_sigma = 0;    // rad, standard deviation of the mirror's tilt, about the axis for which it is largest
+  // rad, standard deviation of the mirror's tilt about the axis for which this standard deviation is largest
+  double tilt_sigma = 0;
   double offset_sigma = 0;  // m, standard deviation of the plane's offset, at the centre of the touches
   double sigma = 0, rms = 0;
   std::vector<std::size_t> rejected;  // indices of the rejected touches

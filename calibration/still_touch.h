@@ -22,10 +22,9 @@ class StillTouch {
 
   explicit StillTouch(const Limits& limits);
 
-  /// Adds one sample. `asked`: true if a key was pressed. If the pedal or the key was pressed, the answer is returned
-  /// as soon as it is known; otherwise the result is kNone. Each press of the pedal gets one answer. If the pedal is
-  /// already pressed at the first sample, it must be released first. `joints` (rad, all six or none) are averaged in
-  /// the same way. Never allocates.
+  /// Adds one sample. `asked`: true if a key was pressed. If the pedal has just been pressed, or if `asked` is true,
+  /// returns the verdict on the touch; otherwise returns kNone. If the pedal is already pressed at the first sample, it
+  /// must be released first. `joints` (rad, all six or none) are averaged like the positions. Never allocates.
   Verdict add(Nanos t, const dvec3& p, double pedal, bool asked, std::span<const double> joints = {}) noexcept;
 
   // returns the mean position (m) of the tip at the last touch with the verdict kTaken or kMoved

@@ -15,7 +15,7 @@ namespace typodont::calibration {
 /// A point of the scanned surface. All points represent the same area.
 struct SurfacePoint {
   dvec3 p_S;
-  dvec3 n_S;  // unit normal of the scanned surface in frame S, pointing outward
+  dvec3 n_S;  // unit normal of the scanned surface in frame S, pointing out of the tissue
 };
 
 /// The distance field at a point of frame D. `known`: true if the nearest surface is close enough and belongs to the
@@ -32,11 +32,12 @@ struct SurfaceOptions {
   // m, largest residual that is used in the first round; in later rounds this limit is smaller, because the residuals
   // decrease
   double start_reach = 1.5e-3;
-  double resolution = 0.3e-3;    // m, voxel size of the field; residuals of a good fit are smaller than this
-  double correlation = 2e-3;     // m, distance over which errors of the two surfaces are correlated
-  double least_area = 30e-6;     // m²; if the area of the agreeing points is smaller, the result is not trusted
-  double least_agreement = 0.7;  // if a smaller fraction of the near points fits, the result is not trusted
-  double most_error = 0.2e-3;    // m; a result with a larger predicted error at the scan is not trusted
+  double resolution = 0.3e-3;  // m, voxel size of the field; residuals of a good fit are smaller than this
+  double correlation = 2e-3;   // m, distance over which errors of the two surfaces are correlated
+  // m²; the result is not trusted if the area of the agreeing points is smaller than this
+  double least_area = 30e-6;
+  double least_agreement = 0.7;  // the result is not trusted if `agreement` is smaller than this
+  double most_error = 0.2e-3;    // m; the result is not trusted if `predicted_error` is larger than this
 };
 
 struct SurfaceRegistration {

@@ -44,15 +44,17 @@ VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, cons
                     const Tolerance& tolerance, const Box& workspace_D);
 
 struct DriftResult {
-  double shift = 0;      // m, displacement of the point `center_H` since calibration time
-  double turn = 0;       // rad, rotation since calibration time
-  double worst = 0;      // m, largest displacement of the three points
-  double sigma = 0;      // m, value of `worst` that touch noise alone would cause
-  bool drifted = false;  // true if the shift is beyond the tolerance and statistically significant (99 %)
+  double shift = 0;  // m, displacement of the point `center_H` since the calibration
+  double turn = 0;   // rad, rotation of the touched points since the calibration
+  double worst = 0;  // m, largest displacement of one of the touched points
+  double sigma = 0;  // m, rms displacement of a point that the noise of the touches alone would cause
+  // true if `worst` exceeds the tolerance and the displacements are statistically significant (99 %)
+  bool drifted = false;
   std::string verdict;
 };
 
-/// Compares touches of the same marks at calibration time and at the present time.
+/// Compares the present touches of some marks (`now_H`) with the touches of the same marks at calibration time
+/// (`then_H`).
 DriftResult check_drift(std::span<const dvec3> then_H, std::span<const dvec3> now_H, double touch_sigma,
                         const dvec3& center_H, double tolerance = 0.3e-3);
 

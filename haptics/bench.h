@@ -33,7 +33,8 @@ struct ModelAnatomy {
   dvec3 start{0};  // point on the surface where the hand makes contact
   // unit vector that points out of the tissue at `start`; the hand approaches in the opposite direction
   dvec3 out{0, 0, 1};
-  // Voxel sizes in mm, from coarse to fine, at least one. An anatomy from a voxel file has only that file's size.
+  // mm, from coarse to fine, at least one: voxel sizes with which the contact models are measured. An anatomy that was
+  // read from a voxel file has only one voxel size, that of the file.
   std::vector<double> voxels_mm;
 };
 
@@ -45,27 +46,29 @@ struct ModelBenchOptions {
   std::vector<std::string> motions;
   std::vector<ModelAnatomy> anatomies;
 };
-/// Names of the tissues of bench_models() that need no anatomy, in the order in which they are measured.
+/// Names of the built-in tissues with simple shapes, which bench_models() measures in this order. They need no file
+/// with an anatomy.
 std::vector<std::string> model_bench_tissues();
 /// Measures every contact model on the same tissues with the same hand motions, and compares its results with the exact
 /// solution. The name of a row is "tissue, motion, model: measure".
 std::vector<BenchRow> bench_models(const ModelBenchOptions& options);
 
 struct StressBenchOptions {
-  bool quick = false;                // true: few ticks, for an overview; a complete test needs false
-  std::vector<std::string> models;   // names of the models to use; empty: all
-  std::vector<ModelAnatomy> meshes;  // meshes for the fast-probe test, in addition to the built-in edges and a groove
+  bool quick = false;               // true: few ticks, for an overview; a complete test needs false
+  std::vector<std::string> models;  // names of the models to use; empty: all
+  // additional meshes for the test with a fast probe, which also uses built-in edges and a groove
+  std::vector<ModelAnatomy> meshes;
 };
 /// Tests the safety of every contact model: motions faster than a human's, invalid input, late carvers, irregular
-/// clocks, a push of 200 N, fast probes and thin walls. The name of a row is "campaign, model: measure"; its ratio is
-/// the measured value divided by the largest permitted value.
+/// clocks, a push of 200 N, fast probes and thin walls. The name of a row consists of the kind of test, the model and
+/// the measured quantity. The ratio of a row is the measured value divided by the largest permitted value.
 std::vector<BenchRow> bench_stress(const StressBenchOptions& options);
 
 struct MotionBenchOptions {
   std::filesystem::path tools;     // folder of tool files
   std::vector<std::string> names;  // names of the tools to use; empty: all
   double voxel_mm = 0.1;
-  int ticks = 1000;  // number of ticks per tool and motion, counted from when the tool has sunk into the tissue
+  int ticks = 1000;  // number of ticks per tool and motion; ticks count after the tool has sunk into the tissue
 };
 /// Measures the thread CPU time of a servo tick for every tool and every hand motion (up to 20 rad/s and 0.5 m/s).
 std::vector<BenchRow> bench_motions(const MotionBenchOptions& options);

@@ -63,13 +63,13 @@ void add_driver(Driver driver);
 /// Opens the hand with an address as given to --hand. Devices with motors are wrapped in a SafeDevice. Throws Error.
 std::unique_ptr<HapticDevice> open_hand(const std::string& address, const HandOptions& options);
 
-/// Opens a hand for a session; hardware may then be unplugged and plugged in again. Throws Error.
+/// Opens a hand for a session. A device may be unplugged and plugged in again during the session. Throws Error.
 std::unique_ptr<HapticDevice> open_live_hand(const std::string& address, const HandOptions& options);
 
 /// Adds a foot pedal to a hand. The resulting pedal value is the larger value of the foot pedal and the hand's button.
-/// `pedal`: see HandOptions::pedal. If it is empty, or if "auto" finds no pedal, returns the hand alone. After a pedal
-/// was unplugged, it is searched for again. open_hand() calls this function for hardware. Throws Error if the named
-/// pedal does not exist.
+/// If a pedal was unplugged, the program searches for it again. `pedal`: see HandOptions::pedal. If `pedal` is empty,
+/// or if "auto" finds no pedal, the function returns the hand alone. If a pedal is named that does not exist, the
+/// function throws Error. open_hand() calls this function for hardware.
 std::unique_ptr<HapticDevice> add_pedal(std::unique_ptr<HapticDevice> hand, const std::string& pedal);
 
 /// Returns all connected devices, including pedals. Never throws for a broken device or missing permission; the

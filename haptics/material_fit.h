@@ -22,11 +22,11 @@ struct FeedSample {
 };
 
 struct FitOptions {
-  /// Step size η of eq. 14 in paper S2, in density per newton. 0: η is chosen for each moment (interval of the curve)
-  /// such that one step removes the fraction `relaxation` of the error.
+  /// Step size η of eq. 14 in paper S2, in density per newton. 0: for each moment (interval of the curve), η is chosen
+  /// such that one step removes the fraction `relaxation` of the difference between simulated and measured force.
   double eta = 0;
-  // fraction η g Σw² (paper S2, eq. 14) of the error that one step removes; the iteration converges for values between
-  // 0 and 2
+  // Fraction of the difference between simulated and measured force that one step removes; it is η g Σw² in eq. 14 of
+  // paper S2. The iteration converges for values between 0 and 2.
   double relaxation = 0.3;
   int rounds = 60;    // number of iterations over the whole curve
   int moments = 300;  // number of intervals (moments) into which the curve is divided; each has its mean force
@@ -38,8 +38,9 @@ struct MaterialFit {
   // For every sphere: fitted hardness as a fraction of its tissue's own hardness; 1 if the tool never touched the
   // sphere.
   std::vector<float> hardness;
-  std::vector<bool> fitted;   // for every sphere: true if the tool touched it
-  std::vector<double> error;  // N², mean square error over all moments: before each iteration, and after the last one
+  std::vector<bool> fitted;  // for every sphere: true if the tool touched it
+  // N²; mean over all moments of (simulated force − measured force)², before each iteration and after the last one
+  std::vector<double> error;
   // For every moment with contact, after the last iteration: time (s), measured force (N), simulated force (N).
   std::vector<double> t, measured, simulated;
   double stability = 0;  // largest value of stability_of() over all samples of the curve
@@ -51,8 +52,8 @@ struct MaterialFit {
 /// spheres. Returns the simulated force before the change, N.
 double adjust_densities(std::span<const std::pair<int, double>> overlap, double gain, double eta, double measured,
                         std::span<double> rho) noexcept;
-/// Returns η g Σw² (paper S2, eq. 14) for one moment (interval of the curve). This is the fraction of the error that
-/// one step removes. The iteration is stable below 2.
+/// Returns η g Σw² (paper S2, eq. 14) for one moment (interval of the curve). One step removes this fraction of the
+/// difference between simulated and measured force. The iteration is stable if the value is below 2.
 double stability_of(std::span<const std::pair<int, double>> overlap, double gain, double eta) noexcept;
 
 /// Fits the densities. The tool moves through the tissue on the recorded path; the simulated force of each moment is

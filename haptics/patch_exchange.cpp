@@ -4,7 +4,8 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr Nanos kPatience = 5'000'000;  // ns, longest wait for a complete patch; a cutting hand moves < 0.25 mm in 5 ms
+// ns, longest time that the servo waits for a complete patch. In 5 ms, a hand that cuts moves less than 0.25 mm.
+constexpr Nanos kPatience = 5'000'000;
 
 }  // namespace
 
@@ -46,7 +47,8 @@ Snapshot* PatchExchange::take(const Snapshot& held, std::uint64_t cuts, Nanos t)
       adopted_ = true;
       return &fresh;
     }
-    if (way_.give_back()) break;  // if this fails, a newer patch has arrived, which the loop examines next
+    // If the patch cannot be given back, a newer patch has arrived. The next pass of the loop examines the newer patch.
+    if (way_.give_back()) break;
   }
   return nullptr;
 }

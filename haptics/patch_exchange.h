@@ -31,9 +31,10 @@ class PatchExchange {
   Snapshot* take(const Snapshot& held, std::uint64_t cuts, Nanos t) noexcept;
 
  private:
-  /// Numbers that identify the edits of the tissue other than cuts: undo, redo and removed loose pieces. If they differ
-  /// from the numbers of the servo's patch, the carver must not add cuts to the offered patch. The servo must then
-  /// repeat the cuts itself, because after an edit the same cut may remove another volume, and the servo must count it.
+  /// Identifies the edits of the tissue that are not cuts: undo, redo and the removal of loose pieces. After such an
+  /// edit, the same cut may remove another volume. So if the offered patch and the servo's patch have different
+  /// numbers, the carver must not add cuts to the offered patch. The servo itself then repeats these cuts, and counts
+  /// the volume that they remove.
   struct Tissue {
     std::uint32_t edits = 0, pieces = 0;
     bool operator==(const Tissue&) const = default;

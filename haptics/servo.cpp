@@ -178,8 +178,8 @@ inline bool Servo::State::move_free(TickData& now) noexcept {
     return false;
   }
   // m.room is the distance that the tool may move before it can touch anything. Each tick subtracts the motion of the
-  // hand from it. Only when it is used up, the model computes a new clearance. If m.room is not zero, the tool had no
-  // contact in the last tick, so the proxy was at the hand.
+  // hand from m.room. The model computes a new clearance only when m.room is used up. As long as m.room is above zero,
+  // the tool has no contact, so the proxy is at the hand.
   const double moved = glm::length(now.moved), least = settings.frame.voxel;
   double way = moved;
   if (!(m.room > least && way <= m.room)) {
@@ -335,9 +335,9 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   out.tool = s.in_hand;
 
   // With invalid input or without a hand, the force of this tick is zero, and the proxy starts again afterwards. The
-  // hand feels no force in this time, so its motion must not count in the energy ledger. Otherwise (last force × jump
-  // of the pose) could put the ledger in debt, and a ledger in debt permits no force. If the orientation is the same as
-  // in the last tick, the length of its quaternion is not checked again.
+  // hand feels no force in this time, so its motion must not count in the energy ledger. Otherwise the pose could jump,
+  // and (last force × jump) could make the ledger negative, and with a negative ledger the servo gives no force. If the
+  // orientation is the same as in the last tick, it is already known to be a unit quaternion, and is not checked again.
   const bool comes_turned = hand.X_WT.R != s.motion.came_R;
   const bool valid = in_workspace(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
   if (!valid || (hand.faults & kNoPose)) {
@@ -351,8 +351,8 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     turns = R_WT != s.motion.R_WT;
     s.motion.R_WT = R_WT;
   }
-  // Copies the position to both poses directly from the input. A copy from one pose to the other would wait for the
-  // first store.
+  // Copies the position from the input to both poses. If it were copied from one pose to the other, the second copy
+  // would wait until the first one is stored.
   out.X_WT.p = now.X_WT.p = hand.X_WT.p;
   out.X_WT.R = s.motion.R_WT;
   now.X_WT.R = s.motion.R_WT;

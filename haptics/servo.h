@@ -23,7 +23,8 @@ class SoftTissue;
 
 /// The settings of the servo: everything that it needs before its first tick. SI units.
 struct ServoSettings {
-  // N/m, stiffness of the coupling for enamel (1 N/mm); for other tissue, in proportion to that tissue's stiffness
+  // N/m, stiffness of the coupling in contact with enamel (1 N/mm). For another tissue, it is multiplied by the ratio
+  // of the stiffness of this tissue to that of enamel.
   double stiffness = 1000;
   double damping = 2;  // N·s/m, damping along the contact normal
   bool friction = true;

@@ -34,7 +34,8 @@ double blood_radius(const SoftLaw& law, double age) noexcept;
 /// New state of one point of the soft tissue, for the renderer.
 struct SoftMove {
   std::uint32_t point = 0;  // index in SoftSurface::points()
-  float inward = 0;         // m, displacement of the point against its normal, including the depth of a cut
+  // m; how far the point lies below its resting position: elastic displacement plus depth of the cut
+  float inward = 0;
 };
 
 }  // namespace typodont::haptics

@@ -80,8 +80,8 @@ class SoftSurface {
 /// The simulated soft tissue. Servo thread only; tick() is noexcept and never allocates. Deterministic.
 class SoftTissue {
  public:
-  /// Largest number of points that may move at the same time. Further points stay at rest until a moving point has come
-  /// to rest.
+  /// Largest number of points that may move at the same time. If so many points move, further points stay at rest until
+  /// one of the moving points has come to rest.
   static constexpr std::size_t kMaxActive = 512;
   static constexpr std::size_t kMaxWounds = 16;
 
@@ -98,7 +98,7 @@ class SoftTissue {
   };
   struct Output {
     dvec3 force{0};     // N, force of the soft tissue on the tool
-    dvec3 yielded{0};   // m, displacement of the tool from X_WG that the soft tissue causes
+    dvec3 yielded{0};   // m; the soft tissue pushes the tool away from X_WG by this vector
     double stored = 0;  // J, energy of the spring between hand and tool
     bool touching = false;
   };
@@ -113,7 +113,8 @@ class SoftTissue {
 
   const SoftSurface& surface() const noexcept { return *surface_; }
   const std::shared_ptr<const SoftSurface>& shared_surface() const noexcept { return surface_; }
-  /// Returns the displacement of a point against its normal, including the depth of a cut, m.
+  /// Returns how far a point lies below its resting position, m: elastic displacement plus depth of the cut at this
+  /// point.
   double inward(std::uint32_t point) const noexcept;
   /// Returns the depth to which a bur has cut at a point, m.
   double cut_depth(std::uint32_t point) const noexcept { return cut_[point]; }
@@ -148,11 +149,13 @@ class SoftTissue {
   /// A point that is not at rest.
   struct Active {
     std::uint32_t point = 0;
-    double v = 0, before = 0;  // m, elastic displacement of the point inward; v: now; before: at the start of the tick
-    double stiffness = 0;      // N/m, stiffness of the layer below the point
-    double springs = 0;        // N/m, sum of the stiffness of the layer and of all links to neighbours
-    double limit = 0;          // m, largest displacement, including the depth of a cut
-    double yield = 0;          // m/N, compliance of the point within one tick
+    // m, elastic displacement of the point into the tissue; v: now; before: at the start of the tick
+    double v = 0, before = 0;
+    double stiffness = 0;  // N/m, stiffness of the layer below the point
+    double springs = 0;    // N/m, sum of the stiffness of the layer and of all links to neighbours
+    // m, largest allowed sum of the elastic displacement v and the depth of the cut at this point
+    double limit = 0;
+    double yield = 0;  // m/N, displacement of the point in one tick per newton of contact force
     // The following members describe the contact of the point with the tool.
     bool contact = false;
     double exit = 0;  // m, depth to which the head extends below the resting position of the point
@@ -160,16 +163,18 @@ class SoftTissue {
     // point
     double weight = 0;
     dvec3 slope{0};  // gradient of `exit` with respect to the position of the tool
-    // m, overlap that already existed when the contact began; it exerts no force and decreases to zero
+    // m; if the point already overlaps the tool when the contact begins, this part of the overlap exerts no force. It
+    // decreases to zero with time.
     double ignored = 0;
-    double force = 0;  // N, force that moves the point inward
-    double stop = 0;   // N, additional force at a point that has reached its limit
+    double force = 0;  // N, force of the tool that pushes the point into the tissue
+    double stop = 0;   // N, additional force of the tool on a point whose displacement has reached its `limit`
   };
   /// The tool as a distance function, with balls that enclose it.
   struct Shape {
     HeadField head, shank;
     double shank_z = 0;  // m, z of the shank's centre on the tool's axis
-    // m, distance by which the head is enlarged, because a thin tip could otherwise pass between two points
+    // m; the head is enlarged by this distance, because otherwise a thin tip could pass between two points of the
+    // tissue
     double blunt = 0;
     bool has_shank = false;
     struct Ball {

@@ -271,8 +271,8 @@ struct Part {
 };
 
 constexpr double kHalfVoxel = 0.87;  // voxels, upper bound of the distance from the centre of a voxel to its corners
-// Voxels, tolerance. If two surfaces are nearer to each other than this, they count as one surface, which belongs to
-// the later solid.
+// Voxels; if the distance between two surfaces is smaller than this, they count as one surface, which belongs to the
+// later solid.
 constexpr double kTies = 1e-6;
 
 /// Returns the point inside a voxel at which its label is determined, in voxels relative to the centre. The points of
@@ -294,8 +294,8 @@ const Part* part_inside(const std::vector<const Part*>& near, const dvec3& p) {
   return nullptr;
 }
 
-/// Returns the part that contains the point. If the point is slightly outside all parts, returns the nearest part, so
-/// that labels exist on both sides of the surface.
+/// Returns the part that contains the point. If the point lies outside all parts, but less than three voxels from one
+/// of them, returns the nearest part. So the samples on both sides of a surface have a label. `h`: m, edge of a voxel.
 const Part* part_around(const std::vector<const Part*>& near, const dvec3& p, double h) {
   if (const Part* const inside = part_inside(near, p)) return inside;
   double nearest = 3 * h;

@@ -33,7 +33,8 @@ struct CutSphere {
   dvec3 base{0};           // m, centre of the base, frame W
   double base_radius = 0;  // m, radius of the base
   double base_volume = 0;  // m³, volume of the base
-  dvec3 away{0};           // unit direction from the nearest point of the tool's path to the centre of the base sphere
+  // unit vector to the centre of the base sphere, from the nearest point of the path on which the tool cut it
+  dvec3 away{0};
   // m, largest overlap of the tool with the base sphere so far; at 2 · base_radius the sphere is removed completely
   double overlap = 0;
   double tool = 0;  // m, radius of the tool's ball that cut the sphere
@@ -56,15 +57,15 @@ struct RestingBall {
   dvec3 p{0};
   double radius = 0;
 };
-/// A sphere of the tool that cuts on its path from `from` to `to`. Only tissue near the longer path from `from` to
-/// `near_to` is examined. Metres, frame W.
+/// A sphere of the tool that cuts on its path from `from` to `to`. Only tissue spheres near the path from `from` to
+/// `near_to` are examined; `near_to` lies at `to` or beyond it. Metres, frame W.
 struct CuttingBall {
   dvec3 from{0}, to{0}, near_to{0};
   double radius = 0;
 };
 
-/// The first contact between spheres of the tool and the tissue. Of several simultaneous contacts, it is the one with
-/// the lowest index `ball`, and then with the lowest index `sphere`.
+/// The first contact between spheres of the tool and spheres of the tissue. If several contacts occur at the same time,
+/// the one with the lowest index `ball` counts. Among those, the one with the lowest index `sphere` counts.
 struct FirstContact {
   // fraction of the path at the contact, 0 to 1; infinity: no contact
   double t = std::numeric_limits<double>::infinity();
@@ -102,8 +103,9 @@ class SpherePasses {
   virtual bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept = 0;
   /// Pass 2: finds all pairs that overlap, with the volume of their lens. The list is valid until the next call.
   virtual bool overlaps(std::span<const RestingBall> balls, std::span<const SphereShare>& found) noexcept = 0;
-  /// Pass 3 without a change of the tissue: computes the volume that each tool sphere would remove from each tissue
-  /// sphere. Tissue that an earlier tool sphere in the list removes is not counted again.
+  /// Does the same as pass 3, but does not change the tissue: computes the volume that each tool sphere would remove
+  /// from each tissue sphere. The tool spheres cut one after the other, so what one sphere removes is not counted again
+  /// for the next one.
   virtual bool measure_removal(std::span<const CuttingBall> balls, std::span<const SphereShare>& found) noexcept = 0;
   /// Pass 3: cuts the tissue with the tool's spheres, one after the other. Returns all changes of each tissue sphere.
   virtual bool remove(std::span<const CuttingBall> balls, std::span<const SphereChange>& found) noexcept = 0;

@@ -16,7 +16,9 @@ struct Spindle {
   std::string name = "ideal";
   double free_speed = 0;    // rad/s, speed ω₀ without load, at full pedal
   double stall_torque = 0;  // N·m, stall torque T_s at full pedal; 0: ideal motor, whose speed does not fall under load
-  double run_up_time = 0;   // s, time constant of a speed change (63 % after this time); 0: immediate
+  // s, time constant of a change of the speed (after this time, 63 % of the change is done); 0: the speed changes at
+  // once
+  double run_up_time = 0;
   // Handpiece that the renderer shows with this motor (values as in Tool::handpiece); empty: a turbine.
   std::string handpiece;
   std::optional<Nozzles> nozzles;  // water nozzles of the handpiece; the servo does not use them

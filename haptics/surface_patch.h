@@ -23,7 +23,8 @@ struct SurfacePatch : Snapshot {
   glm::ivec3 lo{0};  // position of sample (0,0,0) in voxels
   int n = 0;
   double band = 1e300;  // voxels, largest distance from the surface that the field stores
-  // true: outside the tissue, stored distances never exceed the true distance, except near cuts and fillings
+  // true: outside the tissue, a stored distance is never larger than the true distance; near cuts and fillings it may
+  // be
   bool exact_outside = false;
   // corners of the box of voxels (inclusive) around all cuts and fillings
   glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};
@@ -37,9 +38,9 @@ struct SurfacePatch : Snapshot {
   // along each axis, and covers a larger region than the patch. Its lengths are in its own, larger voxels.
   std::vector<SurfacePatch> wide;
   int every = 1;
-  // The following members tell which samples the carver must copy when it reuses the patch. copied_at: state of the
-  // tissue at the last copy (TissueVolume::mark(); 0: copy all samples). The box (inclusive) contains the voxels that
-  // the servo has written.
+  // The following members tell which samples the carver must copy again when it reuses the patch. copied_at: state of
+  // the tissue when the patch was copied last (TissueVolume::mark(); 0: copy all samples). written_lo, written_hi:
+  // corners (inclusive) of the box of voxels that the servo has written since then.
   std::uint64_t copied_at = 0;
   glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};
 
@@ -64,8 +65,8 @@ struct SurfacePatch : Snapshot {
   std::size_t at(int x, int y, int z) const {
     return (static_cast<std::size_t>(x) * n + static_cast<std::size_t>(y)) * n + static_cast<std::size_t>(z);
   }
-  /// Returns true if the patch contains all samples within `reach` voxels of p (voxels), including the stencil of the
-  /// cubic interpolation.
+  /// Returns true if the patch contains all samples within `reach` voxels of p (voxels), and all samples that a cubic
+  /// interpolation at any of these positions reads.
   bool holds(const dvec3& p_V, double reach) const {
     if (number == 0) return false;
     const dvec3 q = p_V - dvec3(lo);
@@ -87,10 +88,12 @@ inline void mark_written(SurfacePatch& patch, const glm::ivec3& lo, const glm::i
 inline void mark_cut(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.cut_lo = glm::min(patch.cut_lo, lo), patch.cut_hi = glm::max(patch.cut_hi, hi);
 }
-/// Returns true if no cut has changed the field around p (voxels): neither the stencil of the cubic interpolation nor
-/// the nearest tissue is in the box of the cuts. `distance`: value of the field at p.
+/// Returns true if no cut has changed the field around p (voxels). For this, two things must lie outside the box of the
+/// cuts: the samples that the cubic interpolation needs, and the tissue nearest to p. `distance`: value of the field at
+/// p.
 inline bool is_true_around(const SurfacePatch& patch, const dvec3& p_V, double distance) {
-  constexpr double kStencil = 5.2;  // voxels, distance from a point to the corners of its stencil (3√3)
+  // voxels, distance from a point to the farthest samples that the cubic interpolation at this point reads (3√3)
+  constexpr double kStencil = 5.2;
   if (!patch.exact_outside) return false;
   if (patch.cut_lo.x > patch.cut_hi.x) return true;
   const dvec3 off = glm::max(glm::max(dvec3(patch.cut_lo) - p_V, p_V - dvec3(patch.cut_hi)), dvec3(0));

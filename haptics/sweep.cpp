@@ -16,14 +16,14 @@ namespace {
 // such a step, the head at its end pose is cut first. Then a search finds the samples that were deeper inside the head
 // during the motion.
 constexpr double kShort = 3, kShortOfLaws4 = 1;
-// Voxels, tolerance. If a step of a drill moves it sideways by less than this, the drill counts as moving along its
-// axis. Even over a whole bed (the drilled hole), the error is far below the tolerance kTop of the depths of samples
+// Voxels; a drill counts as moving along its axis if a step moves it sideways by at most this. Over a whole bed (the
+// drilled hole), the error by this sum of sideways motions is far below the tolerance kTop of the depths of samples
 // (5e-4 voxel).
 constexpr double kAlongAxis = 1e-9;
 // first version of the force laws in which a drill that moves along its axis cuts only at its end
 constexpr std::uint32_t kLawsOfAxis = 7;
 
-/// Returns true if the head is a cylinder with a flat end, for which the kernels for the rim of the end are exact.
+/// Returns true if the head is a cylinder with a flat end. Only for such a head is the fast code for the rim exact.
 bool has_rim(const MeridianPiece& end, const MeridianPiece& flank) {
   return end.nax == 0 && end.naz == -1 && flank.nax == 1 && flank.naz == 0 && end.length == flank.ax &&
          end.bz == flank.az;
@@ -32,8 +32,8 @@ bool has_rim(const MeridianPiece& end, const MeridianPiece& flank) {
 /// Returns true if the drill `tool` moves from A to B (voxels) along its own axis, towards its free end.
 bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double reach) {
   if (!tool.implant || tool.implant->kind != ImplantToolKind::kDrill) return false;
-  // If a head is shorter than its diameter, its upper end is near the samples that the lower end cuts, so it could also
-  // change them.
+  // Only for a cylinder that is at least as long as its diameter. The upper end of a shorter head would be near the
+  // samples that the lower end cuts, and could also change them.
   if (tool.shape != HeadShape::kCylinder || tool.length < tool.diameter) return false;
   const dvec3 axis = A.R * dvec3(0, 0, -1), way = B.p - A.p;
   const double along = glm::dot(way, axis);
@@ -41,11 +41,13 @@ bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double rea
   return along >= 0 && glm::length(way - along * axis) + turned <= kAlongAxis;
 }
 
-// Voxels, largest allowed deviation of a sample's curved path from a straight line; kBendOfLaws4 is the value for
-// versions 1 to 4 of the force laws. With the larger value of kBend, a fast rotation needs only half as many segments.
+// Voxels; a curved path of a sample is divided into straight segments, which may deviate from the path by at most this.
+// kBendOfLaws4 is the value for versions 1 to 4 of the force laws. With the larger value kBend, a fast rotation needs
+// only half as many segments.
 constexpr double kBend = 0.01, kBendOfLaws4 = 0.0025;
-// Voxels, largest allowed deviation of a sample's curved path from a straight line, for a head with a round end. The
-// paths of its samples have a second-order term (Straight::bend_turn), so the error is much smaller than the deviation.
+// Voxels; for a head with a round end: a curved path of a sample is divided into parts that deviate from a straight
+// line by at most this. With a second-order correction (Straight::bend_turn), the error is much smaller than this
+// deviation.
 constexpr double kMostBend = 0.03;
 // first version of the force laws in which the path of a head with a round end has a second-order term
 constexpr std::uint32_t kLawsOfBends = 11;
@@ -69,8 +71,8 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
   half_length_ = tool.length / 2 / frame.voxel;
   travel_ = sphere_ ? glm::length(b - a) : displacement_bound(X_VA_, X_VB_, reach);
   if (!sphere_) {
-    // Relative to a rotating head, the path of a sample is curved. Its largest deviation from a straight line is an
-    // eighth of the change of its direction vector.
+    // In the frame of a rotating head, the path of a sample is curved. The largest deviation of this path from a
+    // straight line is an eighth of the change of the path's direction vector.
     turn_ = rotation_angle(X_VA_.R, X_VB_.R);
     const double bend = turn_ * (turn_ * (reach + kMargin) + 2 * glm::length(b - a)) / 8;
     const HeadField head(tool, frame.voxel);
@@ -86,16 +88,16 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     along_axis_ = continues && laws >= kLawsOfAxis && straights_ == 0 && has_rim(pieces_[0], pieces_[1]) &&
                   moves_along_axis(tool, X_VA_, X_VB_, reach);
     if (along_axis_) {
-      // In a motion along the axis, most samples beside the flank do not change: those for which the nearest point of
-      // the head at A (the start of the sweep) lies on the flank.
+      // If the drill moves along its axis, most samples beside its flank do not change. These are the samples whose
+      // nearest point on the head is on the flank, with the head at the start of the sweep (A).
       const MeridianPiece& end = pieces_[0];  // flat end of the drill, from the axis to the rim
       const auto moved = static_cast<float>(glm::length(b - a));
       back_.still_above = end.bz + moved, back_.still_beyond = end.bx + end.bz + moved;
     }
   }
 
-  // A slender head fills only a small part of its bounding ball. For a short path, the smaller bounding box of its
-  // cylinder at both poses is used.
+  // A bounding ball of a slender head is mostly empty. So for a short path, the box around the head's cylinder at both
+  // poses is used, which is smaller.
   const auto extent = [&](const Pose& X) {
     if (sphere_ || straights_ > 0) return dvec3(reach + kMargin);
     const dvec3 axis = X.R * dvec3(0, 0, 1);

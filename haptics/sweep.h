@@ -31,10 +31,10 @@ class Sweep {
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// Removes tissue from a block of voxels from lo to lo+size-1: each distance is increased to the voxel's depth in the
-  /// swept head (at most kInner) if this is larger. z runs fastest; the strides are in samples. `removed` (may be
-  /// null): removed volume per tissue; it requires `tissue`. Returns true if any sample changed. Any thread. The result
-  /// has the same bits on every processor.
+  /// Removes tissue from the block of voxels from lo to lo+size-1. A distance is replaced by the depth of its voxel in
+  /// the swept head if the depth is larger; depths above kInner count as kInner. z runs fastest; the strides are in
+  /// samples. `removed` (may be null): removed volume per tissue; it requires `tissue`. Returns true if any sample
+  /// changed. Any thread. The result has the same bits on every processor.
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, RemovedVolume* removed) const noexcept;
 
@@ -74,10 +74,10 @@ class Sweep {
   /// this sweep, in voxels.
   double path_from(const Sweep& before) const noexcept;
 
-  /// voxels, distance from the new surface up to which the distances of a cut are correct; it is the range of the cubic
-  /// interpolation
+  /// voxels; a cut computes correct distances up to this distance from the new surface, because the cubic interpolation
+  /// reads samples up to there
   static constexpr float kMargin = 3.5f;
-  /// voxels, largest depth that is written; a sample deeper inside the head needs no exact depth
+  /// voxels, largest depth that a cut writes. Samples that lie deeper inside the head do not need their exact depth.
   static constexpr float kInner = 3.0f;
 
  private:
@@ -102,8 +102,8 @@ class Sweep {
   /// `listed`: number of groups of samples found.
   bool carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, int& listed) const noexcept;
-  /// Removes tissue from those blocks of some parts of the active front that must be examined, without lists. `parts`:
-  /// set of parts, one bit for each part.
+  /// Removes tissue without lists of groups: examines each block of some parts of the active front (CutFront) that is
+  /// due. `parts`: these parts, one bit for each.
   bool carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops, const HeadTarget& target) const noexcept;
   /// Returns true if this patch (copied tissue) contains all samples that were listed around the head in another patch.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;
@@ -114,8 +114,8 @@ class Sweep {
   }
   /// Returns an upper bound (voxels) of the rounding error of a sample's depth in a head that is not a ball.
   float rounding_of_depth() const noexcept { return 1e-3f + 2e-6f * static_cast<float>(reach_); }
-  /// Returns true if the step is so short that the ball at B (the end of the sweep) is accurate enough instead of the
-  /// capsule. Their surfaces differ by |AB|² / (8 · radius).
+  /// Returns true if the step is so short that the ball at the end of the sweep (B) can replace the capsule from A to
+  /// B. The surfaces of both differ by |AB|² / (8 · radius).
   bool is_ball() const noexcept { return continues_ && glm::dot(ab_, ab_) < 8e-5f * radius_; }
 
   bool sphere_, continues_;
@@ -123,9 +123,10 @@ class Sweep {
   bool along_axis_ = false;
   std::uint32_t laws_;                           // version of the servo's force laws
   MeridianPiece pieces_[HeadField::kMaxPieces];  // meridian of a head that is not a ball, voxels
-  // straight path from pose B back to pose A; way_back() sets its member `pieces`
+  // straight path of the head from pose B back to pose A; read it with way_back(), which sets its member `pieces`
   Straight back_;
-  // voxels, origin of the coordinates of A (the start of the sweep) and B; it is near them, so that floats are precise
+  // voxels; positions are stored relative to this point near A (the start of the sweep) and B, so that floats are
+  // precise
   glm::ivec3 base_;
   glm::vec3 a_, ab_;       // voxels; a_: position A relative to base_; ab_: vector from A to B (the capsule's axis)
   float inverse_length2_;  // 1/|ab|²; 0 if A and B are equal

@@ -35,7 +35,8 @@ class TissueBody {
   virtual void begin_stroke() = 0;
   /// Ends the stroke; later changes do not belong to it any more.
   virtual void end_stroke() = 0;
-  /// Undo or redo the last stroke. Both return false if there is none.
+  /// undo() reverts the last stroke, and redo() repeats the stroke that was undone last. Each returns false if there is
+  /// no such stroke.
   virtual bool undo() = 0;
   virtual bool redo() = 0;
   /// Returns the volume that all undos have restored, minus the volume that redos have removed again, m³.
@@ -52,16 +53,18 @@ class TissueBody {
   /// Returns true if a new snapshot is due at time t because of cuts. Only for methods whose servo does not apply its
   /// cuts to its own snapshot.
   virtual bool wants_snapshot(Nanos /*t*/) const { return false; }
-  /// Copies the tissue around snapshot.center_W to `snapshot`. The carver sets the members of the base class.
+  /// Copies the tissue around snapshot.center_W to `snapshot`. The carver itself sets the members of the base class
+  /// Snapshot.
   virtual void cut_out(Snapshot& snapshot) = 0;
-  /// Starts or stops to record which parts of the tissue change, for bring_up_to_date().
+  /// Starts (`wanted` is true) or stops to record which parts of the tissue change. bring_up_to_date() needs this
+  /// record.
   virtual void remember_writes(bool wanted) = 0;
   /// Updates the newest snapshot to the present tissue, using the recorded changes.
   virtual void bring_up_to_date(Snapshot& snapshot) = 0;
 
-  /// Returns the tissue as a distance field with labels, for rendering, scores, sections, reports and files. A body
-  /// that stores the tissue in another form first updates this field. The caller may write to the field (painting); the
-  /// body then takes over these changes.
+  /// Returns the tissue as a distance field with labels, for rendering, scores, sections, reports and files. If the
+  /// body stores the tissue in another form, it first updates this field. The caller may write to the field (painting);
+  /// the body then changes its own form of the tissue accordingly.
   virtual TissueVolume& rasterize() = 0;
   /// Returns the body's own triangles, which the renderer then shows instead of the field's surface; null if there are
   /// none. The first call creates the object; later calls return the same object.

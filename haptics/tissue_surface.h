@@ -11,12 +11,13 @@
 
 namespace typodont::haptics {
 
-/// One corner of a triangle, with two tissues. All corners of the same triangle have the same two tissues.
+/// One corner of a triangle. A triangle has two tissues, which are stored in each of its three corners.
 struct SurfaceCorner {
   glm::vec3 p{0};        // m, position relative to the origin of the volume's frame
   glm::vec3 n{0, 0, 1};  // unit normal, pointing out of the tissue
   std::array<Tissue, 2> tissue{Tissue::kAir, Tissue::kAir};
-  float second = 0;  // fraction 0..1 of tissue[1]; the border between both tissues is drawn where this value is 0.5
+  // fraction 0..1 of tissue[1] at this corner; the renderer draws the border of the two tissues where the value is 0.5
+  float second = 0;
 };
 
 /// The faces whose centroids lie in one cell of a spatial grid.

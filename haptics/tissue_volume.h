@@ -52,10 +52,11 @@ class TissueVolume {
   double band() const;  // m, largest stored distance
   /// Returns true if the distances outside the tissue were exact before the first cut.
   bool exact_outside() const;
-  /// Sets `a_lo` and `a_hi` to the bounding box of all cuts within the box lo .. hi; a_lo > a_hi if there are none.
+  /// Sets `a_lo` and `a_hi` to the corners of the bounding box of all cuts inside the box lo..hi. Without cuts there,
+  /// a_lo is larger than a_hi.
   void cut_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;
-  /// Returns the bounding box (inclusive, voxels) of all voxels whose distance from the surface is less than band(); lo
-  /// > hi if there are none.
+  /// Sets `lo` and `hi` to the bounding box (inclusive, voxels) of all voxels whose distance from the surface is less
+  /// than band(). If there are none, lo is larger than hi.
   void bounds(glm::ivec3& lo, glm::ivec3& hi) const;
 
   /// Returns true if any voxel has ever had another hardness than its tissue's own. Otherwise hardness uses no memory.
@@ -69,7 +70,8 @@ class TissueVolume {
   /// tissue, label.h). For a filled voxel, copies the hardness from before the filling.
   void copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* labels,
                       std::uint8_t* hardness = nullptr) const;
-  /// Sets `a_lo` and `a_hi` to the bounding box of all fillings within lo .. hi; a_lo > a_hi if there are none.
+  /// Sets `a_lo` and `a_hi` to the corners of the bounding box of all fillings inside the box lo..hi. Without fillings
+  /// there, a_lo is larger than a_hi.
   void filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;
 
   /// Copies a box of every n-th sample, for a coarse patch (copy of the tissue); the first sample is at voxel n·lo.
@@ -87,8 +89,8 @@ class TissueVolume {
     std::vector<glm::ivec3> blocks;  // keys of the blocks (see solid_block()); a key may occur more than once
     VoxelBox box;                    // bounding box of all writes, voxels
   };
-  /// Sets `written` to the writes since `mark`. Returns false if they are not known any more: after undo or painting,
-  /// or if there were too many.
+  /// Sets `written` to the writes since `mark`. Returns false if these writes are not known any more, because there
+  /// were too many, or because of an undo or painting.
   bool written_since(std::uint64_t mark, Written& written) const;
   /// A box of copied samples: every voxel, or every n-th voxel.
   struct Copied {
@@ -103,7 +105,8 @@ class TissueVolume {
   void copy_blocks(const Copied& box, std::span<const glm::ivec3> keys) const;
   /// Copies every n-th sample as copy_every() does, but only the samples of `part`, which is inside the box.
   void copy_part_of_every(int n, const Copied& box, const VoxelBox& part) const;
-  /// For a copy of every n-th sample: returns the box of its samples that writes within `written` may have changed.
+  /// Writes have changed voxels inside the box `written`. Returns the box of samples in a copy of every n-th sample
+  /// that may differ because of these writes.
   static VoxelBox every_around(int n, const VoxelBox& written);
 
   /// Result of a removal: the bounding box of its writes, and the blocks (see solid_block()) in which tissue may have
@@ -149,8 +152,8 @@ class TissueVolume {
   /// Returns the volume that all undos have restored, minus the volume that redos have removed again, m³ (negative for
   /// undone fillings).
   const PerTissue& taken_back() const;
-  /// Undo or redo the last stroke. Both return false if there is none. A new stroke after an undo discards the undone
-  /// strokes.
+  /// undo() reverts the last stroke, and redo() repeats the stroke that was undone last. Each returns false if there is
+  /// no such stroke. If a new stroke begins after an undo, the undone strokes are discarded.
   bool undo();
   bool redo();
   struct Strokes {
@@ -167,20 +170,20 @@ class TissueVolume {
   const std::shared_ptr<const TissueMesh>& mesh() const;
   void set_mesh(std::shared_ptr<const TissueMesh> mesh);
 
-  /// Returns the tissue before the first cut, or null if keep_natural_surface() was not called. Cuts, fillings and undo
-  /// do not change it; clone() shares it.
+  /// Returns the tissue before the first cut; null if neither keep_natural_surface() nor set_natural_surface() was
+  /// called. Cuts, fillings and undo do not change this object; a clone() shares it.
   const std::shared_ptr<const NaturalSurface>& natural_surface() const;
-  /// Stores the present tissue as the natural surface.
+  /// Stores the present tissue as the tissue before the first cut (NaturalSurface).
   void keep_natural_surface();
-  /// Sets the natural surface of a volume that was computed from another volume.
+  /// For a volume that was computed from another volume: sets the tissue before the first cut (NaturalSurface).
   void set_natural_surface(std::shared_ptr<const NaturalSurface> natural);
   /// Returns the zero set of the field as triangles; see surface_mesh() in tissue_mesh.h.
   TissueMesh extract_mesh() const;
 
-  /// Returns the keys of the bricks (blocks that are drawn as one, FieldBrick) that contain a part of the surface.
+  /// Returns the keys of the bricks (blocks that are drawn as one, FieldBrick) through which the surface passes.
   std::vector<glm::ivec3> surface_bricks() const;
-  /// Returns the keys of the bricks that have changed since the last call, including neighbours that contain the same
-  /// samples.
+  /// Returns the keys of the bricks that have changed since the last call. A changed sample at the border of a brick
+  /// also belongs to the neighbouring bricks, which are then included.
   std::vector<glm::ivec3> take_changed_bricks();
   void read_brick(const glm::ivec3& key, FieldBrick& brick) const;  // the labels of a brick without surface are kAir
 

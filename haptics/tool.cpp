@@ -17,8 +17,8 @@ namespace {
 
 using glm::dvec2;
 
-// Height above the free end, as a ratio to the head's diameter. The density of surface samples increases towards the
-// free end, but no further below this height.
+// Ratio of the height above the free end to the head's diameter. The nearer to the free end, the larger is the density
+// of surface samples. Below this height, the density is constant.
 constexpr double kBluntEnd = 0.1;
 
 /// One piece of a head's meridian, in the half plane (ρ ≥ 0, z). A meridian is a convex chain of straight lines and
@@ -206,7 +206,7 @@ std::optional<NonCuttingPart> shank_of(const Tool& tool) {
   shape.neck_diameter = tool.neck_diameter;
   shape.length = tool.shank_length;
   shape.neck_length = std::min(tool.neck_length, tool.shank_length);
-  // The shank begins at the height at which the ball is as wide as the shank's neck.
+  // The shank begins where the ball of the head is as wide as the shank's neck.
   const double neck = tool.neck_diameter / 2;
   const double from = tool.shape == HeadShape::kSphere
                           ? std::sqrt(std::max(tool.radius() * tool.radius() - neck * neck, 0.0))
@@ -257,7 +257,7 @@ HeadField HeadField::with_exit_path(const Tool& tool, double unit) {
 double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) const noexcept {
   // best2: squared distance to the closest point; best_x, best_z: vector from the closest point to (ρ, z)
   double best2 = 1e300, best_x = 0, best_z = 0;
-  // (way_x, way_z): outward normal of the closest piece, used for points exactly on the surface
+  // (way_x, way_z): unit normal of the closest piece, pointing out of the head; used for points exactly on the surface
   double way_x = 0, way_z = 0;
   bool outside = false;
   for (int i = 0; i < count; ++i) {

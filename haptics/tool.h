@@ -42,8 +42,8 @@ class HeadField {
   /// Returns the signed distance from a point in frame T to the surface, negative inside; exact for every shape.
   double distance(const dvec3& p_TQ) const noexcept;
   /// Returns the signed distance from a point in frame T to the surface. `to_piece` receives the distance to each piece
-  /// of the meridian. A piece whose distance exceeds the smallest one by more than 2 r is not the closest piece for any
-  /// point within the distance r of this point.
+  /// of the meridian. If the distance to a piece exceeds the smallest of these distances by more than 2 r, this piece
+  /// is not the closest one for any point within the distance r of the given point.
   double distance(const dvec3& p_TQ, double (&to_piece)[4]) const noexcept;
   /// Returns the signed distance from a point in frame T to the surface. `n_T` receives the unit direction in T in
   /// which the distance increases.
@@ -98,7 +98,7 @@ struct Tool {
   Tissue fill = Tissue::kAir;
   double fill_rate = 0;   // m³/s, rate of filling at full pedal
   double fill_reach = 0;  // m, largest distance from the free end at which tissue receives filling
-  // Solid that limits the filling: the cavity, or the former tooth; null: no limit.
+  // Solid to which the filling is limited: the cavity, or the tooth before the preparation; null: no limit.
   std::shared_ptr<const Solid> fill_within;
 
   // Handpiece that the renderer shows with the tool: a file in assets/handpieces/, or "none". Empty: the rule in

@@ -98,7 +98,8 @@ Estimate modified_covariance(std::span<const double> x, std::size_t order) {
     }
   }
   c.triangularView<Eigen::StrictlyLower>() = c.transpose();
-  const Eigen::MatrixXd both = c + c.reverse();  // normal equations of forward and backward prediction
+  // matrix of the normal equations for forward and backward prediction together
+  const Eigen::MatrixXd both = c + c.reverse();
 
   const auto order_index = static_cast<Eigen::Index>(p);
   const Eigen::VectorXd right = -both.col(0).tail(order_index);

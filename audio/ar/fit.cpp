@@ -30,9 +30,11 @@ namespace {
 constexpr double kLowestCompared = 60;
 // a recording whose peak amplitude is lower than this (-60 dB re full scale) counts as silent
 constexpr double kSilence = 1e-3;
-// dB, at the ends of the recording, sound that is quieter than the loud part by more than this counts as silence
+// dB; sound at the start and at the end of the recording counts as silence if its level is below the level of the loud
+// part by more than this
 constexpr double kQuietBelowLoud = 40;
-constexpr double kSteadyWithin = 3;  // dB, tolerance around the median level of the loud part
+// dB; a part is steady if its level differs from the median level of the loud part by at most this
+constexpr double kSteadyWithin = 3;
 constexpr std::size_t kSamplesPerOrder = 10;
 // Limit of the relative range of the spindle's speed: (highest − lowest) / mean. Above this limit, the changes of the
 // speed are removed from the sound before the fit. Below it, they stay in the sound.
@@ -148,7 +150,7 @@ std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rat
   return {best_from * frame, (best_from + best_length) * frame};
 }
 
-/// Returns the mains frequency (Hz) if it is 20 dB above its neighbourhood, otherwise 0.
+/// Returns 50 or 60 (Hz) if the sound's power at this frequency is 20 dB above the median power around it, otherwise 0.
 double detected_hum(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::floor(std::min(static_cast<double>(x.size()), 4 * rate) / 2));
   // with so few points, the spectrum cannot distinguish 50 Hz from 60 Hz
@@ -231,8 +233,8 @@ std::size_t order_asked(const FitOptions& options) {
   return static_cast<std::size_t>(order);
 }
 
-/// Compares the spectrum of the held-out samples with the model's expected spectrum `model`, at the same frequencies at
-/// which `report` compares spectra.
+/// Compares the spectrum of the held-out samples with the spectrum that the model is expected to give (`model`). The
+/// comparison uses the same frequencies as the comparison in `report`.
 HeldOut compared(std::span<const double> unseen, double rate, const FitReport& report,
                  const std::vector<double>& model) {
   HeldOut held;
@@ -305,7 +307,8 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   const double rate = recording.rate;
   report.duration = static_cast<double>(recording.length()) / rate;
 
-  // Selects the samples: the part that the user chose, without silence at its ends. On request, only a steady interval.
+  // Selects the samples. First takes the part of the recording that the user chose, and removes the silence at the ends
+  // of this part. If the user asked for it, then keeps only the longest interval of constant level.
   const double to = options.to > 0 ? options.to : report.duration;
   if (!(options.from >= 0 && options.from < to && to <= report.duration + 1e-6)) {
     throw Error(file.string(), "--from and --to", fmt::format("{} to {} s", options.from, to),

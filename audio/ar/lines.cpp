@@ -21,13 +21,14 @@ constexpr double kProminence = 10;              // dB, smallest prominence of a 
 constexpr double kFineWindow = 8192.0 / 48000;  // s, length of the analysis window in which spectral lines are searched
 constexpr std::size_t kMostLines = 10;
 constexpr std::size_t kNoiseOrder = 16;  // number of poles of the models for the deviations of amplitude and frequency
-// s, if the frequency changes over a longer time than this, the change counts as a change of the spindle's speed, not
-// as a width of the spectral line
+// s; a change of the frequency that takes longer than this is a change of the spindle's speed. Faster changes are
+// counted as the width of the spectral line.
 constexpr double kDrift = 1;
 constexpr double kLongestTrack = 60;  // s, longest part in the middle of a recording in which a line is followed
-constexpr double kFloorReach = 100;   // Hz, width of the band on each side of a spectral line for its noise
-// a band about a spectral line is narrow enough if the noise in it causes a variance of the line's amplitude (divided
-// by the squared mean amplitude) below this value
+// Hz, width of the two bands, one on each side of a spectral line, in which the noise next to the line is measured
+constexpr double kFloorReach = 100;
+// Limit of (variance of the line's amplitude that noise causes) / (mean amplitude)². If the value for a band is below
+// this limit, the line is followed in this band.
 constexpr double kWeakNoise = 0.02;
 // Hz, half widths of the bands in which a line may be followed, in the order in which they are tried
 constexpr std::array kBandwidths = {80.0, 40.0, 20.0};
@@ -64,8 +65,8 @@ std::vector<std::complex<double>> band_about(std::span<const double> x, double r
   return z;
 }
 
-/// Replaces the band around `frequency` by noise with the one-sided power density `floor` (1/Hz). Works in pieces to
-/// save memory.
+/// Replaces the band around `frequency` by noise with the one-sided power density `floor` (1/Hz). Processes the sound
+/// in pieces, which needs less memory.
 void replace_band(std::vector<double>& x, double rate, double frequency, double bandwidth, double floor) {
   constexpr std::size_t kPiece = 1 << 20;
   // H is the filter that selects the band. The function subtracts H x from the sound x. In the rest, (1 - H) x, the
@@ -222,8 +223,8 @@ std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<std::pair<double, double>> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
     if (lines.size() == kMostLines) break;
-    // A spectral line whose frequency fluctuates has several peaks in its band. A peak in a band that was already tried
-    // belongs to the same line, so it is skipped.
+    // A spectral line whose frequency fluctuates has several peaks in its band. So a peak in the band of a frequency
+    // that was already tried belongs to that line, and is skipped.
     const auto near = [&](const auto& other) { return std::abs(other.first - found.frequency) < other.second; };
     if (found.frequency < kBandwidths.front() || std::any_of(tried.begin(), tried.end(), near)) continue;
     const LineTrack track = follow_line(x, rate, found.frequency);
@@ -234,8 +235,8 @@ std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
     line.amplitude = track.mean_amplitude();
     std::vector<double> relative;
     for (const double a : track.amplitude) relative.push_back(a / line.amplitude - 1);
-    // The noise beside the line remains in the sound. Its contribution to the line's variance is subtracted, so that it
-    // is not counted twice.
+    // The noise near the line's frequency stays in the sound, as a part of the noise model. So the variance that it
+    // causes is subtracted from the variance of the line. Otherwise this noise would be counted twice.
     line.amplitude_noise = without(noise_of(relative), track.amplitude_variance_of_noise());
     line.frequency_noise = without(noise_of(without_drift(track.deviation, rate)), track.frequency_variance_of_noise());
     replace_band(x, rate, line.frequency, track.bandwidth, track.floor);

@@ -18,9 +18,9 @@ struct LineTrack {
   std::vector<double> deviation;  // Hz, deviation of the spectral line's frequency from its mean frequency
 
   double mean_amplitude() const;
-  /// The two functions return the variances that the noise in the band would cause without any fluctuation of the line.
-  /// The first function gives the variance of the amplitude, divided by the square of its mean; the second gives the
-  /// variance of the frequency (Hz²).
+  /// amplitude_variance_of_noise() and frequency_variance_of_noise() return the variances that the noise in the band
+  /// would cause if the line itself did not fluctuate. The variance of the amplitude is divided by the square of the
+  /// mean amplitude. The variance of the frequency is in Hz².
   double amplitude_variance_of_noise() const;
   double frequency_variance_of_noise() const;
   /// Returns the standard deviation of the amplitude divided by its mean: 0 for a steady sinusoid, 0.52 for noise in a
@@ -33,11 +33,11 @@ struct LineTrack {
   bool steady() const {
     return !amplitude.empty() && own_variation() < kSteadyVariation && amplitude_variance_of_noise() < kWeakestLine;
   }
-  // a spectral line whose own_variation() is at most this counts as a sinusoid; the limit lies between the values 0 for
-  // a sinusoid and 0.52 for narrow-band noise
+  // A spectral line counts as a sinusoid if its own_variation() is at most this. The limit lies between 0 (a sinusoid)
+  // and 0.52 (narrow-band noise).
   static constexpr double kSteadyVariation = 0.3;
-  // if noise causes a larger variance of the amplitude than this (divided by the squared mean amplitude), the spectral
-  // line is too weak
+  // Limit of (variance of the amplitude that noise causes) / (mean amplitude)². Above this limit, the spectral line is
+  // too weak to be evaluated.
   static constexpr double kWeakestLine = 0.1;
 };
 
@@ -55,9 +55,9 @@ struct TakenLine {
   double variation = 0;
 };
 
-/// Removes the steady spectral lines from x, so that the rest can be modelled as noise. Returns at most 16 lines,
-/// strongest first. A change of frequency that takes longer than a second counts as a change of the spindle's speed,
-/// not of the line.
+/// Removes the steady spectral lines from x, so that the rest can be modelled as noise. Returns at most ten lines,
+/// strongest first. A change of the frequency that takes longer than a second is a change of the spindle's speed, and
+/// does not count as a fluctuation of the line.
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate);
 
 /// Returns the one-sided power density (1/Hz) of the lines at the frequencies i·rate/n, i = 0…n/2, as welch() would

@@ -20,8 +20,8 @@ double bessel_i0(double x) {
   return sum;
 }
 
-/// Kaiser-windowed sinc at a distance of t samples. `cutoff` is the cut-off as a ratio to half the rate. The result is
-/// zero if |t| is larger than `half`.
+/// Returns the Kaiser-windowed sinc function at a distance of t samples from its centre. `cutoff`: cut-off frequency as
+/// a ratio to half the sampling rate. The result is zero if |t| is larger than `half`.
 double windowed_sinc(double t, double cutoff, double half, double beta) {
   if (std::abs(t) >= half) return 0;
   const double u = t / half;
@@ -51,7 +51,7 @@ TYPODONT_CLONES float dot_between(const float* row, const float* next_row, float
 std::vector<double> resampled(std::span<const double> x, double from_rate, double to_rate) {
   if (from_rate == to_rate) return {x.begin(), x.end()};
   constexpr double kCrossings = 64, kBeta = 12;
-  // Let r be the lower one of both sample rates. The transition band has a width of about 0.06 r and ends at r/2.
+  // Let r be the lower of the two sampling rates. The transition band has a width of about 0.06 r and ends at r/2.
   const double cutoff = std::min(1.0, to_rate / from_rate) * 0.97;
   const double half = kCrossings / cutoff;
   const double step = from_rate / to_rate;

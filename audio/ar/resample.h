@@ -7,8 +7,8 @@
 
 namespace typodont::audio {
 
-/// Converts a whole sound to another rate. Kaiser window, 64 zero crossings on each side, stop band below -110 dB. The
-/// pass band ends at 0.47 of the lower one of both rates. No delay. Not for real time.
+/// Converts a whole sound to another sampling rate. Kaiser window, 64 zero crossings on each side, stop band below -110
+/// dB. The pass band ends at 0.47 of the lower of the two rates. No delay. Not for real time.
 std::vector<double> resampled(std::span<const double> x, double from_rate, double to_rate);
 
 /// Interpolation kernels that evaluate a sampled signal between its samples. There is one set per playback speed, with

@@ -48,8 +48,8 @@ double estimated_rotor_frequency(std::span<const double> x, double rate) {
     for (int divisor = 1; divisor <= 3; ++divisor) {
       const double f = line.frequency / divisor;
       if (f < 250 || f > 8000) continue;
-      // A missing harmonic reduces the score as much as a weak harmonic increases it. Harmonics above the highest one
-      // that was found do not count as missing.
+      // A harmonic that was found adds its prominence minus 5 dB to the score. A missing harmonic subtracts 5 dB, but
+      // only if a higher harmonic was found.
       double score = 0, missing = 0;
       int present = 0;
       for (int harmonic = 1; harmonic <= 8 && harmonic * f < 0.45 * rate; ++harmonic) {

@@ -80,7 +80,9 @@ std::vector<double> welch(std::span<const double> x, std::size_t n, double rate)
     ++segments;
   }
   for (std::size_t i = 0; i < power.size(); ++i) {
-    const bool single = i == 0 || 2 * i == n;  // only the frequencies 0 and half the rate have no mirrored frequency
+    // True for the frequencies 0 and rate/2. All other frequencies also occur with the opposite sign, so their power
+    // counts twice in a one-sided spectrum.
+    const bool single = i == 0 || 2 * i == n;
     power[i] *= (single ? 1.0 : 2.0) / (rate * weight * static_cast<double>(segments));
   }
   return power;
@@ -159,8 +161,8 @@ double log_spectral_distance(std::span<const double> a, std::span<const double> 
 
 double chance_distance(std::size_t count, std::size_t n) {
   const double windows = count < n ? 1 : 1 + std::floor(2 * static_cast<double>(count - n) / static_cast<double>(n));
-  // Neighbouring Hann windows that overlap by half have a correlation of 1/6, so the correlation of their powers is
-  // 1/36.
+  // Two neighbouring Hann windows overlap by half. The spectra of white noise in these windows have a correlation of
+  // 1/6, so their powers have a correlation of 1/36.
   const double variance = (1 + 2.0 / 36 * (windows - 1) / windows) / windows;
   return 10 / std::log(10.0) * std::sqrt(variance);
 }

@@ -29,8 +29,9 @@ std::vector<double> power_of_taps(std::span<const double> taps, std::size_t poin
 
 /// Returns the log-spectral distance in dB: the root mean square of 10·log10(a/b).
 double log_spectral_distance(std::span<const double> a, std::span<const double> b);
-/// Returns the log-spectral distance (dB) between welch() of Gaussian noise and the true spectrum of this noise, on
-/// average. The sound has `count` samples and the windows n samples (Welch 1967: variance of overlapping Hann windows).
+/// Returns the expected log-spectral distance (dB) between an estimated and the true spectrum of Gaussian noise. The
+/// estimate is the result of welch() for `count` samples with windows of n samples (Welch 1967: variance of overlapping
+/// Hann windows).
 double chance_distance(std::size_t count, std::size_t n);
 /// Returns the Itakura–Saito distance (1968): the mean of a/b − ln(a/b) − 1. It is not symmetric, and 0 for equal
 /// spectra.

@@ -104,7 +104,8 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
     });
     rows.push_back({"floor multiply-add float", knob, BenchRow::kNone, "", floor, "sample"});
 
-    // The error is measured on a new filter, the time on one filter that is used repeatedly.
+    // The error is measured with a filter that has not been used before. The time is then measured with the same filter
+    // in many repetitions.
     BlockFilter<float> single(model);
     run_blocks(single, noise, out);
     const double single_error = relative_rms(out, truth);
@@ -162,7 +163,8 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
   const double noise_ns = median_ns(options, [&] { generator.fill(out.data(), static_cast<int>(count)); });
   rows.push_back({"noise", "gaussian", BenchRow::kNone, "", noise_ns, "sample"});
 
-  // Measures the complete voice with its spectral lines: time per sample, and as a fraction of real time.
+  // Measures the complete voice, with its spectral lines. Each row gives the time per sample, and the fraction of one
+  // processor core that the voice needs in real time.
   SoundModels models;
   models.idle = fit_recording(options.recording, {}).model;
   models.free_speed = 300 * kKrpm;

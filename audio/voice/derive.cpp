@@ -54,8 +54,9 @@ std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle) {
     for (std::size_t i = 0; i < kPoints; ++i) {
       power[i] *= power_factor(colour, static_cast<double>(i) / (kPoints - 1) * idle.rate / 2);
     }
-    // The tissue changes only the shape of the spectrum; the level is set separately. The power is not allowed to fall
-    // below -100 dB, so that the Levinson recursion stays well-conditioned.
+    // power_factor() changes only the shape of the spectrum; the factor `scale` sets the level of the sound. A noise
+    // floor is added at -100 dB relative to the mean power of the idle sound, so that the Levinson recursion stays
+    // well-conditioned.
     double after = std::accumulate(power.begin(), power.end(), 0.0);
     for (const ModelLine& line : idle.lines) after += power_of_line(line) * power_factor(colour, line.frequency);
     const double scale = before / after * std::pow(10, colour.level_dB / 10);

@@ -237,7 +237,7 @@ struct DrillSynth::Impl {
     last_state = index_now;
   }
 
-  /// Renders up to kChunk samples. No state of the servo takes effect within them.
+  /// Renders up to kChunk samples. In this interval, no new state of the servo takes effect.
   void chunk(float* out, int count) noexcept {
     double speeds[kChunk];
     float gains[kTissueCount][kChunk], brightness[kChunk], rotor[kChunk];

@@ -132,7 +132,8 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
           elapsed;
       state.slip_speed = glm::length(v - n * glm::dot(v, n)) * kMillimetre;
     }
-    // In free air, the forces of inertia and damping make no sound, so the force counts only in contact.
+    // Without contact, the force comes only from inertia and damping, which make no sound. So the force is used only in
+    // contact.
     if (has_area && state.contact_area == 0 && state.removal_rate == 0) state.force = 0;
     state.tissue = static_cast<Tissue>(static_cast<int>(value(row, "tissue", 0, 0, kTissueCount - 1)));
     if (!has_tissue) state.tissue = Tissue::kEnamel;

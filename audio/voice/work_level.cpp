@@ -74,9 +74,10 @@ bool calibrate(SoundModels& models, const WorkLevel& measured) {
   const double wanted_all = idle.all * std::pow(10, measured.level_dB / 10);
   const double wanted_high = idle.high * std::pow(10, measured.high_dB / 10);
 
-  // The search varies the gain of the high frequencies. For each value, the gain of the working sound is computed so
-  // that the whole sound has the measured level. Then a larger gain of the high frequencies always gives a higher level
-  // above kBrightFrom. So bisection finds the gain.
+  // The search varies the gain of the high frequencies. For each value of this gain, the gain of the working sound is
+  // computed such that the whole sound has the measured level. The larger the gain of the high frequencies is, the
+  // higher is then the level above kBrightFrom. So bisection finds the gain at which this level equals the measured
+  // one.
   double gain = 0;
   const auto excess = [&](double brightness) {
     const double bright = brightness * brightness_of(measured.force, measured.removal_rate);

@@ -110,7 +110,9 @@ Prompt GuidedCapture::prompt() const {
     prompt.dots = dots_for(bench_.rig, target);
   };
   if (astray_W_) {
-    // If the panel must be touched, a mark is shown on the panel. Otherwise a point is shown in space, for both eyes.
+    // Marks the last touch, if it does not fit the others. In the step in which the user touches the panel itself, both
+    // eyes get the same mark on the panel. In other steps, each eye gets its own dot, so that the mark appears at the
+    // touch.
     if (step_ == Step::kScreen) {
       const Panel& panel = bench_.rig.panel;
       const dvec3 right = panel.lower_right - panel.lower_left, up = panel.upper_left - panel.lower_left,
@@ -245,7 +247,9 @@ bool GuidedCapture::undo() {
 }
 
 void GuidedCapture::save() const {
-  Captures changed;  // Saves only the captures of this step, because the files of the other steps have not changed.
+  // Saves only the captures of this step. The files of the other steps are up to date, because their captures have not
+  // changed.
+  Captures changed;
   switch (step_) {
     case Step::kArm:
       changed.arm = captures_.arm;
@@ -298,8 +302,8 @@ void GuidedCapture::solve() {
       solve_verify_step(bench_, captures_);
       break;
     case Step::kDrift:
-      // This step only stores its touches of the panel's marks, for comparison with later sessions. It computes no
-      // result.
+      // The drift step computes no result. It only stores the touches of the panel's marks, which a later session
+      // compares with its own touches.
       break;
   }
 }

@@ -35,8 +35,9 @@ BenchRow row(const std::string& task, const std::string& method, int touches, do
           .size_unit = "touches"};
 }
 
-/// Makes the last row, which was computed with the method `method`, the baseline of all rows from the index `first` on.
-/// All these rows must have the same task and size.
+/// Compares the rows from index `first` on with the last row, their baseline. Each row gets the ratio of its own time
+/// to the time of the last row. `method`: name of the last row's method. All these rows must have the same task and
+/// size.
 void beside(std::vector<BenchRow>& rows, const char* method, std::size_t first) {
   const BenchRow& other = rows.back();
   for (std::size_t i = first; i + 1 < rows.size(); ++i) {
@@ -118,7 +119,7 @@ void register_rows(std::vector<BenchRow>& rows, int trials) {
       const int runs = std::max(4, trials / 10);
       Noise random(static_cast<std::uint64_t>(count));
       RegistrationOptions known;
-      // our solver also gets the noise as an input, because OpenCV's solver gets it, too (as its threshold)
+      // our solver also gets the noise as an input, because OpenCV's solver gets the noise as its threshold
       known.known_sigma = kSigma;
       double blind = 0, ours = 0, theirs = 0;
       for (int t = 0; t < runs; ++t) {

@@ -13,8 +13,8 @@ namespace typodont::calibration {
 
 namespace {
 
-// Plots one line per residual, in the order of the touches. Lines of outliers are red. If they are too long for the
-// axis, they are clipped and get an arrowhead.
+// Plots one line per residual, in the order of the touches. The lines of outliers are red. A line that is too long for
+// the axis is clipped and gets an arrowhead.
 std::string residual_plot(const std::vector<double>& residuals, const std::vector<std::size_t>& rejected) {
   if (residuals.empty()) return "";
   const double w = 640, h = 130, left = 46, bottom = 20, top = 8;

@@ -17,8 +17,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// Returns the longest edge (m) of the points' bounding
-// box.
+// Returns the longest edge (m) of the points' bounding box.
 double extent(Points points) {
   dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
   for (const dvec3& p : points) low = glm::min(low, p), high = glm::max(high, p);
@@ -32,17 +31,17 @@ double extent(Points points) {
 class Consensus {
  public:
   /// The points of wrong pairs are assumed to lie at random. `sigma`: m, standard deviation of their normal
-  /// distribution; 0: they are assumed to be distributed evenly in the cube around all points. Rounded data can contain
-  /// pairs that coincide exactly by chance. So if sigma is not 0, all residuals below a thirtieth of sigma count as
-  /// equally good.
+  /// distribution; 0: they are assumed to be distributed evenly in the cube around all points. If coordinates are
+  /// rounded, some residuals are exactly 0 by chance. So if sigma is not 0, all residuals below a thirtieth of sigma
+  /// count as equally good.
   Consensus(Points p_H, Points p_D, double false_alarm, double sigma = 0)
       : p_H_(p_H),
         p_D_(p_D),
         n_(p_H.size()),
         false_alarm_(false_alarm),
         floor_(std::max(rounding_of(p_H, p_D), sigma / 30)),
-        // Logarithm of the volume in which wrong pairs are assumed to lie. If the noise is known, this volume is 1 /
-        // the noise's probability density at its centre, where a normal distribution has its largest density.
+        // Logarithm of the volume in which wrong pairs are assumed to lie. If sigma is given, the volume is 1 /
+        // (largest probability density of the normal distribution of the wrong pairs).
         log_volume_(sigma > 0 ? 1.5 * std::log(2 * kPi) + 3 * std::log(sigma)
                               : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
         log_choose_(n_ + 1) {
@@ -61,11 +60,11 @@ class Consensus {
     }
   }
 
-  /// Finds the pairs that agree most closely. Touches that are slightly wrong also agree, but less closely. So the
-  /// search tests whether a core of the found set agrees far more closely than chance would explain for a normal
-  /// distribution of the set's size, and restarts from this core. Finally, least trimmed squares searches for a set of
-  /// more than half of all pairs that agree still more closely; such a set is the result. The search finds it as long
-  /// as fewer than half of the pairs are wrong.
+  /// Finds the pairs that agree most closely, in three steps. First finds the largest set of agreeing pairs, which can
+  /// contain slightly wrong pairs. Then looks in this set for a core, whose pairs agree far more closely than the pairs
+  /// of one normal distribution would by chance. If there is a core, continues with the core. Finally, least trimmed
+  /// squares searches for a set of more than half of all pairs with a still smaller noise; if there is one, it is the
+  /// result. This last step succeeds if fewer than half of the pairs are wrong.
   Agreement find() const {
     Agreement best = find_core();
     // If the residuals are smaller than 1e-9 of the coordinates, they are rounding errors. Rounding errors are not
@@ -98,14 +97,14 @@ class Consensus {
   }
 
   /// Finds the pairs that agree, in three stages.
-  /// 1. Least trimmed squares (Rousseeuw & Van Driessen 2006) finds the half of the pairs that one motion fits best.
-  /// The stage starts from the best of all triples tried. It fits a motion, keeps the half with the smallest residuals,
-  /// and repeats.
+  /// 1. Least trimmed squares (Rousseeuw & Van Driessen 2006) finds the half of the pairs that one motion fits best. It
+  /// starts from the best triples of pairs. It fits a motion, keeps the half of all pairs with the smallest residuals,
+  /// and repeats this.
   /// 2. A forward search (Atkinson & Riani 2000) adds the pair with the smallest residual, again and again. It stops
-  /// when the next residual exceeds the noise of the pairs in the set. The first half consists of the smallest
-  /// residuals, so its noise is underestimated. This does not stop the search: in the central part of a normal
-  /// distribution, the largest residual is at most 2.3 standard deviations of this part, so the next pair still passes.
-  /// 3. All pairs within the noise of the final set are taken.
+  /// when the next residual is too large for the noise of the pairs in the set. At first, this noise is underestimated,
+  /// because the set contains only the smallest residuals. The search still continues: in the central part of a normal
+  /// distribution, the largest residual is at most 2.3 standard deviations of this part.
+  /// 3. All pairs whose residuals are within the noise of the final set are taken.
   Fit find_majority() const {
     const std::size_t half = n_ / 2 + 1;
     if (half < 4) return {};
@@ -143,8 +142,9 @@ class Consensus {
       const double dof = 3 * static_cast<double>(best.pairs.size()) - 6;
       const double variance = std::max(best.sse / dof, floor_ * floor_);
       const double farthest = r2[order[next - 1]];
-      // The F quantile, which is slow to compute, is never below the chi-squared quantile. So for most pairs, the
-      // comparison with the chi-squared quantile is sufficient.
+      // Compares the residual with two quantiles; it must exceed both. The F quantile is never below the chi-squared
+      // quantile. So it is computed only if the residual exceeds the chi-squared quantile, because computing it takes
+      // long.
       if (farthest > variance * surely_within &&
           farthest > 3 * variance * f_quantile(1 - kGrowthFalseAlarm / static_cast<double>(next), 3, dof)) {
         break;
@@ -308,7 +308,7 @@ class Consensus {
     return fit;
   }
 
-  // a residual that is at most this multiple of the rounding error counts as caused by rounding
+  // A residual of at most (this factor × rounding error of the coordinates) counts as a rounding error.
   static constexpr double kArithmetic = 1e5;
 
   Points p_H_, p_D_;
@@ -324,10 +324,10 @@ class Consensus {
   mutable std::vector<Candidate> by_median_;  // candidates that find_widest() compares
 };
 
-// Consensus for a known noise level: the largest residual of an agreeing pair is fixed, and motions are compared by the
-// number of pairs that agree. The motions come from random triples of pairs whose points form equal triangles in both
-// frames. Before the agreeing pairs are counted, each motion is fitted again to all of them (Chum, Matas & Kittler
-// 2003). The search ends when the probability of missing a larger set is below 1e-9.
+// Consensus for a known noise level. A pair agrees with a motion if its residual is below a fixed limit. The motion
+// with which most pairs agree is the result. The motions come from random triples of pairs whose points form equal
+// triangles in both frames. Each motion is fitted again to the pairs that agree with it, before these are counted
+// (Chum, Matas & Kittler 2003). The search ends when the probability of missing a larger set is below 1e-9.
 class KnownNoise {
  public:
   KnownNoise(Points p_H, Points p_D, double sigma, double false_alarm)
@@ -342,7 +342,8 @@ class KnownNoise {
                          static_cast<double>(n_) * floor * floor);
   }
 
-  /// Finds the largest set of agreeing pairs. `all`: fit to all pairs. Sets smaller than `least` are not needed.
+  /// Finds the largest set of agreeing pairs. `all`: fit to all pairs. The search may miss sets of fewer than `least`
+  /// pairs.
   Agreement find(const Fit& all, std::size_t least) const {
     Agreement best{grow(all, 0), 0};
     // Largest number of triples. With this number, the probability of missing four good pairs among sixteen is 1e-9. If
@@ -371,7 +372,7 @@ class KnownNoise {
       mark();
       needed = needed_for(std::max(least, found));
     }
-    // Computes the probability that random pairs agree so well, as the class Consensus does.
+    // Computes the probability that random pairs agree equally well, as the class Consensus does.
     const auto n = static_cast<double>(n_), k = static_cast<double>(best.fit.pairs.size());
     if (k < 4) return {std::move(best.fit)};
     const double edge = std::max({extent(p_H_), extent(p_D_), 1e-300});

@@ -35,7 +35,8 @@ struct Agreement {
   Fit fit;
   double log_nfa = std::numeric_limits<double>::infinity();  // logarithm of the expected number of such sets by chance
 };
-/// Finds the largest set of agreeing pairs. If the noise is known, sets smaller than `least` are not needed.
+/// Finds the largest set of agreeing pairs. If the noise is known, the search may miss sets of fewer than `least`
+/// pairs.
 Agreement largest_agreement(Points p_H, Points p_D, const RegistrationOptions& options, std::size_t least);
 
 }  // namespace typodont::calibration

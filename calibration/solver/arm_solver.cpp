@@ -239,8 +239,8 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     const MatrixXd projected = J - N * nuisance.solve(J);
     const VectorXd left = r - N * nuisance.solve(r);
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(projected.transpose() * projected);
-    // A direction (a combination of parameters) is determined if its standard deviation is below a third of its
-    // plausible error.
+    // A direction is a combination of parameters. It is determined by the captures if its standard deviation is below a
+    // third of its plausible error.
     Eigen::Index open = 0;
     while (open < eigen.eigenvalues().size() && sigma > 0.33 * std::sqrt(std::max(0.0, eigen.eigenvalues()[open]))) {
       ++open;

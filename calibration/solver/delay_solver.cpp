@@ -180,8 +180,8 @@ class Matcher {
   double start() const { return start_; }
   double end() const { return end_; }
 
-  /// Returns the mean squared difference of the two streams, after the translation (and rotation) that makes it
-  /// smallest, over the first `horizon` seconds.
+  /// Shifts the sparse stream by `u`, and aligns it with the other stream by the best translation (with `rotate`, by
+  /// the best rigid motion). Returns the mean squared difference of the two streams over the first `horizon` seconds.
   double mismatch(double u, bool rotate, double horizon, std::size_t stride) const {
     std::vector<dvec3>&h = scratch_a_, &d = scratch_b_;
     h.clear(), d.clear();
@@ -198,7 +198,8 @@ class Matcher {
     } else {
       for (std::size_t i = 0; i < h.size(); ++i) X.p += (d[i] - h[i]) / static_cast<double>(h.size());
     }
-    // The median is insensitive to glitches; it is scaled to the mean of a three-dimensional normal distribution.
+    // The mean is limited to 1.5 times a robust estimate, because glitches make it too large. The estimate is the
+    // median, converted to the mean for a three-dimensional normal distribution.
     scratch_r_.clear();
     double sum = 0;
     for (std::size_t i = 0; i < h.size(); ++i) {
@@ -377,8 +378,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   result.reference_time = matcher.start();
   const double motion = std::min(variance_of(track_a), variance_of(track_b));
 
-  // If the variation of a stream is only its own noise, the stream contains no information. With more samples, a
-  // smaller variation can be distinguished from noise.
+  // A stream contains no information if its variation is not larger than its noise explains. The more samples there
+  // are, the smaller is the additional variation that can be detected.
   const double sigma_q = noise_of(query), sigma_s = noise_of(sparse);
   const auto rests = [](const Track& track, double sigma) {
     return variance_of(track) <= 3 * sigma * sigma * (1 + 10 / std::sqrt(static_cast<double>(track.t.size()))) + 1e-20;
@@ -476,8 +477,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     if (!skew || !solution.determined) return solution;
     for (double reach = horizon;; reach = std::min(shared, 2 * reach)) {
       Shift from = solution.shift;
-      // A longer interval has another middle, so the shift is converted to the new middle by the difference of the
-      // clocks' rates.
+      // The shift is stated for the middle of the interval. A longer interval has another middle, so the shift is
+      // converted: the distance of the two middles is multiplied by the difference of the clocks' rates.
       if (reach > horizon) from.u += from.rate * (0.25 * reach);
       const auto next = matcher.solve(from, result.rotated, true, reach);
       if (!next.determined) return solution;
@@ -497,8 +498,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   Matcher::Solution solution = refine(u0, true);
   if (solution.determined) {
     const double rate_sigma = std::sqrt(solution.variance_rate * noise2(solution).second);
-    // No real clock has a relative rate error of 1e-3. If the estimate is larger, noise of a short recording is the
-    // cause.
+    // The rates of two real clocks differ by less than 1e-3. If the estimate is larger, its cause is the noise of a
+    // short recording.
     if (std::abs(solution.shift.rate) > 3 * rate_sigma && std::abs(solution.shift.rate) < 1e-3) {
       result.skew = sign * solution.shift.rate, result.skew_sigma = rate_sigma;
     } else {

@@ -235,8 +235,8 @@ class Solver {
 
   // Least trimmed squares: finds the half of the rows (pairs of poses A, B) that agree best. The search starts from
   // random triples of rows. (For relative motions, two rows would be sufficient, but a third row costs little.)
-  // The best triples are then improved by concentrate(), until they do not change: it fits X and Z to the rows, and
-  // keeps the half of all rows with the smallest residuals.
+  // concentrate() then improves the best triples: it fits X and Z to the rows, and keeps the half of all rows with the
+  // smallest residuals. This is repeated until the result does not improve any more.
   Indices trimmed_rows() const {
     Noise random(1);
     std::vector<Sample> best;
@@ -358,8 +358,8 @@ class Solver {
       for (int k = 0; k < 6; ++k) J.row(k) = r[k].v.transpose();
       H += (J.transpose() * J).topLeftCorner(parameters_, parameters_);
     }
-    // On average, the inverse of a covariance that is estimated with ν degrees of freedom is too large by the factor ν
-    // / (ν - 7) (inverted Wishart, 6 dimensions).
+    // The inverse of an estimated covariance is too large on average: by the factor ν / (ν - 7) for ν degrees of
+    // freedom (inverted Wishart, 6 dimensions).
     const double nu = static_cast<double>(rows.size()) - parameters_ / 6.0;
     const double inflation = rows.size() < kLeastForFullNoise ? 1 : nu / (nu - 7);
     // Each row and column of the matrix is divided by the root of its diagonal element, because rotations and
@@ -439,8 +439,9 @@ class Solver {
       return;
     }
     if (result_.rotation_sigma > 0.25 * result_.main_turn) {
-      // The most frequent mistake is an inverted tracker pose: the pose of the tracker in the marker's frame instead of
-      // the pose of the marker in the tracker's frame. So the solver also tries the inverted poses.
+      // The most frequent mistake is that the user gives the inverted tracker poses: the poses of the tracker in the
+      // marker's frame instead of the poses of the marker in the tracker's frame. So the solver also tries the inverted
+      // poses, and reports if they fit better.
       std::vector<Pose> turned_round(B_.begin(), B_.end());
       for (Pose& pose : turned_round) pose = inverse(pose);
       Solver other(A_, turned_round, options_);

@@ -35,8 +35,9 @@ Matrix3d cross_matrix(const dvec3& v) {
   m << 0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0;
   return m;
 }
-/// Returns the derivative d(R p) / dv for R = rotation_vector(v), with `turned` = R p. v/2 is a Gibbs vector g; its
-/// angular velocity in the outer frame is 2/(1+g²) (ġ + g × ġ) (Bauchau & Trainelli 2003, eq. 61).
+/// Returns the derivative d(R p) / dv for R = rotation_vector(v), with `turned` = R p. Uses the Gibbs vector g = v/2.
+/// If the rotation changes at the rate ġ, its angular velocity in the frame of R p is 2/(1+g²) (ġ + g × ġ) (Bauchau &
+/// Trainelli 2003, eq. 61).
 Matrix3d turn_derivative(const dvec3& v, const dvec3& turned) {
   const dvec3 g = 0.5 * v;
   return -cross_matrix(turned) * (Matrix3d::Identity() + cross_matrix(g)) / (1 + glm::dot(g, g));
@@ -378,7 +379,8 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
       std::vector<double> sorted = lengths[k];
       std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
       const double robust = sorted[sorted.size() / 2] / (kSizes[k] == 1 ? 0.6745 : kSizes[k] == 2 ? 1.1774 : 1.5382);
-      // The noise may only decrease gradually. Otherwise a touch that has not yet converged would count as an outlier.
+      // The estimated noise may decrease only gradually. Otherwise, touches whose residuals are still large because the
+      // iteration has not converged would count as outliers.
       const double next = std::clamp(robust, std::max(1e-7, 0.25 * sigma[k]), 5e-3);
       changed = changed || std::abs(std::log(next / sigma[k])) > 0.02;
       sigma[k] = next;

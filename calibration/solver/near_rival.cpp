@@ -111,8 +111,8 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     Halves halves{{first, splitter.fit(far)}, {}};
     if (splitter.settle(looked_at, halves, 12) && halves.sse < best.sse) best = halves;
   };
-  // If the pairs follow two motions that are shifted against each other, their residuals differ most along the main
-  // direction of all residuals.
+  // If the second motion differs from the first by a displacement, all residuals of the common fit lie along one
+  // direction. So the pairs are divided by the sign of their residual along the main direction of all residuals.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
   const Eigen::Vector3d longest = axes.eigenvectors().col(2);
   Indices up;
@@ -121,8 +121,8 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     if (glm::dot(r, dvec3(longest.x(), longest.y(), longest.z())) > 0) up.push_back(i);
   }
   if (up.size() >= kLeast) start_from(splitter.fit(up));
-  // Three pairs that follow the same motion determine it. At least one triple in four consists of such pairs. If there
-  // are few pairs, all triples are tried; otherwise 48 triples.
+  // Three pairs that follow the same motion determine it, and at least one of four triples of pairs consists of such
+  // pairs. If there are few pairs, all triples are tried; otherwise 48 random triples.
   const auto triple = [&](std::size_t a, std::size_t b, std::size_t c) {
     start_from(splitter.fit({looked_at[a], looked_at[b], looked_at[c]}));
   };

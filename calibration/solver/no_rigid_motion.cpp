@@ -73,8 +73,8 @@ bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const Registrati
   std::transform(p_D.begin(), p_D.end(), inverted.begin(), [](const dvec3& p) { return -p; });
   const Fit mirrored = largest_agreement(p_H, inverted, options, 5 * fit.pairs.size() / 4).fit;
   if (mirrored.pairs.size() < std::max<std::size_t>(4, p_H.size() / 4)) return false;
-  // A flat set of points is its own mirror image, so the ordinary fit and the mirrored fit are equally good. For other
-  // sets, the correct one of the two fits has smaller residuals and more pairs.
+  // A flat set of points is its own mirror image, so the fits with and without reflection are equally good. For other
+  // sets, the correct fit has smaller residuals or contains more pairs.
   const double floor2 = std::pow(rounding_of(p_H, p_D), 2);
   const auto variance = [&](const Fit& f) {
     return std::max(f.sse / std::max(1.0, 3 * static_cast<double>(f.pairs.size()) - 6), floor2);

@@ -12,8 +12,8 @@ namespace typodont::calibration {
 /// fits are equal, so the result is false.
 bool mirrored(Points p_H, Points p_D, const Fit& fit, double rounding);
 
-/// Same test as mirrored(), but in the presence of outliers. Returns true if, after the points D are reflected, more
-/// pairs agree than before, or they agree more closely.
+/// Same test as mirrored(), but in the presence of outliers. Returns true if, after the points p_D are reflected, more
+/// pairs agree, or the pairs agree more closely.
 bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const RegistrationOptions& options);
 
 /// Returns the ratio of lengths in D to lengths in H, if a rigid fit with a scale explains the pairs far better than a

@@ -146,15 +146,17 @@ class Registration {
     return fit;
   }
 
-  // Assigns every pair to the motion with the smaller residual. The second motion is a rival in two cases: if many
-  // pairs could follow it (pairs that could follow both motions included), or if it is so similar that some pairs may
-  // be assigned wrongly. Otherwise its pairs are outliers.
+  // Assigns every pair to the motion with the smaller residual. The second motion is reported as a rival in two cases.
+  // In the first case, many pairs agree with it; pairs that agree with both motions count, too. In the second case,
+  // both motions are so similar that some pairs may be assigned to the wrong one. Otherwise, the pairs of the second
+  // motion are outliers.
   bool part(Split& split, double dof) {
     const double limit = reach(split.sigma, dof);
     const double doubtful = assign_to_nearer(p_H_, p_D_, limit, split);
     const bool rival = 10 * followers(p_H_, p_D_, split.X_second, limit) >= 3 * split.first.size() || doubtful >= 0.02;
-    // A good pair can fit the second motion better by chance. Such pairs are added to the first motion. If they would
-    // increase the noise, some of them are wrong, so none of them is added.
+    // By chance, a pair of the first motion can have a smaller residual under the second motion. Such pairs are added
+    // to the first motion again. If the noise increases too much after this, some added pairs were wrong, so none of
+    // them is added.
     fit_ = fit_to(p_H_, p_D_, split.first);
     Fit all = take_in(fit_, limit);
     if (!rival || (all.pairs.size() >= 4 && sigma_of(all) <= kNoNoisier * split.sigma)) fit_ = std::move(all);
@@ -175,8 +177,8 @@ class Registration {
       const double freedom = dof();
       auto split = split_in_two(p_H_, p_D_, fit_.pairs, options_.known_sigma, rounding_);
       if (!split || split->log_nfa > std::log(kSplitChance)) return;
-      // A few wrong pairs can also look like a second motion. In this case, all other pairs follow one motion after the
-      // wrong pairs are excluded.
+      // A few wrong pairs can look like a second motion. This is the case if, without these pairs, the others follow a
+      // single motion.
       const Fit cleared = take_in(fit_to(p_H_, p_D_, split->first), reach(split->sigma, freedom - 6));
       if (2 * cleared.pairs.size() > n_ && cleared.pairs.size() < fit_.pairs.size()) {
         const auto again = split_in_two(p_H_, p_D_, cleared.pairs, options_.known_sigma, rounding_);
@@ -199,7 +201,8 @@ class Registration {
       // so that four agreeing pairs are sufficient
       const double chance = options_.known_sigma > 0 ? 1e-3 : 1e-4;
       const auto [rival, log_nfa] = largest_agreement(h, d, options_, 3 * fit_.pairs.size() / 10);
-      // If the pairs agree only loosely, they are wrong touches near their true positions and not a second motion.
+      // If the pairs of the other motion agree only loosely, they are wrong touches near their true positions. Then
+      // there is no second motion.
       const double sigma = std::max(sigma_of(fit_), rounding_);
       if (log_nfa > std::log(chance) || sigma_of(rival) > 4 * sigma) break;
       Indices pairs, left;
@@ -294,8 +297,8 @@ class Registration {
     }
   }
 
-  // Tests whether no rigid motion can explain the data: D is a mirror image of H, or has another unit of
-  // length.
+  // Tests whether no rigid motion can explain the pairs, because the points p_D are a mirror image of the points p_H,
+  // or because p_D and p_H have different units of length.
   void test_rigidity() {
     Degeneracy& degeneracy = result_.degeneracy;
     const auto mirror = [&] {
@@ -433,8 +436,9 @@ std::size_t most_useful_touch(Points touched_H, Points candidates_H, const Box& 
     Indices all(points.size());
     std::iota(all.begin(), all.end(), 0u);
     const Scatter scatter = scatter_of(points, all, centroid);
-    // Mean squared target error for σ = 1. The first touches do not determine a rotation, so the error would be
-    // infinite for every candidate. A small ridge term makes the candidates comparable.
+    // Mean squared target error for a noise of σ = 1. As long as the touches do not determine the rotation, this error
+    // would be infinite for every candidate. A small ridge term makes it finite, so that the candidates can be
+    // compared.
     const Matrix3d S = second_moment(workspace_H, centroid);
     const double ridge = 1e-6 * eigen(workspace_H.high - workspace_H.low).squaredNorm();
     const Vector3d variance = ((scatter.values.sum() + ridge) * Vector3d::Ones() - scatter.values).cwiseInverse();

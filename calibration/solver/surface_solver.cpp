@@ -26,9 +26,11 @@ constexpr double kFaces = 0.5;
 constexpr double kTukey = 4.685;  // Tukey's constant, for which the estimate has 95 % efficiency if errors are normal
 // ratio of the standard deviation to the median of |residual|, for normal errors
 constexpr double kPerMedian = 1.4826;
-constexpr double kShrink = 0.8;  // in one round, the residual limit decreases at most by this factor
+// After each round, the limit of the used residuals is at least this fraction of its value before the round
+constexpr double kShrink = 0.8;
 constexpr double kStill = 1e-7;  // m, if a step is shorter than this, the iteration ends
-// ridge term for the offset: without it, the offset is not determined if no two walls face each other
+// Ridge term for the offset between the two surfaces. Without this term, data in which no two parts of the surface face
+// each other would not determine the offset.
 constexpr double kOffsetRidge = 1e-3;
 
 Eigen::Vector3d eigen(const dvec3& v) {
@@ -106,8 +108,8 @@ class SurfaceFit {
     }
   }
 
-  /// Returns the largest residual (m) that is used, computed from the median residual of the points that are used at
-  /// present.
+  /// Returns a new value (m) for the largest residual that is used. It is computed from the median of the residuals
+  /// that are used at present.
   double robust_limit() const {
     std::vector<double> within;
     for (const Residual& r : residuals_) {
@@ -238,8 +240,8 @@ class SurfaceFit {
     }
   }
 
-  // m; a result that is displaced farther than this from the initial pose is rejected, because it could belong to the
-  // neighbouring tooth (neighbours are at least 5 mm apart)
+  // m; largest displacement of the result from the initial pose. A result with a larger displacement is rejected,
+  // because it could belong to the neighbouring tooth (neighbours are at least 5 mm apart).
   static constexpr double kMostMove = 3e-3;
 
   std::span<const SurfacePoint> points_;

@@ -137,8 +137,8 @@ DriftResult check_drift(std::span<const dvec3> then_H, std::span<const dvec3> no
     result.worst = std::max(result.worst, moved);
     squares += moved * moved;
   }
-  // The old touch of a mark and the new one have the noise σ per axis, so their difference (3 axes) has the variance 6
-  // σ².
+  // At calibration time and now, the touch of a mark has the noise σ per axis. So the squared length of the difference
+  // of the two positions is 6 σ² on average (2 touches × 3 axes).
   result.sigma = std::sqrt(6.0) * touch_sigma;
   const double chance =
       2 * touch_sigma * touch_sigma * chi_squared_quantile(0.99, 3.0 * static_cast<double>(then_H.size()));

@@ -34,7 +34,7 @@ constexpr Bur kBurs[] = {{"round 1.2 mm", HeadShape::kSphere, 1.2e-3, 1.2e-3},
 constexpr std::size_t kFewBurs = 3;
 constexpr double kDeep = 1.5e-3;    // m, depth below the surface to which the bur sinks
 constexpr double kSpeed = 2e-6;     // m per tick, speed of the bur
-constexpr double kWiden = 0.7e-3;   // m, largest radius of the bur's circular path
+constexpr double kWiden = 0.7e-3;   // m, radius to which the bur's circular path grows
 constexpr double kCircle = 0.5e-3;  // m; at this radius of its circular path, the bur has the speed kSpeed
 
 }  // namespace
@@ -49,7 +49,7 @@ void cavity_rows(const char* model, bool all_burs, bool quick, std::vector<Bench
     settings.method = contact_method(model, "bench");
     std::uint64_t elements = 0;
     const std::vector<double> times = least_of([&] {
-      // With these values, the mesh of the block's surface has 53,000 vertices.
+      // The surface of this block has a mesh with 53,000 vertices.
       LockStep steps(TissueVolume(read_solids(Json::parse(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin",
                        "solid": {"box": {"center_mm": [0, 0, -2], "size_mm": [12.7, 12.7, 4]}}}]})",
                                                           "bench"))),

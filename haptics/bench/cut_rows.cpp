@@ -15,8 +15,8 @@ namespace typodont::haptics::bench {
 
 namespace {
 
-/// Consecutive samples along z whose values a cut changes. They are found by comparing the patches before and after the
-/// cut.
+/// Consecutive samples along z whose values a cut changed. To find them, the patches before and after the cut are
+/// compared.
 struct Stretch {
   std::size_t from, count;
 };
@@ -33,7 +33,7 @@ std::vector<Stretch> changed_stretches(const SurfacePatch& before, const Surface
   return list;
 }
 
-/// Reads and writes groups of samples, with the largest vectors of the processor.
+/// Reads and writes groups of samples. Uses the longest vectors that the processor has.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void scan_groups(float* samples, const CutFront::Place* places, std::size_t groups, float least) {
   for (std::size_t g = 0; g < groups; ++g) {
@@ -85,8 +85,8 @@ void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dens
   Carver carver(TissueVolume(dense), std::span(&tool, 1));
   SurfacePatch patch;
   patch.resize(patch_edge_for(std::span(&tool, 1), dense.frame.voxel));
-  // A cut moves the head by 0.03 voxel, as in drilling. After this number of cuts, each list of samples near the head
-  // (the active front) has been renewed once.
+  // Each cut moves the head by 0.03 voxel, as in drilling. The lists of samples near the head (the active front) are
+  // renewed from time to time. During this number of cuts, each list is renewed once.
   constexpr int kCycle = 34;
   const double way = 0.03 * dense.frame.voxel;
   const auto at = [&](int i) {

@@ -19,8 +19,9 @@ void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>
                              scene.carver.take_snapshot(scene.last.X_WG.p, fresh);
                            }),
                   "patch"});
-  // Within a patch (copy of the field around the tool), the tool may move by the distance travel(). A new patch is due
-  // after half of this distance. Two patches are used in turn, so each patch moves by the whole distance at a time.
+  // The tool may move by the distance travel() within one patch (copy of the field around the tool). In a session, a
+  // new patch is taken after half of this distance. Two patches are used in turn, so between two uses of the same
+  // patch, its centre moves by the whole distance. This is measured here.
   const dvec3 step(scene.carver.body().travel(), 0, 0);
   rows.push_back(
       {"patch cut-out, moved by its travel along x", size, BenchRow::kNone, "",
@@ -35,8 +36,8 @@ void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>
                              scene.servo.adopt(fresh);
                            }),
                   "patch"});
-  // The servo makes further cuts while the carver (owner of the tissue) copies a patch (field around the tool). As in a
-  // session (PatchExchange), the carver then adds these cuts to the new patch.
+  // While the carver (owner of the tissue) copies a patch (field around the tool), the servo makes further cuts. The
+  // new patch lacks them, so the carver adds them to it afterwards, as in a session (PatchExchange).
   std::vector<double> kept_up, handed_over;
   const double clock = clock_ns();
   for (int i = 0; i < 9; ++i) {
@@ -63,7 +64,8 @@ void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>
       {"16 cuts added to a patch by the carver", knob, BenchRow::kNone, "", quantile(kept_up, 0.5), "patch"});
   rows.push_back({"patch hand-over, 16 cuts made meanwhile", knob, BenchRow::kNone, "",
                   std::max(quantile(handed_over, 0.5), 0.0), "patch"});
-  // If the new patch (copy of the field around the tool) comes late, the servo itself must add the cuts that it lacks.
+  // If the carver has not added the missing cuts to the new patch (copy of the field around the tool), the servo itself
+  // must add them. This is slower.
   scene.carver.take_snapshot(scene.last.X_WG.p, fresh);
   rows.push_back({"patch hand-over, 16 cuts added by the servo", knob, BenchRow::kNone, "",
                   batch_ns(21, 64,

@@ -66,7 +66,7 @@ struct Case {
   Tool tool;
   double pedal;
   double bed_mm;  // mm, depth of the bed (drilled hole) at the start; 0 if there is none
-  Motion state;   // state of the contact (no contact, drilling …) that the motion must reach
+  Motion state;   // state of the contact that the hand's motion must produce, for example drilling
   dvec3 (*hand)(int tick, const ServoTick& last, double half);  // returns the position of the head's centre in m
 };
 

@@ -21,7 +21,8 @@ void free_air_row(const BenchOptions& options, std::vector<BenchRow>& rows) {
   const dvec3 above(0, 0, kBlockTop + 2e-3);
   scene.tick({above}, 0);
   constexpr int kBatch = 256;
-  // samples of the hand, computed before the measurement, because in a session the device delivers them
+  // The samples of the hand are computed here, so that the time for this is not measured. In a session, the device
+  // delivers them.
   std::vector<HandSample> way;
   for (int k = 0; k < kBatch; ++k) way.push_back({0, {above + dvec3(1e-6 * k, 0, 0)}, 0});
   const double ns = batch_ns(std::max(options.ticks / 100, 5), kBatch, [&](int k) {
@@ -74,7 +75,7 @@ static void deadline_rows(const BenchOptions& options, bool drilling, std::vecto
       late.push_back(static_cast<double>(end - next));
       ++ticks;
       next += kPeriod;
-      for (; next < end; next += kPeriod) ++missed, ++ticks;  // counts the ticks that were skipped, as missed deadlines
+      for (; next < end; next += kPeriod) ++missed, ++ticks;  // counts a skipped tick as a missed deadline
     }
   });
   servo.join();

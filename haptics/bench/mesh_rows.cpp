@@ -28,13 +28,15 @@ using namespace mesh_lod;
 
 constexpr double kSpeed = 30e-3;   // m/s, speed of the hand
 constexpr double kDepth = 0.3e-3;  // m, depth of the hand below the surface
-// Radii of the sliding tips in m: almost a point, as in paper S3, and the tip of an explorer (a pointed dental probe).
+// m, radii of the sliding tips: almost 0, like the point in paper S3, and the radius of an explorer (pointed dental
+// probe)
 constexpr double kTips[] = {1e-9, 0.125e-3};
 constexpr int kTurn = 60;        // number of ticks after which the hand changes its direction
 constexpr int kSlidePasses = 6;  // number of passes over each mesh
 constexpr int kApproach = 100;   // number of ticks in which the hand moves from the air to the surface
 
-/// Returns the path of a hand over the mesh. It is computed on one level of detail and used for all levels.
+/// Returns the path of a hand over the mesh. The path is computed on one level of detail of the mesh. All levels of
+/// detail are then measured with this path.
 std::vector<dvec3> path_over(const TriangleGrid& grid, double tip, int ticks) {
   dvec3 top(0, 0, -1e300);
   for (std::uint32_t i = 0; i < grid.size(); ++i)
@@ -91,7 +93,8 @@ void cutting_rows(const TissueMesh& mesh, const Bur& bur, bool quick, std::vecto
   settings.materials.fill({1000, 20e9, 0.2, 0.15, 2900, dvec3(0.9)});
   settings.method = read_contact_method(Json::parse(R"("mesh_lod")", "bench"));
   std::vector<double> servo, carver;
-  // All passes do the same work. So the minimum over the passes is the time of a tick without interrupts.
+  // All passes do the same work. Interrupts make single ticks longer. So the shortest time of a tick over all passes is
+  // its time without interrupts.
   for (int pass = 0; pass < (quick ? 1 : bench::kRuns); ++pass) {
     LockStep steps(with_mesh(mesh), settings);
     ServoTick tick;
@@ -121,8 +124,8 @@ void cutting_rows(const TissueMesh& mesh, const Bur& bur, bool quick, std::vecto
   row("cutting, geometry, longest: the loop's rate is at least its inverse", *std::ranges::max_element(carver));
 }
 
-/// Measures the ticks of a tip that slides along the path, and sets each element of `least` to the minimum of its old
-/// value and this tick's time in ns.
+/// Measures each tick (ns) while a tip slides along the path. `least` contains the shortest time of each tick in all
+/// passes so far; the function updates it.
 void slide(const TissueMesh& mesh, double tip, const std::vector<dvec3>& path, std::vector<double>& least) {
   ServoSettings settings;
   settings.tool.diameter = settings.tool.length = 2 * tip;
@@ -160,8 +163,8 @@ std::vector<BenchRow> bench_mesh_lod(const TissueMesh& arch, bool quick) {
     const std::vector<dvec3> path = path_over(reference->grids.front(), tip, ticks);
     std::vector<TissueMesh> meshes;
     for (const std::size_t size : sizes) meshes.push_back(base_mesh(arch, {size, {}}));
-    // The passes over the meshes alternate, so that other work on the machine does not change the ratios of their
-    // times.
+    // The meshes are measured in turn, one pass each, again and again. So other work on the machine affects all meshes
+    // equally, and does not change the ratios of their times.
     std::vector<std::vector<double>> least(sizes.size());
     for (int pass = 0; pass < (quick ? 1 : kSlidePasses); ++pass) {
       for (std::size_t k = 0; k < sizes.size(); ++k) slide(meshes[k], tip, path, least[k]);

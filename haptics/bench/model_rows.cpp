@@ -41,9 +41,10 @@ constexpr double kLeast = 0.02;
 constexpr int kSettled = 100;
 // number of ticks after which a bur counts as stopped by a sheet; burs that come through need at most 600
 constexpr int kBreakThroughTicks = 1500;
-constexpr double kFallen = 8e-3;           // m; a bur deeper than this below the surface has fallen through the tissue
+// m; if the bur is deeper than this below the surface, it has fallen through the tissue
+constexpr double kFallen = 8e-3;
 constexpr double kDynamicFriction = 0.15;  // dynamic friction coefficient of every tissue in the bench
-// N; if the force on a hand beyond a sheet is at least this, the sheet still holds the tool
+// N; a hand has moved through a sheet. If the force on it is still at least this, the sheet holds the tool back.
 constexpr double kHeld = 0.1;
 constexpr double kHostileForce = 8;                     // N, force limit for tests with erratic hands
 constexpr double kLedger = 1e-9;                        // J, a test passes if the ledger is at most this far below zero
@@ -58,8 +59,8 @@ struct Setting {
   double voxel_mm = 0.1;  // mm, voxel size of the tissue's distance field
 };
 
-/// Returns the settings with which a model is measured on a tissue, from fast to accurate. An anatomical tissue states
-/// its own voxel sizes, and its mesh is used unchanged.
+/// Returns the settings with which a model is measured on a tissue, from fast to accurate. For an anatomical tissue,
+/// the tissue itself states the voxel sizes; models with meshes use the mesh of the tissue without changes.
 std::vector<Setting> settings_of(const std::string& model, const ModelTissue& tissue, bool quick) {
   std::vector<Setting> all;
   const bool anatomy = !tissue.voxels_mm.empty();
@@ -141,9 +142,10 @@ class ForceRecord {
   double worst_angle() const { return worst_angle_; }
   double size() const { return std::sqrt(size_squares_ / std::max(count_, 1)); }
   double worst_size() const { return worst_size_; }
-  /// Returns the largest step (N) of the force from tick to tick, minus the step of the exact force.
+  /// Returns the largest change (N) of the force from one tick to the next, after the change of the exact force is
+  /// subtracted.
   double step() const { return step_; }
-  /// Returns the largest energy (J) that the force had given to the hand at any time.
+  /// Returns the largest value (J), over the run, of the energy that the force has given to the hand since the start.
   double given() const { return most_given_; }
 
  private:
@@ -231,10 +233,11 @@ class ModelBench {
     ForceRecord asked, felt;
     double penetration = 0;
     std::vector<double> times(course.hand.size(), 1e18);
-    // All passes do the same work. So the shortest time of a tick over the passes is its time without interrupts.
+    // All passes do the same work. Interrupts make single ticks longer. So the shortest time of a tick over all passes
+    // is its time without interrupts.
     for (int pass = 0; pass < (options_.quick ? 1 : kRuns); ++pass) {
-      // The hand comes from far away, so that contact and snapshots begin anew. After this jump, every model has
-      // brought its proxy to the hand before the path begins, so the jump causes no error.
+      // Moves the hand far away, so that contact and snapshots start again. In these ticks, every model moves its proxy
+      // to the hand. So the jump of the hand causes no error on the path that follows.
       for (int i = 0; i < 3; ++i) scene.tick({dvec3(0, 0, 0.2)}, 0);
       for (int i = 0; i < 1000; ++i) scene.tick({course.hand.front()}, 0);
       for (std::size_t i = 0; i < course.hand.size(); ++i) {
@@ -381,7 +384,8 @@ class ModelBench {
     add("break-through", "step, felt", step, "N a tick");
   }
 
-  /// Moves hands through a sheet, by 1, 5 and 20 mm per tick. Measures whether the force still pulls them back.
+  /// Moves hands through a sheet, by 1, 5 and 20 mm per tick. Measures how many hands escape: on the other side of the
+  /// sheet, no force pulls them back.
   void escape(double thickness_mm) {
     ServoSettings settings = servo_settings();
     settings.friction = settings.cutting = false;
@@ -394,7 +398,7 @@ class ModelBench {
       for (int k = 0; k < hands; ++k) {
         const double x = anywhere(random), y = anywhere(random), lean = 0.3 * anywhere(random);
         const dvec3 from(1e-3 * x, 1e-3 * y, 3e-3), way(1e-3 * lean, 0, -1e-3 * step_mm);
-        // Moves the hand far away, so that the next contact begins anew.
+        // Moves the hand far away, so that the model forgets the last contact.
         for (int i = 0; i < 3; ++i) scene.tick({dvec3(0, 0, 0.2)}, 0);
         for (int i = 0; i < 20; ++i) scene.tick({from}, 0);
         dvec3 hand = from;

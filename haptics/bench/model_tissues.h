@@ -12,7 +12,8 @@
 namespace typodont::haptics::bench {
 
 inline constexpr double kProbeRadius = 0.6e-3;  // m, radius of the ball that slides, taps and drills
-inline constexpr double kHandDepth = 0.3e-3;  // m, distance of the hand below the ball, which stays outside the tissue
+// m; the hand is this far inside the tissue, measured from the ball, which stays outside
+inline constexpr double kHandDepth = 0.3e-3;
 
 /// A tissue on which every contact model is measured.
 struct ModelTissue {

@@ -19,7 +19,7 @@ namespace bench {
 namespace {
 
 constexpr std::string_view kBone = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [18, 18, 16]}}}])";
-constexpr double kBoneTop = 8e-3;  // m, height of the bone's surface
+constexpr double kBoneTop = 8e-3;  // m, height of the block's top
 
 /// A motion of a hand that oscillates while its tool is in a hole. `turn` is its largest angular speed and `way` its
 /// largest linear speed.

@@ -32,9 +32,10 @@ namespace {
 
 using namespace packing;
 
-constexpr double kBall = 5e-3;     // m, radius of the tissue, which is a ball
-constexpr double kHead = 0.6e-3;   // m, radius of a round bur
-constexpr double kDepth = 0.1e-3;  // m, enlargement of the tool's spheres for the surface estimate
+constexpr double kBall = 5e-3;    // m, radius of the tissue, which is a ball
+constexpr double kHead = 0.6e-3;  // m, radius of a round bur
+// m; the tool's spheres are enlarged by this when they are used to estimate the tissue's surface at the contact
+constexpr double kDepth = 0.1e-3;
 constexpr std::size_t kToolSpheres = 200;
 constexpr double kReamer = 22e-3;  // m, radius of the reamer
 // m, initial height of the reamer's centre: 1 mm above its height at the first contact
@@ -146,7 +147,8 @@ class Rows {
         first[1] = std::min(first[1], of_tool.first_hit(packing.center[b] - from, packing.radius[b], -way).t);
       }
       by_tool.push_back(static_cast<double>(thread_cpu_time() - start));
-      if (i >= 2) continue;  // the search without a tree is slow and always takes the same time, so two runs suffice
+      // The search without a tree is slow, and its time does not vary, so two runs of it are sufficient.
+      if (i >= 2) continue;
       start = thread_cpu_time();
       for (std::size_t t = 0; t < tool.radius.size(); ++t) {
         first[2] = std::min(first[2], tissue.brute_force(from + tool.center_T[t], tool.radius[t], way).t);
@@ -186,7 +188,8 @@ class Rows {
         "look");
   }
 
-  /// Measures the three passes of a tick separately, on the CPU, and also on a Vulkan device if there is one.
+  /// Measures the three passes of a tick (first contact, surface estimate, removal) separately, on the CPU and on a
+  /// Vulkan device. Does nothing if there is no such device.
   void passes(const SpherePacking& packing, bool quick) {
     std::unique_ptr<SpherePasses> on_device = make_sphere_passes(packing.size(), true);
     if (!on_device) return;

@@ -22,8 +22,8 @@ namespace {
 // number of ticks before the measurement begins; by then the tool has contact and the force has risen
 constexpr int kApproach = 200;
 
-/// A case of the benchmark: one hand with one tool. `hand(i, last, dt)` returns the tool's pose in tick i. `last`:
-/// the data of tick i − 1.
+/// A case of the benchmark: a hand with a tool. `hand()` returns a function of (i, last, dt), which returns the tool's
+/// pose in tick i. `last` contains the data of tick i − 1.
 struct ProcessCase {
   std::string name;
   Tool tool;

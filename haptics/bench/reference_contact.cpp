@@ -109,9 +109,9 @@ dvec3 nearest_in(const std::vector<HalfSpace>& spaces, const dvec3& goal) {
 
 }  // namespace
 
-/// Makes one step of sequential quadratic programming. For each face near the ball, the plane through the face's
-/// nearest point limits the position of the ball's centre. Faces are convex, so the ball stays outside all examined
-/// faces. Returns true if the position has converged.
+/// Makes one step of sequential quadratic programming. For each face near the ball, takes the plane through the face's
+/// nearest point. The ball's centre must stay in front of all these planes. Faces are convex, so the ball then stays
+/// outside all examined faces. Returns true if the position has converged.
 bool ReferenceContact::step(const dvec3& hand) {
   // Largest displacement of the ball's centre in this step. Only faces within this distance plus the ball's radius can
   // stop the ball.

@@ -28,9 +28,9 @@ void histogram_rows(const std::string& name, const std::string& knob, const std:
 /// alone, and of the copying and transfer of patches (the field around the tool).
 void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// Adds rows for the time of the cut in one tick. The time is compared with two lower bounds: reading and writing only
-/// the samples that the cut changes, and reading and writing the groups of samples that the cut processes. Both sets
-/// are known before the measurement.
+/// Adds rows for the time of the cut in one tick. Two lower bounds are measured for comparison. The first is the time
+/// to read and write only the samples that the cut changes. The second is the time to read and write all groups of
+/// samples that the cut processes. Both sets of samples are determined before the time is measured.
 void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dense, std::vector<BenchRow>& rows);
 
 /// Returns a lower bound, in ns, of the median time of a drilling tick. It is the sum of three times: the tick's cut
@@ -38,12 +38,13 @@ void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dens
 double drilling_floor(const DenseTissue& dense, const ServoSettings& settings, int ticks);
 
 /// Adds rows for a patch (the field around the tool) that is copied during drilling and passed to the servo. `scene` is
-/// a drilling scene with the pedal pressed. The measurement makes the hole in the scene slightly deeper.
+/// a drilling scene with the pedal pressed. The measurement drills the hole in the scene slightly deeper.
 void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>& rows);
 
-/// Adds rows for sliding and drilling hands with several voxel sizes: the servo's time per tick (quantiles, histogram,
-/// mean), and the mean time per tick of the process (servo, carver, and transfer of patches, in the simple way of
-/// LockStep and as in a session). The means also include work that is done only once in many ticks.
+/// Adds rows for sliding and drilling hands with several voxel sizes. Some rows give the servo's time per tick
+/// (quantiles, histogram, mean). Other rows give the mean time per tick of the whole process: servo, carver, and
+/// transfer of patches (both as in LockStep and as in a session). The means also include work that is done only once in
+/// many ticks.
 void process_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 /// Adds rows for a ball that moves along the surface in steps and removes tissue. They contain the error of the removed

@@ -66,12 +66,12 @@ struct Scene {
   /// Takes a new snapshot if one is due, as at the start of every tick. The first snapshot has its centre at the hand.
   /// Returns true if a snapshot was taken.
   bool renew_patch(const Pose& X_WT);
-  /// Computes one tick and returns its CPU time in ns.
+  /// Computes one tick. Returns the CPU time of this tick in ns.
   double tick(const Pose& X_WT, double pedal);
 };
 
-/// Returns the CPU times of `count` ticks of the servo alone, ns. The servo uses the snapshot of the first tick in all
-/// ticks. hand(i, last tick) returns the position of the tool in m.
+/// Returns the CPU times of `count` ticks of the servo alone, ns. A snapshot is taken in the first tick; the servo uses
+/// it in all ticks. hand(i, last tick) returns the position of the tool in m.
 template <class Hand>
 std::vector<double> servo_times(TissueVolume tissue, const ServoSettings& settings, double pedal, int count,
                                 Hand&& hand) {

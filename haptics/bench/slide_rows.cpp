@@ -83,7 +83,8 @@ struct Slide {
     return ns;
   }
 
-  /// Measures a proxy on the offset surface with eight field queries per tick, to compare the orders of interpolation.
+  /// Measures a proxy on the offset surface, which makes eight field queries per tick. `sample` is the order of
+  /// interpolation (trilinear or cubic); the rows compare both.
   template <class Sample>
   void by_looks(Sample sample, const char* name, double penalty_ns) {
     Scene still(dense, settings);
@@ -112,8 +113,8 @@ struct Slide {
     add(name, error, quantile(ticks, 0.5), "tick", "voxel penalty", penalty_ns);
   }
 
-  /// Measures methods of other programs, which are implemented here, in the same slide as the servo. `directions()`
-  /// returns a function from the hand's position to the force's direction.
+  /// Measures methods that other programs use. They are implemented here, and slide on the same path as the servo.
+  /// `directions()` returns a function that computes the force's direction from the hand's position.
   template <class Directions>
   void by_yardstick(const char* name, const std::string& of, double servo_ns, Directions directions) {
     double error = 0;
@@ -184,7 +185,7 @@ struct Slide {
   }
 
   /// Measures a lower bound for the time of a query: the time to read and add the 6 × 6 rows of samples that a query
-  /// reads, at points that are known beforehand.
+  /// needs. The points are computed before the measurement.
   void query_floor(const SurfacePatch& patch, const std::vector<dvec3>& points, double cubic_ns);
 };
 

@@ -32,7 +32,7 @@ std::vector<double> press(const Tool& tool, const Pose& tilted, double cutting, 
       soft.tick({i * Nanos(1'000'000), 1e-3, X_WG, 0, cutting});
       times.push_back(static_cast<double>(thread_cpu_time() - start));
     }
-    // Removes the ticks before the tool has its full depth.
+    // Discards the first quarter of the ticks, because the tool must first sink into the layer.
     times.erase(times.begin(), times.begin() + ticks / 4);
     return times;
   });
@@ -58,7 +58,8 @@ void soft_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
   constexpr int kBatch = 1024;
   bool awake = false;
   const double ns = batch_ns(std::max(ticks / 100, 5), kBatch, [&](int k) {
-    awake |= !soft.at_rest({dvec3(1e-6 * k, 0, 6e-3)}, 0);  // the tool moves at 1 mm/s, like a tool in a hand at rest
+    // the tool moves at 1 mm/s, about as fast as in a hand that holds it still
+    awake |= !soft.at_rest({dvec3(1e-6 * k, 0, 6e-3)}, 0);
   });
   rows.push_back({"soft tissue, asleep", "tool 6 mm away", BenchRow::kNone, "", awake ? BenchRow::kNone : ns, "tick"});
 }

@@ -1,6 +1,6 @@
 // The command `typodont bench stress`. It measures difficult conditions that a contact model must survive. The name of
-// a row is "campaign, model: measure". Its column `ratio` is the value divided by the largest value that passes, so a
-// model passes with a ratio of 1 or less.
+// a row consists of the kind of test, the model and the measured quantity. The column `ratio` is the measured value
+// divided by the largest permitted value. So a model passes if the ratio is at most 1.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,8 +30,8 @@ using namespace bench;
 
 // J, largest energy that a hand may receive; the servo's passivity controller guarantees this limit
 constexpr double kMostEnergy = 1e-9;
-// N per tick, largest allowed step of the force, in addition to the change that the hand's own motion causes in the
-// coupling.
+// N per tick; largest allowed difference between two values of Felt::step: with a carver that stops for a while, and
+// with a carver that never stops
 constexpr double kMostStep = 0.25;
 constexpr double kHostileLimit = 8;  // N, force limit for tests with erratic hands
 constexpr std::string_view kBlock6 = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}])";
@@ -43,10 +43,11 @@ struct Felt {
   double most_force = 0;  // N, largest force in the run
   double over_limit = 0;  // N, largest excess over the force limit
   double energy = 0;      // J, largest energy that the force gave to the hand
-  double step = 0;        // N per tick, largest step of the force beyond (stiffness × displacement of the hand)
+  // N per tick, largest change of the force from tick to tick, minus 1.5 × stiffness × displacement of the hand
+  double step = 0;
   double last_force = 0, depth = 0;  // force in N and penetration depth in m in the last tick
-  // number of ticks without force although the tool was inside the tissue; in work(): 1 if the hand came through the
-  // block
+  // Number of ticks without force although the tool was inside the tissue. In work(): 1 if the hand came through the
+  // block, otherwise 0.
   int holes = 0;
 
   void worse_of(const Felt& other) {
@@ -64,8 +65,8 @@ class Run {
   Run(TissueVolume tissue, const ServoSettings& settings)
       : steps_(std::move(tissue), settings), settings_(steps_.settings()) {}
 
-  /// Computes one tick, `dt` s after the previous tick. If `judged` is false, the force's step in this tick is not
-  /// evaluated.
+  /// Computes one tick, `dt` s after the previous tick. If `judged` is false, the change of the force in this tick does
+  /// not count for Felt::step.
   const ServoTick& tick(const Pose& X_WT, double pedal, double dt, bool judged = true) {
     t_ += from_seconds(dt);
     Cut cut;
@@ -137,8 +138,8 @@ class Stress {
   }
 
  private:
-  /// Adds a row. `most` is the largest value for which the test passes. If it is 0, every value above 0 fails; if it is
-  /// infinite, the value is only reported.
+  /// Adds a row. `most` is the largest permitted value. If `most` is 0, the test fails with every value above 0. If
+  /// `most` is infinite, the value is only reported and cannot fail.
   void add(const char* campaign, const char* measure, double value, const char* unit, double most) {
     BenchRow row;
     row.name = fmt::format("{}, {}: {}", campaign, model_, measure);
@@ -205,8 +206,9 @@ class Stress {
     if (!nonsense) add_energy(campaign, worst);
   }
 
-  /// Tests a hand that slides, drills or knocks on a block, while the carver's thread stops for `stall` s (0: it never
-  /// stops). The period of the clock varies by the fraction `jitter`, and five of a hundred ticks are missing.
+  /// Tests a hand that slides, drills or knocks on a block. The carver's thread stops for `stall` s (0: it never
+  /// stops). Each period of the clock differs from 1 ms by up to the fraction `jitter`. If `jitter` is not 0, one
+  /// period of a hundred lasts 5 ms.
   Felt work(Gesture gesture, double stall, double jitter) const {
     ServoSettings s = settings(1.2e-3);
     s.spindle.free_speed = 300 * kKrpm;
@@ -307,8 +309,8 @@ class Stress {
   }
 
   /// Tests an explorer's tip that slides over edges, a groove and the meshes of the anatomies at 30 to 120 mm/s. The
-  /// depth of the tip is half of its radius. At an edge, a deeper tip could also touch the other face, and the exact
-  /// force would then not be unique.
+  /// tip is half of its radius deep. At an edge, a deeper tip could also touch the other face; then there would be two
+  /// correct forces.
   void fast_probe() {
     constexpr const char* kCampaign = "fast probe";
     constexpr double kTip = 0.125e-3;     // m, radius of the probe's tip
@@ -322,7 +324,7 @@ class Stress {
     double squares = 0;
     int count = 0;
     for (const ModelTissue& tissue : tissues) {
-      // A faster hand uses only every n-th position of the path for the slow hand.
+      // The path was computed for the slow hand. A hand that is n times as fast uses every n-th position of this path.
       const Course course = slide_course(tissue, options_.quick ? 700 : 1500, {kTip, kTip / 2, 30e-3});
       for (const std::size_t stride : {1, 2, 4}) {
         ServoSettings s = settings(2 * kTip);
@@ -347,8 +349,8 @@ class Stress {
     add(kCampaign, "force off", 100 * std::sqrt(squares / std::max(count, 1)), "%, rms", 25);
   }
 
-  /// Moves hands by 1 mm per tick through a sheet with a thickness of 0.3 mm. Measures whether a force still pulls them
-  /// back on the other side.
+  /// Moves hands by 1 mm per tick through a sheet with a thickness of 0.3 mm. Measures how many hands escape: on the
+  /// other side of the sheet, no force pulls them back.
   void thin_wall() {
     ServoSettings s = settings(2 * kProbeRadius);
     s.friction = s.cutting = false;
@@ -360,7 +362,7 @@ class Stress {
     for (int k = 0; k < hands; ++k) {
       const double x = anywhere(random), y = anywhere(random), lean = 0.2 * anywhere(random);
       const dvec3 from(1e-3 * x, 1e-3 * y, 3e-3), way(1e-3 * lean, 0, -1e-3);
-      // Moves the hand far away, so that the next contact begins anew.
+      // Moves the hand far away, so that the model forgets the last contact.
       for (int i = 0; i < 3; ++i) run.tick({dvec3(0, 0, 0.2)}, 0, 1e-3);
       for (int i = 0; i < 20; ++i) run.tick({from}, 0, 1e-3);
       dvec3 hand = from;

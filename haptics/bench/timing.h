@@ -32,7 +32,7 @@ inline double clock_ns() {
   return quantile(times, 0.5);
 }
 
-/// Number of equal runs. The shortest time of a tick over all runs is its time without interrupts.
+/// Number of runs with the same work. The shortest time of a tick over all runs is its time without interrupts.
 inline constexpr int kRuns = 3;
 template <class Run>  // `run` returns the times of its ticks in ns
 std::vector<double> least_of(Run&& run) {

@@ -27,7 +27,7 @@ struct Arm {
   dvec3 origin{0};                 // m, origin of the workspace in the frame of the base
   dvec3 torque_constant{0};        // N·m/A, for each motor: torque per ampere
   std::array<double, 6> counts{};  // encoder counts per turn for A…F; 0 for D…F: the stylus has no encoders
-  std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // +1, or -1 if the joint turns against its count
+  std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // +1; -1 if the angle of the joint decreases while its count increases
   std::array<std::int64_t, 6> home{};            // counts of the six encoders in the home position
   double current_limit = 3;                  // A, largest current of a motor; the firmware of the boards has no limit
   double force_limit = 5, stiffness = 1000;  // N, largest force; N/m, largest stiffness

@@ -18,7 +18,7 @@ class Encoder {
   }
   std::int64_t value() const noexcept { return total_ + offset_; }
 
-  /// Result of processing a reading of the encoder.
+  /// What Encoder::read16() did with a reading.
   enum class Step {
     kGood,
     // this reading is too far from the last one, so it counts as wrong, and the count does not change
@@ -28,7 +28,7 @@ class Encoder {
     kSlipped,
   };
   /// Processes a reading. `reach` is the largest possible change, in counts, since the last accepted reading. `nearby`
-  /// is the largest possible change between two readings.
+  /// is the largest possible change between two successive readings.
   Step read16(std::int16_t reading, std::int64_t reach, std::int64_t nearby) noexcept {
     // The 16-bit difference wraps around, so it is the shorter of the two possible rotations.
     return take(static_cast<std::int16_t>(static_cast<std::uint16_t>(reading) - static_cast<std::uint16_t>(total_)),
@@ -38,7 +38,8 @@ class Encoder {
     return take(reading - total_, reach, nearby);
   }
 
-  // If readings far from the last accepted one agree with each other, they are accepted after this number in a row.
+  // Readings that are far from the last accepted one, but agree with each other, are accepted after this number in a
+  // row.
   static constexpr int kAcceptedAfter = 8;
 
  private:
@@ -53,7 +54,8 @@ class Encoder {
       rejected_ = 0;
       return slipped_ ? Step::kSlipped : Step::kGood;
     }
-    // If readings far from the last accepted one agree, the encoder has really jumped: wrong reports would not agree.
+    // If several readings are far from the last accepted one but agree with each other, the encoder has really jumped.
+    // Wrong reports would not agree.
     rejected_ = rejected_ > 0 && std::llabs(step - rejected_step_) <= nearby ? rejected_ + 1 : 1;
     rejected_step_ = step;
     if (rejected_ < kAcceptedAfter) return Step::kRejected;

@@ -27,8 +27,8 @@ class Link {
   virtual int descriptor() const noexcept { return -1; }
 };
 
-/// Limits the rate of samples from a device that sends them without request. Two samples that are used are at least
-/// half a period apart. Servo thread only.
+/// Limits the rate of samples from a device that sends samples without request. A sample that comes less than half a
+/// period after the last used sample is not used. Servo thread only.
 class SampleSpacing {
  public:
   /// `rate`: Hz, rate at which the device sends samples (DeviceInfo::rate).

@@ -17,7 +17,7 @@ namespace typodont::haptics {
 /// States how the reports of a pedal must be interpreted.
 struct PedalKind {
   enum class Type { kKeyboard, kInfinity, kAxis } type = Type::kKeyboard;
-  HidField axis;            // the axis of a rheostat; valid only for kAxis
+  HidField axis;            // the axis of a rheostat; valid only if `type` is kAxis
   double dead_band = 0.04;  // width of the dead band at each end of the axis, as a fraction of the axis's range
 };
 /// Recognises a known foot switch by its vendor and product numbers, or a rheostat by its report descriptor. Returns no

@@ -36,8 +36,9 @@ std::unique_ptr<HapticDevice> ReconnectingDevice::open_at_rest() const {
     throw Error(info_.address, "", device->info().serial, info_.serial);
   }
   if (!info_.counts_from_rest) return device;
-  // The encoders count from the pose in which the device was opened, so this pose must be the home position. Therefore
-  // the device must rest. If a hand holds it, it moves by more than kStill.
+  // The encoders count from the pose in which the device was opened. So this pose must be the home position, in which
+  // the device rests. If a hand holds the device, the hand moves it by more than kStill, and the device is not
+  // accepted.
   HandSample first, sample;
   if (!device->read(first)) return nullptr;
   const double samples = to_seconds(options_.rest) * info_.rate;

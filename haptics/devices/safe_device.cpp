@@ -105,8 +105,8 @@ void SafeDevice::trip(SafetyEvent event) noexcept {
 }
 
 Nanos SafeDevice::watch(Nanos t) noexcept {
-  // The watchdog sends zero force again and again until the servo has noticed the fault. Otherwise a force that the
-  // servo sent at the same moment could remain.
+  // The servo may have sent a force just after the watchdog's zero force, and this force would remain. So the watchdog
+  // sends zero force again and again, until the servo has noticed the fault.
   if (tripped_.load()) {
     device_->release();
     return t + kWatchdogRest;
@@ -187,8 +187,8 @@ void SafeDevice::gate_pedal(HandSample& sample, double dt) noexcept {
 }
 
 void SafeDevice::send(const dvec3& f, const dvec3& tau) noexcept {
-  // The time is stored before the force is sent. So the watchdog knows about the force even if this thread is stopped
-  // before it has sent the force.
+  // Stores the time before the force is sent. If this thread is stopped after that, the watchdog already knows of the
+  // force, and can replace it by zero force.
   last_write_.store(options_.clock());
   force_out_.store(true);
   device_->write(f, tau);
@@ -217,8 +217,8 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   if (!armed_) {
     const bool free =
         !touching_ && glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
-    // s, time for which the motion of the hand is known; if the gap between two samples is longer than this, the motion
-    // in the remaining part of the gap is unknown
+    // s, part of the time since the last sample that counts as time without contact. If this time is longer than two
+    // sample periods, samples are missing, and the motion of the hand in the rest of the time is unknown.
     const double seen = std::min(dt_, 2 / info_.rate);
     free_for_ = free && faults_ == 0 ? free_for_ + seen : 0;
     armed_ = free_for_ >= limits.free_time && !stop;
@@ -253,7 +253,8 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   }
   f *= gain_;
   tau *= gain_;
-  const double dt = std::min(dt_, 5e-3);  // s; after a late tick, the force may rise by at most as much as in 5 ms
+  // s; a late tick has a long dt_. The limit of 5 ms prevents a large step of the force after it.
+  const double dt = std::min(dt_, 5e-3);
   const dvec3 slewed = limit_slew(last_f_, f, limits.slew * dt);
   if (slewed != f && glm::length(slewed - f) > 1e-9) {
     note(SafetyEvent::kSlewLimit);

@@ -150,10 +150,10 @@ class SimulatedHand : public HapticDevice {
     if (s > path_.end() + 1e-9) return false;
     const HandPath::Row row = path_.at(s);
     if (started_) {
-      // Each step consists of four substeps. The spring to the path is integrated implicitly, so the simulation is
-      // stable for every stiffness and rate. The displacement is computed from the mean of the old and the new
-      // velocity, which is exact for a constant force. So a hand at a wall becomes unstable at the same stiffness as in
-      // theory.
+      // Divides each sample interval into four steps. The spring to the path is integrated implicitly, so the
+      // simulation is stable for every stiffness and rate. The displacement is computed from the mean of the old and
+      // the new velocity, which is exact for a constant force. So a simulated hand at a stiff wall becomes unstable at
+      // the stiffness that theory predicts.
       constexpr int kSubsteps = 4;
       const double dt = 1 / rate_ / kSubsteps;
       const dvec3 v_path = (row.X_WT.p - last_path_) * rate_;

@@ -16,9 +16,8 @@ namespace typodont::haptics {
 class VendorDevices {
  public:
   /// Returns the list. `plain` contains what is known about each device without opening it. `ask` opens device i,
-  /// describes it and closes it again. If the result of `ask` states a failure, the device's element in the list states
-  /// that access is not permitted, and the next call of list() asks again. If `ask` throws, list() throws the same
-  /// exception.
+  /// describes it and closes it again. If the result of `ask` states a failure, the list states for this device that
+  /// access is not permitted, and the next call of list() asks again. If `ask` throws an exception, so does list().
   std::vector<FoundDevice> list(std::vector<FoundDevice> plain, const std::function<FoundDevice(std::size_t)>& ask);
 
   /// An object of this class exists while this process has a device of the library open.
@@ -38,7 +37,8 @@ class VendorDevices {
  private:
   std::mutex mutex_;
   int in_use_ = 0;
-  // Number of devices at the last search. If the number changes, an address may mean another device.
+  // Number of devices at the last search. If the number has changed, an address may now belong to another device, so
+  // the stored descriptions are not valid any more.
   std::size_t plugged_in_ = 0;
   std::map<std::string, FoundDevice> known_;  // descriptions of the known devices by address
 };

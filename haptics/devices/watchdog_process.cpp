@@ -67,8 +67,8 @@ WatchdogProcess::WatchdogProcess(int descriptor, std::span<const std::uint8_t> z
   priority.sched_priority = 85;
   ::sched_setscheduler(0, SCHED_FIFO, &priority);  // has no effect if the permission is missing
 
-  // ns; time of the parent's last write before a silence after which zero force was already sent (only once per
-  // silence); -1: none so far
+  // ns; if the parent stops writing, zero force is sent only once. This is the time of the parent's last write before
+  // the zero force was sent; -1: zero force has not been sent yet.
   Nanos silent_since = -1;
   for (;;) {
     pollfd parent{ends[0], POLLIN, 0};
@@ -81,8 +81,8 @@ WatchdogProcess::WatchdogProcess(int descriptor, std::span<const std::uint8_t> z
     silent_since = last;
     [[maybe_unused]] const auto n = ::write(descriptor, command.bytes.data(), command.size);
   }
-  // If the parent ended normally, it has sent zero force itself; a second command does no harm. The loop is needed
-  // because a full queue may refuse the first write.
+  // If the parent ended normally, it has sent zero force itself. A second command for zero force does no harm. It is
+  // sent several times, because a full queue may refuse the first write.
   for (int i = 0; i < 3; ++i) {
     if (::write(descriptor, command.bytes.data(), command.size) == static_cast<ssize_t>(command.size) && i > 0) break;
     const timespec pause{0, 1'000'000};

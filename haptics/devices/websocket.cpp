@@ -162,7 +162,8 @@ WebSocket::Got WebSocket::receive(std::string_view& message, Nanos timeout) noex
       end_ -= begin_;
       begin_ = 0;
     }
-    // The buffer is twice as long as the longest message, so a longer frame was already refused above.
+    // The buffer holds twice the longest message, and a frame that is too long for a message was refused above. So the
+    // buffer always has space.
     if (broken_.load()) return Got::kLost;
     const Nanos left = std::min(until - link_->now(), timeout);
     if (read && left <= 0) return Got::kNothing;

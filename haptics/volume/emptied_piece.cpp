@@ -7,10 +7,10 @@
 namespace typodont::haptics {
 namespace {
 
-/// Computes for the samples in a box the distance (voxels) to the loose piece (`piece` is true) or to the remaining
-/// tissue (false). Samples that are too far away keep a very large value. The computation starts at the samples just
-/// below the surface, with their depths. Each sample passes its nearest start sample on to its neighbours, as long as
-/// this reduces their distances (Danielsson 1980).
+/// Computes for the samples in a box the distance (voxels) to the loose piece (if `piece` is true) or to the remaining
+/// tissue (if it is false). Samples that are too far away keep a very large value. The computation starts at samples
+/// just below the surface, whose depths are known. Each sample tells its neighbours its nearest start sample, and they
+/// use it if it is nearer than their own (Danielsson 1980).
 std::vector<float> distances_to(bool piece, const PieceBox& box) {
   constexpr float kShell = 2;  // voxels; the start samples lie less than this below the surface
   const auto place = [&](std::int32_t i) {
@@ -43,8 +43,8 @@ std::vector<float> distances_to(bool piece, const PieceBox& box) {
 }  // namespace
 
 std::vector<float> without_piece(const PieceBox& box) {
-  // voxels. kEmpty: largest distance that is stored after the removal of the piece. kClose: tolerance of the test
-  // whether the piece is the tissue nearest to a sample.
+  // voxels. kEmpty: largest distance that is stored after the removal of the piece. kClose: the piece counts as the
+  // nearest tissue of a sample if it is at most kClose farther away than the remaining tissue.
   constexpr float kEmpty = Sweep::kInner, kClose = 0.25;
   const std::vector<float> to_body = distances_to(false, box), to_piece = distances_to(true, box);
   std::vector<float> after = box.distance;

@@ -7,7 +7,7 @@
 
 namespace typodont::haptics {
 
-/// voxels; if a sample of air is farther than this from a loose piece, removing the piece does not change the sample
+/// voxels; the removal of a loose piece changes no sample of air that is farther from the piece than this
 inline constexpr int kPieceMargin = 4;
 
 /// A dense box of samples; z runs fastest: index (x·size.y + y)·size.z + z.

@@ -1,6 +1,6 @@
 // Finds the leaves of the tissue that the next cuts can still change. A leaf contains 8³ samples. The class does for
-// the carver what CutFront does for the servo: if no sample of a leaf can rise before the head has moved `slack`
-// voxels, the leaf is skipped for this path length. Private to haptics/volume.
+// the carver what CutFront does for the servo: if the head must move `slack` voxels before any sample of a leaf can
+// change, the leaf is skipped until the head has moved so far. Private to haptics/volume.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -33,14 +33,14 @@ class LeafFront {
     std::uint64_t logged = 0;
   };
 
-  /// A leaf that must be examined now, and its value in Row::due.
+  /// A leaf that must be examined now. `due` points to its value in Row::due.
   struct DuePlace {
     Place* place;
     float* due;
   };
 
-  /// Makes the position of the head unknown. Must be called if anything except the cuts of one stroke changes the
-  /// distances or replaces a leaf.
+  /// Discards the stored position of the head. Must be called if the tissue changes in any other way than by the cuts
+  /// of one stroke, or if a leaf is replaced.
   void forget() noexcept { last_.reset(); }
 
   /// Advances the head to the end of `sweep`, which reaches the leaves (8³ samples) lo..hi, inclusive.
@@ -61,7 +61,8 @@ class LeafFront {
   }
 
  private:
-  // leaves (8³ samples); the stored box of leaves exceeds the sweep by this margin, so that it must rarely be moved
+  // leaves (8³ samples); the box of stored leaves is larger than the sweep by this margin, so that it must be moved
+  // rarely
   static constexpr int kRoom = 2;
   static constexpr double kLongest =
       512;  // voxels, path length after which counting restarts; a float then resolves 6e-5

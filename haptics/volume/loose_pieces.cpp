@@ -53,8 +53,9 @@ SolidBits grown(const SolidBits& b) {
   return out;
 }
 
-/// Extends a part in one layer x, whose samples are the bits of one word: adds all samples of `solid` that are
-/// connected to the part within this layer, or that touch it in an adjacent layer.
+/// Extends a part in one layer x of a block; the samples of a layer are the bits of one word. First adds the samples of
+/// `solid` in this layer that touch the part in an adjacent layer. Then adds all samples of `solid` that are connected
+/// to the part within this layer.
 void grow_word(SolidBits& part, const SolidBits& solid, std::size_t x) {
   std::uint64_t w = part[x] | (((x > 0 ? part[x - 1] : 0) | (x < 7 ? part[x + 1] : 0)) & solid[x]);
   for (std::uint64_t last = 0; w != last;) {
@@ -177,7 +178,7 @@ class LoosePieces::KnownBlocks {
     }
   }
   /// Lets the flood fills spread; they started around the samples that the cut emptied. The search ends when at most
-  /// one of them can still spread, and this one is larger than each flood fill that has ended.
+  /// one flood fill can still spread. This flood fill must also be larger than each flood fill that has ended.
   void run(const TissueVolume& volume) {
     roots_.resize(static_cast<std::size_t>(flood_count_));
     std::iota(roots_.begin(), roots_.end(), 0);
@@ -199,7 +200,7 @@ class LoosePieces::KnownBlocks {
       for (const int i : live_) spread(volume, i);
     }
   }
-  /// Returns the number of flood fills that have not been joined.
+  /// Returns the number of separate flood fills. Flood fills that have met count as one.
   std::size_t apart() const { return roots_.size(); }
   /// Returns the tissue of each remaining flood fill, sorted by size. The last and largest may be incomplete.
   std::vector<TissuePiece> pieces() const {
@@ -383,8 +384,8 @@ LoosePieces::~LoosePieces() = default;
 void LoosePieces::note_emptied(int block, const SolidBits& now, bool unseen) {
   SolidBits& seen = blocks_->changing(block);
   SolidBits gone;
-  // If a block has not been read since the last edit, any sample that is air now may have been tissue
-  // before.
+  // Normally, a sample has become air if it was tissue when the block was last read, and is air now. If the block was
+  // not read since the last edit, every sample that is air now may have been tissue before.
   for (std::size_t i = 0; i < 8; ++i) gone[i] = unseen ? ~now[i] : seen[i] & ~now[i];
   seen = now;
   if (any(gone)) emptied_.push_back({{blocks_->key(block), gone}, block});

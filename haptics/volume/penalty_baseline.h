@@ -15,9 +15,9 @@ class PenaltyBaseline {
   explicit PenaltyBaseline(const DenseTissue& tissue);
   ~PenaltyBaseline();
 
-  /// Returns the position, m, to which the surface pushes a ball's centre: from `center_W` along the field's gradient
-  /// until the ball of `radius` (m) touches the surface. There is no proxy, so a ball that has passed a thin wall is
-  /// pushed out on the other side.
+  /// Returns the position (m) to which the surface pushes the centre of a ball: from `center_W` along the field's
+  /// gradient, until the ball of `radius` (m) only touches the surface. There is no proxy. So if the ball has passed
+  /// through a thin wall, it is pushed out on the other side.
   dvec3 push(const dvec3& center_W, double radius);
 
  private:

@@ -15,7 +15,8 @@ constexpr int kSteps = 3;           // number of Newton steps per vertex
 constexpr double kMostStep = 0.25;  // voxels, largest length of a Newton step
 
 /// Moves a vertex onto the surface by Newton's method along the gradient of the trilinear field. The mesher puts a
-/// vertex at the mean of the points where the surface crosses a cell's edges; this mean lies beside a curved surface.
+/// vertex at the mean of the points where the surface crosses the edges of a cell. If the surface is curved, this mean
+/// does not lie on the surface.
 template <class Accessor>
 openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
   using openvdb::tools::BoxSampler;
@@ -29,8 +30,8 @@ openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
       gradient[axis] = (value(p + off) - value(p - off)) / (2 * kDifference);
     }
     const double square = gradient.lengthSqr();
-    // Limit of |gradient|², which is about 1 in a distance field near its surface. If it is not above this limit, the
-    // vertex is not moved.
+    // Near the surface of a distance field, |gradient|² is about 1. If it is not above this limit, the vertex is not
+    // moved any further.
     if (!(square > 0.04)) return p;
     openvdb::Vec3d step = -value(p) / square * gradient;
     if (const double length = step.length(); length > kMostStep) step *= kMostStep / length;

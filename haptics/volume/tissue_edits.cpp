@@ -135,8 +135,8 @@ void TissueVolume::Impl::log_write(const glm::ivec3& key) {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  // the writes since at most this many marks (numbered states of the tissue) are stored; each patch needs one mark, and
-  // a session has fewer patches than this
+  // largest number of marks (numbered states of the tissue) since which the writes are stored; each patch of the servo
+  // needs one mark, and a session uses fewer patches at the same time
   constexpr std::size_t kMost = 32;
   const bool unwritten = !v.writes.empty() && v.writes.back().box.empty() && v.writes.back().blocks.empty();
   if (unwritten) return v.marked;
@@ -149,7 +149,8 @@ bool TissueVolume::written_since(std::uint64_t mark, Written& written) const {
   const Impl& v = *impl_;
   written.blocks.clear();
   written.box = {};
-  // the log has the writes since this many marks (numbered states of the tissue); the newest of them is v.marked
+  // Number of marks (numbered states of the tissue) since which the writes are known. The newest of these marks is
+  // v.marked.
   const std::uint64_t known = v.writes.size();
   if (mark > v.marked || mark + known <= v.marked) return false;
   for (std::uint64_t i = known - 1 - (v.marked - mark); i < known; ++i) {

@@ -89,7 +89,7 @@ struct StrokeKept {
   using Labels = LeafHistory<openvdb::Int32Tree>;
   Distance::Stroke distance;
   Labels::Stroke tissue;
-  std::vector<glm::ivec3> carved;  // bricks that this stroke was the first to cut
+  std::vector<glm::ivec3> carved;  // bricks that no earlier stroke had cut
   // The next members are valid after the stroke is complete.
   std::vector<glm::ivec3> bricks;  // bricks that change when the stroke is undone or redone
   PerTissue back{};                // m³, volume that comes back when the stroke is undone
@@ -161,8 +161,8 @@ struct TissueVolume::Impl {
   openvdb::Int32Grid::Ptr take_hardness(openvdb::Int32Grid& labels) const;
   void put_hardness(const openvdb::Int32Grid& hardness);
 
-  /// In a box in which distances changed and the filling was removed, restores the labels from the time before the
-  /// filling.
+  /// Must be called after distances in a box changed and a filling was removed there. Gives the voxels of the removed
+  /// filling the labels that they had before the filling.
   void restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi);
 
   /// Swaps the content of a stroke with the tissue; `back`: true for undo.

@@ -279,7 +279,8 @@ struct Rows {
 };
 
 /// Copies `length` samples of each of `count_x` × `count_y` rows, and applies `converted` to each value. The length is
-/// a constant for the compiler, because a loop over so few samples takes longer than copying them.
+/// a template parameter. With a variable length, the loop over so few samples would take longer than the copying
+/// itself.
 template <int length, class Value, class Out, class Convert>
 void copy_short_rows(const Rows<const Value>& from, const Rows<Out>& to, int count_x, int count_y,
                      const Convert& converted) {
@@ -319,8 +320,8 @@ void copy_leaves(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size,
   const std::ptrdiff_t stride_y = size.z, stride_x = stride_y * size.y;
   auto accessor = grid.getConstAccessor();
   const auto first = [](int v) { return floor_div(v, n) * n; };
-  // In a slab that is thin along z, most of the time of a loop over rows would be the start of its inner loops. So the
-  // leaves are copied one by one.
+  // If a slab is thin along z, its rows are short, and a loop over rows would spend most of its time on starting the
+  // inner loops. So the leaves of a thin slab are copied one by one.
   const bool thin = part.hi.z - part.lo.z < 4 * n;
   for (int x0 = first(part.lo.x); x0 <= part.hi.x; x0 += n) {
     const int from_x = std::max(x0, part.lo.x), count_x = std::min(x0 + n - 1, part.hi.x) - from_x + 1;
@@ -429,8 +430,8 @@ void TissueVolume::copy_part_of_every(int n, const Copied& box, const VoxelBox& 
 }
 
 VoxelBox TissueVolume::every_around(int n, const VoxelBox& written) {
-  // Extends the box to whole bricks: after the first cut in a brick, copy_every() returns other values for all of the
-  // brick's samples that lie deep in the tissue.
+  // Extends the box to whole bricks. The reason is that copy_every() treats samples deep in the tissue differently
+  // after the first cut in their brick.
   constexpr int cells = FieldBrick::kCells;
   const BrickBox bricks = bricks_around(written.lo, written.hi);
   const auto down = [n](const glm::ivec3& p) {
@@ -527,8 +528,10 @@ std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
   for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {
     std::uint8_t rows[kLeafEdge * kLeafEdge];
     samples_within(leaf->buffer().data(), nearest, farthest, rows);
-    glm::ivec3 lo(INT_MAX), hi(INT_MIN);  // box of these samples, relative to the leaf's origin
-    std::uint32_t near = 0;               // bit z: a row of the leaf has a sample near the surface at z
+    // box of the samples near the surface (|distance| <= 2), relative to the leaf's origin
+    glm::ivec3 lo(INT_MAX), hi(INT_MIN);
+    // bit z is set if a row of the leaf has a sample near the surface at the index z
+    std::uint32_t near = 0;
     for (std::uint32_t row = 0; row < std::size(rows); ++row) {
       const std::uint32_t bits = rows[row] & leaf->getValueMask().getWord<std::uint8_t>(row);
       if (bits == 0) continue;
@@ -552,8 +555,8 @@ std::vector<glm::ivec3> TissueVolume::take_changed_bricks() {
   return list;
 }
 
-/// Returns true if the surface passes through the brick: some corners of its cells are inside the tissue and others are
-/// not.
+/// Returns true if the surface passes through the brick: at least one corner of its cells is inside the tissue, and at
+/// least one is outside.
 static bool has_surface(const FieldBrick& brick) {
   bool solid = false, empty = false;
   for (int x = 1; x < FieldBrick::kSamples - 1; ++x) {

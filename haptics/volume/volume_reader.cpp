@@ -65,8 +65,8 @@ int run(int argc, char** argv) {
                                                fmt::format("{} MB, which reading this file may take", memory >> 20))
                                              .what();
   } catch (const haptics::WriteFailure&) {
-    // If the output has reached the limit of this process, the volume file is wrong. If a smaller limit of the user or
-    // a full disk stopped the output, the file is not wrong.
+    // If the output has reached the limit that this process sets, the volume file is wrong. If the output is shorter,
+    // the disk is full or the user has set a smaller limit, and the volume file is not wrong.
     const off_t written = lseek(out, 0, SEEK_END);
     if (written < 0 || static_cast<std::uint64_t>(written) < longest) return haptics::kReaderCannotWrite;
     message = too_large();
