@@ -41,14 +41,14 @@ constexpr Campaign kCampaigns[] = {
      "Simulated hands move at random with up to 0.2 m/s and 20 m/s² and rotate in all directions. Half of these hands "
      "drill. The servo limits the force to 8 N"},
     {"nonsense",
-     "The simulated hands move as in the campaign \"hostile hand\", but give invalid input in one tick of fifty. The "
+     "The simulated hands move as in the test \"hostile hand\", but give invalid input in one tick of fifty. The "
      "invalid input has positions that are NaN, infinite or far away, jumps of the hand, a clock that jumps back or "
      "forward by 3 s, and undone strokes"},
     {"carver stalls",
      "A simulated hand slides, drills and taps while the carver thread stalls for 50 ms to 3 s. The value \"step\" is "
      "the largest force step with stalls minus the largest force step of the same hand without a stall"},
     {"uneven clock",
-     "The simulated hands move as in the campaign \"hostile hand\". The tick periods vary by ±20 % and ±50 %, and one "
+     "The simulated hands move as in the test \"hostile hand\". The tick periods vary by ±20 % and ±50 %, and one "
      "tick of a hundred is five times as long"},
     {"200 N",
      "A simulated hand of 1 kg presses a tool head of 20 mm on a ball of bone with 200 N while the head slides and "
