@@ -18,14 +18,16 @@ struct BenchOptions {
   SharedContactMethod method;  // contact model to measure; null: the default model
 };
 
-/// Measures sliding, drilling, removal, free motion and deadlines with one contact model. The default model also gets
-/// rows for its own parts (field queries, cuts alone, patches).
+/// Measures one contact model while a tool slides, drills and moves freely, and measures how often it misses a
+/// deadline. The default model also gets rows for its single parts (queries of the distance field, cuts alone,
+/// patches).
 std::vector<BenchRow> bench_contact(const BenchOptions& options);
-/// Measures packings of a ball with different numbers of spheres: filled fraction, collision, normals, removal and tick
-/// time. `quick`: omits the largest packing and repeats less often.
+/// Measures packings (tissue as spheres) of a ball-shaped tissue with different numbers of spheres: filled fraction,
+/// collision, normals, removal and tick time. `quick`: leaves out the largest packing and repeats less often.
 std::vector<BenchRow> bench_packing(bool quick);
 
-/// A tissue mesh with a point of contact, for the comparison of contact models. Metres, frame W.
+/// A tissue mesh with the point at which the hand begins contact, for the comparison of contact models. Metres, frame
+/// W.
 struct ModelAnatomy {
   std::string name;
   TissueMesh mesh;  // exact surface of the anatomy
@@ -33,7 +35,8 @@ struct ModelAnatomy {
   dvec3 start{0};  // point on the surface where the hand makes contact
   // unit vector that points out of the tissue at `start`; the hand approaches in the opposite direction
   dvec3 out{0, 0, 1};
-  // Voxel sizes in mm, from coarse to fine, at least one. An anatomy from a voxel file has only that file's size.
+  // mm, voxel sizes to use, from coarse to fine; at least one. If the anatomy comes from a file with voxels, the list
+  // contains only the file's voxel size.
   std::vector<double> voxels_mm;
 };
 
@@ -45,31 +48,34 @@ struct ModelBenchOptions {
   std::vector<std::string> motions;
   std::vector<ModelAnatomy> anatomies;
 };
-/// Names of the tissues of bench_models() that need no anatomy, in the order in which they are measured.
+/// Names of the built-in tissues of bench_models() (tissues that are no ModelAnatomy), in the order in which they are
+/// measured.
 std::vector<std::string> model_bench_tissues();
 /// Measures every contact model on the same tissues with the same hand motions, and compares its results with the exact
-/// solution. The name of a row is "tissue, motion, model: measure".
+/// solution. The name of a row has the form "TISSUE, MOTION, MODEL: MEASURED QUANTITY".
 std::vector<BenchRow> bench_models(const ModelBenchOptions& options);
 
 struct StressBenchOptions {
-  bool quick = false;                // true: few ticks, for an overview; a complete test needs false
-  std::vector<std::string> models;   // names of the models to use; empty: all
-  std::vector<ModelAnatomy> meshes;  // meshes for the fast-probe test, in addition to the built-in edges and a groove
+  bool quick = false;               // true: few ticks, for an overview; a complete test needs false
+  std::vector<std::string> models;  // names of the models to use; empty: all
+  // meshes for the test with a fast probe; the built-in edges and a groove are always tested
+  std::vector<ModelAnatomy> meshes;
 };
 /// Tests the safety of every contact model: motions faster than a human's, invalid input, late carvers, irregular
-/// clocks, a push of 200 N, fast probes and thin walls. The name of a row is "campaign, model: measure"; its ratio is
-/// the measured value divided by the largest permitted value.
+/// clocks, a push of 200 N, fast probes and thin walls. The name of a row has the form "GROUP OF TESTS, MODEL: MEASURED
+/// QUANTITY". The row's ratio is the measured value divided by the largest permitted value.
 std::vector<BenchRow> bench_stress(const StressBenchOptions& options);
 
 struct MotionBenchOptions {
   std::filesystem::path tools;     // folder of tool files
   std::vector<std::string> names;  // names of the tools to use; empty: all
   double voxel_mm = 0.1;
-  int ticks = 1000;  // number of ticks per tool and motion, counted from when the tool has sunk into the tissue
+  int ticks = 1000;  // number of ticks per tool and motion; counting begins when the tool has sunk into the tissue
 };
 /// Measures the thread CPU time of a servo tick for every tool and every hand motion (up to 20 rad/s and 0.5 m/s).
 std::vector<BenchRow> bench_motions(const MotionBenchOptions& options);
-/// Measures tick time and memory of a hand that slides over a mesh, for increasing numbers of vertices.
+/// Measures the time of a tick and the memory while the hand slides over a mesh. Repeats this with meshes of more and
+/// more vertices.
 std::vector<BenchRow> bench_mesh_lod(const TissueMesh& mesh, bool quick);
 /// Measures the tick time of the contact model "vertex" on meshes with different numbers of vertices. A round bur
 /// slides on the mesh, or cuts it.

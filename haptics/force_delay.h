@@ -10,9 +10,9 @@
 
 namespace typodont::haptics {
 
-/// Delays forces. A delayed spring is not passive: while the hand retreats, it still pushes with an earlier, larger
-/// force, and so returns more energy than it received. Therefore the delayed force has its own energy ledger, by which
-/// the servo's passivity law limits the force.
+/// Delays forces. A delayed spring is not passive: while the hand retreats, the spring still pushes with an earlier,
+/// larger force, and so returns more energy than it received. Therefore the delayed force has an energy ledger of its
+/// own. With this ledger, the servo's passivity law limits the delayed force.
 class ForceDelay {
  public:
   struct Wrench {
