@@ -105,8 +105,8 @@ void SoundLink::render(void* self, std::span<float> samples, Nanos t_first) noex
     link->tool_W_ = tick.X_WG.p;
     link->seen_tool_ = heard = true;
   }
-  // If a tick arrives after the sample of its own time was played, the tick takes effect from the first sample of this
-  // block.
+  // Measures the latency from the tick to its sound. A tick with time t is heard in the sample with time t. If this
+  // sample was already played when the tick arrived, the tick is heard from the first sample of this block.
   if (heard && link->live_)
     link->latency_.store(to_seconds(now() - link->zero_ - std::min(tick.t, t_first)) + link->device_latency_,
                          std::memory_order_relaxed);

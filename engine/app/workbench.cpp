@@ -51,9 +51,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// m, if the distance between tool and hand is larger than this, the tool counts as caught in the tissue
+// m, if the tool is farther from the hand than this, the program treats the tool as caught in the tissue
 constexpr double kStuckDistance = 3e-3;
-// ns, a tool is reported only if it is caught in the tissue for longer than this
+// ns, only a tool that is caught in the tissue for longer than this is reported to the user
 constexpr Nanos kStuckTime = 1 * kNanosPerSecond;
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A', kSprayKey = 'W';
 // Keys in an implant exercise. They select the phase's instrument, make the drill slower or faster, and reverse it.
@@ -353,7 +353,8 @@ void Workbench::Impl::advance_sound() {
   if (!session->draw) take_tick();
   if (Latest<SeenFrom>& head = session->wiring.head_to_sound; headset && sound->binaural() && head.fetch())
     sound->listen(head.front().eye_W, head.front().right_W);
-  // With a headset, the headset's thread reads the ticks, so the time comes from the clock here.
+  // With a headset, another thread reads the ticks, so the present time comes from the clock and not from the newest
+  // tick.
   sound->advance(sound->live() || headset ? now() - zero : session->wiring.tick_to_render.front().t);
 }
 
@@ -391,8 +392,8 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
     pressed = over.pressed;
     follow_keys(over);
-    // If there is a `meter` for the score (in the operator's window), score_ticks() passes every tick to `implant`.
-    // Without a score, the newest tick is sufficient.
+    // Every tick must reach `implant` if the score is computed (in the operator's window; `meter` exists);
+    // score_ticks() passes these ticks. Without a score, the newest tick is sufficient.
     if (implant && !meter) implant->add({&tick, 1});
     edit_tissue(over);
     picture->draw(tick, hint(), summary.work);
@@ -583,7 +584,7 @@ void Workbench::Impl::end() {
   s.wiring.stop = true;
   for (std::jthread* thread : {&servo, &left, &carver})
     if (thread->joinable()) thread->join();
-  // If a part of the session fails to end, the run counts as failed, but the other parts are still ended.
+  // Ends one part of the session. If this fails, the run counts as failed, but the remaining parts are still ended.
   const auto try_to = [&](const auto& part) {
     try {
       part();

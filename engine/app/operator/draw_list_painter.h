@@ -24,7 +24,7 @@ class DrawListPainter {
   DrawListPainter(const DrawListPainter&) = delete;
   DrawListPainter& operator=(const DrawListPainter&) = delete;
 
-  /// Uploads the font atlas again, after a change of language or scale. The GPU must not be drawing a frame.
+  /// Uploads the font atlas again. Call it after the language or the scale has changed, while the GPU draws no frame.
   void take_font_atlas();
 
   /// Begins a frame: removes the textures that were registered for the last frame.
@@ -62,7 +62,8 @@ class DrawListPainter {
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   std::array<gpu::Buffer, kSlots> vertices_, indices_;
   std::vector<Texture> textures_;
-  std::map<VkImage, std::vector<std::uint64_t>> holds_;  // content of each target image: one hash per tile
+  // for each target image: one hash per tile, of the content that was drawn last
+  std::map<VkImage, std::vector<std::uint64_t>> holds_;
 };
 
 }  // namespace typodont

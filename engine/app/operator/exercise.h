@@ -43,8 +43,8 @@ class RuleRefused : public Error {
   RuleRefused(const Error& why, std::string name, bool without_target)
       : Error(why), rule(std::move(name)), no_target(without_target) {}
   std::string rule;  // name of the invalid rule (see session::known_score_names())
-  // The fault of the score rule. true: neither the rule nor the ideal preparation states a target value. false: a
-  // number of the rule is out of range.
+  // Reason why the score rule is invalid. true: neither the rule nor the ideal preparation states a target value.
+  // false: a number of the rule is out of range.
   bool no_target;
 };
 

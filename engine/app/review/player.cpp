@@ -135,8 +135,8 @@ void SessionPlayer::go_back(Nanos t) {
     next_ = last.first;
     if (last.kind == Done::Kind::kStroke) {
       carver.end_stroke();
-      // If the carver (owner of the tissue) has fewer strokes than `last.strokes`, it has dropped the last stroke,
-      // because this stroke changed nothing. Then there is nothing to undo.
+      // A stroke that changed nothing was dropped by the carver (owner of the tissue). Then the carver has fewer
+      // strokes than `last.strokes`, and there is nothing to undo.
       if (carver.strokes().done == last.strokes) carver.undo();
     } else if (last.kind == Done::Kind::kUndo) {
       carver.redo();

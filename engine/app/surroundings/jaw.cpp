@@ -11,11 +11,11 @@ namespace {
 
 constexpr double kFree = 0.5e-3;          // m, height of the gum's edge above the neck of a tooth
 constexpr double kPapillaWidth = 1.8e-3;  // m, width of a papilla (the gum between two teeth)
-// m, distances from the working tooth along the arch. Between kTiltFrom and kTiltTo, the tilt of the gum's edge
-// decreases to zero.
+// m, distances from the working tooth along the arch. The gum's edge is tilted up to the distance kTiltFrom. From there
+// to kTiltTo, the tilt decreases to zero.
 constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;
-// m, sideways distances from the row of teeth. Between kEdgeTo and kEvenFrom, the influence of the teeth on the jaw's
-// ridge decreases to zero.
+// m, distances from the row of teeth, sideways. Up to kEdgeTo, the height of the gum's edge follows the nearest teeth.
+// From there to kEvenFrom, it changes to the height at the working tooth.
 constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;
 constexpr double kRowDepth = 15.5e-3;  // m, thickness of a jaw with a row of teeth
 constexpr double kBlockDepth = 9e-3;   // m, smallest thickness of a jaw without a row of teeth
@@ -25,7 +25,8 @@ constexpr double kRidgeTop = 1.3e-3, kRidgeRim = 0.5e-3, kBuccalSwell = 1.7e-3, 
                  kSwellDepth = 4e-3;
 constexpr double kBuccalFold = 8.5e-3, kLingualFold = 9.5e-3, kFoldRound = 5e-3, kJawEdge = 13.5e-3;
 constexpr double kBack = 25e-3;  // m, distance from the working tooth to the back of the mouth
-// kAttached: m, height of the attached gum; kLine: m, half the width of its border
+// kAttached: m, height of the attached gum; kLine: m, half the width of the zone in which the attached gum changes to
+// movable mucosa
 constexpr double kAttached = 4.4e-3, kLine = 0.5e-3;
 // m, dimensions of tongue and cheek: distances from the curve of the teeth, and heights above the plane of the chewing
 // surfaces.

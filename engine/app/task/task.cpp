@@ -22,7 +22,9 @@ namespace {
 
 // m, scores are computed in the changed region and in a margin of this width around it
 constexpr double kMargin = session::kPulpReach + 0.5e-3;
-constexpr float kChanged = 0.02f;  // voxels, two distances that differ by less than this count as equal
+// voxels; at a voxel, the distances to the surfaces of two tissues are compared; if they differ by less than this, the
+// tissues count as equal there
+constexpr float kChanged = 0.02f;
 
 std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>& list) {
   std::vector<std::unique_ptr<haptics::Solid>> solids;

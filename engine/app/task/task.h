@@ -50,7 +50,7 @@ struct FinishedHand {
   std::optional<session::ExploreMeter> explore;
   std::vector<ServoTick> unexplored;  // ticks that are not yet evaluated
 };
-/// Computes the score of a finished session without the other data of the report. It equals the score of
+/// Computes only the score of a finished session, not the other data of a report. The result equals that of
 /// evaluate_session() for the session's recording. Takes a second or more. Throws Error if the scene's tissue or its
 /// ideal result cannot be built.
 session::Score final_score(const Scene& scene, const haptics::TissueVolume& after, FinishedHand hand);

@@ -20,8 +20,8 @@ namespace {
 // m, width of the zone below the shell in which the grey value changes from cortical (dense) to cancellous (spongy)
 // bone
 constexpr double kEndosteum = 0.5e-3;
-// m, length over which grey values vary; this length equals several distances between trabeculae (struts of spongy
-// bone)
+// m, distance between the grid points that have random grey values; several times the distance between trabeculae
+// (struts of spongy bone)
 constexpr double kGrain = 1.2e-3;
 constexpr double kMostVoxels = 2e8;
 
