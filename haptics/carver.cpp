@@ -11,7 +11,7 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kStrokePause = 0.3;  // s, largest pause between two cuts of the same stroke
+constexpr double kStrokePause = 0.3;  // s, after a longer pause than this, the next cut begins a new stroke
 
 const SharedContactMethod& or_default(const SharedContactMethod& method) {
   return method ? method : default_contact_method();

@@ -21,7 +21,7 @@ struct ContactInput {
   Pose X_WT;               // pose that the tool would have if it followed the hand exactly
   Pose X_WG;               // pose of the proxy at the end of the last tick
   dvec3 moved{0};          // m, displacement of the hand since the last tick
-  bool jumped = false;     // true: the hand's pose has jumped, farther than a human hand can move in a tick
+  bool jumped = false;     // true: since the last tick, the hand's pose has changed by more than a human hand can move
   double pedal = 0;        // pedal position 0..1; negative: backward rotation, for a tool with a thread
 
   // The following members describe the contact in the last tick.

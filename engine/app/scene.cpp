@@ -90,7 +90,7 @@ void read_materials(const Json& json, MaterialTable& table) {
   }
 }
 
-/// Reads the key "looks_like" of a scene's materials: which tissue is drawn as which other tissue.
+/// Reads the key "looks_like" of a scene's materials. The key states that pictures show a tissue like another tissue.
 DrawnAs read_drawn_as(const Json& json) {
   DrawnAs drawn_as;
   for (const std::string& key : json.keys()) {

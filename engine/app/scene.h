@@ -59,7 +59,7 @@ struct Scene {
   /// lost
   bool sound_lower_order = false;
 
-  std::string rig;  // name of the display rig that shows the scene; empty: the usual display rigs, which show a tooth
+  std::string rig;  // name of the display rig for the scene; empty: one of the usual display rigs, which show a tooth
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };

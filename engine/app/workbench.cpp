@@ -111,7 +111,7 @@ struct Workbench::Impl {
   std::vector<int> pressed;       // keys that were pressed in the last step
   std::string failure;
   bool held = false, hand_gone = false;
-  // declared last, so that the threads are joined before the members that they use are destroyed
+  // declared last, so that the destructor joins the threads before it destroys the members that they use
   std::jthread carver, servo, left, recorder, streamer;
 
   Impl(const Scene& s, const WorkbenchOptions& o) : scene(s), options(o) { set_up(); }
@@ -650,8 +650,8 @@ void Workbench::Impl::end() {
   summary.tick_us_p999 = timing.work.quantile(0.999) * 1e-3;
   summary.worst_tick_us = static_cast<double>(timing.worst_tick) * 1e-3;
   summary.worst_jitter_us = static_cast<double>(timing.worst_jitter) * 1e-3;
-  // A quantile is the upper edge of a histogram bin, so it can exceed the largest value. It is limited to the largest
-  // value.
+  // The histogram states a quantile as the upper edge of a bin. This edge can exceed the largest measured value, so the
+  // result is limited to this value.
   summary.jitter_us_p999 = std::min(timing.jitter.quantile(0.999) * 1e-3, summary.worst_jitter_us);
   summary.loop = s.loop->report();
   if (stage && summary.frames > 0) {
@@ -805,8 +805,8 @@ session::Score Workbench::score_so_far() {
   LiveViews* const views = m.picture ? m.picture->views() : nullptr;
   const bool judged = views && views->judged();
   if (judged) input = *views->judged();  // the result of the latest evaluation of the tissue
-  // In a resumed session, the volumes of the tissues come from the latest evaluation of the tissue. Otherwise they are
-  // computed from the volumes at the start and the removed volume.
+  // If the session continues an unfinished preparation, the volumes of the tissues come from the latest evaluation of
+  // the tissue. Otherwise they are the volumes at the start minus the removed volumes.
   if (m.scene.resume.empty() || !judged) {
     input.before = input.after = m.volumes_before;
     const PerTissue removed = m.session->wiring.tissue_to_render.front().removed;

@@ -202,7 +202,7 @@ class Workbench {
   /// Requests undo, redo or saving of the tissue. The carver thread executes the request in the next pass of its loop.
   /// Render thread only.
   void ask(TissueCommand command);
-  /// Returns the number of strokes that can be undone, and the number that can be redone.
+  /// Returns how many strokes can be undone, and how many can be redone.
   haptics::TissueVolume::Strokes strokes();
   bool held() const;
   /// Sends zero force, joins all threads and completes the recording. Throws RunFailure if the session failed.

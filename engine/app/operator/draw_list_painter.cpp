@@ -67,7 +67,7 @@ void DrawListPainter::take_font_atlas() {
                                        .format = VK_FORMAT_R8_UNORM,
                                        .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
   gpu::upload(device_, font_, std::span(pixels, static_cast<std::size_t>(width) * static_cast<std::size_t>(height)));
-  ImGui::GetIO().Fonts->SetTexID(nullptr);  // the texture number null means the font texture
+  ImGui::GetIO().Fonts->SetTexID(nullptr);  // a draw command with the texture number null uses the font texture
   textures_.assign(1, {font_.view, -1, 0});
   holds_.clear();
 }

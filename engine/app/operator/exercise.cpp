@@ -105,7 +105,7 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
   const bool ideal = !ideal_file.empty();
   if (!ideal && !e.rules && e.steps.empty() && !scene.contains("task")) return scene.dump(2) + "\n";
   Text task = scene.value("task", Text::object());
-  // if the scene has no task, the rules of the score are in its block "score"; otherwise they are in the task
+  // The rules of the score are in the scene's task. A scene without a task has them in its block "score" instead.
   if (scene.contains("score")) {
     if (scene["score"].contains("rules")) task["rules"] = scene["score"]["rules"];
     scene.erase("score");

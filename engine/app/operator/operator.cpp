@@ -524,7 +524,8 @@ class Operator {
   PlanDesk plan_desk_{s_, window_};
   SessionScores scores_{s_};
   Started started_;
-  BackgroundTask work_{s_};  // declared after the members that the work uses, so that it is destroyed before them
+  // declared after the members that the background work uses, so that the work ends before they are destroyed
+  BackgroundTask work_{s_};
   ScanDesk scan_desk_{s_, window_, work_};
   FuseDesk fuse_desk_{s_, window_, work_};
   Nanos revived_ = -kReviveInterval;

@@ -311,9 +311,9 @@ struct OperatorState {
   int curve_at = 0;
   const gpu::Image* live = nullptr;  // the trainee's picture, as the left eye sees it; null: there is no picture
   glm::dmat2 live_upright{1.0};
-  bool live_is_own = false;        // true: the trainee also looks at this window
-  glm::ivec2 live_size{640, 360};  // pixels, area that is available for the picture; the page writes it
-  display::UserInput live_input;   // mouse and keys over the picture; the page writes them
+  bool live_is_own = false;        // true: this window draws the trainee's picture; false: another window draws it
+  glm::ivec2 live_size{640, 360};  // pixels, size of the area for the picture; the session page sets it
+  display::UserInput live_input;   // input of mouse and keys over the picture; the session page sets it
   bool live_hovered = false;
   double live_aspect = 16.0 / 9;  // ratio of the picture's width to its height
 

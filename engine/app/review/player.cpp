@@ -31,8 +31,8 @@ SessionPlayer::SessionPlayer(const std::filesystem::path& file) : session_(file)
     deeds_.push_back({cut.t, &cut, false});
   }
   add_edits(UINT64_MAX);
-  // Corrects times that decrease, because the clocks of two threads may differ. The recorded order of the changes is
-  // kept.
+  // Two threads recorded these changes, and their clocks may differ. So a time may be smaller than the time before it.
+  // Such times are increased; the recorded order of the changes stays.
   for (std::size_t i = 1; i < deeds_.size(); ++i) deeds_[i].t = std::max(deeds_[i].t, deeds_[i - 1].t);
   from_the_start();
   seek(begin_);

@@ -35,7 +35,8 @@ constexpr double kRootShown = 2.5e-3;
 // m, height above the plane of the gum's edge; a neighbour's root is cut off only below this height, because higher
 // points cannot lie in a root
 constexpr double kCrownFrom = 4e-3;
-// m, half the lengths of the region in which light between bodies is computed, and height of its middle above the gum
+// m. Light that bodies receive from each other is computed in a box-shaped region. kLitAlong, kLitAcross, kLitUp: half
+// the edge lengths of the box; kLitMiddle: height of its middle above the gum.
 constexpr double kLitAlong = 15e-3, kLitAcross = 15e-3, kLitUp = 10e-3, kLitMiddle = 3e-3;
 constexpr double kReach = 3e-3;  // m, the distance field of a tooth is computed up to this distance from its surface
 // m, the gum reaches into the working tooth by this length, so that no gap between them is visible
@@ -52,7 +53,7 @@ constexpr double kFaceOverlap = 0.05e-3;
 constexpr double kFaceUnder = 10e-6;
 
 struct Box {
-  dvec3 lo{1e9}, hi{-1e9};  // m, frame W, bounds of the box
+  dvec3 lo{1e9}, hi{-1e9};  // m, frame W, lower and upper corner of the box
   void grow(const dvec3& p) {
     lo = glm::min(lo, p);
     hi = glm::max(hi, p);
@@ -444,7 +445,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   const auto body = [&](Tissue matter, Tissue under, double (Jaw::*field)(const Jaw::Place&) const,
                         const auto& beneath) {
     const auto at = [&](const dvec3& p) { return (shape.jaw.*field)(shape.jaw.place(p)); };
-    const bool fine = field == &Jaw::cheek;  // the cheek has a fine mesh, because it is the background of the work
+    // the cheek gets a fine mesh, because it is the background in pictures of the tooth
+    const bool fine = field == &Jaw::cheek;
     add(box, kMouthVoxel, fine ? kCheekTolerance : kGumTolerance, fine, at, gum_label, everywhere,
         [&](auto& mesh) { paint(mesh, box.lo, matter, under, beneath); });
   };

@@ -58,7 +58,8 @@ struct Surroundings {
   /// the gum hides no point.
   glm::dvec4 covered{0};
   double coarse_from = 0;  // m; the coarse mesh is used if the picture allows a surface error larger than this
-  /// The region in which light between bodies is computed (render::LightScene). Empty if the scene has no mouth.
+  /// The region in which the light that bodies receive from each other is computed (render::LightScene). Empty if the
+  /// scene has no mouth.
   std::optional<render::BoxInWorld> lit;
 };
 /// Builds the meshes of the surroundings. Equal plans give equal meshes. Throws Error if the volume cannot be read.

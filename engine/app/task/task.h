@@ -18,7 +18,7 @@ namespace typodont {
 /// Builds the ideal tissue; empty if the task has no ideal. `start`: result of load_untouched(scene). Throws Error.
 std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const haptics::TissueVolume& start);
 
-/// Evaluates results for one scene. The object copies its arguments. One thread at a time.
+/// Evaluates results for one scene. The object copies its arguments. Only one thread at a time may use it.
 class TaskEvaluator {
  public:
   /// Builds the ideal result. Throws Error if it cannot be built.

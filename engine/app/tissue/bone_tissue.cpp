@@ -188,7 +188,7 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
     const std::size_t i = dense.at(x, y, z);
     const dvec3 p_W = dense.frame.to_world(dvec3(x, y, z));
     const double outer = at(p_W), canal = bone.canal.distance(p_W);
-    // The jaw ends at the faces of the sampled box.
+    // The mesh of the jaw may be larger than the sampled box. The bone is cut off at the faces of this box.
     const dvec3 beyond = glm::max(bone.lo + 2.0 * h - p_W, p_W - (bone.hi - 2.0 * h));
     const double d = std::max({outer, beyond.x, beyond.y, beyond.z});
     dense.distance[i] = static_cast<float>(std::clamp(d, -dense.band, dense.band));
