@@ -21,7 +21,7 @@ uint32 FTypodontLoop::Run() {
 
 namespace {
 
-constexpr double Period = 1e-3;     // s, period of the servo
+constexpr double Period = 1e-3;  // s, period of the servo
 // s, time constant of the low-pass filter between the hand's pose in the game and the hand's pose in the servo
 constexpr double Smoothing = 0.02;
 
