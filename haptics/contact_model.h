@@ -2,8 +2,8 @@
 // that the tool touches, and the tissue that a cut removes.
 //
 // A method consists of two parts that share no data: a ContactModel on the servo thread and a TissueBody
-// (tissue_body.h) on the carver thread. Cuts go from the model to the body, snapshots from the body to the model. A
-// ContactMethod (contact_method.h) makes both. CONTRIBUTING.md shows how to add one.
+// (tissue_body.h) on the carver thread. The model sends cuts to the body, and the body sends snapshots of the tissue to
+// the model. A ContactMethod (contact_method.h) creates both parts. CONTRIBUTING.md shows how to add a method.
 #pragma once
 
 #include <cstdint>

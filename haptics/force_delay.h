@@ -22,8 +22,8 @@ class ForceDelay {
   /// `settings`: settings of the servo whose force is delayed. `most`: largest delay for pass(), s.
   ForceDelay(const ServoSettings& settings, double most);
 
-  /// Must be called once per tick. Returns the newest force and torque that are at least `delay` ns old. With a delay
-  /// of 0, returns the tick's own force unchanged.
+  /// Must be called once per tick. Returns the force and torque of the newest tick that is at least `delay` (ns) old.
+  /// With a delay of 0, returns the force of `tick` unchanged.
   Wrench pass(const ServoTick& tick, Nanos delay) noexcept;
 
  private:

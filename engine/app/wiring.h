@@ -150,8 +150,8 @@ struct Wiring {
   // From the carver thread to the user interface: the changed parts of the tissue's mesh. Used if a headset shows the
   // session and an operator watches in a window.
   Ring<MeshBatch*> bricks_to_watch{256};
-  // From the carver thread to the computing thread of LiveViews (live_views.h): copies of the tissue that this thread
-  // has requested. LiveViews contains the channel from this thread to the user interface.
+  // From the carver thread to the computing thread of LiveViews (live_views.h): copies of the tissue that the computing
+  // thread has requested. The channel from the computing thread to the user interface is inside LiveViews.
   Ring<haptics::TissueVolume*> copies_to_watch{4};
   // From the carver thread to the planner thread of the expert (live_expert.h): copies of the tissue for planning. Used
   // if the hand is an expert.
@@ -167,8 +167,9 @@ struct Wiring {
   Ring<ServoTick> ticks_to_score{1 << 14};
   // From the recorder thread to the user interface: state of the recording
   Latest<RecordState> record_to_render;
-  // From the headset's thread, which draws the pictures if there is a headset: the controller's samples to the servo
-  // thread (used if the controller is the hand), and the frames' times to the recorder thread.
+  // If there is a headset, its thread draws the pictures. From the headset's thread to the servo thread: the
+  // controller's samples (used if the controller is the hand). From the headset's thread to the recorder thread: the
+  // frames' times.
   Latest<XrHandSample> xr_hand;
   Ring<display::HmdTiming> xr_frames_to_recorder{1 << 12};
   // From the render thread to the recorder thread: measured times of the frames
@@ -188,8 +189,8 @@ struct Wiring {
   Latest<MouthMirror> mouth_mirror;
   /// pose of the suction tip; published instead of the mirror if the second hand holds the tip
   Latest<SuctionTip> suction_tip;
-  // To the recorder thread: from the render thread each switch of the water, and from the second hand's thread the
-  // samples of the left hand
+  // To the recorder thread: each switching of the water (from the render thread), and the samples of the left hand
+  // (from the second hand's thread)
   Ring<WaterSwitch> water_to_recorder{64};
   Ring<haptics::HandSample> left_to_recorder{1 << 13};
   /// From the render thread (or the headset's thread) to the application thread, for the sound: the newest position of

@@ -90,8 +90,9 @@ class Latest {
   const T& front() const noexcept { return slots_[front_]; }
 
  private:
-  // One of the three slots belongs to neither thread. The byte middle_ contains its index (kIndex), whether it contains
-  // a new value (kFresh), and whether the reader has returned it (kReturned).
+  // One of the three slots belongs neither to the writer nor to the reader. The byte middle_ contains the index of this
+  // slot (kIndex), whether the slot contains a new value (kFresh), and whether the reader has returned the slot
+  // (kReturned).
   static constexpr std::uint8_t kIndex = 3, kFresh = 4, kReturned = 8;
 
   std::array<T, 3> slots_{};

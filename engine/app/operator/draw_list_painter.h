@@ -1,5 +1,6 @@
 // Draws the user interface (Dear ImGui's draw lists) with Vulkan: one pipeline, dynamic rendering, two frames in
-// flight. If the image still contains an earlier frame, draws only the parts that differ. Render thread only.
+// flight. If the target image still contains an earlier frame, draws only the parts that differ from it. Render thread
+// only.
 #pragma once
 
 #include <array>

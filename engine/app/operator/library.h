@@ -10,8 +10,8 @@
 
 namespace typodont {
 
-/// Returns the path of the picture that the program has drawn for a scene. It is used if there is no file NAME.png
-/// beside the scene. The path changes when the scene's content changes.
+/// Returns the path of the picture that the program has drawn for a scene. The program shows this picture if there is
+/// no file NAME.png beside the scene. The path changes when the scene's content changes.
 std::filesystem::path made_picture(const std::filesystem::path& scene);
 
 /// Finds the shipped scenes and then the user's scenes, sorted by name. A scene that cannot be read is listed with its

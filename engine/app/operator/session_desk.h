@@ -46,8 +46,8 @@ class SessionDesk {
   /// after step().
   bool at_rest() const { return at_rest_; }
   /// Ends the session and moves the recording to its final folder. `why`: reason if the session ended abnormally. If
-  /// the session has no recording but must be scored, returns the data for the score; otherwise null. A session in
-  /// authoring mode and a session that failed are not scored.
+  /// the session has no recording but needs a score, returns the data for the score; otherwise null. Sessions in
+  /// authoring mode and sessions that failed get no score.
   std::shared_ptr<const Unscored> end(const std::string& why);
 
   /// Executes a request that concerns a running session. Returns false for any other request.

@@ -44,8 +44,8 @@ std::filesystem::path recorded_file(const std::filesystem::path& path, const Sce
 /// Checks the files to which a recording refers. Throws Error if a file has changed, because the replay would use other
 /// tissue than the session.
 void require_same_files(const session::SessionHeader& header, const ScenePlace& place) {
-  // The first file is the scene, and the last is the display rig. They are not compared, because the session contains
-  // both.
+  // The first file is the scene, and the last is the display rig. Their hashes are not compared, because the recording
+  // contains the text of both files.
   const std::size_t end = header.files.size() - (header.rig_json.empty() || header.files.empty() ? 0 : 1);
   for (std::size_t i = 1; i < end; ++i) {
     const session::SourceFile& file = header.files[i];

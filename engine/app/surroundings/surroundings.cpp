@@ -16,8 +16,8 @@ namespace typodont {
 
 namespace {
 
-// m, voxel sizes of bodies that are only drawn. A body is far if its distance from the middle of the working tooth
-// exceeds kNear.
+// m, voxel sizes of bodies that are only drawn. The sizes with "Far" in their names are for bodies whose distance from
+// the middle of the working tooth is larger than kNear.
 constexpr double kToothVoxel = 0.15e-3, kFarToothVoxel = 0.36e-3, kGumVoxel = 0.36e-3, kFarGumVoxel = 0.8e-3;
 constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e-3, kMouthVoxel = 1.1e-3;
 constexpr double kNear = 15e-3, kMouthReach = 38e-3;
