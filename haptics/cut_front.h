@@ -86,8 +86,8 @@ class CutFront {
   static constexpr double kRound = 512;
   static constexpr float kNever = 1e9f;
   static constexpr int kKinds = 20;  // largest number of kinds of groups of samples (see Run)
-  // Length of the head's path, in voxels, for which a list is valid. kListedOfBall: for balls; kListedOfHead: for other
-  // heads. With a larger value, lists are renewed less often but are longer.
+  // voxels, path length of the head for which a list is valid. kListedOfBall: for heads that are balls; kListedOfHead:
+  // for other heads. With a larger value, lists are renewed less often but are longer.
   static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;
   // Voxels, longest motion in one sweep for which lists are used. A faster head would soon reach the end of the path
   // length for which a list is valid.

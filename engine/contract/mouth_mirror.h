@@ -25,7 +25,8 @@ inline double magnification(const MouthMirror& mirror) {
   return mirror.focal > 0 ? 1 / (1 - kMirrorWorkDistance / mirror.focal) : 1;
 }
 
-// Diameter in m of a mirror of size 4, which is used if the scene states no size. Size 5 has 24 mm.
+// m, default diameter of a mouth mirror, for scenes that state none. It is the diameter of the standard size 4; size 5
+// has 24 mm.
 inline constexpr double kDefaultMirrorDiameter = 22e-3;
 
 /// Returns the pose of the mirror in the frame T of the tool that holds it: X_WM = X_WT * mirror_in_tool(). The z axis

@@ -18,8 +18,8 @@ namespace {
 
 constexpr std::array kTitles{"op.fuse_scan", "op.fuse_ct"};
 constexpr double kZoom = 1.15;  // ratio by which one step of the mouse wheel magnifies the surface
-// pixels; if the mouse moves farther than this while its button is pressed, the surface is turned and no point is
-// picked
+// pixels; if the mouse moves by more than this while its button is pressed, the mouse turns the surface; otherwise it
+// picks a point
 constexpr float kClick = 4;
 
 /// Handles the mouse over a surface. A click picks a point, dragging turns the surface, and the wheel zooms.

@@ -26,7 +26,7 @@ constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12
 // The coarse mesh of the cheek is as fine as its fine mesh. Otherwise it would have long triangles, of which one vertex
 // can lie in the dark behind the gum. Such a triangle would make the visible cheek dark, too.
 constexpr std::array<float, 2> kCheekTolerance{0.12f, 0.12f};
-// m, where the coarse and the fine mesh of gum or dam overlap, the coarse mesh is lower by this length
+// m, depth by which the coarse mesh of gum or dam lies below the fine mesh where the two meshes overlap
 constexpr double kCoarseBelow = 0.5e-3;
 // m, the coarse mesh is used if the picture allows a surface error larger than this
 constexpr double kCoarseFrom = 45e-6;
@@ -39,9 +39,10 @@ constexpr double kCrownFrom = 4e-3;
 // the edge lengths of the box; kLitMiddle: height of its middle above the gum.
 constexpr double kLitAlong = 15e-3, kLitAcross = 15e-3, kLitUp = 10e-3, kLitMiddle = 3e-3;
 constexpr double kReach = 3e-3;  // m, the distance field of a tooth is computed up to this distance from its surface
-// m, the gum reaches into the working tooth by this length, so that no gap between them is visible
+// m, depth to which the gum extends into the working tooth, so that no gap between them is visible
 constexpr double kGumInside = 0.4e-3;
-constexpr double kCoveredBelow = 0.6e-3;  // m, below this depth under the gum's edge, the gum hides the root
+// m, the gum hides those points of the root that are deeper below the gum's edge than this
+constexpr double kCoveredBelow = 0.6e-3;
 // m, width over which the collar (the gum around a tooth) blends into the jaw's ridge
 constexpr double kCollarBlend = 1.0e-3;
 constexpr double kCollarFrom = 4e-3;  // m, distance from a tooth at which its collar of gum ends
