@@ -18,14 +18,16 @@ struct BenchOptions {
   SharedContactMethod method;  // contact model to measure; null: the default model
 };
 
-/// Measures sliding, drilling, removal, free motion and deadlines with one contact model. The default model also gets
-/// rows for its own parts (field queries, cuts alone, patches).
+/// Measures one contact model while a tool slides, drills and moves freely, and measures how often it misses a
+/// deadline. The default model also gets rows for its single parts (queries of the distance field, cuts alone,
+/// patches).
 std::vector<BenchRow> bench_contact(const BenchOptions& options);
-/// Measures packings of a ball with different numbers of spheres: filled fraction, collision, normals, removal and tick
-/// time. `quick`: omits the largest packing and repeats less often.
+/// Measures packings (tissue as spheres) of a ball-shaped tissue with different numbers of spheres: filled fraction,
+/// collision, normals, removal and tick time. `quick`: leaves out the largest packing and repeats less often.
 std::vector<BenchRow> bench_packing(bool quick);
 
-/// A tissue mesh with a point of contact, for the comparison of contact models. Metres, frame W.
+/// A tissue mesh with the point at which the hand begins contact, for the comparison of contact models. Metres, frame
+/// W.
 struct ModelAnatomy {
   std::string name;
   TissueMesh mesh;  // exact surface of the anatomy
@@ -50,7 +52,7 @@ struct ModelBenchOptions {
 /// with an anatomy.
 std::vector<std::string> model_bench_tissues();
 /// Measures every contact model on the same tissues with the same hand motions, and compares its results with the exact
-/// solution. The name of a row is "tissue, motion, model: measure".
+/// solution. The name of a row has the form "TISSUE, MOTION, MODEL: MEASURED QUANTITY".
 std::vector<BenchRow> bench_models(const ModelBenchOptions& options);
 
 struct StressBenchOptions {
@@ -72,7 +74,8 @@ struct MotionBenchOptions {
 };
 /// Measures the thread CPU time of a servo tick for every tool and every hand motion (up to 20 rad/s and 0.5 m/s).
 std::vector<BenchRow> bench_motions(const MotionBenchOptions& options);
-/// Measures tick time and memory of a hand that slides over a mesh, for increasing numbers of vertices.
+/// Measures the time of a tick and the memory while the hand slides over a mesh. Repeats this with meshes of more and
+/// more vertices.
 std::vector<BenchRow> bench_mesh_lod(const TissueMesh& mesh, bool quick);
 /// Measures the tick time of the contact model "vertex" on meshes with different numbers of vertices. A round bur
 /// slides on the mesh, or cuts it.

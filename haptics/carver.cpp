@@ -11,7 +11,7 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kStrokePause = 0.3;  // s, largest pause between two cuts of the same stroke
+constexpr double kStrokePause = 0.3;  // s, after a longer pause than this, the next cut begins a new stroke
 
 const SharedContactMethod& or_default(const SharedContactMethod& method) {
   return method ? method : default_contact_method();
@@ -55,8 +55,8 @@ void Carver::apply(const Cut& cut) {
   if (cut.fill_radius > 0) {
     body_->fill(cut);
   } else {
-    // An undo or redo may have restored tissue at the head. So the next cut also removes the tissue inside the head at
-    // the start of its path, and not only the tissue ahead of the head.
+    // An undo or redo may have restored tissue at the head. In this case, the next cut must also remove the tissue
+    // inside the head at the start of the cut, not only the tissue ahead of the head.
     const bool edited = edits_ > 0 && cuts_ == edited_at_;
     body_->carve(cut, cuts_ > 0 && !edited && cut.tool == end_tool_ && same(cut.X_WA, end_));
     end_ = cut.X_WB;
@@ -79,7 +79,7 @@ std::vector<LoosePiece> Carver::take_pieces() {
 }
 
 bool Carver::undo() {
-  in_stroke_ = false;  // ends the present stroke, even if there is no stroke to undo
+  in_stroke_ = false;  // ends the present stroke, even if the function then finds no stroke to undo
   return edit(body_->undo());
 }
 
@@ -88,7 +88,7 @@ TissueVolume Carver::take_tissue() {
   if (TissueSurface* own = surface()) {
     left.set_mesh(std::make_shared<const TissueMesh>(own->mesh()));
   } else if (cuts_ > 0) {
-    left.set_mesh(nullptr);  // the source mesh shows the tissue before all cuts, so it must not be used any more
+    left.set_mesh(nullptr);  // the source mesh shows the tissue before all cuts, so nothing may use it any more
   }
   return std::move(left);
 }

@@ -23,9 +23,9 @@ class Carver {
   /// Constructs the carver with the tools, the contact method and the version of the force laws in `settings`.
   Carver(TissueVolume tissue, const ServoSettings& settings);
 
-  /// Repeats a cut of the servo. Cuts must arrive in order and without gaps. Cuts without a pause between them belong
-  /// to one stroke. If a cut separates loose pieces, they are removed in the same stroke, and a new snapshot is due.
-  /// The result is deterministic.
+  /// Repeats a cut of the servo. Cuts must arrive in order and without gaps. Consecutive cuts with only short pauses
+  /// between them belong to one stroke. If a cut separates pieces of tissue, these loose pieces are removed in the same
+  /// stroke, and a new snapshot is due. The result is deterministic.
   void apply(const Cut& cut);
   /// Returns the loose pieces that were removed since the last call.
   std::vector<LoosePiece> take_pieces();
@@ -33,29 +33,30 @@ class Carver {
   /// Returns true if `cut` would be the first cut of a new stroke.
   bool begins_stroke(const Cut& cut) const;
 
-  /// Undoes or redoes the last stroke; returns false if there is none. Afterwards a new snapshot is due. With this
-  /// snapshot, the servo continues with the edited tissue; it does not repeat cuts that it made in older snapshots.
+  /// Undoes (or redoes) the last stroke. Returns false if there is none. Afterwards a new snapshot is due. When the
+  /// servo begins to use this snapshot, it continues with the edited tissue, and does not repeat the cuts that it made
+  /// before the edit.
   bool undo();
   bool redo() { return edit(body_->redo()); }
   /// Ends the stroke: the next cut begins a new stroke. A stroke that changed nothing is discarded.
   void end_stroke();
-  /// Informs the carver that all cuts up to time t (on the clock of the cuts) have been applied. If the pause since the
-  /// last cut is long enough, this call ends the stroke and prepares its undo.
+  /// Informs the carver that all cuts up to time t (on the clock of the cuts) have been applied. If the time from the
+  /// last cut to t is longer than the pause that ends a stroke, ends the stroke and prepares its undo.
   void rest(Nanos t);
 
   /// Returns an empty snapshot whose buffers already have their full size.
   std::unique_ptr<Snapshot> make_snapshot() const { return body_->make_snapshot(); }
-  /// Returns true if the servo needs a new snapshot, because it has none, because the tissue was edited, or because the
-  /// tool has moved far from the centre of the last snapshot.
+  /// Returns true if the servo needs a new snapshot: it has none, the tissue was edited, a loose piece was removed, the
+  /// tissue body asks for a snapshot, or the tool has moved far from the centre of the last snapshot.
   bool snapshot_due(const ServoTick& tick) const;
   /// Returns the centre for the next snapshot in m, a point between the proxy and the hand.
   dvec3 snapshot_center(const ServoTick& tick) const;
-  /// Fills a snapshot with the tissue around `center_W`. A replay passes the snapshot's recorded `number`, because a
-  /// live servo may have skipped some numbers. 0: the next number is used.
+  /// Fills a snapshot with the tissue around `center_W`. `number`: number of the snapshot; 0: the next number is used.
+  /// A replay passes the recorded number, because the live servo may have skipped some numbers.
   void take_snapshot(const dvec3& center_W, Snapshot& snapshot, std::uint32_t number = 0);
-  /// Updates the newest snapshot to the present tissue: copies only the samples that were written since
-  /// remember_writes() was called. If the tissue was edited by undo or redo, returns false and changes nothing; a new
-  /// snapshot is then due.
+  /// Updates the newest snapshot to the present tissue. Copies only the samples that were written since the call of
+  /// remember_writes(). If the tissue was edited (undo or redo), returns false and changes nothing; a new snapshot is
+  /// then due.
   bool bring_up_to_date(Snapshot& snapshot);
   void remember_writes(bool wanted) { body_->remember_writes(wanted); }
 
@@ -65,8 +66,8 @@ class Carver {
   /// Returns the body's own triangles (TissueBody::surface); null: the renderer must draw volume() instead.
   TissueSurface* surface() { return body_->surface(); }
   TissueVolume::Strokes strokes() { return body_->strokes(); }
-  /// Moves the tissue out of the carver: returns volume() with the body's triangles as its mesh. If the body has no
-  /// triangles, a tissue that was cut is returned without a mesh. The carver must not be used afterwards.
+  /// Moves the tissue out of the carver: returns volume(), and adds the body's own triangles as its mesh. If the body
+  /// has no own triangles and the tissue was cut, the volume has no mesh. The carver must not be used afterwards.
   TissueVolume take_tissue();
   const TissueBody& body() const { return *body_; }
   std::uint64_t cuts() const { return cuts_; }
@@ -78,7 +79,7 @@ class Carver {
 
   std::unique_ptr<TissueBody> body_;
   std::size_t tool_count_;
-  // m, distance that the tool may move before a new snapshot is due; it comes from TissueBody::travel()
+  // m, distance that the tool may move before a new snapshot is due; result of TissueBody::travel()
   double travel_;
   std::uint64_t cuts_ = 0;
   Pose end_;                    // pose at which the last cut ended
@@ -87,8 +88,8 @@ class Carver {
   bool in_stroke_ = false;
   std::vector<LoosePiece> pieces_;  // loose pieces that take_pieces() has not returned yet
   PerTissue loose_volume_{};        // m³, volume of all loose pieces since construction
-  // piece_count_: number of loose pieces that cuts have separated so far; pieces_in_snapshot_: their number when the
-  // last snapshot was taken.
+  // piece_count_: number of loose pieces that cuts have separated so far; pieces_in_snapshot_: value of piece_count_
+  // when the last snapshot was taken
   std::uint32_t piece_count_ = 0, pieces_in_snapshot_ = 0;
   std::uint32_t edits_ = 0, edits_in_snapshot_ = 0;
   std::uint64_t edited_at_ = 0;  // number of cuts (cuts_) at the last edit

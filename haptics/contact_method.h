@@ -23,7 +23,8 @@ class ContactMethod {
  public:
   virtual ~ContactMethod() = default;
   virtual std::string_view name() const = 0;
-  /// Returns true if the method's bodies have their own triangles for the renderer (TissueBody::surface).
+  /// Returns true if the method's tissue bodies have triangles of their own, which the renderer draws
+  /// (TissueBody::surface).
   virtual bool draws_own_surface() const { return false; }
   /// Creates the part that runs on the servo thread. `settings` must be complete (including the frame) and must outlive
   /// the model.
@@ -56,7 +57,8 @@ std::vector<std::string> contact_method_names();
 /// Returns the list of names for help and messages: "one of: offset, …".
 std::string known_contact_methods();
 
-/// Number of models (servo thread) and of bodies (carver thread) that this process has created for one method.
+/// For one method: the number of models (servo thread) and the number of bodies (carver thread) that this process has
+/// created.
 struct MethodCount {
   std::string name;
   std::uint64_t models = 0, bodies = 0;

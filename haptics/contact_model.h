@@ -2,8 +2,8 @@
 // that the tool touches, and the tissue that a cut removes.
 //
 // A method consists of two parts that share no data: a ContactModel on the servo thread and a TissueBody
-// (tissue_body.h) on the carver thread. Cuts go from the model to the body, snapshots from the body to the model. A
-// ContactMethod (contact_method.h) makes both. CONTRIBUTING.md shows how to add one.
+// (tissue_body.h) on the carver thread. The model sends cuts to the body, and the body sends snapshots of the tissue to
+// the model. A ContactMethod (contact_method.h) creates both parts. CONTRIBUTING.md shows how to add a method.
 #pragma once
 
 #include <cstdint>
@@ -18,88 +18,95 @@ struct ContactInput {
   Nanos t = 0;             // time of the hand's sample, ns
   std::uint64_t tick = 0;  // index of this tick
   double dt = 1e-3;        // s, time since the last tick
-  Pose X_WT;               // pose of the tool if it follows the hand exactly
+  Pose X_WT;               // pose that the tool would have if it followed the hand exactly
   Pose X_WG;               // pose of the proxy at the end of the last tick
   dvec3 moved{0};          // m, displacement of the hand since the last tick
-  bool jumped = false;     // true: the hand's pose has jumped, farther than a human hand can move in a tick
+  bool jumped = false;     // true: since the last tick, the hand's pose has changed by more than a human hand can move
   double pedal = 0;        // pedal position 0..1; negative: backward rotation, for a tool with a thread
 
   // The following members describe the contact in the last tick.
-  double normal_force = 0;        // N, magnitude of the contact force
-  dvec3 normal{0};                // unit normal, pointing out of the tissue
-  double relative_stiffness = 1;  // factor on ServoSettings::stiffness; it depends on the tissue under the head
+  double normal_force = 0;  // N, magnitude of the contact force
+  dvec3 normal{0};          // unit normal, pointing out of the tissue
+  // factor on ServoSettings::stiffness; its value follows from the tissue under the head
+  double relative_stiffness = 1;
 
   // The following members limit the removal in this tick.
-  bool cuts = false;     // the tool cuts in this tick: its spindle rotates, or its edge scrapes
-  bool scrapes = false;  // the tool cuts with an edge that the hand draws over the surface without rotation
-  // true: the scraping edge has removed more than corresponds to its work, so it must not remove anything in this
-  // tick
+  bool cuts = false;     // true: the tool cuts in this tick, because its spindle rotates or its edge scrapes
+  bool scrapes = false;  // true: the tool cuts with an edge that the hand moves over the surface; nothing rotates
+  // true: the scraping edge has already removed more tissue than the hand's work has paid for. So it must not remove
+  // any tissue in this tick.
   bool must_earn = false;
   double specific_energy = 0;  // J/m³, specific cutting energy of the tissue under the head
   double budget = 0;           // J, energy that may be spent on removing tissue in this tick
-  double wall_budget = 0;      // J, the part of `budget` that may be spent at a wall of harder tissue
+  double wall_budget = 0;      // J, part of `budget` that may be spent where a wall of harder tissue stops the head
   double power = 0;            // W, power that the motor delivers at the cutting edges
   double spindle = 0;          // rad/s, speed of the spindle under load
 };
 
-/// Result of a contact model. A model with a proxy (constraint method) sets the pose of the proxy. A penalty method
-/// sets force, torque and stored energy. Both kinds of model set the remaining members. SI, frame W; lengths with the
-/// comment "in `unit`" are multiples of the member `unit`.
+/// Result of a contact model. A model with a proxy (constraint method) computes the pose of the proxy. A penalty method
+/// computes force, torque and stored energy. All other members are set by both kinds of model. SI units, frame W.
+/// Members with the comment "in `unit`" are lengths that are stated as multiples of the member `unit`.
 struct Contact {
   // The following members are results of constrain().
-  dvec3 p_WG{0};                  // m, position of the head's centre at the proxy; for a penalty method, at the hand
-  bool touching = false;          // the head touches tissue
-  bool breaking_through = false;  // the head has broken through the tissue, and the proxy still moves towards the hand
-  bool lost = false;              // the tool is outside the region that the snapshot contains
-  bool deep = false;              // the head is so deep inside the tissue that no surface is found
-  // there is no snapshot of the tissue at the tool; the plane of the last contact replaces the tissue
+  // m, position of the proxy's head centre; a penalty method has no proxy and states the hand's position
+  dvec3 p_WG{0};
+  bool touching = false;  // the head touches tissue
+  // true: the head has just passed through the tissue, and the proxy still moves towards the hand
+  bool breaking_through = false;
+  bool lost = false;  // true: the tool has left the region of the tissue that the snapshot contains
+  bool deep = false;  // true: the head is so deep inside the tissue that the model finds no surface near it
+  // true: there is no snapshot of the tissue around the tool, so the plane of the last contact replaces the tissue
   bool bridging = false;
   bool late = false;         // true: the snapshot has been missing for longer than a carver normally needs
-  bool rejoining = false;    // a snapshot was missing (bridging), and the proxy now returns to the surface
-  bool leading_out = false;  // the proxy is moved out of tissue that it overlapped
-  bool settled = true;       // false: the head is free, but the model still has state from the last contact
-  // true: the servo calls cut() although the tool does not cut, because it must insert an implant into the tissue, or
-  // because a cut of earlier ticks is not finished
+  bool rejoining = false;    // true: after a time without a snapshot (`bridging`), the proxy now returns to the surface
+  bool leading_out = false;  // true: the proxy overlapped tissue and is now moved out of it
+  bool settled = true;       // false: the head touches nothing, but the model still stores data of the last contact
+  // true: the servo must call cut() although the tool does not cut, because the model inserts an implant into the
+  // tissue, or because it must finish a cut of an earlier tick
   bool places = false;
-  // Vector from the hand to where the contacts would hold the head without a limit of its speed; zero without contact.
+  // Vector from the hand's head centre to the position at which the contacts would hold the head if its speed had no
+  // limit. Only the direction is used. Zero without contact.
   dvec3 contact_direction{0};
   double area = 0;            // m², area of the head in contact with tissue; 0: none
-  bool own_friction = false;  // p_WG already includes the effect of friction, so the servo must not add friction
+  bool own_friction = false;  // true: p_WG already includes friction, so the servo must not add friction
   bool gives_force = false;   // true for a penalty method: feel() sets force, torque, stored and depth
-  // Ratio 0..1 of the power at a wall of harder tissue to the head's full power; 0: there is no such wall.
+  // 0..1; power that the head can use at a wall of harder tissue, divided by the head's full power; 0: there is no such
+  // wall
   double wall = 0;
   std::uint32_t faults = 0;  // bits of enum Fault
   std::uint32_t level = 0;   // level of detail, for a method with several levels; 0 is the finest
-  // Unit normal of a wall between tissues that stops the tool, pointing out of the wall; zero: no wall.
+  // Unit normal of a boundary to another tissue that stops the tool like a wall. The normal points out of the wall.
+  // Zero: there is no wall.
   dvec3 side_normal{0};
-  // Smallest stiffness of the coupling along side_normal, as a ratio to the stiffness in ServoSettings.
+  // Lower limit of the coupling's stiffness along side_normal, divided by ServoSettings::stiffness.
   double side_stiffness = 0;
-  bool holds_turn = false;  // true: the tissue also constrains the tool's orientation, to R_WG
-  // Orientation of the proxy, if `holds_turn`. The rotation from the hand to the proxy determines `torque` and
-  // `stored`.
+  // true: the tissue also holds the tool's orientation; the proxy then has the orientation R_WG
+  bool holds_turn = false;
+  // Orientation of the proxy, used only if `holds_turn` is true. The rotation from the hand's orientation to R_WG
+  // determines `torque` and `stored`.
   dquat R_WG{1, 0, 0, 0};
-  dvec3 spindle_torque{0};  // N·m, torque that the spindle's work causes on the tool; used only if `holds_turn`
+  dvec3 spindle_torque{0};  // N·m, torque of the spindle's work on the tool; used only if `holds_turn` is true
 
-  // The following members are results of feel(). Contact i pushes the tool along the unit vector n_i at the point x_i
-  // with the weight w_i. There are `count` contacts: the first `own` contacts belong to the head, the others to the
-  // shank or the safe (not cutting) end.
+  // The following members are results of feel(). There are `count` contacts. Contact i pushes the tool at the point x_i
+  // along the unit vector n_i with the weight w_i (a length). The first `own` contacts belong to the head. The other
+  // contacts belong to the shank or to the end that does not cut.
   int count = 0, own = 0;
   bool turns_tool = false;  // true if `lever` and `turn` are valid
-  double unit = 1;          // m, unit of length of `lever` and `turn`
-  dvec3 lever{0};           // mean lever arm of the contacts, Σ w (x - c) / Σ w, in `unit`; c: centre of the head
-  dvec3 turn{0};            // sum of torques Σ w (x - c) × n, in `unit`
-  dvec3 on_head{0};         // sum Σ w n over the contacts of the head, in `unit`
-  // Sum Σ w n over the contacts of the shank and the safe (not cutting) end, in `unit`. The sum of on_head and on_shank
-  // is the displacement by which the contacts keep the proxy away from the hand.
+  double unit = 1;          // m, length that the comments below call `unit`: 1 m, or the size of a voxel
+  dvec3 lever{0};    // mean lever arm of the contacts, Σ w (x - c) / Σ w, in `unit`; c: position of the head's centre
+  dvec3 turn{0};     // moment of all contacts, Σ w (x - c) × n, in `unit` squared
+  dvec3 on_head{0};  // sum Σ w n over the contacts of the head, in `unit`
+  // Sum Σ w n over the contacts of the shank and of the end that does not cut, in `unit`. on_head + on_shank is the
+  // displacement from the hand to the proxy that the contacts cause.
   dvec3 on_shank{0};
-  bool known_tissue = false;  // true if `tissue` is valid; otherwise the servo keeps the last value
-  PerTissue tissue{};         // fraction of each tissue under the contacts; the sum is 1
-  bool graded = false;        // true if `hardness` is valid; otherwise every tissue has its full hardness
-  PerTissue hardness{};       // mean hardness of each tissue under the contacts, 0..1 (hardness.h)
+  bool known_tissue = false;  // true: `tissue` is valid; false: the servo keeps the fractions of the last tick
+  PerTissue tissue{};         // fraction of each tissue below the contacts; the sum is 1
+  bool graded = false;        // true: `hardness` is valid; false: every tissue has its full hardness
+  PerTissue hardness{};       // 0..1, mean hardness of each tissue below the contacts (hardness.h)
 
-  // The following members are results of feel() of a penalty method. The servo then adds no coupling. A method that
-  // constrains the tool's orientation sets `torque` and `stored` in constrain(), to the values of its orientation
-  // spring.
+  // The following members are results of feel() of a penalty method, whose force replaces the force of the coupling.
+  // Another method that holds the tool's orientation (`holds_turn`) sets `torque` and `stored` in constrain(), to the
+  // values of the spring between the two orientations.
   dvec3 force{0};     // N, force on the tool, including the damper's force
   dvec3 torque{0};    // N·m, torque on the tool about the head's centre
   double stored = 0;  // J, energy stored in the springs of the method
@@ -112,38 +119,41 @@ class ContactModel {
  public:
   virtual ~ContactModel() = default;
 
-  /// Exchanges the content of the snapshot in use with that of `fresh`, and repeats the cuts that were made after
-  /// `fresh` was taken. `removed`: removed volume so far, m³; the function corrects it for undone cuts and loose
-  /// pieces.
+  /// Begins to use the snapshot `fresh`: exchanges its content with that of the snapshot in use, then repeats the cuts
+  /// that were made after `fresh` was taken. `removed`: m³, removed volume so far; the function corrects it by the
+  /// volumes of undone cuts and of loose pieces.
   virtual void adopt(Snapshot& fresh, PerTissue& removed) noexcept = 0;
   /// Returns the snapshot in use. It is always the same object; its content changes.
   virtual const Snapshot& snapshot() const noexcept = 0;
-  /// Returns the distance in m that the tool may move from the centre of the snapshot before the servo needs a new one.
-  /// Infinity if a snapshot contains the whole tissue.
+  /// Returns the distance in m that the tool may move away from the snapshot's centre before the servo needs a new
+  /// snapshot. Infinity if a snapshot contains the whole tissue.
   virtual double travel() const noexcept = 0;
 
-  /// Returns the clearance: the distance in m that the proxy at X_WG may move before it can touch anything; 0 or less
-  /// if unknown. The value stays valid until adopt(). If turns_matter() returns true, the servo asks for it again in
-  /// every tick.
+  /// Returns the clearance: the distance in m that the proxy may move from X_WG before it can touch tissue; 0 or less
+  /// if the distance is unknown. The value stays valid until adopt() is called. If turns_matter() returns true,
+  /// rotations change the clearance, so the servo calls this function in every tick.
   virtual double clearance(const Pose& X_WG) noexcept = 0;
   virtual bool turns_matter() const noexcept { return false; }
 
-  /// Discards the state of the last motion. Called for the hand's first pose, and for a valid pose after invalid input.
+  /// Discards the state that depends on the last motion. Called at the hand's first pose, and at the first valid pose
+  /// after invalid input.
   virtual void begin_anew() noexcept = 0;
   /// Called once when the tool is far from all tissue. The model then discards the state of the last contact.
   virtual void release() noexcept = 0;
-  /// Returns true if the tool may be replaced by `tool` at the proxy, because neither of them touches anything.
+  /// Returns true if the user may change to the tool `tool` while the proxy is at X_WG, because neither the present
+  /// tool nor the new tool touches anything there.
   virtual bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept = 0;
   virtual void take_up(std::uint32_t tool) noexcept = 0;
 
-  /// Computes the proxy. Sets those members of `out` that are results of constrain(): all from p_WG on.
+  /// Computes the proxy. Sets those members of `out` that are results of constrain(): the members from p_WG to
+  /// spindle_torque.
   virtual void constrain(const ContactInput& in, Contact& out) noexcept = 0;
-  /// Removes as much tissue as the energy of this tick allows, or adds a filling. If the tissue has changed, returns
-  /// true and sets `cut` except for its normal. `energy`: used energy, J. Not called if the tool neither cuts nor fills
-  /// in this tick.
+  /// Removes as much tissue as the energy of this tick allows, or adds a filling. Returns true if the tissue has
+  /// changed, and then sets all members of `cut` except its normal. `energy`: J, energy that was used. Called only if
+  /// the tool cuts in this tick, if it is a filling instrument, or if Contact::places is true.
   virtual bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept = 0;
-  /// Computes the contacts at the head's new position, after the cut. Sets those members of `out` that are results of
-  /// feel(): all from `count` on. Called only while the head is in contact.
+  /// Computes the contacts at the position that the head has after the cut. Sets those members of `out` that are
+  /// results of feel(): all from `count` on. Called only while the head is in contact.
   virtual void feel(const ContactInput& in, Contact& out) noexcept = 0;
   /// Returns the tissue at a point inside the snapshot; kAir outside.
   virtual Tissue tissue_at(const dvec3& p_W) const noexcept = 0;

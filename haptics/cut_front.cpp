@@ -11,7 +11,8 @@ namespace typodont::haptics {
 
 namespace {
 
-// number of additional blocks on each side of the active front; with them, the front must be moved only rarely
+// number of additional blocks on each side of the active front; because of these blocks, a motion of the head seldom
+// requires to move the front
 constexpr int kRoom = 2;
 // largest number of groups of samples; the active front of any dental bur has fewer groups than this
 constexpr std::size_t kGroups = 1 << 15;
@@ -36,8 +37,8 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes
   const int layers = across - 2 * kRoom;
   parts_.resize(static_cast<std::size_t>(
       std::clamp(static_cast<int>(std::bit_floor(static_cast<unsigned>(layers))), 4, kMostParts)));
-  // Each part of the lists of samples that cuts may change has memory for twice the average number of groups, because
-  // the parts in the middle of the head contain more groups than the average.
+  // The lists contain the samples that cuts may change, and are divided into parts. Each part gets memory for twice the
+  // average number of groups, because the parts in the middle of the head contain more groups than the average.
   const std::size_t room = 2 * std::min(2 * kRows * kRows * count, kGroups) / parts_.size() + Groups::kRoom;
   for (Groups& part : parts_) {
     part.x.assign(room, 0);
@@ -94,8 +95,8 @@ void CutFront::move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept 
   const glm::ivec3 first = from - (size_ - (to - from + 1)) / 2, shift = first - first_;
   std::fill(moved_.begin(), moved_.end(), -kNever);
   if (known_) {
-    // The active front is moved by `shift` blocks of samples. a and b limit the range of the blocks that remain in the
-    // active front, as indices before the move.
+    // Moves the active front by `shift` blocks of samples. Blocks from a to b (indices before the move) are also in the
+    // moved front, so their values are copied.
     const glm::ivec3 a = glm::max(shift, 0), b = glm::min(size_ + shift, size_);
     for (int x = a.x; x < b.x; ++x) {
       for (int y = a.y; y < b.y; ++y) {
@@ -150,8 +151,8 @@ int CutFront::renewed_early(double way) const noexcept {
   if (outdated() > 0 || !(way > 0)) return -1;
   std::array<double, kMostParts> ticks_left;
   for (std::size_t i = 0; i < parts_.size(); ++i) ticks_left[i] = (parts_[i].until - way_) / way;
-  // In each tick, one part of the lists of samples can be renewed. So all parts can be renewed in time if, for every n,
-  // at most n parts expire within the next n ticks.
+  // In each tick, one part of the lists of samples can be renewed. All parts can be renewed in time if, for every n, at
+  // most n parts expire within the next n ticks. If this is not so, the part that expires first is renewed now.
   const auto end = ticks_left.begin() + static_cast<std::ptrdiff_t>(parts_.size());
   const auto soonest = std::min_element(ticks_left.begin(), end);
   const std::ptrdiff_t part = soonest - ticks_left.begin();

@@ -1,8 +1,8 @@
-// Determines which samples of a patch (a dense copy of the tissue around the tool) the next cuts can change: the active
-// front, docs/cutting.md. Each sample has a slack: a lower bound of how far the head must still move before it can
-// change the sample. From the slacks, each block of samples gets the path length at which it must be examined again.
-// Most cuts examine only the samples just ahead of the head: lists contain the samples that may change during the next
-// voxel of path. The lists are divided into parts, which are renewed one after the other.
+// The active front (docs/cutting.md): states which samples of a patch (a dense copy of the tissue around the tool) the
+// next cuts can change. Each sample has a slack: a lower bound of how far the head must still move before it can change
+// the sample. From the slacks follows, for each block of samples, the path length at which the block must be examined
+// again. Most cuts examine only the samples just ahead of the head. These samples are stored in lists, which are valid
+// for the next voxel of the head's path. The lists are divided into parts, which are renewed one after the other.
 #pragma once
 
 #include <array>
@@ -19,12 +19,13 @@ namespace typodont::haptics {
 /// Returns the number of samples along z that one vector instruction of this processor handles: 8 or 16.
 int widest_group() noexcept;
 
-/// The active front of one tool: the samples of a patch (copy of the tissue around the tool) that its next cuts can
-/// change, also in later patches. Blocks are 4 × 4 × 8 voxels, z fastest. Buffers are allocated once, at set-up.
+/// The active front of one tool: the samples of a patch (copy of the tissue around the tool) that the tool's next cuts
+/// can change. The front stays valid when a newer patch replaces the patch. Blocks are 4 × 4 × 8 voxels, z fastest.
+/// Buffers are allocated once, at set-up.
 class CutFront {
  public:
-  /// Allocates buffers that are large enough for each of these tools. `voxel`: m, voxel size; `lanes`: number of
-  /// samples in a group; the result of a cut does not depend on it.
+  /// Allocates buffers that are large enough for each of these tools. `voxel`: m, voxel size. `lanes`: number of
+  /// samples in a group; the results of cuts do not depend on this number.
   CutFront(std::span<const Tool> tools, double voxel, int lanes = widest_group());
 
   /// Returns the number n of parts into which the lists of samples are divided. Part i contains every n-th layer of
@@ -32,10 +33,10 @@ class CutFront {
   /// be renewed within one tick.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
-  /// Consecutive groups of samples in a list that have the same kind. The kind states which pieces of the head's
-  /// outline can be nearest to the samples. `narrow`: only the first kNarrowest samples of each group can change.
-  /// `stage`: no group changes before the head has moved this number of eighths of the path for which the list is valid
-  /// (always 0 for heads that are not balls).
+  /// A run: consecutive groups of samples in a list with the same kind, `narrow` and `stage`. `kind`: states which
+  /// pieces of the head's outline can be nearest to the samples. `narrow`: only the first kNarrowest samples of each
+  /// group can change. `stage`: the lifetime of a list (a path length of the head) has eight stages; before the head
+  /// has reached this stage, no group of the run can change. For heads that are not balls, `stage` is 0.
   struct Run {
     int kind;
     bool narrow;
@@ -43,7 +44,7 @@ class CutFront {
   };
   static constexpr int kStages = 8, kNarrowest = 8;
 
-  /// A group of samples as the search finds it, in the unsorted list `Groups::found`. Groups::sort() then sorts the
+  /// A group of samples in the unsorted list `Groups::found`, which a search has filled. Groups::sort() then sorts the
   /// groups by kind and stage, so that groups of the same kind can be processed together (see Run).
   struct Found {
     float x, y;
@@ -64,11 +65,11 @@ class CutFront {
     std::uint8_t* label;   // tissue of the samples that may change
   };
 
-  /// Must be called after a filling or an undo, and after cuts by another tool, because the stored slacks (motion until
-  /// a sample can change) are then not valid.
+  /// Must be called after a filling or an undo, and after cuts by another tool. After these changes, the stored slacks
+  /// (distances that the head must move before a sample can change) are not valid.
   void forget() noexcept { known_ = false; }
-  /// The first sample of a listed group, as an index in a patch (copy of the tissue around the tool) with edge length n
-  /// whose first voxel is `patch_lo`. `lanes`: number of samples in the group.
+  /// The first sample of a listed group, as an index in a patch (copy of the tissue around the tool). The patch has the
+  /// edge length n (samples) and begins at the voxel `patch_lo`. `lanes`: number of samples in the group.
   struct Place {
     std::ptrdiff_t at;
     int lanes;
@@ -81,33 +82,36 @@ class CutFront {
   friend class Sweep;
 
   static constexpr int kRows = 4, kDeep = 8;
-  static constexpr double kRound = 512;  // voxels; at this value the path length restarts at 0, to keep float precision
+  // voxels; at this value, the path length restarts at 0, because a float would lose precision
+  static constexpr double kRound = 512;
   static constexpr float kNever = 1e9f;
   static constexpr int kKinds = 20;  // largest number of kinds of groups of samples (see Run)
-  // Length of the head's path, in voxels, for which a list is valid. kListedOfBall: for balls; kListedOfHead: for other
-  // heads. With a larger value, lists are renewed less often but are longer.
+  // voxels, path length of the head for which a list is valid. kListedOfBall: for heads that are balls; kListedOfHead:
+  // for other heads. With a larger value, lists are renewed less often but are longer.
   static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;
-  // Voxels, longest motion in one sweep for which lists are used. The path of a faster head would soon be too long for
-  // the list.
+  // Voxels, longest motion in one sweep for which lists are used. A faster head would soon reach the end of the path
+  // length for which a list is valid.
   static constexpr double kMostListed = 0.2;
 
-  /// One part of the lists: the groups of samples along z that the head may change before its path length is `until`.
-  /// The arrays contain the position of the first sample, its index in the patch, the number of samples that may
-  /// change, and their tissue.
+  /// One part of the lists: groups of samples along z that the head may change until its path length is `until`. The
+  /// arrays contain for each group the position of its first sample, this sample's index in the patch, the number of
+  /// samples that may change, and their tissue.
   struct Groups {
     std::vector<float> x, y;
     std::vector<std::int32_t> z, at;
     std::vector<std::uint8_t> length, label;
     int count = 0;
-    // voxels; until: path length at which the list expires; lasts: path length for which the list is valid in
-    // total
+    // voxels; until: path length of the head at which the list expires; lasts: length of the path for which the list
+    // was valid when it was made
     double until = -1, lasts = 0;
     int room() const { return static_cast<int>(x.size()) - kRoom; }
     Listed listed() { return {x.data(), y.data(), z.data(), at.data(), length.data(), label.data()}; }
-    static constexpr int kRoom = 40;  // number of unused elements at the end, because a vector load may read them
+    // number of unused elements at the end of the arrays, because a vector load may read beyond the last group
+    static constexpr int kRoom = 40;
 
-    // The groups of samples before sorting. They are sorted by kind (the pieces of the meridian that can be nearest;
-    // for a ball, the position of the group of samples relative to the ball) and by the stage at which they may change.
+    // The groups of samples before sorting. sort() sorts them by kind and stage. The kind of a group states which
+    // pieces of the meridian (outline of the head) can be nearest to the group; for a ball, it states where the group
+    // is relative to the ball.
     std::vector<Found> found;
     std::array<Run, kKinds * 2 * kStages> runs;
     int run_count = 0;
@@ -116,8 +120,8 @@ class CutFront {
     int stage(double way) const noexcept { return static_cast<int>((way - (until - lasts)) / lasts * kStages); }
   };
 
-  /// Must be called before each sweep. While a drill moves along its axis, its lists contain no samples beside its
-  /// flank. Such lists are dropped before a sweep in another direction.
+  /// Must be called before each sweep. While a drill moves along its axis, the lists contain no samples beside the
+  /// drill's flank. If the next sweep has another direction, such lists are dropped.
   void begin_sweep(bool along_axis) noexcept {
     if (along_axis_ && !along_axis) drop_listed();
     along_axis_ = along_axis;
@@ -134,44 +138,46 @@ class CutFront {
     return due_.data() + (at.x * size_.y + at.y) * size_.z + at.z;
   }
 
-  /// Returns the index of the part of the lists of samples that contains a layer of blocks; layers are counted from the
-  /// first layer of the active front.
+  /// The lists of samples are divided into parts. Returns the index of the part that contains the blocks of layer
+  /// `layer`; layers are counted from the first layer of the active front.
   int part_of(int layer) const noexcept { return (first_.x + layer) & (parts() - 1); }
-  /// Sets the patch (copy of the tissue) to which the lists of samples refer. The existing lists stay valid if `holds`
-  /// is true, that is, if the new patch contains all their samples. `n`: edge length of the patch in samples.
+  /// Sets the patch (copy of the tissue) to which the lists of samples refer. `holds`: true if the new patch contains
+  /// all samples of the existing lists, which then stay valid. `n`: edge length of the patch in samples.
   void keep_listed(const glm::ivec3& patch_lo, int n, bool holds) noexcept;
   void drop_listed() noexcept {
     for (Groups& part : parts_) part.until = -1;
   }
-  /// Returns how many parts of the lists (of samples that cuts may change) have expired.
+  /// Returns the number of expired parts of the lists.
   int outdated() const noexcept;
-  /// Returns a part of the lists of samples that should be renewed now, before it expires, so that later no tick must
-  /// renew several parts; -1: none. `way`: path of the head per tick, voxels.
+  /// Returns the part of the lists that should be renewed in this tick although it has not expired; otherwise several
+  /// parts would expire in one later tick. Returns -1 if no part needs this. `way`: path length of the head per tick,
+  /// voxels.
   int renewed_early(double way) const noexcept;
 
-  /// Returns table `k` of terms that depend only on the z coordinate of a sample.
+  /// Returns table number `k`. The tables contain terms that depend only on a sample's z coordinate.
   float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kDeep + kBeyond); }
 
-  // Number of additional entries in the tables of z-dependent terms beyond the active front, because a group of samples
-  // may begin at the last sample of the front.
+  // Number of additional entries at the end of each table of z-dependent terms. They are needed because a group may
+  // begin at the last sample of the active front and extend beyond it.
   static constexpr int kBeyond = 32;
   int lanes_;
   glm::ivec3 size_{0};   // size of the active front in blocks of samples
   glm::ivec3 first_{0};  // position of the first block of the active front in the grid of blocks
-  // due_: for each block of samples, the path length at which it must be examined again; moved_: buffer for moving the
-  // active front
+  // due_: for each block of samples, the path length at which the block must be examined again; moved_: buffer that is
+  // used when the active front moves
   std::vector<float> due_, moved_;
   static constexpr int kMostParts = 16;
-  // the parts of the lists of samples; their number is a power of two; positions are relative to the first voxel of the
-  // active front
+  // the parts of the lists of samples; the number of parts is a power of two; positions of samples are relative to the
+  // first voxel of the active front
   std::vector<Groups> parts_;
-  // First voxel of the patch (copied tissue) to which the lists refer; `listed_n_`: edge length of the patch in voxels.
+  // First voxel of the patch (copy of the tissue) to which the lists refer. `listed_n_`: edge length of this patch in
+  // voxels.
   glm::ivec3 listed_lo_{0};
   int listed_n_ = 0;
   std::vector<float> heights_;
   bool known_ = false;
   bool along_axis_ = false;  // true if the last sweep was a motion of a drill along its axis
-  double way_ = 0;           // voxels, path length of the head's farthest point since the last restart
+  double way_ = 0;           // voxels, path length of the head's farthest point since the count was last set to 0
   Pose X_V_;                 // pose of the head in the frame V of the voxel grid, in voxels
 };
 

@@ -1,5 +1,5 @@
-// Fits the spring and damper of a coupling to a measured push into tissue (Wang et al. 2009, section 3.3.2, and its
-// reference 21).
+// A measurement records the force while a tool is pushed into tissue. These functions fit the spring and the damper of
+// a coupling to this measurement (Wang et al. 2009, section 3.3.2, and reference 21 of that paper).
 #pragma once
 
 #include <span>
@@ -20,9 +20,9 @@ struct DampingFit {
   int samples = 0;       // number of samples in contact
 };
 
-/// Fits F = k d + b ḋ by least squares to all samples in contact; ḋ is computed by central differences. Throws Error if
-/// fewer than three samples are in contact, or if k and b cannot be distinguished (constant speed, or speed
-/// proportional to depth).
+/// Fits k and b in F = k d + b ḋ by least squares to all samples in contact. d is the depth; its rate ḋ is computed by
+/// central differences. Throws Error if fewer than three samples are in contact, or if the samples cannot distinguish k
+/// from b (the speed is constant or proportional to the depth).
 DampingFit fit_damping(std::span<const PushSample> samples);
 
 }  // namespace typodont::haptics

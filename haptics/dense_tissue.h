@@ -27,12 +27,13 @@ struct DenseTissue {
   VoxelFrame frame;  // voxel (0,0,0) of the arrays is at the position frame.origin
   glm::ivec3 size{0};
   std::vector<float> distance;  // m, signed distance, negative inside; exact wherever |distance| < band
-  // Tissue of every voxel. A layer of at least one voxel outside the surface also has the label of the nearest tissue,
-  // so that labels can be read at the surface. Elsewhere outside: kAir.
+  // Tissue of every voxel. Voxels outside the surface are kAir, except a layer of at least one voxel around the tissue:
+  // it has the label of the nearest tissue, so that labels can be read at the surface.
   std::vector<Tissue> tissue;
-  std::vector<std::uint8_t> hardness;  // hardness of every voxel (hardness.h); empty: kOwnHardness everywhere
-  double band = 1.5e-3;                // m, largest stored distance
-  bool exact_outside = true;           // true: outside the tissue, the stored distance never exceeds the true distance
+  // hardness of every voxel (hardness.h); if the array is empty, every voxel has kOwnHardness
+  std::vector<std::uint8_t> hardness;
+  double band = 1.5e-3;       // m, largest distance that is stored
+  bool exact_outside = true;  // true: outside the tissue, the stored distance never exceeds the true distance
 
   std::size_t at(int x, int y, int z) const {
     return (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);

@@ -13,10 +13,10 @@ struct DeviceBenchOptions {
   std::filesystem::path assets;  // folder that contains devices/*.json
 };
 
-/// Measures the time from a device's sample to the written force (median and 99.9 %), with the safety layer. The
-/// simulated link has no delay, so this is the latency of the program without USB. For comparison, it also measures a
-/// loop without work, and the loop with a servo in contact. Compares the velocity estimator with simple differences, at
-/// the resolution of a typical arm and at several rates.
+/// Measures the time from a device's sample to the written force (median and 99.9th percentile), with the safety layer.
+/// The simulated link has no delay, so the result is the latency of the program without USB. For comparison, also
+/// measures a loop without work and a loop with a servo in contact. Compares the velocity estimator with simple
+/// differences, at the position resolution of a typical arm and at several rates.
 std::vector<BenchRow> bench_devices(const DeviceBenchOptions& options);
 
 }  // namespace typodont::haptics

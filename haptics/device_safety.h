@@ -9,27 +9,28 @@
 
 namespace typodont::haptics {
 
-/// Sets, or clears, the emergency stop of every guarded device. Any thread may call these functions.
+/// emergency_stop_all() begins the emergency stop of every guarded device; the next function ends it. For any thread.
 void emergency_stop_all() noexcept;
 void clear_emergency_all() noexcept;
 
 /// Returns SafetyEvent bits as text for reports, for example "watchdog, device fault".
 std::string describe_safety(std::uint32_t events);
 
-/// Makes sure that every arm gets zero force when the program ends: exit, failed check, uncaught exception, fatal
-/// signal, Ctrl-C. After SIGKILL or a failure of the computer, only the device's own watchdog can act. Installs
-/// atexit() and handlers for SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGBUS, SIGFPE, SIGILL and SIGABRT, once. Each
-/// handler sends zero force to all guarded devices and then calls the previous handler. A handler that is installed
-/// later should call release_all_devices() first.
+/// Makes sure that every arm gets zero force when the program ends: by exit, failed check, uncaught exception, fatal
+/// signal or Ctrl-C. (After SIGKILL or a failure of the computer, only the device's own watchdog can do this.) Installs
+/// once a function for atexit() and handlers for SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGBUS, SIGFPE, SIGILL and
+/// SIGABRT. Each handler sends zero force to all guarded devices, then calls the handler that was installed before it.
+/// A handler that the program installs later should call release_all_devices() first.
 void install_exit_guard();
 
-/// Adds a device to the guarded devices. Any thread may call it. Throws RunFailure if there are already eight.
+/// Adds a device to the guarded devices, which get zero force when the program ends. For any thread. Throws RunFailure
+/// if there are already eight guarded devices.
 void guard_device(HapticDevice& device);
 void unguard_device(HapticDevice& device) noexcept;
 
-/// Sends zero force to every guarded device and permits no further force in this process. So a servo thread that is
-/// still running has no effect. May be called from any thread and any signal handler, and may be passed to
-/// set_check_handler() (called if a check fails).
+/// Sends zero force to every guarded device, and blocks all later forces of this process. So a servo thread that still
+/// runs has no effect on the devices. For any thread and any signal handler. May also be passed to set_check_handler(),
+/// which is called after a failed check.
 void release_all_devices() noexcept;
 bool forces_forbidden() noexcept;
 

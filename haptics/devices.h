@@ -1,7 +1,7 @@
-// Opens a hand by its address, lists connected devices, and adds drivers. The files in devices/ are private;
-// device_safety.h, scripted_hand.h, udev_rules.h and device_bench.h are the other public headers. To add a device, add
-// one file devices/drivers/NAME.cpp that defines `const Driver NAME_driver` (see devices/drivers/circle.cpp). The build
-// collects every file of that folder.
+// Opens a hand by its address, lists connected devices, and adds drivers. Other modules may include this header,
+// device_safety.h, scripted_hand.h, udev_rules.h and device_bench.h, but not the files in devices/. To add a device,
+// add one file devices/drivers/NAME.cpp that defines `const Driver NAME_driver` (see devices/drivers/circle.cpp). The
+// build compiles every file of that folder.
 #pragma once
 
 #include <filesystem>
@@ -24,10 +24,10 @@ struct HandOptions {
   std::string pedal;                  // pedal to use: "auto", a device path or a serial number; empty: no pedal
   std::filesystem::path assets;       // folder that contains devices/*.json
   std::optional<double> force_limit;  // N, additional force limit; it can only lower the device's own limit
-  double pedal_limit = 0;  // s, longest time for which the pedal may be pressed without a break; 0: the default
-  /// Opens hands that belong to a window or a headset ("mouse:", "openxr:right"). Its arguments are the parts of the
-  /// address before and after the colon. The program sets this function while it has a window. Without a window the
-  /// function is empty, and the drivers report an error.
+  double pedal_limit = 0;  // s, the pedal may be pressed without a break for at most this time; 0: the default time
+  /// Function that opens the hands of a window or a headset (addresses "mouse:", "openxr:right"). Its arguments are the
+  /// parts of the address before and after the colon. The program sets the function while it has a window. Without a
+  /// window, the function is empty, and the drivers report an error.
   std::function<std::unique_ptr<HapticDevice>(const std::string& scheme, const std::string& rest)> window;
 };
 
@@ -44,10 +44,10 @@ struct FoundDevice {
 
 struct Driver {
   std::string scheme;  // scheme of the address; for example "spacemouse" opens "spacemouse:REST"
-  std::string rest;    // description of the REST of the address, for help: "[PATH]"
+  std::string rest;    // description of the address after "scheme:", for the help text: "[PATH]"
   std::string about;   // description of the device in one line
-  // true: open_hand() adds the safety layer, the pedal and the pose of the base; the driver's poses are then in the
-  // base frame
+  // true: the driver's poses are in the frame of the device's base. open_hand() adds the safety layer and the pedal,
+  // and converts the poses with the pose of the base.
   bool hardware = true;
   // function that opens the hand; throws Error
   std::function<std::unique_ptr<HapticDevice>(const std::string& rest, const HandOptions&)> open;
@@ -72,12 +72,12 @@ std::unique_ptr<HapticDevice> open_live_hand(const std::string& address, const H
 /// function throws Error. open_hand() calls this function for hardware.
 std::unique_ptr<HapticDevice> add_pedal(std::unique_ptr<HapticDevice> hand, const std::string& pedal);
 
-/// Returns all connected devices, including pedals. Never throws for a broken device or missing permission; the
-/// device's row then tells how to repair the problem.
+/// Returns all connected devices, including pedals. If a device is broken or a permission is missing, throws nothing:
+/// the entry of this device (FoundDevice::mend) then states how to repair the problem.
 std::vector<FoundDevice> list_devices();
 
-/// Detects that devices are connected or removed. look() returns the changes since its last call. Only one thread may
-/// call it, a few times per second.
+/// Detects when devices are connected or removed. look() returns the changes since the last call of look(). Only one
+/// thread may call look(), a few times per second.
 class DeviceWatch {
  public:
   struct Change {

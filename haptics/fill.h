@@ -1,5 +1,5 @@
-// The filling that an instrument adds in one tick, as a distance field (the class Sweep does the same for a removal).
-// Servo and carver both use this class, so that their tissues stay equal bit by bit.
+// The filling that an instrument adds in one tick, as a distance field. (For a removal of tissue, the class Sweep has
+// this purpose.) Servo and carver both use this class, so that their copies of the tissue stay equal bit by bit.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,8 @@
 
 namespace typodont::haptics {
 
-/// List of the air voxels that received a label in one tick of filling, as indices within a block.
+/// List of the voxels that were air and got a label in one tick of filling. A voxel is stored as an index within its
+/// block.
 class FreshLabels {
  public:
   void add(std::ptrdiff_t at) noexcept {
@@ -32,9 +33,10 @@ class FreshLabels {
   int count_ = 0;
 };
 
-/// The shape of the filling that is added in one tick. It is a ball without the head that presses it and without the
-/// head's exit path along its axis. If a solid limits the tool's filling, only the part inside it counts. The filling
-/// keeps a clearance of half a voxel (kClear) from the head and the exit path, so that it exerts no force on the hand.
+/// The shape of the filling that is added in one tick: a ball, without the space of the head that presses the filling,
+/// and without the path on which the head leaves the filling along the tool's axis. If the tool's filling is limited by
+/// a solid, only the part inside this solid is added. The filling keeps a clearance of half a voxel (kClear) from the
+/// head and from its exit path, so that the filling exerts no force on the hand.
 class Fill {
  public:
   Fill(const Tool& tool, const dvec3& center_W, double radius, const Pose& X_WT, const VoxelFrame& frame);
@@ -43,17 +45,17 @@ class Fill {
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// Adds the filling to a block of voxels from lo to lo+size-1. Each distance is reduced to the distance to the
-  /// filling (at least -Sweep::kInner) if this is smaller, and voxels that were empty get a label (label.h). z runs
-  /// fastest; the strides are in samples. `added` (may be null): added volume per tissue in voxels³. `fresh` (may be
-  /// null): voxels of air that got a label. Returns true if any sample changed. Any thread; the result has the same
-  /// bits for every processor and every division into blocks.
+  /// Adds the filling to a block of voxels from lo to lo+size-1. Where the distance to the filling (at least
+  /// -Sweep::kInner) is smaller than the stored distance, it replaces the stored distance. Empty voxels get a label
+  /// (label.h). z runs fastest; the strides are in samples. `added` (may be null): voxels³, added volume per tissue.
+  /// `fresh` (may be null): voxels of air that got a label. Returns true if any sample changed. Any thread; the result
+  /// has the same bits for every processor and every division into blocks.
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added, FreshLabels* fresh = nullptr) const noexcept;
 
-  /// Filling is allowed only outside the head and outside the head's exit path. kept_by_head(): distance in voxels from
-  /// p to the region outside both, negative inside this region. beyond_limit(): the same for the solid that limits the
-  /// filling, if there is one.
+  /// Filling is allowed only outside the head and outside the head's exit path. kept_by_head(): voxels, signed distance
+  /// from p to this allowed region, negative inside it. beyond_limit(): voxels, signed distance from p to the solid
+  /// that limits the filling (if there is one), negative inside it.
   double kept_by_head(const dvec3& p) const noexcept;
   double beyond_limit(const dvec3& p) const noexcept;
   bool is_limited() const noexcept { return within_ != nullptr; }

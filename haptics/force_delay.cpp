@@ -15,7 +15,8 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
   past_[newest_] = {tick.t, {tick.f_T_W, tick.tau_T_W}};
   count_ = std::min(count_ + 1, past_.size());
 
-  // Computes the energy that the last force has given to the hand since the last tick.
+  // Updates the energy ledger: subtracts the energy that the force of the last tick has given to the hand during the
+  // hand's motion since that tick.
   const dvec3 moved = begun_ ? tick.X_WT.p - X_WT_.p : dvec3(0);
   const dvec3 turned = begun_ ? rotation_vector(X_WT_.R, tick.X_WT.R) : dvec3(0);
   const double dt = begun_ ? std::max(to_seconds(tick.t - t_), 0.0) : tick_;
@@ -24,7 +25,7 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
 
   Wrench wrench{tick.f_T_W, tick.tau_T_W};
   if (delay > 0) {
-    wrench = {};  // the force is zero until a stored force is as old as the delay
+    wrench = {};  // the delayed force is zero until the oldest stored force is as old as the delay
     for (std::size_t i = 0; i < count_; ++i) {
       const Row& row = past_[(newest_ + past_.size() - i) % past_.size()];
       if (tick.t - row.t < delay) continue;
@@ -32,12 +33,12 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
       break;
     }
   }
-  // The contact has ended for both the delayed and the present force. A debt in the ledger is cancelled, so that the
-  // next contact starts without debt.
+  // Neither the delayed force nor the present force is in contact any more. A debt in the energy ledger is cancelled,
+  // so that the next contact starts without debt.
   if (wrench.f_T_W == dvec3(0) && tick.f_T_W == dvec3(0)) energy_ = std::max(energy_, 0.0);
   const double share =
       passive_fraction(law_, wrench.f_T_W, moved, wrench.tau_T_W, turned, dt > 0 ? dt : tick_, tick_, energy_, state_);
-  // Without a delay, the servo has already applied the passivity law.
+  // Only a delayed force needs the passivity law here. Without a delay, the servo has already applied this law.
   if (delay > 0) wrench.f_T_W *= share, wrench.tau_T_W *= share;
   return sent_ = wrench;
 }

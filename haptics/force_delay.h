@@ -10,9 +10,9 @@
 
 namespace typodont::haptics {
 
-/// Delays forces. A delayed spring is not passive: while the hand retreats, it still pushes with an earlier, larger
-/// force, and so returns more energy than it received. Therefore the delayed force has its own energy ledger, by which
-/// the servo's passivity law limits the force.
+/// Delays forces. A delayed spring is not passive: while the hand retreats, the spring still pushes with an earlier,
+/// larger force, and so returns more energy than it received. Therefore the delayed force has an energy ledger of its
+/// own. With this ledger, the servo's passivity law limits the delayed force.
 class ForceDelay {
  public:
   struct Wrench {
@@ -22,8 +22,8 @@ class ForceDelay {
   /// `settings`: settings of the servo whose force is delayed. `most`: largest delay for pass(), s.
   ForceDelay(const ServoSettings& settings, double most);
 
-  /// Must be called once per tick. Returns the newest force and torque that are at least `delay` ns old. With a delay
-  /// of 0, returns the tick's own force unchanged.
+  /// Must be called once per tick. Returns the force and torque of the newest tick that is at least `delay` (ns) old.
+  /// With a delay of 0, returns the force of `tick` unchanged.
   Wrench pass(const ServoTick& tick, Nanos delay) noexcept;
 
  private:

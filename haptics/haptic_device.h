@@ -1,4 +1,5 @@
-// Interface between a hand's device and the servo. Virtual, because different devices can be used.
+// Interface between a hand's device and the servo. The functions are virtual, because a session can use different
+// devices.
 #pragma once
 
 #include <cstdint>
@@ -20,16 +21,17 @@ struct DeviceInfo {
   double torque_limit = 0;      // N·m, largest torque of the device; 0: the device has no torque output
   double continuous_force = 0;  // N, force that the motors can sustain; 0: unknown
   double vibration_band = 0;    // Hz, highest vibration frequency that the device can output; 0: none
-  double silence = 0;           // s, the watchdog sends zero force if no force is written for this time; 0: the default
-  double position_step = 0;     // m, resolution of the position (one encoder count); 0: no steps, or unknown
-  // true: poses are relative to the pose at opening; the device must then be in its home position
+  // s, watchdog time: if no force is written for this time, the force is set to zero; 0: the default time
+  double silence = 0;
+  double position_step = 0;  // m, resolution of the position (one encoder count); 0: no steps, or unknown
+  // true: poses are relative to the device's pose when it was opened; the device must then be in its home position
   bool counts_from_rest = false;
 };
 
 /// State of the safety layer of a device with motors (devices/safe_device.h).
 struct SafetyStatus {
   bool gives_force = false;   // the device has motors
-  bool armed = false;         // the safety layer lets force reach the hand
+  bool armed = false;         // true: the safety layer passes forces to the hand
   double heat = 0;            // heat of the motor windings relative to their limit, 0..1
   double bearable_force = 0;  // N, force that the windings can sustain at their present heat
   std::uint32_t events = 0;   // SafetyEvent bits that occurred since the last call of safety()
@@ -44,13 +46,14 @@ class HapticDevice {
   /// Waits for the next sample; this call determines the timing of the servo. Returns false if the device is lost or
   /// the script has ended.
   virtual bool read(HandSample& sample) noexcept = 0;
-  /// Sets force (N) and torque (N·m) on the hand, frame W. They remain until the next call; the destructor sends zero.
+  /// Sets force (N) and torque (N·m) on the hand, frame W. They stay constant until the next call. The destructor sends
+  /// zero force.
   virtual void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept = 0;
-  /// Must be called before write(). The argument is true if the tool touches tissue, is inside tissue, or its contact
-  /// is unknown, even if the force is zero. After a fault or a call of release(), the motors give no force until the
-  /// argument has been false for some time. Servo thread only.
+  /// Must be called before write(). The argument is true if the tool touches tissue, is inside tissue, or if nobody
+  /// knows whether it has contact, even if the force is zero. After a fault or a call of release(), the motors give no
+  /// force until the argument has been false for some time. Servo thread only.
   virtual void contact(bool) noexcept {}
-  /// Must be called after write(), with the servo's result for the last sample. Simulated hands use it to react to
+  /// Must be called after write(). Receives the servo's result for the last sample. Simulated hands use it to react to
   /// their tool; hardware ignores it. Servo thread; never allocates.
   virtual void see(const ServoTick&) noexcept {}
   /// Returns the fault bits that belong to the sample of the last read().

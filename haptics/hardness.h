@@ -1,11 +1,12 @@
-// Hardness of a voxel, as a fraction of its tissue's own hardness. Each voxel has one byte of hardness. So caries can
-// be soft at its surface and firm at its floor, and bone can follow the grey values of a scan.
+// Hardness of a voxel: a fraction of the stiffness and specific cutting energy that the voxel's tissue normally has.
+// Each voxel has one byte of hardness. So caries can be soft at its surface and firm at its floor, and bone can follow
+// the grey values of a scan.
 //
 // The same law is used in the whole program. For a voxel of tissue T with the hardness byte b:
 //   stiffness               = stiffness of T · b / 255          (Material::stiffness)
 //   specific cutting energy = specific energy of T · b / 255    (Material::specific_energy)
-// Friction, density and colour do not depend on hardness. b = 255 is the tissue's own hardness, and the default of
-// every voxel. The smallest byte is 1, so cutting always needs energy. A filling has hardness 255; a filled voxel also
+// Friction, density and colour do not depend on hardness. b = 255 is the tissue's full hardness, and the default of
+// every voxel. The smallest byte is 1, so cutting always needs energy. A filling has hardness 255. A filled voxel also
 // keeps its former byte, which becomes valid again when the filling is cut out (see label.h).
 #pragma once
 

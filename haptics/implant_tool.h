@@ -23,24 +23,28 @@ std::string_view name_of(ImplantToolKind kind) noexcept;
 /// The block "implant" of a tool's file. SI units. Zhao 2020, "Modeling of the tools".
 struct ImplantTool {
   ImplantToolKind kind = ImplantToolKind::kGauge;
-  // Cutting abilities of the tool's voxels, from 0 (cannot cut) to 1. They depend on the position of the voxel.
+  // Cutting abilities of the tool's voxels, from 0 (cannot cut) to 1 (cuts fully). The ability depends on where the
+  // voxel is in the tool.
   double end_ability = 0;     // cutting ability at the tool's end, farther than `centre_radius` from the axis
   double centre_ability = 0;  // cutting ability at the tool's end, within `centre_radius` of the axis
   double side_ability = 0;    // cutting ability on the side of the tool
   double centre_radius = 0;   // m, radius around the axis in which `centre_ability` applies
   double greatest_grey = 0;   // Hounsfield units; bone with a larger grey value than this stops the tool
-  double thrust_ratio = 1;    // alpha of eq. (2) in Zhao 2020: tangential / normal force at the cutting edge
-  double pitch = 0;           // m, advance per turn of the thread; 0: no thread
-  double core_diameter = 0;   // m, core diameter of the thread; 0 without a thread
-  double bore_diameter = 0;   // m, diameter of the inner thread of an implant, which receives a screw; 0: none
-  double bore_depth = 0;      // m, depth of the inner thread that receives a screw
-  double speed = 0;           // rad/s, speed that the manufacturer recommends; 0: the tool does not rotate
-  // rad/s, speed at full pedal if the tool is used with a reduction gear; 0: no gear, so the tool has the motor's speed
+  // alpha of eq. (2) in Zhao 2020: tangential force divided by normal force at the cutting edge
+  double thrust_ratio = 1;
+  double pitch = 0;          // m, advance per turn of the thread; 0: no thread
+  double core_diameter = 0;  // m, core diameter of the thread; 0 without a thread
+  double bore_diameter = 0;  // m, diameter of the inner thread of an implant, which receives a screw; 0: none
+  double bore_depth = 0;     // m, depth of the inner thread that receives a screw
+  double speed = 0;          // rad/s, speed that the manufacturer recommends; 0: the tool does not rotate
+  // rad/s, speed at full pedal if a reduction gear drives the tool; 0: there is no gear, so the tool has the motor's
+  // speed
   double top_speed = 0;
   bool by_hand = false;        // true: a hand rotates the tool (ratchet), not the motor
   bool irrigated = false;      // true: the tool needs cooling water
   double greatest_torque = 0;  // N·m, largest torque that the manufacturer permits; 0: not stated
-  std::vector<double> marks;   // m, heights of the rings of the depth scale above the free end, ascending
+  // m, heights above the free end at which the tool has the rings of its depth scale, ascending
+  std::vector<double> marks;
 
   bool threaded() const { return pitch > 0; }
   /// Returns true for an implant or a screw, which remain in place after they are seated.

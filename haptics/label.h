@@ -1,5 +1,6 @@
-// The label of a voxel in a patch (copied tissue) or volume: one byte with the voxel's tissue. For a filled voxel, it
-// also contains the label before the filling, so that a cavity gets its old labels back when the filling is removed.
+// The label of a voxel in a patch (copied tissue) or volume: one byte that states the voxel's tissue. The label of a
+// filled voxel also states the label that the voxel had before the filling. So a cavity gets its old labels back when
+// the filling is removed.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +23,8 @@ inline bool is_filled(Tissue label) noexcept {
   return static_cast<std::uint8_t>(label) > kShown;
 }
 
-/// Returns the label of an air voxel after it was covered or touched by a filling.
+/// Returns the new label of an air voxel that a filling has covered or touched. `label`: its label until now;
+/// `filling`: tissue of the filling.
 inline Tissue filled(Tissue label, Tissue filling) noexcept {
   const int before = is_filled(label) ? static_cast<std::uint8_t>(label) >> kBeforeShift : static_cast<int>(label) + 1;
   return static_cast<Tissue>(before << kBeforeShift | static_cast<int>(filling));
@@ -32,13 +34,13 @@ inline Tissue emptied(Tissue label) noexcept {
   return is_filled(label) ? static_cast<Tissue>((static_cast<std::uint8_t>(label) >> kBeforeShift) - 1) : label;
 }
 
-/// Restores the label before the filling if the voxel is air and none of its 26 neighbours is solid filling. Depends
-/// only on distances and labels. Returns true if the label changed.
+/// If a filling was removed here, gives the voxel its former label again: the voxel must be air, and none of its 26
+/// neighbours may be solid filling. The result depends only on distances and labels. Returns true if the label changed.
 inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t at, std::ptrdiff_t stride_x,
                           std::ptrdiff_t stride_y) noexcept {
   if (!is_filled(label[at]) || distance[at] <= 0) return false;
   const Tissue before = emptied(label[at]);
-  // a voxel that lies partly inside the surface still contains some tissue, so its label cannot become air
+  // the voxel lies partly inside the surface and still contains some tissue, so its label cannot become air
   if (before == Tissue::kAir && distance[at] < 0.5f) return false;
   for (std::ptrdiff_t x = -stride_x; x <= stride_x; x += stride_x) {
     for (std::ptrdiff_t y = -stride_y; y <= stride_y; y += stride_y) {
@@ -51,8 +53,8 @@ inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t a
   return true;
 }
 
-/// Applies restore_label() to a box of voxels. The arrays must contain one more sample on every side. A single call
-/// after several cuts gives the same result as a call after each cut. Returns true if any label changed.
+/// Applies restore_label() to a box of voxels. The arrays must contain one more sample on every side of the box. One
+/// call after several cuts gives the same result as one call after each cut. Returns true if any label changed.
 inline bool restore_labels(const glm::ivec3& size, const float* distance, Tissue* label, std::ptrdiff_t stride_x,
                            std::ptrdiff_t stride_y) noexcept {
   bool changed = false;

@@ -1,5 +1,6 @@
-// Vectors of eight floats, for kernels that are compiled for several instruction sets (engine/base/dispatch.h). With
-// GCC's vector types, the result is the same on every processor. Private to the .cpp files of haptics.
+// Vectors of eight floats, for functions (kernels) that are compiled for several instruction sets
+// (engine/base/dispatch.h). With GCC's vector types, the results are the same on every processor. Only the .cpp files
+// of haptics include this header.
 #pragma once
 
 #include <cmath>
@@ -68,8 +69,8 @@ TYPODONT_KERNEL void take_root(F8& v) {
   v = root;
 }
 
-/// Permutations of the eight lanes of a vector. For each set of lanes (a mask with one bit per lane), `order` contains
-/// the permutation that moves these lanes to the front of the vector.
+/// Table of permutations of a vector's eight lanes. `order[mask]` is the permutation that moves the lanes of `mask`
+/// (one bit per lane) to the front of the vector.
 struct Compaction {
   I8 order[256] = {};
   Compaction() {

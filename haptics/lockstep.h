@@ -10,24 +10,25 @@
 
 namespace typodont::haptics {
 
-/// Servo and carver on one thread. tick() runs all steps in the usual order. A replay calls the single steps, in the
-/// order of its recording. Allocates memory, so it is for tests, benchmarks, scripts and tools, not for a real-time
-/// thread.
+/// Servo and carver on one thread. tick() executes all steps of a tick in the usual order. A replay calls the single
+/// steps itself, in the order of its recording. The class allocates memory, so use it for tests, benchmarks, scripts
+/// and tools, not on a real-time thread.
 class LockStep {
  public:
   /// Takes ownership of the tissue and sets `settings.frame` to its frame. Throws Error if the contact method rejects
   /// the tissue or the settings.
   LockStep(TissueVolume tissue, ServoSettings settings);
 
-  /// Runs one tick: first takes a new snapshot if one is due, then runs the servo, then the carver. Returns true and
-  /// sets `cut` if the tissue changed.
+  /// Runs one tick: takes a new snapshot if one is due, runs the servo, then lets the carver repeat the cut. Returns
+  /// true and sets `cut` if the tissue changed.
   bool tick(const HandSample& hand, ServoTick& out, Cut& cut);
 
-  /// Simulates a late carver. While `stalled` is true, the carver does nothing: cuts wait, and no snapshot is taken.
+  /// Simulates a carver that is late. While `stalled` is true, the carver does nothing: cuts wait for it, and it takes
+  /// no snapshot.
   void stall(bool stalled) { stalled_ = stalled; }
 
   // The following functions are the single steps of a tick.
-  /// Lets the carver repeat the waiting cuts up to the index `through`.
+  /// Lets the carver repeat those waiting cuts whose index is at most `through`.
   void apply_cuts(std::uint64_t through);
   /// Lets the carver take a snapshot around `center_W` (m).
   void take_snapshot(const dvec3& center_W, std::uint32_t number = 0) {
@@ -42,7 +43,7 @@ class LockStep {
   const Carver& carver() const { return carver_; }
   Servo& servo() { return servo_; }
   const ServoSettings& settings() const { return settings_; }
-  /// Returns the snapshot that was adopted before the last tick; null if none was adopted.
+  /// Returns the use of the snapshot that the servo adopted just before the last tick; null if it adopted none.
   const PatchUse* fresh_snapshot() const { return fresh_ ? &use_ : nullptr; }
 
  private:
@@ -51,7 +52,7 @@ class LockStep {
   Servo servo_;
   std::unique_ptr<Snapshot> spare_;
   std::deque<Cut> waiting_;  // cuts of the servo that the carver has not repeated yet
-  ServoTick placed_;         // the last tick, but only with its time and the poses of hand and proxy
+  ServoTick placed_;         // of the last tick: only the time and the poses of hand and proxy
   std::uint64_t ticks_ = 0;
   bool stalled_ = false, fresh_ = false;
   PatchUse use_;

@@ -47,8 +47,8 @@ constexpr std::string_view kTissueForms = "an object with \"volume\", \"mesh\", 
 constexpr double kLitrePerMinute = 1e-3 / 60;       // m³/s, one litre per minute
 constexpr double kMillilitrePerMinute = 1e-6 / 60;  // m³/s, one millilitre per minute
 constexpr double kNewtonMillimetre = 1e-3;          // N·m, one newton millimetre
-// Allowed range of the limits of force and torque that a scene states. An example of a large force: reaming an
-// acetabulum (hip socket) needs 200 N, which gives 6 N·m at the rim of a 60 mm reamer.
+// Limits of force and torque that a scene may state must lie in these ranges. The largest values suffice for reaming an
+// acetabulum (hip socket): it needs 200 N, and a 60 mm reamer then needs 6 N·m at its rim.
 constexpr double kLeastForceLimit = 0.1, kMostForceLimit = 300;    // N, smallest and largest force limit
 constexpr double kLeastTorqueLimit = 1e-3, kMostTorqueLimit = 20;  // N·m, smallest and largest torque limit
 constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
@@ -90,7 +90,7 @@ void read_materials(const Json& json, MaterialTable& table) {
   }
 }
 
-/// Reads the key "looks_like" of a scene's materials: which tissue is drawn as which other tissue.
+/// Reads the key "looks_like" of a scene's materials. The key states that pictures show a tissue like another tissue.
 DrawnAs read_drawn_as(const Json& json) {
   DrawnAs drawn_as;
   for (const std::string& key : json.keys()) {

@@ -55,10 +55,11 @@ struct Scene {
   SuctionTip suction_tip;        // suction tip at its initial pose; its opening is 0 if none is drawn
   std::optional<Nozzles> spray;  // the handpiece's water; empty: the scene has no water and no film of water
   bool spray_on = false;         // true: the spray is on at the start
-  /// true: the order of the (autoregressive) sound models may be reduced as long as no part of the sound is lost
+  /// true: the program may reduce the order of the (autoregressive) sound models as long as no part of the sound is
+  /// lost
   bool sound_lower_order = false;
 
-  std::string rig;  // name of the display rig that shows the scene; empty: the usual display rigs, which show a tooth
+  std::string rig;  // name of the display rig for the scene; empty: one of the usual display rigs, which show a tooth
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };

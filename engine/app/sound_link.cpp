@@ -16,14 +16,14 @@ namespace {
 
 constexpr std::uint64_t kSeed = 1;
 constexpr double kFullSuction = 5e-3;  // m³/s, flow at which the sound of the suction has its full level; 300 l/min
-constexpr double kHold = 0.25;         // s, if no tick arrives for this time, the sound of a live session stops
+constexpr double kHold = 0.25;         // s, the sound of a live session stops if no tick arrives for this time
 
 std::filesystem::path voice_of(const Scene& scene) {
   const auto folder = assets_folder() / "sounds";
   const auto own = folder / (scene.motor + ".json");
   if (!scene.motor.empty() && std::filesystem::exists(own)) return own;
-  // rad/s, a handpiece faster than this sounds like an air turbine, a slower one like an electric
-  // handpiece
+  // rad/s, limit between two sounds: a handpiece that is faster sounds like an air turbine, a slower one like an
+  // electric handpiece
   constexpr double kTurbine = 150 * kKrpm;
   return folder / (scene.servo.spindle.free_speed > kTurbine ? "air_turbine.json" : "handpiece.json");
 }
@@ -105,8 +105,8 @@ void SoundLink::render(void* self, std::span<float> samples, Nanos t_first) noex
     link->tool_W_ = tick.X_WG.p;
     link->seen_tool_ = heard = true;
   }
-  // If a tick arrives after the sample of its own time was played, the tick takes effect from the first sample of this
-  // block.
+  // Measures the latency from the tick to its sound. A tick with time t is heard in the sample with time t. If this
+  // sample was already played when the tick arrived, the tick is heard from the first sample of this block.
   if (heard && link->live_)
     link->latency_.store(to_seconds(now() - link->zero_ - std::min(tick.t, t_first)) + link->device_latency_,
                          std::memory_order_relaxed);

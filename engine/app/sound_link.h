@@ -42,10 +42,10 @@ class SoundLink {
   /// Sets the state of the water and of the suction. `spray`: true if the handpiece's water is on; the water flows only
   /// while the pedal is pressed. `suction_flow`: m³/s; 0: off. Takes effect in the next audio block. For any thread.
   void water(bool spray, double suction_flow) noexcept;
-  /// Computes the sound up to the time t. Application thread only; call it at least ten times per second after the
-  /// session's clock has started. `t`: present time on this clock; for a sound file, the time of the latest tick. The
-  /// sound starts at the first call. A tick with time t is heard in the sample with time t. A file contains the session
-  /// from its beginning.
+  /// Computes the sound up to the time t. Application thread only. After the session's clock has started, call it at
+  /// least ten times per second. `t`: present time on this clock; for a sound file, the time of the latest tick. The
+  /// sound starts at the first call. The effect of a tick with time t is heard in the sample with the same time. A
+  /// sound file contains the session from its beginning.
   void advance(Nanos t);
   /// Ends the sound. A sound file is complete only after this call. Throws Error if the file cannot be written.
   void stop(Nanos t);

@@ -29,8 +29,9 @@ namespace typodont {
 /// them and then deletes the list.
 using MeshBatch = std::vector<render::MeshUpdate>;
 
-/// Settings that may change during a session. They change the input and the output of the servo. The recorded ticks
-/// contain the changed values, so a replay needs no record of the settings and is exact.
+/// Settings that may change during a session. They change the input and the output of the servo. A recording does not
+/// contain the settings: its ticks contain the values that the settings have changed, so a replay is exact without
+/// them.
 struct SessionSettings {
   double speed_fraction = 1;  // 0..1, factor by which the pedal is multiplied; it limits the drill's speed
   bool backwards = false;     // true: the handpiece turns backwards; only for a tool with a thread
@@ -112,9 +113,9 @@ struct PictureTiming {
   int step = 0;        // index of the quality level; 0 is the best
 };
 
-/// The changes of the soft gum on their way from the servo thread to one picture, sixty times per second.
+/// The channel that sends the changes of the soft gum from the servo thread to one picture, sixty times per second.
 struct GumChanges {
-  /// `most_moves`: number of moves for which there is room; the others are sent later.
+  /// `most_moves`: number of moved points for which the channel has room; the servo thread sends further moves later.
   explicit GumChanges(std::size_t most_moves = 1 << 12) : moves(most_moves) {}
   Ring<haptics::SoftMove> moves;  // the points of the gum that have moved
   Ring<haptics::SoftWound> wounds{haptics::SoftTissue::kMaxWounds};
@@ -131,14 +132,15 @@ struct Wiring {
   // From the servo thread to the render thread: the newest tick, and the cuts, which produce debris
   Latest<ServoTick> tick_to_render;
   Ring<Cut> cuts_to_debris{1 << 12};
-  // From the servo thread to the render thread and to the headset's thread: the changes of the soft gum. Null if the
-  // gum is rigid, or if this picture does not exist.
+  // From the servo thread to the render thread and to the headset's thread: the changes of the soft gum. Each pointer
+  // is null if the gum is rigid, or if its thread draws no picture in this session.
   std::unique_ptr<GumChanges> gum_to_render, gum_to_headset;
   // Commands from the user interface to the carver thread, and the state of the tissue from the carver thread to the
   // user interface.
   Ring<TissueCommand> tissue_commands{64};
   Latest<TissueState> tissue_to_render{{}};
-  // From the carver thread to the recorder thread: edits of strokes, and pieces of tissue that came loose
+  // From the carver thread to the recorder thread: edits (undo and redo of strokes), and pieces of tissue that came
+  // loose
   Ring<StrokeEdit> edits_to_recorder{1 << 10};
   Ring<LoosePiece> pieces_to_recorder{1 << 10};
   // From the carver thread to the render thread: pieces of tissue that came loose, drawn as debris
@@ -148,8 +150,8 @@ struct Wiring {
   // From the carver thread to the user interface: the changed parts of the tissue's mesh. Used if a headset shows the
   // session and an operator watches in a window.
   Ring<MeshBatch*> bricks_to_watch{256};
-  // From the carver thread to the computing thread of LiveViews (live_views.h): copies of the tissue that this thread
-  // has requested. LiveViews contains the channel from this thread to the user interface.
+  // From the carver thread to the computing thread of LiveViews (live_views.h): copies of the tissue that the computing
+  // thread has requested. The channel from the computing thread to the user interface is inside LiveViews.
   Ring<haptics::TissueVolume*> copies_to_watch{4};
   // From the carver thread to the planner thread of the expert (live_expert.h): copies of the tissue for planning. Used
   // if the hand is an expert.
@@ -165,8 +167,9 @@ struct Wiring {
   Ring<ServoTick> ticks_to_score{1 << 14};
   // From the recorder thread to the user interface: state of the recording
   Latest<RecordState> record_to_render;
-  // From the headset's thread, which draws the pictures if there is a headset: the controller's samples to the servo
-  // thread (used if the controller is the hand), and the frames' times to the recorder thread.
+  // If there is a headset, its thread draws the pictures. From the headset's thread to the servo thread: the
+  // controller's samples (used if the controller is the hand). From the headset's thread to the recorder thread: the
+  // frames' times.
   Latest<XrHandSample> xr_hand;
   Ring<display::HmdTiming> xr_frames_to_recorder{1 << 12};
   // From the render thread to the recorder thread: measured times of the frames
@@ -186,11 +189,12 @@ struct Wiring {
   Latest<MouthMirror> mouth_mirror;
   /// pose of the suction tip; published instead of the mirror if the second hand holds the tip
   Latest<SuctionTip> suction_tip;
-  // To the recorder thread: from the render thread each switch of the water, and from the second hand's thread the
-  // samples of the left hand
+  // To the recorder thread: each switching of the water (from the render thread), and the samples of the left hand
+  // (from the second hand's thread)
   Ring<WaterSwitch> water_to_recorder{64};
   Ring<haptics::HandSample> left_to_recorder{1 << 13};
-  /// From the render thread (or the headset's thread) to the application thread: the newest position of the eyes
+  /// From the render thread (or the headset's thread) to the application thread, for the sound: the newest position of
+  /// the eyes
   Latest<SeenFrom> head_to_sound;
   // The channel from the servo thread to the audio thread is a ring inside SoundLink.
 
@@ -211,8 +215,8 @@ struct Wiring {
       tissue_in_sight{};
   /// From any thread to the servo thread: zero force from the next tick on, then the end of the session
   std::atomic<bool> emergency{false};
-  // From the render thread (window) to the servo thread: the tool that the user chose by a key; negative: the hand
-  // chooses
+  // From the render thread (window) to the servo thread: index of the tool that the user chose by a key; negative: the
+  // user chose none, so the hand's device determines the tool
   std::atomic<std::int32_t> chosen_tool{-1};
   /// from the render thread to the servo thread: true while the emergency stop is on; the drill is then off
   std::atomic<bool> held{false};

@@ -10,8 +10,8 @@ namespace typodont {
 struct WorkCounts {
   // Counts of contact and cutting.
   std::uint64_t ticks = 0, queries = 0;  // number of ticks of the servo; number of queries of the distance field
-  // Number of searches for tissue by contact models that represent tissue as spheres, triangles or vertices
-  // (haptics/work.h).
+  // Contact models that represent tissue as spheres, triangles or vertices search for the tissue near the tool. These
+  // are the numbers of their searches (haptics/work.h).
   std::uint64_t sphere_looks = 0, triangle_looks = 0, vertex_looks = 0;
   /// number of patches (copies of the tissue around the tool) that were created for the servo
   std::uint64_t patches = 0;
@@ -19,7 +19,8 @@ struct WorkCounts {
   // Counts of the surface and of the pictures.
   std::uint64_t bricks_meshed = 0, triangles_made = 0;
   std::uint64_t frames = 0, passes = 0, triangles_drawn = 0;
-  /// number of bricks (mesh blocks) that were not drawn, because they are culled, face away or are covered
+  /// number of bricks (mesh blocks) that were not drawn, because they are outside the picture, face away from the
+  /// viewer or are hidden by others
   std::uint64_t bricks_skipped = 0;
   std::uint64_t pipelines = 0;         // largest number of graphics pipelines that existed at the same time
   std::uint64_t turns = 0;             // number of passes of the drawing loop; most passes draw nothing
@@ -49,8 +50,9 @@ WorkCounts process_counts();
 /// Returns the time since the command was started, s. The system measures it with a resolution of 10 ms.
 double seconds_since_command();
 
-/// Counts an allocation. Called by operator new of this program; other programs count no allocations. It costs one
-/// relaxed addition per allocation, and real-time loops never allocate.
+/// Counts an allocation. Called by operator new of the program typodont (count_allocations.cpp); other programs count
+/// no allocations. A call costs one relaxed atomic addition. Real-time loops never allocate, so they never call this
+/// function.
 void count_allocation() noexcept;
 
 }  // namespace typodont

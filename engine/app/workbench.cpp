@@ -51,9 +51,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// m, if the distance between tool and hand is larger than this, the tool counts as caught in the tissue
+// m, if the tool is farther from the hand than this, the program treats the tool as caught in the tissue
 constexpr double kStuckDistance = 3e-3;
-// ns, a tool is reported only if it is caught in the tissue for longer than this
+// ns, only a tool that is caught in the tissue for longer than this is reported to the user
 constexpr Nanos kStuckTime = 1 * kNanosPerSecond;
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A', kSprayKey = 'W';
 // Keys in an implant exercise. They select the phase's instrument, make the drill slower or faster, and reverse it.
@@ -111,7 +111,7 @@ struct Workbench::Impl {
   std::vector<int> pressed;       // keys that were pressed in the last step
   std::string failure;
   bool held = false, hand_gone = false;
-  // declared last, so that the threads are joined before the members that they use are destroyed
+  // declared last, so that the destructor joins the threads before it destroys the members that they use
   std::jthread carver, servo, left, recorder, streamer;
 
   Impl(const Scene& s, const WorkbenchOptions& o) : scene(s), options(o) { set_up(); }
@@ -353,7 +353,8 @@ void Workbench::Impl::advance_sound() {
   if (!session->draw) take_tick();
   if (Latest<SeenFrom>& head = session->wiring.head_to_sound; headset && sound->binaural() && head.fetch())
     sound->listen(head.front().eye_W, head.front().right_W);
-  // With a headset, the headset's thread reads the ticks, so the time comes from the clock here.
+  // With a headset, another thread reads the ticks, so the present time comes from the clock and not from the newest
+  // tick.
   sound->advance(sound->live() || headset ? now() - zero : session->wiring.tick_to_render.front().t);
 }
 
@@ -391,8 +392,8 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
     pressed = over.pressed;
     follow_keys(over);
-    // If there is a `meter` for the score (in the operator's window), score_ticks() passes every tick to `implant`.
-    // Without a score, the newest tick is sufficient.
+    // Every tick must reach `implant` if the score is computed (in the operator's window; `meter` exists);
+    // score_ticks() passes these ticks. Without a score, the newest tick is sufficient.
     if (implant && !meter) implant->add({&tick, 1});
     edit_tissue(over);
     picture->draw(tick, hint(), summary.work);
@@ -583,7 +584,7 @@ void Workbench::Impl::end() {
   s.wiring.stop = true;
   for (std::jthread* thread : {&servo, &left, &carver})
     if (thread->joinable()) thread->join();
-  // If a part of the session fails to end, the run counts as failed, but the other parts are still ended.
+  // Ends one part of the session. If this fails, the run counts as failed, but the remaining parts are still ended.
   const auto try_to = [&](const auto& part) {
     try {
       part();
@@ -649,8 +650,8 @@ void Workbench::Impl::end() {
   summary.tick_us_p999 = timing.work.quantile(0.999) * 1e-3;
   summary.worst_tick_us = static_cast<double>(timing.worst_tick) * 1e-3;
   summary.worst_jitter_us = static_cast<double>(timing.worst_jitter) * 1e-3;
-  // A quantile is the upper edge of a histogram bin, so it can exceed the largest value. It is limited to the largest
-  // value.
+  // The histogram states a quantile as the upper edge of a bin. This edge can exceed the largest measured value, so the
+  // result is limited to this value.
   summary.jitter_us_p999 = std::min(timing.jitter.quantile(0.999) * 1e-3, summary.worst_jitter_us);
   summary.loop = s.loop->report();
   if (stage && summary.frames > 0) {
@@ -804,8 +805,8 @@ session::Score Workbench::score_so_far() {
   LiveViews* const views = m.picture ? m.picture->views() : nullptr;
   const bool judged = views && views->judged();
   if (judged) input = *views->judged();  // the result of the latest evaluation of the tissue
-  // In a resumed session, the volumes of the tissues come from the latest evaluation of the tissue. Otherwise they are
-  // computed from the volumes at the start and the removed volume.
+  // If the session continues an unfinished preparation, the volumes of the tissues come from the latest evaluation of
+  // the tissue. Otherwise they are the volumes at the start minus the removed volumes.
   if (m.scene.resume.empty() || !judged) {
     input.before = input.after = m.volumes_before;
     const PerTissue removed = m.session->wiring.tissue_to_render.front().removed;

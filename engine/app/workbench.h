@@ -51,8 +51,8 @@ struct WorkbenchOptions {
   int monitor = -1;            // number of the monitor for full screen; −1: no full screen
   session::Language language = session::Language::kEnglish;  // language of the text over the picture
 
-  // Option for experiments (engine/app/experiment/). true: status() contains the newest tick even if nothing is drawn,
-  // the picture shows the text of say() instead of help about keys, and no picture shows the force.
+  // Option for experiments (engine/app/experiment/). true: status() contains the newest tick even if nothing is drawn;
+  // the picture shows the text of say() instead of the help about keys; no picture shows the force to the subject.
   bool steered = false;
   double most_delay = 0;  // s, upper limit of SessionSettings::force_delay; 0: the session cannot delay forces
 
@@ -118,7 +118,7 @@ struct WorkbenchSummary {
   std::optional<display::HeadTracker::Stats> tracker;  // statistics of the head tracker; empty if there is none
   /// mass balance of chips and water; empty without debris or picture
   std::optional<DebrisBalance> debris;
-  /// number of cuts whose chips are missing, because the queue of cuts to the render thread was full
+  /// number of cuts for which no chips were made, because the queue of cuts to the render thread was full
   std::uint64_t debris_cuts_lost = 0;
   std::vector<std::string> explanations;
   WorkCounts work;
@@ -202,7 +202,7 @@ class Workbench {
   /// Requests undo, redo or saving of the tissue. The carver thread executes the request in the next pass of its loop.
   /// Render thread only.
   void ask(TissueCommand command);
-  /// Returns the number of strokes that can be undone, and the number that can be redone.
+  /// Returns how many strokes can be undone, and how many can be redone.
   haptics::TissueVolume::Strokes strokes();
   bool held() const;
   /// Sends zero force, joins all threads and completes the recording. Throws RunFailure if the session failed.

@@ -1,6 +1,6 @@
-// Stores results in files in the user's cache folder, so that later runs need not compute them again. A cache file may
-// be damaged or deleted at any time. It is used only if its hash shows that its content is unchanged. No function
-// throws: if a result cannot be stored, the next run computes it again.
+// Stores results in files in the user's cache folder, so that later runs of the program need not compute them again. A
+// cache file may be damaged or deleted at any time. So a file is used only if its hash proves that its content is
+// unchanged. No function throws. If a result cannot be stored, the next run computes it again.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,8 @@ void add_program(Fnv1a& key);
 /// file is checked, and a damaged file is removed.
 std::filesystem::path find(const std::filesystem::path& in, std::uint64_t key, const std::string& suffix);
 
-/// Stores the file that `write` writes, completely or not at all. Then removes the least recently used files until the
-/// folder contains at most `most` bytes or only one file. Returns false if nothing was stored.
+/// Stores the file that `write` writes, completely or not at all. Then removes the least recently used files until all
+/// files together have at most `most` bytes, or until only one file is left. Returns false if nothing was stored.
 bool keep(const std::filesystem::path& in, std::uint64_t key, const std::string& suffix, std::uintmax_t most,
           const std::function<void(const std::filesystem::path&)>& write);
 

@@ -1,6 +1,6 @@
-// Checks of conditions that only a programming error can violate. (For mistakes of the user, use Error.) A failed check
-// prints the source line and the condition, then ends the process. The servo installs a handler that sends zero force
-// before the process ends.
+// Checks of conditions that can be false only because of a programming error. (For mistakes of the user, use Error.) A
+// failed check prints the source line and the condition, then ends the process. Before the process ends, a handler that
+// the servo has installed sends zero force.
 #pragma once
 
 namespace typodont {

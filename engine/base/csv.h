@@ -24,7 +24,8 @@ struct CsvTable {
                          std::string_view expected) const;
 };
 
-/// A function for a column whose cells are not plain numbers. It reads a cell, and returns NaN if the cell is invalid.
+/// A function for a column whose cells are not plain numbers, for example names. It converts a cell to a number, and
+/// returns NaN if the cell is invalid.
 struct CellReader {
   std::function<double(std::string_view cell)> read;
   std::string expected;  // text for the message, e.g. "a tissue's name"

@@ -41,8 +41,8 @@ FileKind kind_of_name(const std::filesystem::path& file, std::span<const FileKin
 /// Returns the kind among all kinds that has the extension of this file name, or kText if none of them has it.
 FileKind kind_of_name(const std::filesystem::path& file);
 
-/// Returns true if a file of this kind may replace an existing file, which must be empty or of the same kind. `head`
-/// are the first bytes of the existing file (up to 4 KiB) and `size` is its size in bytes.
+/// Returns true if a file of this kind may replace an existing file. The existing file must be empty or of the same
+/// kind. `head`: first bytes of the existing file (up to 4 KiB). `size`: its size in bytes.
 bool may_replace(FileKind kind, std::string_view head, std::uintmax_t size);
 
 }  // namespace typodont

@@ -25,7 +25,7 @@
 namespace typodont {
 
 void limit_process(const ProcessLimits& limits) {
-  // If the user has already set a smaller limit, the smaller limit is kept.
+  // Sets the limit to `most`. If the limit is already smaller, it is not changed.
   const auto lower = [](auto resource, rlim_t most) {
     rlimit limit{};
     getrlimit(resource, &limit);
@@ -98,9 +98,8 @@ void give_up_privileges() {
     filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, static_cast<std::uint32_t>(call), 0, 1));
     filter.push_back(BPF_STMT(BPF_RET | BPF_K, kRefused));
   }
-  // New threads are allowed because OpenVDB uses threads. New processes are forbidden. The system call clone3() is
-  // refused because its flags lie in memory, where the filter cannot read them. The C library then uses clone()
-  // instead.
+  // OpenVDB uses threads, so new threads are allowed. New processes are forbidden. The system call clone3() is refused,
+  // because its flags lie in memory, where the filter cannot read them. The C library then calls clone() instead.
   filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clone3, 0, 1));
   filter.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOSYS));
   filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clone, 0, 4));

@@ -1,5 +1,6 @@
-// Child processes that read untrusted files with libraries that were not built for hostile input. Such a process first
-// limits its own memory, time and rights. The program checks everything that the process writes.
+// Child processes that read untrusted files. The libraries that read these files were not built for hostile input. So a
+// child process first limits its own memory, time and rights, and the program checks everything that the child process
+// writes.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +19,9 @@ struct ProcessLimits {
 /// Sets these limits for the calling process. Limits that are already smaller remain.
 void limit_process(const ProcessLimits& limits);
 
-/// Takes rights from the calling process: it can no longer start programs or use the network, and can open files only
-/// for reading. If the kernel has no system call filters (seccomp), only limit_process() protects.
+/// The calling process gives up rights: from now on, it cannot start programs or use the network, and can open files
+/// only for reading. If the kernel has no system call filters (seccomp), the process keeps these rights, and only
+/// limit_process() protects the user.
 void give_up_privileges();
 
 /// Finds a helper program and returns its path. The search order is: the path in the environment variable `variable`,

@@ -18,8 +18,9 @@ std::string_view name_of(InputKind kind) noexcept;
 /// Returns the size limit of a kind of input, in bytes. A larger file is refused before it is read.
 std::uintmax_t largest_input(InputKind kind) noexcept;
 
-/// After this call, the process remembers the files that it reads, and refuses to overwrite them. Only command-line
-/// runs call it. The window and host programs do not, because they read and write the same files repeatedly.
+/// After this call, the process remembers the files that it reads, and refuses to overwrite them. Only runs from the
+/// command line call this function. The window and host programs do not call it, because they read and write the same
+/// files repeatedly.
 void remember_inputs() noexcept;
 
 /// Checks that `file` is a regular file (links are followed) of at most largest_input(kind) bytes, and remembers it as

@@ -8,9 +8,9 @@
 
 namespace typodont {
 
-/// After this call, SIGINT, SIGTERM and SIGHUP each remove the partially written files (PartialFile) and end the
-/// program with exit status 1. If an InterruptHandler exists, it is called instead. If SIGHUP is ignored (nohup), it
-/// stays ignored. Call once from the main thread.
+/// Installs handlers for SIGINT, SIGTERM and SIGHUP. Each of these signals then removes the partially written files
+/// (PartialFile) and ends the program with exit status 1. While an InterruptHandler exists, the signals call its
+/// handler instead. If the process ignores SIGHUP (nohup), SIGHUP stays ignored. Call once from the main thread.
 void end_cleanly_on_interrupt();
 
 /// While this object exists, SIGINT, SIGTERM and SIGHUP call `handler`. The destructor restores the previous handler.
@@ -26,7 +26,8 @@ class InterruptHandler {
   std::array<struct sigaction, 3> before_{};
 };
 
-/// Sets a function that end_now() calls first. Devices use this function to send zero force. Not for real-time loops.
+/// Sets a function that end_now() calls before it does anything else. Devices use this function to send zero force. Not
+/// for real-time loops.
 void set_end_hook(void (*act)() noexcept) noexcept;
 
 /// Removes the partially written files, prints a message about them, and ends the process with exit status 1. Signal

@@ -65,7 +65,7 @@ class Reader {
   }
 
  private:
-  // largest number of nested arrays and objects; to destroy a deeper document would overflow the stack
+  // largest depth of nested arrays and objects; the destructor of a deeper document would overflow the stack
   static constexpr int kDeepest = 200;
 
   /// Returns the column of the parser's present position, in characters, counted from 1.

@@ -11,9 +11,9 @@
 
 namespace typodont {
 
-/// A channel with one writer thread and one reader thread. The writer changes its value of type T in place, so that
-/// large values (for example a copy of the tissue) are never copied. The reader owns the fetched value until its next
-/// fetch(), and may change it.
+/// A channel with one writer thread and one reader thread. The writer changes the value (of type T) in place, so a
+/// large value, for example a copy of the tissue, is never copied as a whole. The reader owns the value that it has
+/// fetched until its next fetch(), and may change it.
 template <class T>
 class Latest {
  public:
@@ -34,7 +34,8 @@ class Latest {
     publish();
   }
 
-  /// If the reader has returned its slot by hand_back(), the slot becomes the writer's back(). Otherwise does nothing.
+  /// If the reader has returned its slot by hand_back(), the writer can use this slot: it becomes back(). Otherwise
+  /// does nothing.
   void take_returned() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     if ((there & kReturned) && middle_.compare_exchange_strong(there, back_, std::memory_order_acq_rel)) {
@@ -53,8 +54,9 @@ class Latest {
   // The following functions are for the reader thread.
   /// Fetches the newest value. Returns true if a value was published since the last fetch.
   bool fetch() noexcept {
-    // A plain exchange would be wrong: between the load and the exchange, the writer may replace the new value by an
-    // old one (take_back). The compare-exchange then fails, and the loop tests again.
+    // compare_exchange is necessary here. Between the load and the exchange, the writer may take back the new value
+    // (take_back) and leave an old value. A plain exchange would fetch the old value. The compare_exchange fails in
+    // this case, and the loop tests again.
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     while (there & kFresh) {
       if (middle_.compare_exchange_strong(there, front_, std::memory_order_acq_rel, std::memory_order_relaxed)) {
@@ -75,8 +77,8 @@ class Latest {
     front_ = there & kIndex;
     return true;
   }
-  /// Returns the reader's slot front() to the writer, which can take it by take_returned(). Afterwards, front() is
-  /// another slot with an older value. Does nothing if the writer has published a new value meanwhile.
+  /// Returns the reader's slot front() to the writer, which gets it by take_returned(). Afterwards front() is another
+  /// slot, which contains an older value. Does nothing if the writer has published a new value since the last fetch.
   void hand_back() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     if (!(there & kFresh) && middle_.compare_exchange_strong(there, static_cast<std::uint8_t>(front_ | kReturned),
@@ -88,8 +90,9 @@ class Latest {
   const T& front() const noexcept { return slots_[front_]; }
 
  private:
-  // One of the three slots belongs to neither thread. The byte middle_ contains its index (kIndex), whether it contains
-  // a new value (kFresh), and whether the reader has returned it (kReturned).
+  // One of the three slots belongs neither to the writer nor to the reader. The byte middle_ contains the index of this
+  // slot (kIndex), whether the slot contains a new value (kFresh), and whether the reader has returned the slot
+  // (kReturned).
   static constexpr std::uint8_t kIndex = 3, kFresh = 4, kReturned = 8;
 
   std::array<T, 3> slots_{};

@@ -1,4 +1,5 @@
-// Escapes text so that it can be written into HTML and SVG.
+// Replaces the characters of a text that have a special meaning in HTML and SVG, so that the text can be written into
+// such a file.
 #pragma once
 
 #include <string>
@@ -6,8 +7,8 @@
 
 namespace typodont {
 
-/// Escapes text, so that it can stand between tags and in attributes. Control characters, which XML does not allow,
-/// become spaces.
+/// Replaces characters with a special meaning, so that the text can stand between tags and in attributes. Control
+/// characters, which XML does not allow, become spaces.
 inline std::string escaped(std::string_view text) {
   std::string out;
   out.reserve(text.size());

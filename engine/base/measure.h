@@ -32,8 +32,8 @@ inline double cpu_seconds(int who) {
   return seconds(used.ru_utime) + seconds(used.ru_stime);
 }
 
-/// A sample of the values of a run of any length, in bounded memory, from which quantiles are computed. It contains
-/// every value until there are kMost of them, then every second value, then every fourth value, and so on.
+/// Computes quantiles of any number of values with a limited amount of memory. It stores every value until it has kMost
+/// values. After that, it stores only every second value, later every fourth value, and so on.
 class EvenSample {
  public:
   void add(double value) {

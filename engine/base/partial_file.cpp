@@ -39,8 +39,8 @@ constexpr std::size_t kRandomDigits = 16;
 std::array<std::atomic<const char*>, 64> g_half_written{};
 static_assert(std::atomic<const char*>::is_always_lock_free, "read inside signal handlers");
 
-/// Copies the path to memory that is never freed, because a signal handler may still read a path that was just removed
-/// from the array.
+/// Copies the path to memory that is never freed. A signal handler may still read the path after it was removed from
+/// the array.
 const char* keep_name(const fs::path& path) {
   static std::mutex mutex;
   static std::deque<std::string> names;
@@ -198,7 +198,8 @@ void PartialFile::check_target() {
     std::error_code code;
     target_ = fs::canonical(file_, code);
     if (code) refuse(code.message(), "a link to a file");
-    // The content of a text file does not show its kind: any text could be a table. So the target's name must show it.
+    // Any text could be a table, so the content of a text file does not show its kind. Therefore the target's file name
+    // must have the extension of this kind.
     if (!endings_of(kind_).empty() && kind_of_name(target_, std::array{kind_}) != kind_)
       refuse(fmt::format("a link to {}", target_.string()), fmt::format("a link to {}", name_of(kind_)));
   }

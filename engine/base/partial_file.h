@@ -12,7 +12,7 @@ namespace typodont {
 /// States which existing files may be overwritten.
 enum class Over {
   kNoInput,  // any file except an input of this process (input_file.h)
-  // any file, even one that this process has read; for commands that read a file, change it and write it back
+  // any file, even one that this process has read; for commands that read a file, change its content and write it back
   kItsInput
 };
 

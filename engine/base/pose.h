@@ -54,8 +54,8 @@ inline double rotation_angle(const dquat& a, const dquat& b) {
   return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a, b))));
 }
 
-/// Returns an upper bound (m) of the distance that a point of a body moves if the body's frame moves from a to b. The
-/// point lies within `reach` (m) of the frame's origin.
+/// A body's frame moves from pose a to pose b. Returns an upper bound (m) of the distance that any point of the body
+/// moves. `reach`: m, largest distance of a point of the body from the frame's origin.
 inline double displacement_bound(const Pose& a, const Pose& b, double reach) {
   return glm::length(b.p - a.p) + rotation_angle(a.R, b.R) * reach;
 }

@@ -24,16 +24,16 @@ class Progress {
   /// Constructor for work whose progress another thread shows.
   Progress() = default;
   /// Constructor that shows the progress on the terminal if the work takes longer than a second. If standard error is a
-  /// terminal, one line is redrawn; otherwise each tenth of the work prints a line. The first signal (SIGINT, SIGTERM,
-  /// SIGHUP) cancels the work, and the second one ends the program at once (interrupt.h). Only one such object may
-  /// exist at a time.
+  /// terminal, one line is redrawn. Otherwise a line is printed after each tenth of the work. The first signal (SIGINT,
+  /// SIGTERM, SIGHUP) cancels the work. The second signal ends the program at once (interrupt.h). Only one such object
+  /// may exist at a time.
   explicit Progress(std::string_view line);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  // The thread that does the work calls stage() and at(). stage() begins a stage of the work with the name `what` (a
-  // literal). While the stage progresses from 0 to 1, the progress of the whole work goes from `from` to `to`.
+  // The thread that does the work calls stage() and at(). stage() begins a stage of the work, with the name `what` (a
+  // string literal). During the stage, the progress of the whole work increases from `from` to `to`.
   void stage(const char* what, double from = 0, double to = 1);
   /// Sets the progress of the stage, from 0 to 1. Throws Cancelled if the work should stop.
   void at(double fraction);
@@ -47,7 +47,8 @@ class Progress {
  private:
   void show();
 
-  // progress of the whole work at begin and end of the stage; used only by the working thread
+  // progress of the whole work (0..1) at the begin and at the end of the present stage; used only by the thread that
+  // does the work
   double from_ = 0, to_ = 1;
   std::atomic<double> fraction_{0};
   std::atomic<const char*> what_{""};

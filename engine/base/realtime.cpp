@@ -95,7 +95,7 @@ void use_ieee_arithmetic() noexcept {
 }
 
 void sleep_until(long long deadline_ns) noexcept {
-  constexpr long long kSpin = 60'000;  // ns; the thread spins for this time before the deadline
+  constexpr long long kSpin = 60'000;  // ns, the thread sleeps until this time before the deadline, then spins
   if (deadline_ns - now() > kSpin) {
     const long long wake = deadline_ns - kSpin;
     const timespec t{wake / kNanosPerSecond, wake % kNanosPerSecond};

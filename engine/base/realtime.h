@@ -8,9 +8,9 @@ namespace typodont {
 struct RealtimeRequest {
   int priority = 80;  // SCHED_FIFO priority, 1 to 99
   static constexpr int kOwnCore = -2;
-  // Number of the processor core to which the thread is pinned. With -1 the thread is not pinned. With kOwnCore it is
-  // pinned to the last core of this process if the process has at least three cores and SCHED_FIFO was granted.
-  // (Without SCHED_FIFO a thread runs better if the scheduler can move it.)
+  // Number of the processor core to which the thread is pinned. -1: the thread is not pinned. kOwnCore: the thread is
+  // pinned to the last core of this process, but only if the process has at least three cores and SCHED_FIFO was
+  // granted. (Without SCHED_FIFO a thread runs better if the scheduler can move it to another core.)
   int core = -1;
   bool lock_memory = true;  // true: mlockall() keeps all pages in memory
 };
@@ -40,8 +40,8 @@ void flush_denormals() noexcept;
 /// other modes. Code that must give the same bits on every thread calls this function first.
 void use_ieee_arithmetic() noexcept;
 
-/// Sleeps until 60 µs before the deadline, then spins until the deadline. If a SCHED_FIFO thread only spun, Linux would
-/// stop it for 50 ms of every second.
+/// Sleeps until 60 µs before the deadline, then spins until the deadline. If a SCHED_FIFO thread spun all the time,
+/// Linux would stop it for 50 ms of every second.
 void sleep_until(long long deadline_ns) noexcept;
 
 }  // namespace typodont

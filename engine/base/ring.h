@@ -1,5 +1,5 @@
-// A queue from one thread to one other thread that keeps the order. If the queue is full, new values are dropped and
-// counted. No call ever blocks.
+// A queue that passes values from one thread to one other thread, in order. If the queue is full, new values are
+// dropped and counted. No call ever blocks.
 #pragma once
 
 #include <atomic>

@@ -12,16 +12,16 @@ struct BenchRow {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
   std::string name{};        // what was measured, for example "slide on a sphere, median" or "filter block float"
-  std::string knob{};        // the setting that determines error and time: "voxel 0.1 mm", "order 300"
-  double error = kNone;      // error in `error_unit`; kNone if no reference value exists
-  std::string error_unit{};  // unit and kind of the error, for example "degree, greatest"
-  double time_ns = kNone;    // thread CPU time in ns for one unit of `per`
-  std::string per{};         // the unit of work that takes the time of this row: "tick", "query", "brick", "sample" …
-  // the method, or the measured lower limit, with whose time `time_ns` is compared; empty: no comparison
+  std::string knob{};        // the setting that is varied, on which error and time depend: "voxel 0.1 mm", "order 300"
+  double error = kNone;      // error of the result, in `error_unit`; kNone if there is no reference value
+  std::string error_unit{};  // unit of the error, and how it was computed, for example "degree, greatest"
+  double time_ns = kNone;    // ns, thread CPU time for one unit of work (see `per`)
+  std::string per{};         // the unit of work to which time_ns refers: "tick", "query", "brick", "sample" …
+  // name of another method, or of a measured lower limit; `ratio` compares time_ns with its time; empty: no comparison
   std::string baseline{};
-  double ratio = kNone;  // time divided by the baseline's time
-  // size of the problem (number of voxels, triangles or touches); kNone if the row does not study how the time depends
-  // on the size
+  double ratio = kNone;  // time_ns divided by the time of the method `baseline`
+  // size of the problem (number of voxels, triangles or touches), for rows that show how the time depends on the size;
+  // kNone in other rows
   double size = kNone;
   std::string size_unit{};
 };

@@ -15,20 +15,22 @@ namespace typodont {
 enum class Fault : std::uint32_t {
   kNone = 0,
   kBadInput = 1u << 0,  // the hand's pose is not finite, or its quaternion has not the length 1: the force is zero
-  /// a new patch (copy of the tissue around the tool) is more than 20 ms late: the force is computed with the old patch
+  /// A new patch (copy of the tissue around the tool) is more than 20 ms late. Until it arrives, the force is computed
+  /// with the old patch.
   kStalePatch = 1u << 1,
-  // The tool left the copy of the tissue around it (patch). If it was in contact, it feels the last contact plane;
-  // otherwise the force is zero.
+  // The tool left the copy of the tissue around it (patch). If the tool was in contact, the plane of the last contact
+  // now replaces the tissue. Otherwise the force is zero.
   kPatchEdge = 1u << 2,
   kForceLimit = 1u << 3,  // the force was clipped to the device's limit
-  // The tool was found inside the tissue: the hand jumped, or a new tissue copy came late. The proxy moves out slowly.
+  // The tool was found inside the tissue, because the hand jumped or a new tissue copy came late. The proxy moves out
+  // of the tissue slowly.
   kDeepPenetration = 1u << 4,
   kDeviceLost = 1u << 5,  // the device stopped answering: the force is zero
   kRingFull = 1u << 6,    // the ring buffer to the carver was full, and a cut was lost. The force continues.
   kSlewLimit = 1u << 7,   // the force rose faster than the device allows, so its rate of change was limited
   kOverrun = 1u << 8,     // the tick took longer than its period, so the force was written late
   kLetGo = 1u << 9,  // the servo was late and the motors were switched off, so the hand did not receive the last force
-  // the user presses the pedal to fill, but there is no free space near the tool, so nothing was placed
+  // the user presses the pedal of a filling instrument, but there is no free space near the tool, so nothing was filled
   kNoRoom = 1u << 10,
   kHeld = 1u << 11,  // the emergency key is on: the drill does not drill, and the hand feels no force
   // Contacts prevent the tool from following the hand away from the tissue. If possible, the tool moves back along the
@@ -41,35 +43,38 @@ constexpr std::uint32_t bits(Fault fault) {
 
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
-/// - 13: In the vertex model, a head that cuts does not make a list of the points around it at once: the list is made
-/// in parts over several ticks, and meanwhile the head moves only where the present list is valid.
-/// - 12: In the vertex model, if vertices stayed inside the head in one cut, the head also moves in the next cut. Such
-/// vertices are merged in more cases. The force changes more slowly, and all searches take several ticks. In the model
-/// mesh_lod, a long search of a ball-shaped head continues in the next tick, and the carver lists the points around
-/// heads of other shapes. In both models, cuts split no edge while very many faces are near the head.
-/// - 11: In a cut, the path of a turning head with a round end is divided into fewer parts, because a part may be bent.
-/// If a sample is nearest to a single line of the head's outline, its depth is computed in closed form. During a fast
-/// motion, the cut in the coarse copy of the tissue may wait for some ticks. In the vertex model, a long cut or a long
-/// search for the points around the head can continue in the next tick. Between two cuts, most ticks of this model
-/// compute only the contact, from distances that are extrapolated while the head moves little. A cut of the models
-/// vertex and mesh_lod may collapse a tiny edge next to a face of bad shape, so that fewer tiny faces collect at the
-/// rim of a hole. In the packing model, a head with a large contact area saves energy until it suffices for a cut of 1
-/// µm, and a proxy that does not move is projected onto its contacts once per tick.
+/// - 13: In the vertex model, a head that cuts needs a list of the tissue's points around it. A new list is now made in
+/// parts over several ticks. Until it is complete, the head moves only where the old list is valid.
+/// - 12: In the vertex model, some vertices may stay inside the head after a cut. The head now moves on during the next
+/// cut, and such vertices are merged in more cases than before. The force changes more slowly, and all searches take
+/// several ticks. In the model mesh_lod, a long search for the contacts of a ball-shaped head continues in the next
+/// tick; for heads of other shapes, the carver lists the points around the head. In both models, a cut splits no edge
+/// while very many faces are near the head.
+/// - 11: In a cut, the path of a turning head with a round end has fewer parts, because a part may be curved. If a
+/// sample is nearest to a single line of the head's outline, its depth is computed in closed form. During a fast
+/// motion, the cut in the coarse copy of the tissue may be delayed by some ticks. In the vertex model, a long cut, or a
+/// long search for the points around the head, can continue in the next tick. Between two cuts, most ticks of this
+/// model compute only the contact; while the head moves little, they extrapolate the distances of an earlier tick. In
+/// the models vertex and mesh_lod, a cut may collapse a tiny edge next to a face of bad shape, so that fewer tiny faces
+/// collect at the rim of a hole. In the packing model, a head with a large contact area saves energy until the energy
+/// suffices for a cut of 1 µm. In this model, a proxy that does not move is projected onto its contacts once per tick.
 /// - 10: In the packing model, a head with a large contact area saves the energy of up to 5 ms for one cut. Each cut
 /// processes thousands of spheres, but the energy of a single tick would move the head by only some ten nanometres.
-/// - 9: After a jump of the hand's pose, the proxy of the offset model follows the hand at once, even if it was
-/// returning from the plane that replaced a missing tissue copy. A long cut of the vertex model takes several ticks.
-/// - 8: If a drill hits tissue fast, the force has no steps except those of the hand's motion (docs/passivity.md).
-/// - 7: An implant drill that moves along its axis cuts only at its end. Where tool voxels are much finer than the
-/// tissue's voxels, the cutting law over the drill's end is evaluated at coarser points. In the packing model, heads
-/// are rings of overlapping spheres, and each overlap counts only once. In this model, the search for the tool's
-/// position starts from the contact forces of the last tick. A blocked tool is moved back faster in scenes with large
-/// forces. The hole that a detached sphere leaves is not larger than the uncut rest of that sphere.
+/// - 9: After a jump of the hand's pose, the proxy of the offset model follows the hand at once, also while the proxy
+/// returns from the plane that replaced a missing tissue copy. A long cut of the vertex model takes several ticks.
+/// - 8: If a drill hits tissue fast, the force has no steps, except steps that the hand's motion itself causes
+/// (docs/passivity.md).
+/// - 7: An implant drill that moves along its axis cuts only at its end. If the tool's voxels are much finer than the
+/// tissue's voxels, the cutting law over the drill's end is evaluated at fewer points. In the packing model, heads are
+/// rings of overlapping spheres, and each overlap counts only once. In this model, the search for the tool's position
+/// starts from the contact forces of the last tick. A blocked tool is moved back faster in scenes with large forces. If
+/// a sphere was partly cut and its rest comes loose, the hole is not larger than this rest.
 /// - 6: The cutting law over an implant drill's end is computed in single precision.
-/// - 5: The cut of a fast rotating long head has fewer straight parts and skips samples from which the head recedes.
-///   An instrument that fills keeps its speed limit also while it searches for free space.
-/// - 4: When the head loses contact, the tangential force of the blades fades out. In versions 1 to 3 it ended at once.
-/// - 3: If contacts prevent the tool from following the hand, the tool returns along its own path (offset model).
+/// - 5: In the cut of a long head that rotates fast, the path has fewer straight parts. Samples from which the head
+/// moves away are skipped. An instrument that fills keeps its speed limit also while it searches for free space.
+/// - 4: When the head loses contact, the tangential force of the blades fades out. In versions 1 to 3, it ended at
+/// once.
+/// - 3: In the offset model, if contacts prevent the tool from following the hand, the tool returns along its own path.
 /// - 2: While the copy of the tissue is late, the contact yields (docs/safety.md). The force is reduced if the energy
 /// ledger contains too little energy for it. Small debts of the ledger (negative values) are cancelled, too.
 /// - 1: The laws before version 2, used for recordings without a version.
@@ -79,8 +84,8 @@ inline constexpr std::uint32_t kServoLaws = 13;
 struct ServoTick {
   std::uint64_t index = 0;  // number of ticks since the servo started
   Nanos t = 0;              // ns, time since the session's start at which the hand was sampled
-  // pose of the tool as the user holds it (measured by the haptic device, may lie inside the tissue); the origin is
-  // the centre of the tool's head, z points along the shank
+  // Pose of the tool as the user holds it, measured by the haptic device; it may lie inside the tissue. The origin of
+  // frame T is the centre of the tool's head, and z points along the shank.
   Pose X_WT;
   Pose X_WG;                     // pose of the proxy, which is the tool as it is drawn; it stays outside the tissue
   dvec3 f_T_W{0, 0, 0};          // N, frame W, force on the hand
@@ -93,13 +98,14 @@ struct ServoTick {
   Tissue tissue = Tissue::kAir;  // the tissue with the largest area of contact
   double spindle = 0;            // rad/s, rotation speed of the spindle
   double cutting_power = 0;      // W, present cutting power
-  double energy = 0;             // J, energy that the hand has given to the device so far (passivity observer)
-  Nanos cpu_time = 0;            // ns, thread CPU time of the tick; set by the loop that calls the servo
+  // J, energy that the hand has given to the device so far; negative: the hand has received energy (passivity observer)
+  double energy = 0;
+  Nanos cpu_time = 0;  // ns, thread CPU time of the tick; set by the loop that calls the servo
   std::uint32_t faults = 0;
   std::uint32_t patch = 0;  // number of the tissue copy (patch) that the tick used; 0: none
   std::uint64_t cuts = 0;   // number of cuts so far, including this tick's
-  // J, energy that the spindle has given to the hand so far through the tangential cutting force. `energy` does not
-  // contain it.
+  // J, energy that the spindle has given to the hand so far by the tangential cutting force. The member `energy` does
+  // not include this energy.
   double spindle_energy = 0;
   std::uint32_t tool = 0;   // index of the tool in the hand, in the session's list of tools
   std::uint32_t level = 0;  // level of detail that the contact model uses; 0: the finest or the only level
@@ -107,9 +113,9 @@ struct ServoTick {
   dvec3 f_model_W{0, 0, 0};
 };
 
-/// Tissue removed in one tick by the head, which moves along a straight line from A to B. If the tool is a filling
-/// instrument, the cut adds tissue instead: a ball around A's origin, without the volume of the head at B. Servo →
-/// carver, debris, recorder.
+/// Tissue that the head removes in one tick. The head moves along a straight line from pose A to pose B. If the tool is
+/// a filling instrument, the cut adds tissue instead: a ball around A's origin, without the volume of the head at B.
+/// Servo → carver, debris, recorder.
 struct Cut {
   std::uint64_t index = 0;  // number of the cut: 1, 2, 3 … without gaps
   std::uint64_t tick = 0;   // number of the tick that made the cut
@@ -117,7 +123,7 @@ struct Cut {
   Pose X_WA, X_WB;         // pose of the head before and after the cut; origin in the head's centre
   std::uint32_t tool = 0;  // index in the session's list of tools
   PerTissue removed{};     // m³, for each tissue: volume that this cut removed; negative for a filling
-  dvec3 n_C_W{0, 0, 0};    // unit contact normal, pointing out of the tissue
+  dvec3 n_C_W{0, 0, 0};    // unit normal of the contact, pointing out of the tissue
   double spindle = 0;      // rad/s, rotation speed of the spindle about the tool's z, with sign
   double fill_radius = 0;  // m, radius of the filled ball; 0 if the cut removes tissue
 };
@@ -132,12 +138,12 @@ struct LoosePiece {
   PerTissue removed{};      // m³, for each tissue: its volume in the piece
 };
 
-/// States the tick from which on the servo used a new copy of the tissue around the tool (patch). A replay needs these
-/// records and the cuts to give the same bits. Servo → recorder.
+/// The servo begins to use a new patch (copy of the tissue around the tool). A recording contains these events: a
+/// replay needs them and the cuts to give the same bits. Servo → recorder.
 struct PatchUse {
   std::uint32_t patch = 0;       // number of the patch (tissue copy): 1, 2, 3 …
   std::uint64_t first_tick = 0;  // number of the first tick that was computed with this patch
-  std::uint64_t cuts = 0;        // number of cuts that were already made in the tissue when it was copied
+  std::uint64_t cuts = 0;        // number of cuts that the tissue contained when it was copied
   dvec3 center_W{0, 0, 0};       // m, requested centre of the patch (tissue copy)
 };
 

@@ -10,9 +10,9 @@
 
 namespace typodont {
 
-/// A brick of 16³ cells with one extra layer of samples around it. Cell (i,j,k) of the brick `key` has its corners at
-/// the voxels 16·key + (i,j,k) and 16·key + (i+1,j+1,k+1). Sample (x,y,z) of the arrays (each index 0..18) is voxel
-/// 16·key − 1 + (x,y,z); x is the slowest index.
+/// A brick: 16³ cells of the distance field, with one more layer of samples around them. Cell (i,j,k) of the brick
+/// `key` has its corners at the voxels 16·key + (i,j,k) and 16·key + (i+1,j+1,k+1). Sample (x,y,z) of the arrays (each
+/// index 0..18) is the voxel 16·key − 1 + (x,y,z); x is the slowest index.
 struct FieldBrick {
   static constexpr int kCells = 16;
   static constexpr int kSamples = kCells + 3;
@@ -24,7 +24,8 @@ struct FieldBrick {
   }
 
   glm::ivec3 key{0};
-  /// signed distance in voxels, negative inside the tissue, clamped to ± the largest distance that is stored (the band)
+  /// voxels, signed distance to the surface, negative inside the tissue; absolute values are limited to the largest
+  /// distance that the volume stores (the band)
   std::array<float, kCount> distance;
   std::array<Tissue, kCount> tissue;  // kAir only where no tissue is near
 };

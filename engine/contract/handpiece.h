@@ -37,8 +37,8 @@ struct HandpiecePart {
 /// T, and the body extends from the head towards +x.
 struct Handpiece {
   std::string name;
-  // If true, the origin of H is the centre of the tool's head, and the handpiece is drawn instead of the tool's
-  // shank. If false, the handpiece holds the shank.
+  // true: the origin of H is the centre of the tool's head, and the handpiece is drawn instead of the tool's shank.
+  // false: the handpiece holds the shank.
   bool from_head = false;
   std::vector<HandpiecePart> parts;
 };
@@ -46,7 +46,7 @@ struct Handpiece {
 /// States how a scene draws handpieces.
 struct HandpieceView {
   bool shown = true;
-  bool open = true;  // true: the handpiece is not drawn where it hides the cut from an eye
+  bool open = true;  // true: where the handpiece would hide the cut from an eye, it is not drawn
   // rad, rotation angle about the tool's z axis, from the x axis of the tool's frame T to the x axis of the handpiece's
   // frame H. At −35° the handpiece points to the right and to the user.
   double roll = -35 * kDegree;

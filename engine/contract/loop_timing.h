@@ -12,8 +12,8 @@
 
 namespace typodont {
 
-/// A histogram of durations from 0.1 µs to 0.1 s. The ratio of neighbouring bin edges is constant: an octave has eight
-/// bins, so a bin is 9 % wide.
+/// A histogram of durations from 0.1 µs to 0.1 s. The upper edge of each bin is 9 % larger than that of the bin before
+/// it: an octave (factor 2) has eight bins.
 struct DurationHistogram {
   static constexpr int kPerOctave = 8;
   static constexpr int kBins = 20 * kPerOctave + 1;
@@ -34,8 +34,8 @@ struct DurationHistogram {
     for (const std::uint32_t n : counts) sum += n;
     return sum;
   }
-  /// Returns the upper edge (ns) of the bin that contains the quantile q (0..1), so the result is never less than the
-  /// true quantile. The result is 0 if the histogram is empty.
+  /// Returns the upper edge (ns) of the bin in which the quantile q (0..1) lies. So the result is never smaller than
+  /// the true quantile. Returns 0 if the histogram is empty.
   double quantile(double q) const noexcept {
     const double wanted = q * static_cast<double>(total());
     double sum = 0;
@@ -55,7 +55,7 @@ struct LoopTiming {
   std::uint64_t worst_index = 0;  // number of the tick that took the longest time
   Nanos worst_tick = 0;
   Nanos worst_jitter = 0;
-  DurationHistogram jitter;  // deviation of the time between two wake-ups from the period
+  DurationHistogram jitter;  // ns, absolute difference between the period and the time from one wake-up to the next
   DurationHistogram work;    // time from the device's sample to the writing of the force
   Nanos last_woke = 0;
 

@@ -15,8 +15,8 @@ struct MouthMirror {
   double focal = 0;     // m, focal length of a concave, magnifying mirror; 0 if the mirror is plane
 };
 
-// m, distance from the glass to the tooth that the user sees in a concave mirror. The mirror is drawn with its
-// magnification at this distance.
+// m, distance from the glass of a concave mirror to the tooth that the user looks at. Pictures show the mirror with the
+// magnification that it has at this distance.
 inline constexpr double kMirrorWorkDistance = 15e-3;
 
 /// Returns the magnification of the upright virtual image of an object at the distance kMirrorWorkDistance: 1 / (1 −
@@ -25,7 +25,8 @@ inline double magnification(const MouthMirror& mirror) {
   return mirror.focal > 0 ? 1 / (1 - kMirrorWorkDistance / mirror.focal) : 1;
 }
 
-// Diameter in m of a mirror of size 4, which is used if the scene states no size. Size 5 has 24 mm.
+// m, default diameter of a mouth mirror, for scenes that state none. It is the diameter of the standard size 4; size 5
+// has 24 mm.
 inline constexpr double kDefaultMirrorDiameter = 22e-3;
 
 /// Returns the pose of the mirror in the frame T of the tool that holds it: X_WM = X_WT * mirror_in_tool(). The z axis
@@ -34,7 +35,8 @@ inline Pose mirror_in_tool() {
   return {{0, 0, 0}, rotation_between(dvec3(std::sqrt(0.5), 0, std::sqrt(0.5)), dvec3(0, 0, 1))};
 }
 
-/// Returns the scene's mirror, or the default mirror if the scene has none. Its pose follows from the pose of tool T.
+/// Returns the mirror that a hand holds: the scene's mirror, or the default mirror if the scene has none. The mirror's
+/// pose is computed from the pose X_WT of the tool frame T.
 inline MouthMirror held(const MouthMirror& scenes, const Pose& X_WT) {
   return {X_WT * mirror_in_tool(), scenes.diameter > 0 ? scenes.diameter : kDefaultMirrorDiameter, scenes.fog,
           scenes.focal};

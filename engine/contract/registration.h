@@ -12,7 +12,7 @@ namespace typodont {
 struct Registration {
   Pose X_WH;
   std::array<double, 36> covariance{};
-  double sigma = 0;  // m, standard deviation of the error of one touched point, per axis
+  double sigma = 0;  // m, standard deviation of the error of one touched point, along each axis
 };
 
 }  // namespace typodont

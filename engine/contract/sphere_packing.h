@@ -10,8 +10,8 @@
 namespace typodont {
 
 /// Spheres inside the tissue that do not overlap, in frame W. Sphere i has center[i], radius[i] and tissue[i]. The
-/// spheres are stored in the order in which the packer placed them, larger spheres first. This order is exact only to
-/// the resolution of the packer's grid.
+/// packer places larger spheres first, and the spheres are stored in this order. The packer works on a grid, so the
+/// order of the radii is exact only to the grid's resolution.
 struct SpherePacking {
   std::vector<dvec3> center;   // m, frame W, centre of each sphere
   std::vector<double> radius;  // m, radius of each sphere; always above 0

@@ -32,7 +32,8 @@ std::optional<Tissue> tissue_named(std::string_view name) noexcept;
 
 /// Material properties in SI units. The values come from assets/materials/, which cites a source for each.
 struct Material {
-  // N/m, contact stiffness if the head touches only this tissue and the coupling has a stiffness of 1 N/mm
+  // N/m, contact stiffness of this tissue if the coupling has a stiffness of 1000 N/m; for another coupling, the
+  // contact stiffness changes in proportion
   double stiffness = 1e3;
   double specific_energy = 30e9;  // J/m³, energy needed to remove a volume
   double static_friction = 0.2;
@@ -45,7 +46,8 @@ using MaterialTable = std::array<Material, kTissueCount>;
 /// A quantity for each tissue, for example the removed volume in m³.
 using PerTissue = std::array<double, kTissueCount>;
 
-/// Returns the sum of the quantity over all tissues, added in the order of the tissues.
+/// Returns the sum of the quantity over all tissues. The order of the additions is that of the tissues, so the bits are
+/// always the same.
 constexpr double total(const PerTissue& quantity) noexcept {
   double sum = 0;
   for (const double of_one : quantity) sum += of_one;

@@ -38,10 +38,11 @@ void stand_up(haptics::TissueMesh& mesh, Crown crown) {
   for (dvec3& p : mesh.vertices) p = by * p;
 }
 
-/// Moves a mesh so that the middle of its top is at kCrownTop. If the mesh has several teeth, there may be no tissue in
-/// its middle; then its highest point is moved to kCrownTop.
+/// Moves a mesh to the point kCrownTop, which the shipped display rigs show: the middle of the mesh's top is moved to
+/// this point. If the mesh has several teeth, its middle may contain no tissue, so its highest point is moved there
+/// instead.
 void move_to_working_place(haptics::TissueMesh& mesh) {
-  // m, a mesh that is wider than this counts as several teeth
+  // m, a mesh that is wider than this is treated as a mesh of several teeth
   constexpr double kWidestTooth = 16e-3;
   dvec3 lo(mesh.vertices.front()), hi(lo), top(lo);
   for (const dvec3& p : mesh.vertices) {
@@ -102,7 +103,9 @@ fs::path bring_in_surface(const NewTooth& tooth, Progress& progress) {
   PartialFile file(folder / (stem + ".json"), FileKind::kJson, Over::kItsInput);
   write_file_atomically(file.path(), scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
                         FileKind::kJson);
-  progress.at(1);  // the user cannot cancel any more, because now mesh and scene get their final names
+  // the user can no longer cancel after this point, because the next lines write the mesh and the scene under their
+  // final names
+  progress.at(1);
   const VoxelFrame in_place{dvec3(0), kMillimetre};
   surface::write_mesh(folder / (stem + ".stl"), whole_surface(read.mesh, in_place), in_place, load_materials(),
                       Over::kItsInput);
@@ -124,7 +127,7 @@ std::vector<SessionEntry> find_sessions() {
       if (!session.recorded && entry.path().extension() != ".vdb") continue;
       session.file = entry.path();
       session.trainee = who;
-      // the name without its extension is, for example, 2026-11-20_10-15-00_scene
+      // file names of sessions have the form DATE_TIME_SCENE, for example 2026-11-20_10-15-00_scene
       const std::string stem = entry.path().stem().string();
       const bool dated = stem.size() > 20 && stem[10] == '_' && stem[19] == '_';
       session.scene = dated ? stem.substr(20) : stem;

@@ -20,7 +20,7 @@ struct CachedScore {
 
 struct SessionEntry {
   std::filesystem::path file;
-  std::string scene, trainee, date;  // parts of the recording's file name
+  std::string scene, trainee, date;  // parts of the name of the recording's file
   std::string title;                 // title of the exercise in the user's language; empty if it is unknown
   // Empty if the score was not yet computed, or if there is no recording.
   std::optional<CachedScore> score;
@@ -31,29 +31,31 @@ struct SessionEntry {
 /// Finds the sessions of all trainees, newest first.
 std::vector<SessionEntry> find_sessions();
 
-/// Copies a session to the trainee "expert". The reports of the same exercise then compare other sessions with it.
-/// Throws Error.
+/// Copies a session to the folder of the trainee "expert". Later reports of the same exercise compare their session
+/// with this copy. Throws Error.
 void make_expert(const std::filesystem::path& session);
 
 struct NewTooth {
   std::filesystem::path input;  // a scan or a closed mesh; if as_scanned is true, any mesh
-  /// other meshes of the same mouth, one of which may be a bite scan. If there are any, the direction of the crown is
-  /// computed from the first mesh.
+  /// other meshes of the same mouth; one of them may be a bite scan. If the list is not empty, the program computes the
+  /// direction of the crown from the mesh `input`, and `crown` is not used.
   std::vector<std::filesystem::path> more;
   double open = 0;  // m, distance by which the opposing jaw is moved away, so that an instrument has room
   std::string name;
-  /// true: the mesh itself is carved, with the contact model vertex; open meshes are also allowed
+  /// true: the contact model vertex cuts the mesh itself, so an open mesh is also allowed; false: the input is
+  /// converted to a volume
   bool as_scanned = false;
   haptics::ImportOptions options;
   Crown crown = Crown::kUp;
 };
-/// Converts the input to a volume, or to a mesh in millimetres, and creates a scene for practice. The tissue is placed
-/// upright at the point that the shipped display rigs show. Both files are written to the user's folder and replace
-/// files of the same name. Returns the scene's file. Throws Error or Cancelled; then nothing has changed.
+/// Converts the input to a volume, or to a mesh in millimetres, and creates a scene for practice. The tissue is turned
+/// upright and moved to the point that the shipped display rigs show. Both files are written to the user's folder and
+/// replace files of the same name. Returns the scene's file. Throws Error or Cancelled; then no file has changed.
 std::filesystem::path import_tooth(const NewTooth& tooth, Progress& progress);
 
-/// Does the same as import_tooth() for tissue that was read before. The tissue must not yet be turned upright. `top`:
-/// m, point of the tissue that is moved to the point that the display rigs show; empty: the middle of the tissue's top.
+/// Does the same as import_tooth(), but for tissue that is already in memory. The caller must not have turned this
+/// tissue upright. `top`: m, point of the tissue that is moved to the point that the display rigs show; empty: the
+/// middle of the tissue's top.
 std::filesystem::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Progress& progress,
                                         const std::optional<dvec3>& top = {});
 

@@ -20,7 +20,7 @@ namespace typodont {
 namespace {
 
 constexpr int kPollInterval = 50;  // ms, interval at which the user's cancellation is checked
-// ms, after the request to end, the process has this time to end; then it is killed
+// ms, time that a process has to end after it was asked to end; after this time it is killed
 constexpr int kPatience = 3000;
 
 std::vector<char*> pointers(std::vector<std::string>& words) {
@@ -113,8 +113,8 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
 
 void Started::start(std::vector<std::string> words, const std::string& file) {
   const std::vector<char*> line = pointers(words);
-  // The process writes its messages to memory, not to a pipe. If this program ended first, the pipe would break, and
-  // the next message would end the process.
+  // The started process writes its messages to a file in memory, not to a pipe. A pipe would break if the window closed
+  // first, and the next message would then end the started process.
   const int said = memfd_create("messages", MFD_CLOEXEC);
   const pid_t child = fork();
   if (child == 0) {

@@ -14,7 +14,8 @@ inline constexpr int kLowestPriority = 19;
 
 /// Runs `typodont ARGUMENTS` and waits for its end. Returns its output, and passes its progress to `progress`. If the
 /// user cancels, the process is asked to end; if it does not end, it is killed. `nice`: niceness of the process, 0 to
-/// 19. Throws Cancelled, or RunFailure with the process's last message if it fails without output.
+/// 19. Throws Cancelled if the user cancels. Throws RunFailure with the process's last message if the process fails and
+/// has written no output.
 std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice = 0);
 
 /// Programs that were started and run independently of the window. Their failures are detected. Main thread only.

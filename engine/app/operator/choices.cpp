@@ -11,7 +11,7 @@ namespace typodont {
 namespace fs = std::filesystem;
 
 namespace {
-// ns, time between two searches for devices; a search takes milliseconds
+// ns, interval between two searches for devices; one search takes milliseconds
 constexpr Nanos kDeviceInterval = 2 * kNanosPerSecond;
 }  // namespace
 

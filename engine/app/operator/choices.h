@@ -17,7 +17,7 @@ class Choices {
   /// Restores the selection of the last run.
   Choices(OperatorState& s, InterfaceWindow& w);
 
-  /// Shows the pages in another language if the computer has a font for it.
+  /// Changes the language of the pages. Changes nothing if the computer has no font for the language.
   void set_language(session::Language language);
   /// Searches again for scenes, hands and display rigs. The user's selection is kept.
   void rescan();

@@ -23,8 +23,7 @@ struct Place {
   std::int32_t layer;
 };
 
-// The painter remembers the content of at most this number of images. It is larger than the number of images of a
-// swapchain.
+// largest number of images whose content the painter remembers; larger than the number of images of a swapchain
 constexpr std::size_t kRemembered = 8;
 
 VkRect2D rectangle(const display::Part& p) {
@@ -68,7 +67,7 @@ void DrawListPainter::take_font_atlas() {
                                        .format = VK_FORMAT_R8_UNORM,
                                        .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
   gpu::upload(device_, font_, std::span(pixels, static_cast<std::size_t>(width) * static_cast<std::size_t>(height)));
-  ImGui::GetIO().Fonts->SetTexID(nullptr);  // the texture number null means the font texture
+  ImGui::GetIO().Fonts->SetTexID(nullptr);  // a draw command with the texture number null uses the font texture
   textures_.assign(1, {font_.view, -1, 0});
   holds_.clear();
 }
@@ -114,14 +113,15 @@ std::optional<std::vector<display::Part>> DrawListPainter::record(VkCommandBuffe
   std::vector<std::uint64_t> tiles = drawn_tiles(lists, target.size, shown);
   if (!target.kept) holds_.erase(target.image);
   const auto held = holds_.find(target.image);
-  // Draw lists of the user interface that were made for another window size are scaled to the size of the target.
+  // If the user interface was laid out for another window size, its draw lists do not fit. Then they are scaled to the
+  // size of the target, and everything is drawn.
   const bool fits = lists.DisplaySize.x == static_cast<float>(target.size.x) &&
                     lists.DisplaySize.y == static_cast<float>(target.size.y);
   const bool whole = all || !fits || held == holds_.end() || held->second.size() != tiles.size();
   const std::vector<display::Part> parts = whole ? std::vector{display::Part{0, 0, target.size.x, target.size.y}}
                                                  : differing_parts(held->second, tiles, target.size);
-  // Images are destroyed, but their entries in the map holds_ remain. So the map is cleared when it has become too
-  // large.
+  // An image may be destroyed, but its entry in the map holds_ stays. Therefore the map is cleared when it has too many
+  // entries.
   if (whole && holds_.size() > kRemembered) holds_.clear();
   if (fits)
     holds_[target.image] = std::move(tiles);

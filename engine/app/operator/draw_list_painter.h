@@ -1,5 +1,6 @@
 // Draws the user interface (Dear ImGui's draw lists) with Vulkan: one pipeline, dynamic rendering, two frames in
-// flight. If the image still contains an earlier frame, draws only the parts that differ. Render thread only.
+// flight. If the target image still contains an earlier frame, draws only the parts that differ from it. Render thread
+// only.
 #pragma once
 
 #include <array>
@@ -24,7 +25,7 @@ class DrawListPainter {
   DrawListPainter(const DrawListPainter&) = delete;
   DrawListPainter& operator=(const DrawListPainter&) = delete;
 
-  /// Uploads the font atlas again, after a change of language or scale. The GPU must not be drawing a frame.
+  /// Uploads the font atlas again. Call it after the language or the scale has changed, while the GPU draws no frame.
   void take_font_atlas();
 
   /// Begins a frame: removes the textures that were registered for the last frame.
@@ -62,7 +63,8 @@ class DrawListPainter {
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   std::array<gpu::Buffer, kSlots> vertices_, indices_;
   std::vector<Texture> textures_;
-  std::map<VkImage, std::vector<std::uint64_t>> holds_;  // content of each target image: one hash per tile
+  // for each target image: one hash per tile, of the content that was drawn last
+  std::map<VkImage, std::vector<std::uint64_t>> holds_;
 };
 
 }  // namespace typodont

@@ -11,8 +11,8 @@ namespace typodont {
 namespace {
 
 constexpr int kTile = 32;  // pixels, side of the square tiles into which the window is divided
-// Largest number of parts into which the changed area of the window is divided. An element that overlaps several parts
-// is drawn once for each part, so more parts would take longer.
+// Largest number of rectangles into which the changed area of the window is divided. An element that overlaps several
+// rectangles is drawn once for each of them, so more rectangles would take longer.
 constexpr std::size_t kMostParts = 12;
 
 int tiles_in(int pixels) {

@@ -93,8 +93,9 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
     const std::string tissue(name_of(static_cast<Tissue>(i)));
     if (made.color) scene["materials"][tissue]["color"] = {made.color->x, made.color->y, made.color->z};
     if (made.stiffness == 1) continue;
-    // `servo.materials` contains the stiffness with the effect of the brush strokes in the base scene's paint file. The
-    // reader of the new scene applies these strokes again. So their effect is removed here.
+    // The base scene's paint file contains brush strokes that change the stiffness of a tissue. `servo.materials`
+    // already includes this change. The reader of the new scene applies the strokes again, so the change is removed
+    // here.
     const double painted =
         e.base->paint_file.empty() ? 1 : stiffness_factor(read_paint(e.base->paint_file), static_cast<Tissue>(i));
     scene["materials"][tissue]["stiffness_N_per_mm"] =
@@ -104,7 +105,7 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
   const bool ideal = !ideal_file.empty();
   if (!ideal && !e.rules && e.steps.empty() && !scene.contains("task")) return scene.dump(2) + "\n";
   Text task = scene.value("task", Text::object());
-  // if the scene has no task, the rules of the score are in its block "score"; otherwise they are in the task
+  // The rules of the score are in the scene's task. A scene without a task has them in its block "score" instead.
   if (scene.contains("score")) {
     if (scene["score"].contains("rules")) task["rules"] = scene["score"]["rules"];
     scene.erase("score");

@@ -43,20 +43,21 @@ class RuleRefused : public Error {
   RuleRefused(const Error& why, std::string name, bool without_target)
       : Error(why), rule(std::move(name)), no_target(without_target) {}
   std::string rule;  // name of the invalid rule (see session::known_score_names())
-  // The fault of the score rule. true: neither the rule nor the ideal preparation states a target value. false: a
-  // number of the rule is out of range.
+  // Reason why the score rule is invalid. true: neither the rule nor the ideal preparation states a target value.
+  // false: a number of the rule is out of range.
   bool no_target;
 };
 
-/// Lists the available score rules. A rule has the values of the base scene, or default values if the scene lacks it.
+/// Lists the available score rules. A rule has its values in the base scene; a rule that the base scene does not
+/// contain has default values.
 std::vector<RuleChoice> rule_choices(const Scene& base);
 
 /// Makes the scene's JSON text. `ideal_file`: ideal result, path relative to the scene; empty: the base scene's ideal.
 std::string exercise_json(const NewExercise& exercise, const std::string& ideal_file);
 
-/// Writes ~/Typodont/scenes/NAME.json, and the ideal result beside it as NAME-ideal. Before that, checks both files in
-/// the same way as a session. Then replaces any exercise of the same name. Returns the scene's file. Throws Error
-/// (RuleRefused) or Cancelled; in both cases, no file has changed.
+/// Writes ~/Typodont/scenes/NAME.json, and the ideal result beside it as NAME-ideal. Before that, reads both new files
+/// as a session would read them, to find errors. Then replaces any exercise of the same name. Returns the scene's file.
+/// Throws Error (RuleRefused) or Cancelled; in both cases, no file has changed.
 std::filesystem::path write_exercise(const NewExercise& exercise, Progress& progress);
 
 }  // namespace typodont

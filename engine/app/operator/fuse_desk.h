@@ -20,7 +20,8 @@ class FuseDesk {
   FuseDesk(const FuseDesk&) = delete;
   FuseDesk& operator=(const FuseDesk&) = delete;
 
-  /// Shows the page and reads the mesh of OperatorState::fuse in the background. Needs full-resolution tissue labels.
+  /// Shows the page and reads the mesh of OperatorState::fuse in the background. Before this, the scan page must have
+  /// computed the tissue labels with the scan's own voxel size.
   void open();
   /// Registers the two surfaces by the picked points. If the result is refused, the message line states the reason.
   void register_points();

@@ -18,8 +18,8 @@ namespace {
 
 constexpr std::array kTitles{"op.fuse_scan", "op.fuse_ct"};
 constexpr double kZoom = 1.15;  // ratio by which one step of the mouse wheel magnifies the surface
-// pixels; if the mouse moves farther than this while its button is pressed, the surface is turned and no point is
-// picked
+// pixels; if the mouse moves by more than this while its button is pressed, the mouse turns the surface; otherwise it
+// picks a point
 constexpr float kClick = 4;
 
 /// Handles the mouse over a surface. A click picks a point, dragging turns the surface, and the wheel zooms.
@@ -89,7 +89,8 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     row(s.text("op.fuse_clicks"), mm(found->start.fre_rms));
     row(s.text("op.fuse_median"), mm(found->fine.median));
     row(s.text("op.fuse_most"), mm(found->fine.most_of));
-    constexpr double kFair = 0.1e-3;  // m, uncertainty of the registration; a larger uncertainty is shown as a warning
+    // m, if the registration's uncertainty is larger than this, the page shows it as a warning
+    constexpr double kFair = 0.1e-3;
     row(s.text("op.fuse_error"), "± " + mm(found->fine.predicted_error),
         found->fine.predicted_error < kFair ? &kGood : &kWarn);
     row(s.text("op.fuse_area"), fmt::format("{} mm²", s.number(found->fine.area / kSquareMillimetre, 0)));

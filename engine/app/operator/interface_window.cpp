@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 namespace keys = display::keys;
 
-// s, time after the last input during which every frame is drawn, for hover effects and the blinking cursor
+// s, after each input, every frame is drawn for this time, so that hover effects and the blinking cursor are shown
 constexpr double kSettle = 0.25;
 
 /// Returns the first file of the list that exists. A list of fonts is needed because Debian, Fedora and Arch have fonts
@@ -337,8 +337,8 @@ void InterfaceWindow::set_title(const std::string& title) {
 }
 
 void* InterfaceWindow::texture(const gpu::Image& picture, std::uint64_t shows) {
-  // Vulkan may give the handle of a destroyed picture to a picture that is uploaded later. So the number of uploads is
-  // part of the identifying number.
+  // A new picture may get the same Vulkan handle as a picture that was destroyed. Therefore the number that identifies
+  // the picture's content also contains the number of uploads.
   return painter_->texture(picture.alias_view ? picture.alias_view : picture.view, shows << 32 | uploads_);
 }
 

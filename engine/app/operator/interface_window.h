@@ -44,13 +44,13 @@ class InterfaceWindow {
   /// Adds the characters of `text` to the fonts from the next frame on. Call it between two frames.
   void announce_text(const std::string& text);
 
-  /// Reads mouse and keyboard. Returns true if a frame should be drawn: either input has arrived, or more than
-  /// `most_seconds` have passed since the last frame.
+  /// Reads mouse and keyboard. Returns true if a frame should be drawn, because input has arrived or because the last
+  /// frame is older than `most_seconds`.
   bool poll(double most_seconds);
   const display::UserInput& input() const { return input_; }
 
-  /// Begins a frame. Call ImGui's functions between begin() and end(); end() shows the frame. `emergency_stop`: true if
-  /// Esc and Space are the keys of the emergency stop in this frame.
+  /// Begins a frame, which end() shows. Call ImGui's functions between begin() and end(). `emergency_stop`: true if the
+  /// keys Esc and Space act as emergency stop in this frame.
   void begin(bool emergency_stop);
   void end();
 

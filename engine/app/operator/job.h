@@ -36,7 +36,8 @@ class Job {
   Progress progress_;
   std::exception_ptr failure_;
   std::atomic<bool> done_{false};
-  std::jthread thread_;  // declared last, so that the thread is joined before the members that it uses are destroyed
+  // declared last, so that the destructor joins the thread before it destroys the members that the thread uses
+  std::jthread thread_;
 };
 
 }  // namespace typodont

@@ -7,8 +7,8 @@ namespace typodont {
 namespace keys = display::keys;
 
 namespace {
-// Number of frames that ImGui needs to move the focus or to open a list. Before that, a field accepts no text, and a
-// list accepts no arrow keys.
+// Number of frames that ImGui needs to move the focus or to open a list. During these frames, a field accepts no text
+// and a list accepts no arrow keys.
 constexpr int kFocusFrames = 3;
 
 /// Returns true if ImGui sends this key to the focused element.

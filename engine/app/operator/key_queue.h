@@ -17,9 +17,9 @@ class KeyQueue {
   using Key = display::UserInput::Key;
 
   void add(std::span<const Key> done);
-  /// Returns the keys for one frame. Each key occurs at most once, together with its Ctrl or Shift. A key may move the
-  /// focus; then text, arrows, Enter and Esc are kept for later frames until the focus has moved. If Esc and Space are
-  /// the keys of the emergency stop, they are returned before all other keys.
+  /// Returns the keys for one frame. Each key occurs at most once, together with its Ctrl or Shift. If one of the keys
+  /// may move the focus, the following text, arrow keys, Enter and Esc are kept for later frames until the focus has
+  /// moved. If Esc and Space act as emergency stop, they are returned before all other keys.
   std::vector<Key> next(bool emergency_stop = false);
   bool empty() const { return waiting_.empty(); }
 

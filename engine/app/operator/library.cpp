@@ -170,8 +170,8 @@ fs::path temporary_recording_file() {
     if (process > 0 && process != getpid() && kill(process, 0) != 0 && errno == ESRCH) fs::remove(entry.path(), code);
   }
   const fs::path file = folder / fmt::format("{}.h5", getpid());
-  // An earlier session of this window may have left a file of this name. It is deleted before the new session is
-  // written, because a file that was read cannot be overwritten.
+  // The file of an earlier session may still exist, because all sessions of this process use the same temporary name.
+  // The old file is deleted here, because the program refuses to overwrite a file that it has read.
   fs::remove(file, code);
   return file;
 }

@@ -10,8 +10,8 @@
 
 namespace typodont {
 
-/// Returns the path of the picture that the program has drawn for a scene. It is used if there is no file NAME.png
-/// beside the scene. The path changes when the scene's content changes.
+/// Returns the path of the picture that the program has drawn for a scene. The program shows this picture if there is
+/// no file NAME.png beside the scene. The path changes when the scene's content changes.
 std::filesystem::path made_picture(const std::filesystem::path& scene);
 
 /// Finds the shipped scenes and then the user's scenes, sorted by name. A scene that cannot be read is listed with its
@@ -37,7 +37,8 @@ std::filesystem::path new_session_file(const std::string& trainee, const std::st
 std::filesystem::path expert_folder(const std::filesystem::path& trainee_folder);
 
 /// Returns the path of a temporary file for a recording. The file is deleted when the program ends, unless the user
-/// keeps it. Also deletes the temporary files that killed programs left. Empty if the disk is full.
+/// keeps it. This function also deletes temporary files of earlier programs that were killed. The path is empty if the
+/// disk is full.
 std::filesystem::path temporary_recording_file();
 
 /// The user's last selection: language, trainee, scene, hand, picture. Errors while reading and writing it are ignored.

@@ -14,8 +14,8 @@ class BackgroundTask {
  public:
   explicit BackgroundTask(OperatorState& s) : s_(s) {}
 
-  /// Runs `work` on its own thread. After it has succeeded, look() runs `then`. If another task is running, it is
-  /// cancelled first.
+  /// Runs `work` on its own thread. When `work` has succeeded, look() runs `then`. If an earlier task is still running,
+  /// begin() first cancels that task.
   void begin(std::function<void(Progress&)> work, std::function<void()> then);
   bool under_way() const { return job_ != nullptr; }
   void cancel();

@@ -40,9 +40,10 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-constexpr double kIdleFrame = 60;        // s, time between two frames while nothing happens
-constexpr Nanos kIdleWait = 25'000'000;  // ns, time between two checks for changes that the desktop does not report
-// ns, if the loop waited less than this time for events, it also sleeps, so that it uses less computing time
+constexpr double kIdleFrame = 60;  // s, time between two frames while nothing happens
+// ns, interval at which the loop checks for changes that the desktop does not report
+constexpr Nanos kIdleWait = 25'000'000;
+// ns, if input arrives after less than this time of waiting, the loop also sleeps, so that it uses less computing time
 constexpr Nanos kBriefWait = 4'000'000;
 constexpr double kSessionFrame = 0.05;  // s, time between two frames of this window during a session
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
@@ -105,8 +106,8 @@ class Operator {
     } else {
       const Nanos since = now();
       window_.output().wait(kIdleWait);
-      // The pause limits the number of passes of the loop per second, because a mouse can send a thousand events per
-      // second.
+      // The pause limits how often the loop runs per second. A mouse can send a thousand events per second, and each
+      // event would start a pass of the loop.
       if (now() - since < kBriefWait) std::this_thread::sleep_for(4ms);
     }
   }
@@ -128,8 +129,8 @@ class Operator {
     return true;
   }
 
-  /// Creates all GPU objects again on a new device while the session continues. A device that is lost again within
-  /// kReviveInterval counts as broken.
+  /// Creates all GPU objects again on a new device while the session continues. If the new device is lost within
+  /// kReviveInterval, the program treats the GPU as broken.
   void recreate_device(const gpu::DeviceLost& e) {
     if (now() - revived_ < kReviveInterval) throw RunFailure(e.what());
     log::warn("{}; the window is created again", e.what());
@@ -146,7 +147,7 @@ class Operator {
     desk_.make_picture();
   }
 
-  /// Returns the text of the title bar: the name of the page, and the trainee of the session that it shows.
+  /// Returns the text of the title bar: the name of the page, and the trainee whose session the page shows.
   std::string title() const {
     std::string title = "Typodont";
     switch (s_.page) {
@@ -460,7 +461,8 @@ class Operator {
     make_experiment(s_, work_);
   }
 
-  /// Loads the scene of a recording. For a saved preparation, it is the scene whose name the file name contains.
+  /// Loads the scene in which a session or a saved preparation was made. A recording contains its scene. For a saved
+  /// preparation, the scene is found by the name in the preparation's file name.
   Scene scene_left_at(const fs::path& from) const {
     if (from.extension() != ".vdb") return scene_of(session::SessionReader(from));
     for (const SceneChoice& choice : s_.scenes)
@@ -522,7 +524,8 @@ class Operator {
   PlanDesk plan_desk_{s_, window_};
   SessionScores scores_{s_};
   Started started_;
-  BackgroundTask work_{s_};  // declared after the members that the work uses, so that it is destroyed before them
+  // declared after the members that the background work uses, so that the work ends before they are destroyed
+  BackgroundTask work_{s_};
   ScanDesk scan_desk_{s_, window_, work_};
   FuseDesk fuse_desk_{s_, window_, work_};
   Nanos revived_ = -kReviveInterval;

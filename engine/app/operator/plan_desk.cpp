@@ -67,8 +67,8 @@ void PlanDesk::follow() {
   form.plan.bed_diameter = procedure.bed_diameter;
   form.findings = planner_->findings(form.plan);
   destroy();
-  // The section planes are computed from the position of the implant. They stay constant while the user drags it, so
-  // that the implant moves in the picture and the bone does not.
+  // The section planes pass through the implant. They are not moved while the user drags the implant, so that in the
+  // picture only the implant moves and the bone stays.
   if (!form.dragging) form.planes = planner_->planes(form.plan, static_cast<double>(form.width_mm) * kMillimetre);
   for (const SectionPlane& plane : form.planes)
     images_.push_back(window_.upload(planner_->picture(plane, form.plan, kPixels)));

@@ -19,7 +19,7 @@ namespace {
 constexpr double kWheel = 0.25e-3;       // m, motion of the implant along its axis per step of the mouse wheel
 constexpr double kLargestTilt = 60;      // degrees, largest tilt of the implant that the user can set
 constexpr double kToothMargin = 1.5e-3;  // m, usual safety distance between implant and root
-// index of the section that is perpendicular to the implant's axis, through the implant's upper end
+// index of the section plane through the implant's upper end, perpendicular to the implant's axis
 constexpr std::size_t kLevel = 2;
 constexpr std::array kTitles{"op.plan_across", "op.plan_along", "op.plan_level"};
 
@@ -29,8 +29,8 @@ glm::dvec2 fraction_of(const SectionPlane& plane, const dvec3& p_W) {
   return {0.5 + glm::dot(from, plane.right_W) / plane.width, 0.5 - glm::dot(from, plane.up_W) / plane.height};
 }
 
-/// Handles the mouse over a section. Dragging the apex (lower end) tilts the implant, dragging another point moves it,
-/// and the wheel moves it along its axis.
+/// Handles the mouse over a section. Dragging the implant's apex (lower end) tilts the implant, dragging another point
+/// of the implant moves it, and the wheel moves it along its axis.
 void follow_mouse(PlanForm& form, const SectionPlane& plane, bool level, ImVec2 at, float size, float near) {
   const ImGuiIO& io = ImGui::GetIO();
   const auto on_screen = [&](const dvec3& p_W) {

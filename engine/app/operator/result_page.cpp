@@ -190,7 +190,7 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::Separator();
   row(s.text("duration"), fmt::format("{} s", s.number(r.seconds, 1)));
   double removed = 0;
-  // The removed volumes of the tissues do not include strokes that were undone.
+  // The volumes that the tissues have lost so far; strokes that were undone do not count.
   for (const double v : s.status.tissue.removed) removed += v;
   row(s.text("volumes"), fmt::format("{} mm³", s.number(removed / kCubicMillimetre, 2)));
   row(s.text("op.servo_p999"), fmt::format("{} µs", s.number(r.tick_us_p999, 1)));
@@ -314,7 +314,7 @@ void draw_help(OperatorState& s, InterfaceWindow& w) {
                                      std::pair{"F C X D", "op.key_views"},     std::pair{",  .", "op.key_plane"},
                                      std::pair{"Ctrl 1 … 9", "op.key_shown"},  std::pair{"V", "op.key_own_view"},
                                      std::pair{"I J K L  U O", "op.key_turn"}, std::pair{"P", "op.key_paint"}};
-    // Arranges the keys in three groups: for all pages, for the selection, for the work.
+    // Arranges the keys in three groups: keys of all pages, keys for selecting in lists, keys during a session.
     std::vector<std::pair<std::string, const char*>> left, right;
     for (const Shortcut& one : kShortcuts) left.emplace_back(one.name, one.help.data());
     for (const auto& [name, help] : kWorking) right.emplace_back(name, help);

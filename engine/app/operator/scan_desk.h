@@ -25,9 +25,9 @@ class ScanDesk {
   /// Shows the page and reads the scan of OperatorState::import in the background. If the scan cannot be read, the
   /// import page is shown with the reason.
   void open();
-  /// Receives tissue labels that were computed, and starts the computation of requested labels. Coarse labels are
-  /// computed without notice to the user, full labels (with the scan's own voxel size) as a task with progress. Returns
-  /// true if something visible changed.
+  /// Receives tissue labels when their computation has ended, and starts the computation of requested labels. Coarse
+  /// labels are computed without a message to the user. Full labels (with the scan's own voxel size) are computed as a
+  /// task with a progress bar. Returns true if something visible changed.
   bool look();
   /// Draws the sections again if they have changed. Call it before the page is drawn.
   void follow();

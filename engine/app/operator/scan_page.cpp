@@ -17,7 +17,7 @@ using namespace widgets;
 namespace {
 
 constexpr double kZoom = 1.15;  // ratio by which one step of the wheel changes the shown width
-// an edge of the region can be dragged if its distance from the mouse is less than this fraction of the text height
+// an edge of the region can be dragged if its distance from the mouse is less than kGrip times the height of the text
 constexpr float kGrip = 0.5f;
 constexpr std::array kTitles{"op.scan_axial", "op.scan_coronal", "op.scan_sagittal"};
 constexpr std::array kTools{"op.scan_look", "op.scan_brush", "op.scan_seed"};

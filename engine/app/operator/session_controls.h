@@ -34,7 +34,7 @@ class SessionControls {
 
   float height() const;
   void draw();
-  /// Returns true if there is a picture that the controls can change.
+  /// Returns true if the session has a picture, so that the controls have an effect.
   bool possible() const;
 
  private:

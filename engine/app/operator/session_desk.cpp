@@ -105,8 +105,8 @@ SessionDesk::Turn SessionDesk::step() {
   const WorkbenchStatus before = s_.status;
   bench_->look_from(s_.viewpoint, s_.own_view ? s_.live_size : glm::ivec2(0));
   const bool goes_on = bench_->step(s_.live_input, s_.live_size);
-  // The motion of the mouse wheel has been used in this step, so it is set to zero. Otherwise the next step would use
-  // it again if the page is not drawn before that step.
+  // This step has already used the motion of the mouse wheel. If no page is drawn before the next step, the next step
+  // would use the same motion again. So the motion is set to zero.
   s_.live_input.wheel = 0;
   s_.live_input.pressed.clear();
   if (!goes_on) return Turn::kOver;

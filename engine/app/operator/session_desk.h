@@ -18,7 +18,7 @@ namespace typodont {
 
 /// Result of a session in authoring mode: the data from which an exercise can be made.
 struct Authored {
-  Scene scene;  // the scene of the exercise that was edited
+  Scene scene;  // the scene that the author edited
   haptics::TissueVolume tissue;
   std::vector<PaintStroke> strokes;
   bool unsaved = false;  // true: tissue was painted or drilled, and not yet saved as an exercise
@@ -46,8 +46,8 @@ class SessionDesk {
   /// after step().
   bool at_rest() const { return at_rest_; }
   /// Ends the session and moves the recording to its final folder. `why`: reason if the session ended abnormally. If
-  /// the session has no recording but must be scored, returns the data for the score; otherwise null. A session in
-  /// authoring mode and a session that failed are not scored.
+  /// the session has no recording but needs a score, returns the data for the score; otherwise null. Sessions in
+  /// authoring mode and sessions that failed get no score.
   std::shared_ptr<const Unscored> end(const std::string& why);
 
   /// Executes a request that concerns a running session. Returns false for any other request.
@@ -80,12 +80,12 @@ class SessionDesk {
   bool brush_down_ = false;
   dvec3 brush_at_{0};
   std::filesystem::path recording_, written_,
-      /// recording_: final path of the recording; written_: its path during the session; saved_: path of the saved
-      /// tissue
+      /// recording_: final path of the recording; written_: path of the recording during the session; saved_: path of
+      /// the file with the saved tissue
       saved_;
   Nanos score_time_ = 0, curve_time_ = 0;
   bool at_rest_ = false;
-  Pose rests_at_;  // pose of the tool at the end of the session
+  Pose rests_at_;  // pose of the tool when it last moved visibly
 };
 
 }  // namespace typodont

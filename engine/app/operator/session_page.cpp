@@ -83,12 +83,12 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::PopFont();
     ImGui::SameLine();
     ImGui::AlignTextToFramePadding();
-    // the sign "…" means that the score does not yet include the latest cuts
+    // "…" after the score means that the latest cuts are not yet evaluated
     dim(fmt::format("/ {:.0f}{}", s.score.full, s.score_current ? "" : "  …"));
   }
   for (const session::ScoreItem& item : s.score.items) {
-    // If less than this fraction of the task is completed, the items of the score are drawn without the colours for
-    // good and bad scores.
+    // If the completed fraction of the task is smaller than this, the items of the score have no colours for good and
+    // bad.
     constexpr double kBegun = 0.05;
     const float fraction =
         item.full > 0 && s.score.completion > kBegun ? static_cast<float>(item.points / item.full) : -1;
@@ -166,8 +166,8 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   s.live_size = {static_cast<int>(fit.x), static_cast<int>(fit.y)};
   if (s.live) {
     ImGui::SetCursorPos(at);
-    // The picture on a screen that the user sees in a mirror is reflected. This matrix reflects it again, so that the
-    // instructor sees it upright.
+    // If the user sees the screen in a mirror, the picture on the screen is a mirror image. This matrix mirrors the
+    // picture again, so that the instructor sees it upright.
     const glm::dmat2 upright = s.own_view ? glm::dmat2(1) : s.live_upright;
     const glm::dvec2 across = upright[0], up = upright[1];
     // Converts a corner of the upright picture to texture coordinates.
@@ -203,7 +203,7 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::SetCursorPos({(size.x - wide.x) / 2, (size.y - wide.y) / 2});
     dim(text);
   }
-  // Writes the name of the picture, and the actions of the mouse over it.
+  // Writes a line over the picture: the name of the picture, or what the mouse does over it.
   const float u = w.style().unit;
   ImGui::PushFont(w.style().small);
   ImGui::SetCursorPos({0.7f * u, 0.6f * u});

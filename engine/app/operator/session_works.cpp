@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The data about a finished session that its result page shows.
+/// Data that the result page shows about a finished session.
 struct Made {
   session::Score score;
   render::Picture picture;

@@ -39,7 +39,7 @@ inline constexpr std::array kShortcuts = {
     Shortcut{'Q', true, "Ctrl+Q", "op.key_quit", {Ask::kQuit, Ask::kQuit}},
 };
 
-/// Returns the shortcut of a request. It is a compile-time error if the request has no shortcut.
+/// Returns the shortcut of a request. If the request has no shortcut, the program does not compile.
 consteval const Shortcut& shortcut(Ask ask) {
   for (const Shortcut& one : kShortcuts)
     if (one.does[0] == ask || one.does[1] == ask) return one;

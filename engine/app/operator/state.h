@@ -97,7 +97,8 @@ struct SceneChoice {
   int picture = -1;   // index of its picture in OperatorState::pictures; -1: none
   std::string model;  // the scene's contact model (the default if the scene states none)
   bool own = false;   // true: the user created this scene; false: it is shipped
-  // True if an implant can be planned in this scene: it is an implant exercise, or a volume of the user's own.
+  // true: an implant can be planned in this scene, because the scene is an implant exercise, or because its tissue is a
+  // volume that the user imported
   bool jaw = false;
 };
 struct HandEntry {
@@ -151,15 +152,16 @@ enum class ScanTool { kLook, kBrush, kSeed };
 /// Data of the page that shows a scan before its import. The page changes the ScanReview. ScanDesk computes the labels
 /// and draws the sections between two frames.
 struct ScanForm {
-  ScanReview* review = nullptr;  // owned by ScanDesk; null until the scan is read
+  ScanReview* review = nullptr;  // the scan with the user's corrections; owned by ScanDesk; null until the scan is read
   std::size_t large = 0;         // index of the section that is shown larger than the others
   ScanTool tool = ScanTool::kLook;
   int kind = 0;  // kind of label that the correction tool makes, a haptics::LabelKind as a number
   float radius_mm = 1;
   bool only_tissue = true;
-  float reach_mm = 5, tolerance = 0.3f;  // for a seed (clicked point): limits of distance and grey difference
-  glm::ivec3 walls{0};                   // dragged face of the region's box per axis: −1 lower, +1 upper, 0 none
-  dvec3 mouse_F{0};                      // m, frame of the scan, position of the brush in the last frame
+  // the labels spread from the clicked point (seed) up to these limits of distance and of grey difference
+  float reach_mm = 5, tolerance = 0.3f;
+  glm::ivec3 walls{0};  // dragged face of the region's box per axis: −1 lower, +1 upper, 0 none
+  dvec3 mouse_F{0};     // m, frame of the scan, position of the brush in the last frame
   ScanPlanes planes;
   std::array<const gpu::Image*, kScanSections> pictures{};  // pictures of the sections; null until they are drawn
   std::uint64_t drawn = 0;                                  // number of times that the sections were drawn
@@ -170,10 +172,10 @@ struct FuseForm {
   std::array<char, 512> file{};  // path of the mesh file of the intraoral scan
   FileChooser chooser;
   float unit_mm = 1;
-  ScanFusion* fusion = nullptr;                 // owned by FuseDesk; null until the mesh is read
-  glm::vec2 pressed{0};                         // pixels, position at which the mouse button was pressed
-  bool turning = false;                         // true while the mouse turns a surface
-  bool changed = false;                         // true: the pictures must be drawn again
+  ScanFusion* fusion = nullptr;  // the two surfaces that are aligned; owned by FuseDesk; null until the mesh is read
+  glm::vec2 pressed{0};          // pixels, position at which the mouse button was pressed
+  bool turning = false;          // true while the mouse turns a surface
+  bool changed = false;          // true: the pictures must be drawn again
   std::array<const gpu::Image*, 2> pictures{};  // pictures of the two surfaces; null until they are drawn
   std::uint64_t drawn = 0;                      // number of times that the surfaces were drawn
 };
@@ -218,11 +220,12 @@ struct ExperimentFinding {
   std::size_t question = 0;
   int trials = 0;
   double right = 0;  // %, fraction of right answers; not used if models are compared
-  /// result: the just-noticeable difference in % or ms, or, for a comparison of models, how often `models[1]` was
-  /// chosen (%)
+  /// the result: the just-noticeable difference in % or ms; for a comparison of models instead the fraction of trials
+  /// in which the subject chose `models[1]`, in %
   FoundValue found;
   std::array<std::string, 2> models;  // names of the compared models; empty for other questions
-  /// for a comparison of models: p-value, probability that random answers are at least as one-sided as the subject's
+  /// for a comparison of models: p-value; probability that random answers prefer one of the models at least as often as
+  /// the subject's answers do
   double chance = 1;
 };
 struct DoctorFinding {
@@ -295,7 +298,7 @@ struct OperatorState {
   bool own_possible = false;  // true: this window can show a free viewpoint
   Viewpoint viewpoint;
   Look look;                  // settings of the picture in this window: view, colours, visible tissues
-  bool look_in_work = false;  // true: some parts of the picture with these settings are not yet computed
+  bool look_in_work = false;  // true: the program still computes parts of the picture with these settings
   bool has_ideal = false, has_surroundings = false, has_mirror = false, has_debris = false;
   std::uint32_t tissues = 0;  // tissues that the scene contains, one bit for each
   int look_changes = 0;       // number of changes of `look` since the session's start
@@ -306,11 +309,11 @@ struct OperatorState {
   /// values of the last seconds for the curves on the session page: force in N, and computing time of a tick in µs
   std::array<float, 240> forces{}, ticks_us{};
   int curve_at = 0;
-  const gpu::Image* live = nullptr;  // left eye's image of the trainee's picture; null: there is none
+  const gpu::Image* live = nullptr;  // the trainee's picture, as the left eye sees it; null: there is no picture
   glm::dmat2 live_upright{1.0};
-  bool live_is_own = false;        // true: the trainee also looks at this window
-  glm::ivec2 live_size{640, 360};  // pixels, area that is available for the picture; the page writes it
-  display::UserInput live_input;   // mouse and keys over the picture; the page writes them
+  bool live_is_own = false;        // true: this window draws the trainee's picture; false: another window draws it
+  glm::ivec2 live_size{640, 360};  // pixels, size of the area for the picture; the session page sets it
+  display::UserInput live_input;   // input of mouse and keys over the picture; the session page sets it
   bool live_hovered = false;
   double live_aspect = 16.0 / 9;  // ratio of the picture's width to its height
 

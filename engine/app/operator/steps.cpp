@@ -9,12 +9,12 @@ namespace typodont {
 
 namespace {
 
-// ns, a step with the action "touch" is done when the tool has been in contact for this total time
+// ns, contact time after which a step with the action "touch" is done
 constexpr Nanos kTouch = 500'000'000;
 constexpr double kDrilled = 0.05 * kCubicMillimetre;
-// m, a step with the action "move" is done when the tool has moved along a path of this length
+// m, length of the tool's path after which a step with the action "move" is done
 constexpr double kMoved = 10 * kMillimetre;
-// m; if the tool moves farther than this between two ticks, the motion is an error of the input and is ignored
+// m; a longer motion of the tool between two ticks is treated as an error of the input and is not counted
 constexpr double kMost = 20 * kMillimetre;
 
 }  // namespace

@@ -113,7 +113,8 @@ std::string fitted(const std::string& text, float room, const std::function<floa
   if (width(text) <= room) return text;
   constexpr std::string_view kEllipsis = "…";
   const float left = room - width(kEllipsis);
-  // number of bytes of the text that fit into the line, and the number that fit if only whole words are counted
+  // fits: number of bytes of the text that fit into the line; words: the same number if the text may only be cut
+  // between two words
   std::size_t fits = 0, words = 0;
   for (std::size_t end = 0; end < text.size();) {
     std::size_t next = end + 1;
@@ -123,8 +124,8 @@ std::string fitted(const std::string& text, float room, const std::function<floa
     fits = end = next;
     if (end < text.size() && text[end] == ' ') words = end;
   }
-  // If the last whole word ends too early, the text is cut between two characters. This is necessary for Chinese, which
-  // has no spaces, and for long words.
+  // If the last word boundary is in the first half of the line, the text is cut between two characters instead. This is
+  // necessary for long words, and for Chinese, which has no spaces.
   const std::size_t keep = words > fits / 2 ? words : fits;
   return text.substr(0, keep) + std::string(kEllipsis);
 }

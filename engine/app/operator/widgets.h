@@ -84,8 +84,8 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
 /// Draws a field for the length unit of a mesh, in mm.
 void unit_field(float& unit_mm);
 
-/// A line of text about a right, such as real-time scheduling, that the system has granted or refused to the servo
-/// loop. The report contains the same text. There are no lines before the first tick.
+/// A line of text for the user: the name of a right of the servo loop, such as real-time scheduling, and whether the
+/// system has granted it. The report contains the same text. Before the first tick, there are no such lines.
 struct GrantedLine {
   std::string name, value;
   bool granted = false;

@@ -44,8 +44,8 @@ std::filesystem::path recorded_file(const std::filesystem::path& path, const Sce
 /// Checks the files to which a recording refers. Throws Error if a file has changed, because the replay would use other
 /// tissue than the session.
 void require_same_files(const session::SessionHeader& header, const ScenePlace& place) {
-  // The first file is the scene, and the last is the display rig. They are not compared, because the session contains
-  // both.
+  // The first file is the scene, and the last is the display rig. Their hashes are not compared, because the recording
+  // contains the text of both files.
   const std::size_t end = header.files.size() - (header.rig_json.empty() || header.files.empty() ? 0 : 1);
   for (std::size_t i = 1; i < end; ++i) {
     const session::SourceFile& file = header.files[i];
@@ -73,8 +73,8 @@ std::vector<std::filesystem::path> folders_of(const std::filesystem::path& sessi
   return folders;
 }
 
-/// Applies the next cut. After a gap in the recording, the numbers of the cuts are not consecutive. But the carver
-/// (owner of the tissue) expects consecutive numbers, so the cut gets a new number.
+/// Applies the next cut. If the recording has a gap, the numbers of its cuts are not consecutive. But the carver (owner
+/// of the tissue) expects consecutive numbers. So the cut gets the next number of the carver.
 void apply_next(haptics::Carver& carver, Cut cut) {
   cut.index = carver.cuts() + 1;
   carver.apply(cut);
@@ -87,7 +87,7 @@ void repeat(haptics::Carver& carver, const StrokeEdit& edit) {
 }  // namespace
 
 Scene scene_of(const session::SessionReader& session, int recordings) {
-  // largest number of recordings in a chain, in which each continues the one before
+  // Largest number of recordings in a chain. A recording that continues an earlier recording forms a chain with it.
   constexpr int kMostRecordings = 32;
   if (recordings >= kMostRecordings)
     throw Error(session.file().string(), "scene", "recordings that name each other", "an end to them");
@@ -165,8 +165,8 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   Fnv1a force_hash;
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();
-  // Applies the edits (undo and redo) that were made before the carver (owner of the tissue) created the patch (copy of
-  // the tissue) with the number `patches` + 1.
+  // Applies the edits (undo and redo) that belong before the patch number `patches` + 1. (A patch is a copy of the
+  // tissue; the carver, which owns the tissue, creates the patches.)
   const auto edit_through = [&](std::uint32_t patches) {
     for (; edit != edits.end() && edit->patches <= patches; ++edit) {
       steps.apply_cuts(edit->cuts);

@@ -56,10 +56,11 @@ Scene scene_with(const session::SessionReader& session, const std::string& overr
 RerunResult rerun_session(const session::SessionReader& session, const Scene& scene, const std::filesystem::path& out,
                           const std::function<void(double)>& progress = {});
 
-/// Loads the scene of a session. The session file may be untrusted. So the files to which it refers must be in its own
-/// folder, in the assets, or in a folder of $TYPODONT_FILES. If the session is in the user's folder, these files
-/// may be anywhere in the user's folder. `recordings`: number of recordings that were resumed one after another to
-/// reach this session. Throws Error if the tissue is missing or has changed, or if this number is too large.
+/// Loads the scene of a session. Nobody has checked the session file, so it may refer only to files in its own folder,
+/// in the assets, or in a folder of $TYPODONT_FILES. If the session is in the user's folder, the files may be anywhere
+/// in the user's folder. `recordings`: a session can continue another session, which can continue a third one; this is
+/// the number of sessions in this chain so far. Throws Error if the tissue is missing or has changed, or if the chain
+/// is too long.
 Scene scene_of(const session::SessionReader& session, int recordings = 0);
 
 /// Makes a carver (owner of the tissue) in the state of a session at time t. It applies the cuts and edits to `start`.
@@ -72,8 +73,8 @@ haptics::TissueVolume tissue_at(const session::SessionReader& session, const Sce
 haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene,
                                     haptics::TissueVolume start);
 
-/// Returns the index of the last tick at or before the time t; if all ticks are later, of the first tick. The session
-/// must contain ticks.
+/// Returns the index of the last tick at or before the time t; if all ticks are later, the index of the first tick. The
+/// session must contain ticks.
 std::uint64_t place_of_tick_at(const session::SessionReader& session, Nanos t);
 ServoTick tick_at(const session::SessionReader& session, Nanos t);
 

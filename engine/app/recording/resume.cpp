@@ -14,7 +14,8 @@ namespace typodont {
 
 namespace {
 
-/// Loads the tissue from which the scene continues. Throws Error if its voxel grid differs from that of `untouched`.
+/// Loads the unfinished preparation that the scene continues. Throws Error if its voxel grid differs from that of
+/// `untouched`, the scene's own tissue.
 haptics::TissueVolume resumed_tissue(const Scene& scene, const haptics::TissueVolume& untouched) {
   const std::filesystem::path file = find_file(scene.resume, scene.place);
   haptics::TissueVolume tissue = [&] {

@@ -1,5 +1,5 @@
-// Continues an unfinished preparation, from a saved volume or from the end of a recorded session. For the score, the
-// tissue before the work is still the scene's own tissue.
+// Continues an unfinished preparation, from a saved volume or from the end of a recorded session. The score still
+// compares the result with the scene's untouched tissue, not with the tissue at which the work continues.
 #pragma once
 
 #include <filesystem>
@@ -16,9 +16,9 @@ namespace typodont {
 /// if the file is neither.
 Scene with_resume(const Scene& scene, const std::filesystem::path& file);
 
-/// Loads the tissue at the start of a session with this scene. It is the scene's own tissue, or the tissue from which
-/// the scene continues. In the second case, strokes of a recorded session can be undone. Throws Error, also if the
-/// tissue to continue from was not made from the scene's own tissue.
+/// Loads the tissue at the start of a session with this scene. It is the scene's own tissue, or the unfinished
+/// preparation that the scene continues. If the preparation comes from a recorded session, the strokes of this session
+/// can be undone. Throws Error, also if the preparation's voxel grid differs from that of the scene's own tissue.
 haptics::TissueVolume load_tissue(const Scene& scene);
 
 /// Converts an undo or redo to an event of the recording, and back. For an event of another kind, edit_of() returns an

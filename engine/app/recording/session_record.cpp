@@ -156,7 +156,7 @@ session::StreamSpec sound_stream() {
 namespace {
 
 constexpr Nanos kSoundEvery = 10'000'000;  // ns, time between two samples of the parameters of the sound
-// ns, if a fault ends and returns within this time, it is not recorded again
+// ns, if a fault ends and occurs again within this time, the second occurrence is not recorded
 constexpr Nanos kFaultAgain = kNanosPerSecond;
 
 std::vector<bool> rotating_tools(const Scene& scene) {

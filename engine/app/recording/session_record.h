@@ -43,8 +43,8 @@ std::vector<double> xr_stream_row(const display::HmdTiming& timing);
 /// Describes the stream with the input of the sound synthesizer. It has a hundred rows per second.
 session::StreamSpec sound_stream();
 
-/// Finds events in the ticks and writes them: a change of the tool, the start of a fault, and the input of the sound.
-/// It must receive every tick, in order. Recorder thread only.
+/// Finds data in the ticks and writes them to the recording: changes of the tool, beginnings of faults, and the input
+/// of the sound. It must receive every tick, in order. Recorder thread only.
 class TickNotes {
  public:
   /// `sound`: index of the recorded stream for the sound; empty if there is no sound.

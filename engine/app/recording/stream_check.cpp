@@ -16,8 +16,8 @@ void StreamCheck::differs(std::uint64_t tick, std::string what) {
 }
 
 void StreamCheck::volumes(const PerTissue& replayed, const PerTissue& recorded, const char* when) {
-  // Relative tolerance of the comparison of removed volumes. The file stores mm³, so each number is rounded when it is
-  // written and again when it is read.
+  // Largest relative difference between a recorded and a replayed volume that counts as equal. The file stores mm³, so
+  // each number is rounded when it is written and again when it is read.
   constexpr double kRounding = 1e-12;
   for (std::size_t i = 1; i < replayed.size(); ++i) {
     if (std::abs(replayed[i] - recorded[i]) > kRounding * std::abs(recorded[i]))

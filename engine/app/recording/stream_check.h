@@ -1,6 +1,7 @@
-// Compares a replay with all data of a recording that the score depends on: every column of the ticks, every cut, the
-// volumes of the tissues at start and end, and the final tissue. The replay's inputs are not compared: pose and pedal
-// of the hand, the scene with its rules, ticks at which the servo began to use a patch (tissue copy), undone strokes.
+// Compares a replay with all recorded data that the score depends on: every column of the ticks, every cut, the volumes
+// of the tissues at start and end, and the final tissue. The replay takes the following data from the recording, so
+// they are not compared: pose and pedal of the hand, the scene with its rules, the ticks at which the servo began to
+// use a patch (tissue copy), and the undone strokes.
 #pragma once
 
 #include <cstdint>
@@ -26,8 +27,8 @@ class StreamCheck {
   };
   /// Returns the first difference between the replay and the recording; empty if there is none so far.
   const std::optional<Difference>& difference() const { return difference_; }
-  /// Returns true if this tick can be compared. After the first gap, it cannot, because the recording lacks input of
-  /// the servo.
+  /// Returns true if this tick can be compared. Ticks after the first gap cannot be compared, because the recording
+  /// does not contain all input of the servo there.
   bool covers(const ServoTick& recorded) const { return recorded.index <= last_tick_; }
 
   void volumes_at_start(const PerTissue& volumes);

@@ -167,7 +167,8 @@ class Side {
     debris_->spray(water.spray);
     debris_->suck(water.suction ? nozzle_ : std::nullopt);
   }
-  /// If the tissue was cut, computes the bodies inside the tooth again. Does so only if the view shows these bodies.
+  /// Computes the cut face of the section view, or the pulp, caries and dentin that the X-ray view shows inside the
+  /// tooth. Computes them again only after the tissue was cut.
   void look_inside() {
     const haptics::TissueVolume& volume = player_.tissue();
     const std::uint64_t cuts = player_.tick().cuts;
@@ -240,7 +241,8 @@ class Playback {
       stage_.emplace(rig, sides_[0]->servo(), look);
       sides_[0]->attach(*stage_);
     }
-    // The quality is lowered only for a window, which needs smooth motion. A film may take any time.
+    // Lowers the picture's quality if drawing takes too long. This is necessary only in a window, where motion must be
+    // smooth. A film may take any time.
     if (look.window) follow_time(sides_[0]->stage().device().processor);
     double longest = 0;
     for (const auto& side : sides_) longest = std::max(longest, side->player().end() - side->player().begin());

@@ -15,14 +15,15 @@ class Progress;
 
 struct PlaybackOptions {
   std::filesystem::path session;
-  std::filesystem::path beside;  // a second session that is shown at the right; empty if there is none
+  std::filesystem::path beside;  // a second session, which is shown at the right; empty: there is only one session
   std::string rig;  // file or name of a rig; empty: the scene's rig file, otherwise "window" or, for a film, "closeup"
   std::optional<dvec3> eye_W;   // m, frame W, midpoint between the viewer's eyes; empty: the rig file's value
   std::optional<double> ipd;    // m, interpupillary distance; empty: the rig file's value
   double magnify = 0;           // magnification of the picture; 0: the rig file's value
   double from = -1, to = 1e18;  // s, range of the recording that is played
   double speed = 1;             // multiple of the recorded speed; negative: backwards
-  /// number of times that a film plays the range; in a window, 0 plays it once and any other value repeats it for ever
+  /// In a film: number of times that the range is played. In a window: 0 plays the range once, any other value repeats
+  /// it without end.
   int loops = 1;
   double fps = 30;
   std::string view = "look";   // name of the view: look (normal), section, xray or difference

@@ -31,8 +31,8 @@ SessionPlayer::SessionPlayer(const std::filesystem::path& file) : session_(file)
     deeds_.push_back({cut.t, &cut, false});
   }
   add_edits(UINT64_MAX);
-  // Corrects times that decrease, because the clocks of two threads may differ. The recorded order of the changes is
-  // kept.
+  // Two threads recorded these changes, and their clocks may differ. So a time may be smaller than the time before it.
+  // Such times are increased; the recorded order of the changes stays.
   for (std::size_t i = 1; i < deeds_.size(); ++i) deeds_[i].t = std::max(deeds_[i].t, deeds_[i - 1].t);
   from_the_start();
   seek(begin_);
@@ -135,8 +135,8 @@ void SessionPlayer::go_back(Nanos t) {
     next_ = last.first;
     if (last.kind == Done::Kind::kStroke) {
       carver.end_stroke();
-      // If the carver (owner of the tissue) has fewer strokes than `last.strokes`, it has dropped the last stroke,
-      // because this stroke changed nothing. Then there is nothing to undo.
+      // A stroke that changed nothing was dropped by the carver (owner of the tissue). Then the carver has fewer
+      // strokes than `last.strokes`, and there is nothing to undo.
       if (carver.strokes().done == last.strokes) carver.undo();
     } else if (last.kind == Done::Kind::kUndo) {
       carver.redo();

@@ -33,8 +33,8 @@ class SessionPlayer {
   double begin() const { return begin_; }  // s, time of the first recorded tick
   double end() const { return end_; }
 
-  /// Moves to the time t, s. A move forward applies the cuts in between. A move backward undoes all strokes that end
-  /// after t, and repeats the part of the earliest of them that lies before t.
+  /// Moves to the time t, s. Forward: applies the cuts between the present time and t. Backward: undoes all strokes
+  /// that end after t. If the first of these strokes began before t, its cuts before t are then applied again.
   void seek(double t);
   /// Returns the last tick at or before the present time.
   const ServoTick& tick() const { return tick_; }
@@ -58,13 +58,12 @@ class SessionPlayer {
     const Cut* cut = nullptr;  // the cut; null if the change is an edit
     bool redo = false;
   };
-  /// A change to the tissue that was played, with the data that is needed to revert it when the playback goes back in
-  /// time.
+  /// An applied change of the tissue, with the data that is needed to revert it when the playback goes back in time.
   struct Done {
     enum class Kind { kStroke, kUndo, kRedo } kind;
-    std::size_t first;    // index in deeds_ of the first change that this entry reverts
-    std::size_t strokes;  // number of strokes after the change; only for kStroke
-    bool forgets;         // true: the change discarded undone strokes, so it cannot be reverted
+    std::size_t first;    // index in deeds_ of the first cut or edit that belongs to this change
+    std::size_t strokes;  // number of the carver's strokes after the change; only for kStroke
+    bool forgets;         // true: the change discarded undone strokes, so the carver cannot revert it
   };
   void from_the_start();
   void go_back(Nanos t);

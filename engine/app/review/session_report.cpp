@@ -38,9 +38,9 @@ session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
 /// ten megabytes. If the mesh has more triangles, the surface of its distance field is shown instead.
 constexpr std::size_t kMostOwnTriangles = 200'000;
 
-/// Makes the 3D model of the report. `own`: true uses the triangles of volume.mesh(), false those of the distance
-/// field. `ideal`: distance field of the ideal result with recomputed distances; null: the model shows no differences
-/// to the ideal.
+/// Makes the 3D model of the report. `own`: true uses the triangles of volume.mesh(), false uses the surface of the
+/// distance field. `ideal`: the ideal result as a distance field that is exact everywhere, from which the differences
+/// are computed; null: the model shows no differences to the ideal.
 session::ResultModel model_of(const haptics::TissueVolume& volume, bool own, const DenseCopy* ideal) {
   const haptics::TissueMesh* const triangles = own ? volume.mesh().get() : nullptr;
   const surface::WholeMesh mesh = triangles && triangles->triangles.size() <= kMostOwnTriangles

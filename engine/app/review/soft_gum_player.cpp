@@ -8,8 +8,8 @@ namespace typodont {
 
 namespace {
 
-// N/m, stiffness of the tool. In the recording, the gum has already displaced the tool. With this large stiffness, the
-// gum does not displace it again.
+// N/m, stiffness of the tool in a replay. The recorded poses of the tool already contain its displacement by the gum.
+// With this large stiffness, the gum does not displace the tool a second time.
 constexpr double kRigid = 1e6;
 constexpr std::uint64_t kBlock = 4096;  // number of ticks that are read from the file at a time
 

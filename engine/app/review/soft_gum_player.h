@@ -1,5 +1,5 @@
-// The soft gum of a recorded session at any time. A recording does not contain the gum, so it is computed again: the
-// tool, at the pose at which it was drawn in each recorded tick, presses and cuts the gum.
+// The soft gum of a recorded session at any time. A recording does not contain the gum, so the gum is computed again.
+// For each recorded tick, the tool is placed at the pose at which it was drawn, where it presses and cuts the gum.
 #pragma once
 
 #include <memory>

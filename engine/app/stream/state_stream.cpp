@@ -32,7 +32,8 @@ namespace {
 using Text = nlohmann::ordered_json;
 
 constexpr const char* kSchema = "typodont-state-1";
-// bytes, about 100 messages; if more data than this would wait for a reader (program), its new messages are skipped
+// bytes, about 100 messages; if a message would increase the data that waits for a reader (program) to more than this,
+// the message is skipped
 constexpr std::size_t kMostWaiting = 1 << 16;
 constexpr std::size_t kMostAsked = 1 << 13;  // bytes; a reader whose request is longer than this is disconnected
 constexpr std::size_t kMostReaders = 32;
@@ -113,8 +114,8 @@ struct Reader {
   std::string asked;     // the reader's request, as far as it has arrived
   std::string waiting;   // data that was not yet sent to the reader
   bool greeted = false;  // true: the WebSocket handshake is complete
-  // Time since which the reader has made no progress: it has received no data, or its request has stayed incomplete.
-  // Empty while it makes progress.
+  // Time at which the reader's last progress ended: since this time, it has received no data or its request has stayed
+  // incomplete. Empty while the reader makes progress.
   std::optional<Nanos> stuck;
   bool gone = false;
 };
@@ -196,8 +197,7 @@ struct StateStream::Impl {
 
 void StateStream::Impl::tell(Reader& reader, const std::string& text, bool may_skip) {
   const std::string frame = websocket_text_frame(text);
-  // An event is skipped only if the waiting data would exceed twice kMostWaiting, because events are rare and
-  // important.
+  // Events are rare and important. So an event is skipped only if the waiting data would exceed twice kMostWaiting.
   if (reader.waiting.size() + frame.size() > (may_skip ? kMostWaiting : 2 * kMostWaiting)) {
     ++counts.skipped;
     return;

@@ -20,8 +20,8 @@ struct StreamedSession {
 };
 
 /// Sends messages to all readers. All functions are called by one thread, which must not be the servo thread. No
-/// function blocks, so a slow reader loses messages. A reader that reads nothing, or sends no request, for the time
-/// kPatience is disconnected.
+/// function blocks; therefore a reader that is too slow loses messages. A reader is disconnected if, for the time
+/// kPatience, it reads no data or does not complete its request.
 class StateStream {
  public:
   /// `addresses`: "osc:PORT" or "osc:HOST:PORT", to which messages are sent; "ws:PORT" or "ws:HOST:PORT", to which

@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kOverGum = 0.25e-3;  // m, height of the rubber dam's sheet above the edge of the gum
 constexpr double kSheet = 0.7e-3;     // m, thickness of the rubber dam's sheet over the teeth
-constexpr double kTension = 6e-3;     // m, the stretched rubber sheet is flat over a hollow that is narrower than this
-// m, the rubber dam's sheet ends at this distance from the curve of the teeth, inside the cheek
+constexpr double kTension = 6e-3;  // m, over a hollow that is narrower than this, the stretched rubber sheet stays flat
+// m, distance from the curve of the teeth to the edge of the rubber dam's sheet, which lies inside the cheek
 constexpr double kSheetTo = 13.5e-3;
 // m, height above the gum to which the frame of the rubber dam pulls the edge of the sheet
 constexpr double kLift = 3.2e-3;

@@ -11,21 +11,22 @@ namespace {
 
 constexpr double kFree = 0.5e-3;          // m, height of the gum's edge above the neck of a tooth
 constexpr double kPapillaWidth = 1.8e-3;  // m, width of a papilla (the gum between two teeth)
-// m, distances from the working tooth along the arch. Between kTiltFrom and kTiltTo, the tilt of the gum's edge
-// decreases to zero.
+// m, distances from the working tooth along the arch. The gum's edge is tilted up to the distance kTiltFrom. From there
+// to kTiltTo, the tilt decreases to zero.
 constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;
-// m, sideways distances from the row of teeth. Between kEdgeTo and kEvenFrom, the influence of the teeth on the jaw's
-// ridge decreases to zero.
+// m, distances from the row of teeth, sideways. Up to kEdgeTo, the height of the gum's edge follows the nearest teeth.
+// From there to kEvenFrom, it changes to the height at the working tooth.
 constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;
 constexpr double kRowDepth = 15.5e-3;  // m, thickness of a jaw with a row of teeth
 constexpr double kBlockDepth = 9e-3;   // m, smallest thickness of a jaw without a row of teeth
-// m, dimensions of the jaw's ridge, on which the teeth stand. It is wider at its bottom, and ends in a fold towards the
-// cheek and in a fold towards the tongue.
+// m, dimensions of the jaw's ridge, on which the teeth stand. The ridge is wider at its bottom. On the sides of cheek
+// and tongue, it ends in a fold.
 constexpr double kRidgeTop = 1.3e-3, kRidgeRim = 0.5e-3, kBuccalSwell = 1.7e-3, kLingualSwell = 1.1e-3,
                  kSwellDepth = 4e-3;
 constexpr double kBuccalFold = 8.5e-3, kLingualFold = 9.5e-3, kFoldRound = 5e-3, kJawEdge = 13.5e-3;
 constexpr double kBack = 25e-3;  // m, distance from the working tooth to the back of the mouth
-// kAttached: m, height of the attached gum; kLine: m, half the width of its border
+// kAttached: m, height of the attached gum; kLine: m, half the width of the zone in which the attached gum changes to
+// movable mucosa
 constexpr double kAttached = 4.4e-3, kLine = 0.5e-3;
 // m, dimensions of tongue and cheek: distances from the curve of the teeth, and heights above the plane of the chewing
 // surfaces.
@@ -88,8 +89,9 @@ Jaw::Place Jaw::place(const dvec3& p_W) const {
   const double from_own = at.along - own_;
   const double near = plan_.row ? 1 - smooth_step(kTiltFrom, kTiltTo, std::abs(from_own)) : 1;
   const double tilt = near * (tilt_along_ * from_own + tilt_beside_ * std::clamp(at.beside - beside_, -8e-3, 8e-3));
-  // Far from the row, neighbouring points can have different nearest teeth, and the height would change abruptly
-  // between them. So all points there get the same height.
+  // The height of the gum's edge follows the nearest tooth. Far from the row, two neighbouring points may have
+  // different nearest teeth, and the height would have a step between them. So all points far from the row get the same
+  // height.
   const double far = plan_.row ? smooth_step(kEdgeTo, kEvenFrom, std::abs(at.beside)) : 0;
   const double edge = here.edge + tilt + far * (own_edge_ - here.edge - tilt);
   return {at.along, at.beside, edge - p.z, here.half_width, p.x, p.z};

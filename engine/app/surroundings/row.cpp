@@ -29,12 +29,12 @@ ArchCurve::ArchCurve(std::vector<glm::dvec2> points) : points_(std::move(points)
 
 ArchCurve::Place ArchCurve::place(const glm::dvec2& p) const {
   Place best;
-  // distance to the nearest segment of the curve so far: nearest in m² (squared), reach in m
+  // nearest: m², squared distance to the nearest segment of the curve so far; reach: the same distance in m
   double nearest = 1e9, reach = 1e9;
   for (std::size_t i = 0; i + 1 < points_.size(); ++i) {
     const glm::dvec2 r = p - points_[i];
     const double farthest = reach + along_[i + 1] - along_[i];
-    // skips the segment of the curve, because all of it is farther away than the nearest segment so far
+    // the whole segment is farther away than the nearest segment so far, so it is skipped
     if (glm::dot(r, r) > farthest * farthest) continue;
     const glm::dvec2 d = points_[i + 1] - points_[i];
     const double t = std::clamp(glm::dot(r, d) / glm::dot(d, d), 0.0, 1.0);

@@ -16,41 +16,45 @@ namespace typodont {
 
 namespace {
 
-// m, voxel sizes of bodies that are only drawn. A body is far if its distance from the middle of the working tooth
-// exceeds kNear.
+// m, voxel sizes of bodies that are only drawn. The sizes with "Far" in their names are for bodies whose distance from
+// the middle of the working tooth is larger than kNear.
 constexpr double kToothVoxel = 0.15e-3, kFarToothVoxel = 0.36e-3, kGumVoxel = 0.36e-3, kFarGumVoxel = 0.8e-3;
 constexpr double kDamVoxel = 0.36e-3, kFarDamVoxel = 0.8e-3, kClampVoxel = 0.18e-3, kMouthVoxel = 1.1e-3;
 constexpr double kNear = 15e-3, kMouthReach = 38e-3;
-// voxels, tolerances of the fine and of the coarse mesh.
+// voxels, largest distance between a mesh and the exact surface; first for the fine mesh, then for the coarse mesh
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
-// The coarse mesh of the cheek is as fine as its fine mesh. The light at a vertex behind the gum is dark, and a long
-// triangle would spread this darkness over the visible cheek.
+// The coarse mesh of the cheek is as fine as its fine mesh. Otherwise it would have long triangles, of which one vertex
+// can lie in the dark behind the gum. Such a triangle would make the visible cheek dark, too.
 constexpr std::array<float, 2> kCheekTolerance{0.12f, 0.12f};
-// m, where the coarse and the fine mesh of gum or dam overlap, the coarse mesh is lower by this length
+// m, depth by which the coarse mesh of gum or dam lies below the fine mesh where the two meshes overlap
 constexpr double kCoarseBelow = 0.5e-3;
 // m, the coarse mesh is used if the picture allows a surface error larger than this
 constexpr double kCoarseFrom = 45e-6;
-// m, a neighbouring tooth is drawn only down to this depth below the gum's edge
+// m, depth below the gum's edge down to which a neighbouring tooth is drawn
 constexpr double kRootShown = 2.5e-3;
-// m, at the working tooth, a point higher than this above the gum can only lie in a crown
+// m, height above the plane of the gum's edge; a neighbour's root is cut off only below this height, because higher
+// points cannot lie in a root
 constexpr double kCrownFrom = 4e-3;
-// m, half the lengths of the region in which light between bodies is computed, and height of its middle above the gum
+// m. Light that bodies receive from each other is computed in a box-shaped region. kLitAlong, kLitAcross, kLitUp: half
+// the edge lengths of the box; kLitMiddle: height of its middle above the gum.
 constexpr double kLitAlong = 15e-3, kLitAcross = 15e-3, kLitUp = 10e-3, kLitMiddle = 3e-3;
 constexpr double kReach = 3e-3;  // m, the distance field of a tooth is computed up to this distance from its surface
-// m, the gum reaches into the working tooth by this length, so that no gap between them is visible
+// m, depth to which the gum extends into the working tooth, so that no gap between them is visible
 constexpr double kGumInside = 0.4e-3;
-constexpr double kCoveredBelow = 0.6e-3;  // m, below this depth under the gum's edge, the gum hides the root
+// m, the gum hides those points of the root that are deeper below the gum's edge than this
+constexpr double kCoveredBelow = 0.6e-3;
 // m, width over which the collar (the gum around a tooth) blends into the jaw's ridge
 constexpr double kCollarBlend = 1.0e-3;
 constexpr double kCollarFrom = 4e-3;  // m, distance from a tooth at which its collar of gum ends
 // m, cell sizes of the grids on which the cut face of a section is computed, for a tooth and for the gum
 constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;
-// m, in a section the cut face of the gum overlaps those of the teeth by this, so that no gap is visible
+// m, width by which the cut face of the gum overlaps the cut faces of the teeth in a section, so that no gap is visible
 constexpr double kFaceOverlap = 0.05e-3;
-constexpr double kFaceUnder = 10e-6;  // m, distance of the gum's face behind the faces of the teeth in a section
+// m, the cut face of the gum lies behind the cut faces of the teeth by this distance
+constexpr double kFaceUnder = 10e-6;
 
 struct Box {
-  dvec3 lo{1e9}, hi{-1e9};  // m, frame W, bounds of the box
+  dvec3 lo{1e9}, hi{-1e9};  // m, frame W, lower and upper corner of the box
   void grow(const dvec3& p) {
     lo = glm::min(lo, p);
     hi = glm::max(hi, p);
@@ -77,7 +81,7 @@ struct ToothCopy {
         across(glm::cross(plan.crown, plan.arch)),
         least_scale(std::min({n.scale.x, n.scale.y, n.scale.z})) {}
 
-  /// Converts a point of the neighbour to the same point of the original tooth. from_tooth() converts it back.
+  /// Converts a point of the neighbour to the corresponding point of the working tooth. from_tooth() does the reverse.
   dvec3 to_tooth(const dvec3& p_W) const {
     const dvec3 r = p_W - place.contact;
     const double c = std::cos(place.turn), s = std::sin(place.turn);
@@ -183,8 +187,8 @@ struct SurroundingsShape::Impl {
     }
     return b;
   }
-  /// Returns the box around the whole arch. It extends `side` (m) beyond the curve of the teeth and `up` (m) above the
-  /// plane of the chewing surfaces.
+  /// Returns the box around the whole arch. The box extends `side` (m) beyond the curve of the teeth, and `up` (m)
+  /// above the plane of the chewing surfaces.
   Box arch_box(double side, double up) const {
     Box b;
     const double low = glm::dot(plan.margin, plan.crown) - jaw.depth() - 2e-3;
@@ -262,8 +266,8 @@ bool SurroundingsShape::has_gum() const {
 double SurroundingsShape::neighbour(const dvec3& p_W) const {
   double nearest = 1.0;
   for (const Impl::Neighbour& n : impl_->neighbours) {
-    // The tooth is not nearer than `least`. If `least` is larger than the smallest distance so far, the exact distance
-    // is not needed.
+    // `least` is a lower bound of the distance to the tooth. If it is larger than the smallest distance so far, the
+    // exact distance is not needed.
     const double least = 0.7 * (glm::length(p_W - n.middle) - n.radius);
     if (least > kReach || least > nearest) {
       nearest = std::min(nearest, least);
@@ -307,8 +311,8 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
     }
     ++body;
   };
-  // The drawn surface of a neighbour ends shortly below the gum's edge, because the gum hides the root. In a section
-  // the root is visible, so this function includes it.
+  // The surface of a neighbour that pictures show ends shortly below the gum's edge, because the gum hides the root. A
+  // section cuts the root open, so this function includes the root.
   const auto with_root = [&](const Impl::Neighbour& n, const dvec3& p) {
     const double whole = shape.whole(n, p);
     return shape.plan.gum && whole < kToothFace ? std::min(shape.neighbour(n, p), std::max(whole, shape.gum(p)))
@@ -343,8 +347,8 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
 
 namespace {
 
-/// Gives all vertices the same material. `beneath(p)`: fraction of the colour of the tissue `under` that is visible at
-/// p.
+/// Gives all vertices the material `matter`. The colour of the tissue `under` shines through: `beneath(p)` returns the
+/// fraction of this colour that is visible at p.
 template <class Beneath>
 void paint(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, Tissue matter, Tissue under, Beneath&& beneath) {
   for (render::MeshUpdate& brick : bricks)
@@ -419,8 +423,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   soft(near, plan.dam ? kDamVoxel : kGumVoxel, true, distance, everywhere);
   if (plan.row) {
     const double voxel = plan.dam ? kFarDamVoxel : kFarGumVoxel;
-    // The coarse bricks (mesh blocks) overlap the fine bricks by up to one brick. In this region, the coarse surface is
-    // lowered below the fine surface, so that it is hidden.
+    // Where the coarse bricks (mesh blocks) overlap the fine bricks (by up to one brick), the coarse surface is lowered
+    // below the fine surface, so that it is not visible.
     const auto below = [&](const dvec3& p) {
       const dvec3 inside = glm::min(p - near.lo, near.hi - p);
       return distance(p) + kCoarseBelow * smooth_step(0, 2e-3, std::min({inside.x, inside.y, inside.z}));
@@ -442,7 +446,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   const auto body = [&](Tissue matter, Tissue under, double (Jaw::*field)(const Jaw::Place&) const,
                         const auto& beneath) {
     const auto at = [&](const dvec3& p) { return (shape.jaw.*field)(shape.jaw.place(p)); };
-    const bool fine = field == &Jaw::cheek;  // the cheek has a fine mesh, because it is the background of the work
+    // the cheek gets a fine mesh, because it is the background in pictures of the tooth
+    const bool fine = field == &Jaw::cheek;
     add(box, kMouthVoxel, fine ? kCheekTolerance : kGumTolerance, fine, at, gum_label, everywhere,
         [&](auto& mesh) { paint(mesh, box.lo, matter, under, beneath); });
   };

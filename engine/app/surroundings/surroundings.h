@@ -15,8 +15,8 @@ namespace typodont {
 
 struct Surroundings;
 
-/// The surroundings as distance functions, m, negative inside. Far away from a body, or if the body does not exist, the
-/// distance is any positive number. Thread-safe.
+/// The surroundings as distance functions, m, negative inside. The functions are exact only near a body: far away from
+/// a body, or if it does not exist, they return any positive number. Thread-safe.
 class SurroundingsShape {
  public:
   /// Builds the distance functions. Throws Error if the volume cannot be read.
@@ -54,10 +54,12 @@ struct SurroundingMesh {
 };
 struct Surroundings {
   std::vector<SurroundingMesh> meshes;
-  /// The gum hides the uncut tooth at points p_W with dot(covered, (p_W, 1)) < 0. Zero: it hides no point.
+  /// A plane. On one side of it, at points p_W with dot(covered, (p_W, 1)) < 0, the gum hides the uncut tooth. Zero:
+  /// the gum hides no point.
   glm::dvec4 covered{0};
   double coarse_from = 0;  // m; the coarse mesh is used if the picture allows a surface error larger than this
-  /// The region in which light between bodies is computed (render::LightScene). Empty if the scene has no mouth.
+  /// The region in which the light that bodies receive from each other is computed (render::LightScene). Empty if the
+  /// scene has no mouth.
   std::optional<render::BoxInWorld> lit;
 };
 /// Builds the meshes of the surroundings. Equal plans give equal meshes. Throws Error if the volume cannot be read.

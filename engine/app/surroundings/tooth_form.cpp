@@ -11,13 +11,12 @@ namespace typodont {
 namespace {
 
 constexpr double kTip = 0.45e-3;  // m, radius of the rounded tip of a hill, such as a cusp
-// The computed distance to the side is multiplied by this factor, so that it is never larger than the true distance.
+// factor of the approximate distance to the tooth's side; with it, the result is never larger than the true distance
 constexpr double kSideSlope = 0.9;
-// The computed distance to the chewing surface is multiplied by this factor, so that it is never larger than the true
-// distance.
+// factor of the approximate distance to the chewing surface; with it, the result is never larger than the true distance
 constexpr double kTopSlope = 0.78;
-// m, rounding of the bottom of a groove between two hills (cusps or ridges). It must not be much smaller than the
-// voxels of the drawn tooth, because a sharper groove is drawn with notches.
+// m, radius with which the bottom of a groove between two hills (cusps or ridges) is rounded. It must not be much
+// smaller than the voxels of the drawn tooth: a sharper groove would be drawn with notches.
 constexpr double kGrooveFloor = 0.2e-3;
 constexpr double kRidges = 0.07e-3;    // m, amplitude of the fine ridges on the cusps
 constexpr double kEnamelTop = 1.9e-3;  // m, thickness of the enamel at the chewing surface
@@ -37,8 +36,8 @@ double half_width(double z, double neck, double widest, double table, double at,
 }
 
 /// Returns the height (m) of the fine ridges on the slope of a hill (cusp or ridge). `from_tip`: m, position relative
-/// to the hill's tip; `over`: m, height above the neighbouring hill. The ridges vanish at the tips and where two hills
-/// meet.
+/// to the hill's tip. `over`: m, how much higher this hill is here than the neighbouring hill. The height is zero at
+/// the tips and where two hills meet.
 double ridges(const glm::dvec2& from_tip, double over) {
   const double r2 = glm::dot(from_tip, from_tip) + 1e-9, c = from_tip.x * from_tip.x / r2;
   // cos(4 φ), computed from c = cos² φ

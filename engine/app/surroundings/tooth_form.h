@@ -28,16 +28,18 @@ struct ToothForm {
   glm::dvec2 neck{0, 0};  // m, full widths at the neck, along x and y of the tooth's frame
   /// m, full widths at the chewing surface, along x and y of the tooth's frame
   glm::dvec2 table{0, 0};
-  double height = 0;                             // m, height of the crown up to its highest cusp
-  double proximal = 0, buccal = 0, lingual = 0;  // m, height of the widest point: towards neighbours, cheek, tongue
-  double square = 2.5;                           // exponent of the superellipse that is the outline; 2 gives an ellipse
-  double rounding = 0;                           // m, radius of the edge between the side and the chewing surface
-  double lean = 0;                               // m per m, inclination of the crown towards the tongue
-  double root = 0;                               // m, length of the tooth's root
+  double height = 0;  // m, height of the crown up to its highest cusp
+  // m, heights of the widest point on the sides towards neighbours, cheek and tongue
+  double proximal = 0, buccal = 0, lingual = 0;
+  double square = 2.5;  // exponent of the superellipse that is the outline; 2 gives an ellipse
+  double rounding = 0;  // m, radius of the edge between the side and the chewing surface
+  double lean = 0;      // m per m, inclination of the crown towards the tongue
+  double root = 0;      // m, length of the tooth's root
   double groove_depth = 0, groove_width = 0;
   std::vector<ToothHill> hills;
 
-  /// Returns the approximate distance (m) to the surface, negative inside. Its gradient is at most about 1.3.
+  /// Returns the approximate distance (m) to the tooth's surface, negative inside. The gradient of this distance is at
+  /// most about 1.3 (1 for an exact distance).
   double distance(const dvec3& p) const;
   /// Returns the tissue at a point inside or at the surface.
   Tissue tissue(const dvec3& p) const;

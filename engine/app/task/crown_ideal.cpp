@@ -11,14 +11,15 @@ namespace typodont {
 
 namespace {
 
-// cosine of the angle between a surface's normal and the preparation's axis; above this value, the surface counts as a
-// chewing surface
+// cosine of an angle; if the angle between a surface's normal and the preparation's axis has a larger cosine, the
+// surface counts as a chewing surface
 constexpr double kOcclusal = 0.5;
 // m, cell size of the grid on which the tooth's outline at the margin (edge of the preparation) is computed
 constexpr double kCell = 0.1e-3;
-// voxels, distance of the samples from which a normal is computed; at a smaller distance, normals follow the CT's noise
+// voxels, distance between the samples from which a normal is computed; with a smaller distance, the normals would
+// follow the CT's noise
 constexpr double kNormalReach = 2;
-// voxels, distance from a surface within which the surface's distance is computed exactly
+// voxels; at points that are nearer to a surface than this, the distance to the surface is exact
 constexpr double kExactBand = 3;
 
 /// The outline of the tooth in the plane at the height of the margin (edge of the preparation), and the signed distance
@@ -82,8 +83,9 @@ double from_centers(const CrownReduction& crown, double aside, double height) {
   return aside < corner ? std::hypot(aside - corner, below) : below;
 }
 
-/// Marks the tissue within `depth` (m) of those points of the tooth's surface for which wanted(point in W, normal)
-/// returns true. In `gone` (m), each voxel gets the largest value of `depth` minus its distance from such a point.
+/// Marks the tissue that must be removed to the depth `depth` (m) below a part of the tooth's surface. This part
+/// consists of the points for which wanted(point in W, normal) returns true. In `gone` (m), each voxel gets the largest
+/// value of `depth` minus its distance to such a point.
 template <class Wanted>
 void reduce_below(const DenseCopy& copy, const session::DenseField& tooth, double depth, const Wanted& wanted,
                   std::vector<float>& gone) {
@@ -113,7 +115,7 @@ void reduce_below(const DenseCopy& copy, const session::DenseField& tooth, doubl
   }
 }
 
-/// Moves the field's surface by `by` voxels; positive: outwards.
+/// Moves the surface of the field by `by` voxels; positive: away from the inside.
 session::DenseField moved(session::DenseField field, double by) {
   for (float& d : field.distance) d -= static_cast<float>(by);
   return session::redistanced(field);
@@ -141,8 +143,8 @@ void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCop
   const Outline outline(copy, tooth, axes, crown.margin_height);
   if (outline.empty()) return;
 
-  // Above the chamfer (rounded step at the margin), every point of the preparation lies at least as deep as the
-  // chamfer. Below the chewing surface, it lies at least as deep as the occlusal reduction.
+  // Above the chamfer (rounded step at the margin), the preparation removes at least the chamfer's depth from the
+  // tooth's surface. Below the chewing surface, it removes at least the occlusal reduction.
   std::vector<float> gone(copy.field.distance.size(), static_cast<float>(-kExactBand * h));
   const auto above = [&](const dvec3& p_W, double height) { return glm::dot(p_W, axis_W) > height; };
   const double over_chamfer = crown.margin_height + crown.chamfer_radius;
@@ -165,7 +167,7 @@ void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCop
       }
     }
   }
-  // Rounds the edges: the surface moves inwards by the radius of the edges, and outwards again.
+  // Rounds the edges: the surface is moved inwards by the radius of the edges, and then outwards by the same distance.
   const double radius = crown.edge_radius / h;
   if (radius > 0) kept = moved(moved(session::redistanced(kept), -radius), radius);
   for (std::size_t i = 0; i < gone.size(); ++i)

@@ -19,9 +19,9 @@ struct CrownReduction {
 /// Reads the JSON object `crown` of an ideal result. Throws Error.
 CrownReduction read_crown_reduction(const Json& json);
 
-/// Changes the tissue to the preparation. `axis_W`: unit vector out of the tooth, the path of the crown's insertion.
-/// The chewing surface moves inwards by the same depth everywhere, so the preparation follows its cusps and hollows.
-/// The walls follow the outline of the tooth at the margin and lean inwards.
+/// Changes the tissue to the preparation. `axis_W`: unit vector that points out of the tooth, parallel to the path on
+/// which the crown is put on. The chewing surface moves inwards by the same depth everywhere, so the preparation
+/// follows its cusps and hollows. The walls follow the outline of the tooth at the margin and lean inwards.
 void reduce_for_crown(const CrownReduction& crown, const dvec3& axis_W, DenseCopy& copy);
 
 }  // namespace typodont

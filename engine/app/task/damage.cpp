@@ -9,8 +9,9 @@ namespace typodont {
 
 namespace {
 
-constexpr double kCell = 0.1e-3;    // m, side of the cubic cells with which the damaged volume is measured
-constexpr double kMoved = 0.01e-3;  // m, the damage is evaluated again when a part of the tool's head has moved by this
+constexpr double kCell = 0.1e-3;  // m, side of the cubic cells with which the damaged volume is measured
+// m, the damage is evaluated again when some point of the tool's head has moved by this distance
+constexpr double kMoved = 0.01e-3;
 // m, tolerance: a tool's head that enters a tooth or the gum by less than this does no damage
 constexpr double kSlack = 0.01e-3;
 

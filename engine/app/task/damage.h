@@ -1,7 +1,7 @@
-// Measures the damage that a bur does to the neighbouring teeth and the gum. They are not part of the haptic field. So
-// the damage is computed from the ticks: the rotating head of the drawn tool is moved through the distance fields of
-// the surroundings. A recording gives the same result. Without surroundings, this takes no time; far from them, a tick
-// takes two distance queries.
+// Measures the damage that a bur does to the neighbouring teeth and the gum, which are not part of the haptic field.
+// The damage is computed from the ticks: the head of the drawn tool, if it rotates, is moved through the distance
+// fields of the surroundings. A recording gives the same result. If a scene has no surroundings, this takes no time. If
+// the tool is far from them, it takes two distance queries per tick.
 #pragma once
 
 #include <memory>

@@ -22,7 +22,9 @@ namespace {
 
 // m, scores are computed in the changed region and in a margin of this width around it
 constexpr double kMargin = session::kPulpReach + 0.5e-3;
-constexpr float kChanged = 0.02f;  // voxels, two distances that differ by less than this count as equal
+// voxels; at a voxel, the distances to the surfaces of two tissues are compared; if they differ by less than this, the
+// tissues count as equal there
+constexpr float kChanged = 0.02f;
 
 std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>& list) {
   std::vector<std::unique_ptr<haptics::Solid>> solids;
@@ -56,10 +58,10 @@ std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissu
     marked = std::move(blurred);
   }
   session::DenseField field{n, std::move(marked)};
-  // Converts the fractions to distances. At the surface, the fraction changes by about 1/3 per voxel. The surface is
-  // moved outwards by 0.4 voxels, so that it encloses the corners of the labelled voxels. Where the fraction is 0 or 1,
-  // the distance is unknown; redistanced() computes it later.
-  // voxels, value of an unknown distance; it is so large that redistanced() replaces it
+  // Converts the fractions to distances in voxels. At the surface, the fraction changes by about 1/3 per voxel. The
+  // surface is moved outwards by 0.4 voxels, so that it encloses the corners of the labelled voxels. Where the fraction
+  // is 0 or 1, the distance is unknown and gets the value ± kFar (voxels). This value is so large that redistanced()
+  // replaces it by the true distance.
   constexpr float kFar = 3;
   for (float& v : field.distance) v = v <= 0 ? kFar : v >= 1 ? -kFar : (0.5f - v) * 3 - 0.4f;
   return session::redistanced(field).distance;

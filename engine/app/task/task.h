@@ -18,7 +18,7 @@ namespace typodont {
 /// Builds the ideal tissue; empty if the task has no ideal. `start`: result of load_untouched(scene). Throws Error.
 std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const haptics::TissueVolume& start);
 
-/// Evaluates results for one scene. The object copies its arguments. One thread at a time.
+/// Evaluates results for one scene. The object copies its arguments. Only one thread at a time may use it.
 class TaskEvaluator {
  public:
   /// Builds the ideal result. Throws Error if it cannot be built.
@@ -50,7 +50,7 @@ struct FinishedHand {
   std::optional<session::ExploreMeter> explore;
   std::vector<ServoTick> unexplored;  // ticks that are not yet evaluated
 };
-/// Computes the score of a finished session without the other data of the report. It equals the score of
+/// Computes only the score of a finished session, not the other data of a report. The result equals that of
 /// evaluate_session() for the session's recording. Takes a second or more. Throws Error if the scene's tissue or its
 /// ideal result cannot be built.
 session::Score final_score(const Scene& scene, const haptics::TissueVolume& after, FinishedHand hand);

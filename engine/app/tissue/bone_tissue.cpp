@@ -20,8 +20,8 @@ namespace {
 // m, width of the zone below the shell in which the grey value changes from cortical (dense) to cancellous (spongy)
 // bone
 constexpr double kEndosteum = 0.5e-3;
-// m, length over which grey values vary; this length equals several distances between trabeculae (struts of spongy
-// bone)
+// m, distance between the grid points that have random grey values; several times the distance between trabeculae
+// (struts of spongy bone)
 constexpr double kGrain = 1.2e-3;
 constexpr double kMostVoxels = 2e8;
 
@@ -180,15 +180,15 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
     for (const auto& solid : removed) outer = std::max(outer, -solid->distance(p_W));
     return outer;
   };
-  // Blocks of voxels that are far outside the jaw are skipped. This is possible because the distances at two points
-  // differ by at most the distance between the points.
+  // Blocks of voxels that are far outside the jaw are skipped. One distance per block is sufficient for this decision:
+  // the distances of two points to the jaw differ by at most the distance between the points.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto voxel = [&](int x, int y, int z) {
     const std::size_t i = dense.at(x, y, z);
     const dvec3 p_W = dense.frame.to_world(dvec3(x, y, z));
     const double outer = at(p_W), canal = bone.canal.distance(p_W);
-    // The jaw ends at the faces of the sampled box.
+    // The mesh of the jaw may be larger than the sampled box. The bone is cut off inside the faces of this box.
     const dvec3 beyond = glm::max(bone.lo + 2.0 * h - p_W, p_W - (bone.hi - 2.0 * h));
     const double d = std::max({outer, beyond.x, beyond.y, beyond.z});
     dense.distance[i] = static_cast<float>(std::clamp(d, -dense.band, dense.band));

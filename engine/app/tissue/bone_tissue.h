@@ -12,7 +12,8 @@
 
 namespace typodont {
 
-/// The label of nerve and vessels in the canal. They have no label of their own, so the label of the pulp is used.
+/// The label of the nerve and the vessels in the nerve canal. There is no tissue label for nerves, so the label of the
+/// pulp is used.
 inline constexpr Tissue kNerve = Tissue::kPulp;
 
 constexpr bool is_bone(Tissue tissue) noexcept {
@@ -29,8 +30,9 @@ struct BoneClass {
   double cortical_thickness = 0;  // m, thickness of the cortical shell
   double cortical_grey = 0, cancellous_grey = 0;
 };
-/// Grey value of each tissue at hardness 1, Hounsfield units. The hardness of a voxel is its grey value divided by this
-/// value. So stiffness and specific energy are proportional to the grey value (haptics/hardness.h; Zhao 2020, eq. 6).
+/// Hounsfield units, for each tissue: the grey value of a voxel with hardness 1. The hardness of any voxel is its grey
+/// value divided by this value. So stiffness and specific energy are proportional to the grey value
+/// (haptics/hardness.h; Zhao 2020, eq. 6).
 struct BoneGrey {
   double cortical = 1650, cancellous = 1250;
 };

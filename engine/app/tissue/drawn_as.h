@@ -9,7 +9,7 @@
 
 namespace typodont {
 
-/// States for each tissue as which tissue it is drawn. By default, each tissue is drawn as itself.
+/// For each tissue, states which tissue's look it gets in pictures. By default, each tissue looks like itself.
 class DrawnAs {
  public:
   DrawnAs() {

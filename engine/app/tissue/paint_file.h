@@ -32,8 +32,9 @@ std::vector<PaintStroke> read_paint(const std::filesystem::path& file);
 /// Applies the strokes in order, so a later stroke covers an earlier one. Returns false if no stroke touched tissue.
 bool paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes);
 
-/// Returns the factor by which a tissue's own stiffness is multiplied in the whole volume. It is the mean of the
-/// strokes' factors, weighted by the strokes' volumes. 1 if no stroke painted the tissue.
+/// Returns the factor by which a tissue's own stiffness is multiplied in the whole volume: the mean of
+/// PaintStroke::stiffness_factor over all strokes that painted this tissue, weighted by the strokes' volumes. 1 if no
+/// stroke painted it.
 double stiffness_factor(const std::vector<PaintStroke>& strokes, Tissue tissue);
 
 }  // namespace typodont

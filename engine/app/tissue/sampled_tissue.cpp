@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// ns, the result for solids without a mesh is cached only if sampling takes longer than this
+// ns; if sampling of solids without a mesh takes less time than this, the result is not cached
 constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
 constexpr std::uintmax_t kMostKept = 1u << 30;  // bytes, limit of the total size of the cached files
 constexpr const char* kSuffix = ".tissue.gz";
@@ -37,7 +37,7 @@ struct Head {
   bool graded = false;  // true: hardness values are stored after the tissue labels
 };
 
-/// Processes the data in several pieces, because zlib's sizes have the type int. Returns false after a failure.
+/// Calls zlib several times for pieces of the data, because zlib states sizes as int. Returns false after a failure.
 template <class Bytes, class Step>
 bool in_pieces(Bytes* data, std::size_t size, Step&& step) {
   constexpr std::size_t kPiece = 1u << 28;

@@ -1,5 +1,5 @@
-// Stores the volume that each stroke removed, and the strokes of the brush. After an undo, the numbers that a session
-// shows are computed from these strokes. For the thread that owns the tissue.
+// Stores for each stroke the volume that it removed, and the strokes of the brush. After an undo, the removed volumes
+// that a session shows are computed again from the remaining strokes. For the thread that owns the tissue.
 #pragma once
 
 #include <vector>

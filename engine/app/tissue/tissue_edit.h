@@ -21,8 +21,8 @@ struct DenseCopy {
 DenseCopy dense_copy(const haptics::TissueVolume& volume);
 DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& size);
 
-/// Makes a volume from the copy. `band`: m, the largest distance that the volume stores. Distances outside the tissue
-/// are treated as inexact.
+/// Makes a volume from the copy. `band`: m, the largest distance that the volume stores. The volume treats its
+/// distances outside the tissue as inexact.
 haptics::TissueVolume from_dense(const DenseCopy& copy, double band);
 
 /// Removes the tissue inside the solid. The labels do not change.

@@ -38,7 +38,7 @@ template <> struct ObjectOf<typodont_session> { using Type = SessionObject; stat
 
 /// Stores a text that typodont_error() then returns, and returns `result`. The text is copied without allocation.
 typodont_result fail(typodont_result result, const char* text) noexcept;
-/// Does the same as fail() for the exception that is being handled: stores its text and returns its result code.
+/// For use in a catch block: does the same as fail(), with the text of the caught exception and the result code for it.
 typodont_result fail_by_exception() noexcept;
 
 /// Calls `body` and converts its exceptions to result codes. `body` returns a result code or nothing.
@@ -122,8 +122,8 @@ inline void require(bool holds, const char* text) {
 
 // largest possible size, in bytes, of a struct in any version of the interface
 constexpr std::uint32_t kLargestStruct = 4096;
-/// Returns true if this version can use the host's struct, which may come from an older or a newer version. `first` is
-/// the size of the struct in the first release.
+/// Returns true if this version can use the host's struct. The host may have been compiled with an older or a newer
+/// version of the interface. `first`: size of the struct in the first release.
 constexpr bool sized(std::uint32_t struct_size, std::size_t first) {
   return struct_size >= first && struct_size <= kLargestStruct && struct_size % 8 == 0;
 }

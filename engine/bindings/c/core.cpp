@@ -52,8 +52,8 @@ bool usable(const typodont_sample* sample, const typodont_tick* out, const typod
          (!cut || sized(cut->struct_size, sizeof *cut));
 }
 
-/// Loads the host's struct into the cache while the tick is computed. Otherwise the call would be slower, because
-/// writing the result would wait for memory.
+/// Loads the host's struct `out` into the cache while the tick is computed. Without this, the call would take longer,
+/// because writing the result would wait for memory.
 void prefetch(typodont_tick& out) noexcept {
   constexpr std::size_t kLine = 64;  // bytes, length of a cache line
   for (std::size_t at = 0; at < sizeof out; at += kLine) __builtin_prefetch(reinterpret_cast<char*>(&out) + at, 1);
@@ -105,8 +105,9 @@ bool CoreObject::step(const haptics::HandSample& sample) {
 
 namespace {
 
-/// If the servo runs on another thread, repeats its new cuts in the tissue, passes a new copy of the tissue (patch) to
-/// the servo, and writes to the recording. Returns false if there was nothing to do.
+/// Does the work of the tissue's thread while the servo runs on another thread: repeats the servo's new cuts in the
+/// tissue, passes a new copy of the tissue (patch) to the servo, and writes to the recording. Returns false if there
+/// was nothing to do.
 bool carve(CoreObject& core) {
   Channels& channels = *core.shared->channels;
   haptics::Carver& carver = core.carver();
@@ -164,7 +165,7 @@ typodont_result edit(typodont_core* handle, bool redo, int32_t* done) noexcept {
       const SessionFiles files;
       core.recording->add(edit);
     }
-    // Offers a copy of the changed tissue (a patch) to the servo at once, before the servo makes the next cut. In the
+    // Passes a copy of the edited tissue (a patch) to the servo at once, before the servo makes its next cut. In the
     // new patch, the servo repeats only the cuts that it made after the patch was copied.
     if (did && core.shared->channels && is_finite(core.tick.X_WG.p))
       core.shared->channels->patch.offer(carver, carver.snapshot_center(core.tick));
@@ -184,7 +185,8 @@ typodont_result typodont_core_new(typodont_scene* scene, typodont_hand* hand, co
   return with(scene, [&](SceneObject& s) {
     require(out, "NULL for the place of the handle");
     haptics::DeviceInfo info;
-    info.torque_limit = 1;  // N·m; not zero: the host is assumed to apply torques unless its user switches them off
+    // N·m; not zero, because the program assumes that the host applies torques unless its user has switched them off
+    info.torque_limit = 1;
     if (hand) {
       require(!options, "both a hand and options: expected one of them");
       const HandleLock<typodont_hand> held(hand);
@@ -253,7 +255,8 @@ typodont_result typodont_core_run(typodont_core* core, typodont_hand* hand, typo
 
 typodont_result typodont_core_servo(typodont_core* core, const double* start_W, typodont_servo** out) {
   return with(core, [&](CoreObject& c) {
-    constexpr double kWorkspace = 100;  // m; a hand farther from the origin is invalid input, as in the servo
+    // m; a hand that is farther from the origin than this is treated as invalid input, as in the servo
+    constexpr double kWorkspace = 100;
     require(start_W && out && glm::length(to_vec(start_W)) < kWorkspace,
             "the place where the tool starts: NULL, not finite, or too far away");
     require(!c.shared->channels, "the servo was given away already");
@@ -374,7 +377,7 @@ typodont_result typodont_core_query(typodont_core* core, const double* points, s
     require(points || count == 0, "NULL for the points");
     const haptics::TissueVolume& volume = c.volume();
     const VoxelFrame& frame = volume.frame();
-    constexpr double kFarthest = 1e9;  // voxels; largest coordinate of a point
+    constexpr double kFarthest = 1e9;  // voxels; a point that is farther from the origin than this is refused
     for (std::size_t i = 0; i < count; ++i) {
       const dvec3 p = frame.to_voxels(to_vec(points + 3 * i));
       require(is_finite(p) && glm::length(p) < kFarthest, "a point that is not finite, or too far away");
@@ -400,10 +403,12 @@ typodont_result typodont_core_copy(typodont_core* core, const int32_t* low, cons
                                    uint8_t* tissue) {
   return with(core, [&](CoreObject& c) {
     require(low && size, "NULL for the box");
-    constexpr std::int64_t kMost = std::int64_t{1} << 31;  // voxels; largest volume of a box
+    // voxels; largest number of voxels in the box that the host may copy
+    constexpr std::int64_t kMost = std::int64_t{1} << 31;
     std::int64_t count = 1;
     for (int i = 0; i < 3; ++i) {
-      constexpr int kFar = 1 << 20;  // voxels; largest edge and largest coordinate of a box
+      // voxels; largest edge length of the box, and largest absolute value of its coordinates
+      constexpr int kFar = 1 << 20;
       require(size[i] > 0 && size[i] <= kFar && std::abs(low[i]) <= kFar, "a box that is empty, or too large");
       count *= size[i];
     }
@@ -452,8 +457,8 @@ typodont_result typodont_core_finish(typodont_core* core) {
   return with(core, [&](CoreObject& c) {
     require(c.recording.has_value(), "nothing is being recorded");
     if (c.shared->channels) {
-      // Largest number of calls of carve(). Only the work from before this call must be finished. But the servo may add
-      // new work meanwhile, so without this limit the loop might never end.
+      // Largest number of calls of carve(). These calls finish the work that existed before this function was called.
+      // The servo may add new work meanwhile, so without a limit the loop might never end.
       constexpr int kRounds = 64;
       for (int i = 0; i < kRounds && carve(c); ++i) {
       }

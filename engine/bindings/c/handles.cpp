@@ -40,7 +40,8 @@ void* HeldHandle::drop() noexcept {
   const std::lock_guard lock(g_mutex);
   Slot& slot = *std::exchange(slot_, nullptr);
   void* const object = std::exchange(slot.object, nullptr);
-  slot.state.store(state_ + 2, std::memory_order_release);  // increases the generation by one; even: the slot is empty
+  // increases the slot's generation by one and unlocks it; an even generation means that the slot is empty
+  slot.state.store(state_ + 2, std::memory_order_release);
   g_emptied.push_back(static_cast<std::uint16_t>(&slot - g_slots.data()));
   return object;
 }

@@ -1,5 +1,5 @@
-// The handles of the C interface. A handle is a number in the form of a pointer that is never dereferenced. A table
-// stores the valid handles. Therefore a freed, forged or mixed-up handle causes an error instead of a crash.
+// The handles of the C interface. A handle is a number that has the type of a pointer; nobody dereferences it. A table
+// contains the valid handles. Therefore a freed, forged or mixed-up handle causes an error instead of a crash.
 #pragma once
 
 #include <array>
@@ -16,8 +16,9 @@ inline constexpr std::uint64_t kSlots = 4096;
 inline constexpr int kKindBits = 4, kSlotBits = 12, kGenerationShift = kKindBits + kSlotBits;
 static_assert(sizeof(void*) == 8, "a handle holds a kind, a place and a generation");
 
-/// One entry of the table of handles. The generation counts how often the slot was filled or emptied, so it is odd
-/// while the slot holds an object. `state` is twice the generation, plus one while a thread uses the object.
+/// One entry of the table of handles. The generation of a slot increases by one whenever the slot is filled or emptied,
+/// so it is odd while the slot holds an object. `state` is twice the generation, plus one while a thread uses the
+/// object.
 struct alignas(64) Slot {
   std::atomic<std::uint64_t> state{0};
   Kind kind{};

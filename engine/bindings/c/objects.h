@@ -35,8 +35,8 @@ struct Channels {
   // The servo writes these channels, and the core reads them.
   Ring<Cut> cuts{1 << 14};
   Latest<ServoTick> tick;
-  // The servo writes these channels for the recording. The use of a patch (copy of the tissue) or a cut is pushed
-  // before the tick that contains its number.
+  // The servo writes these channels for the recording. A tick contains the number of its patch (copy of the tissue) and
+  // of its last cut. So the servo sends the use of a patch, and a cut, before the tick that contains their numbers.
   Ring<PatchUse> recorded_patches{1 << 12};
   Ring<Cut> recorded_cuts{1 << 14};
   Ring<ServoTick> recorded_ticks{1 << 15};
@@ -62,13 +62,13 @@ struct CoreObject {
   };
   std::shared_ptr<Shared> shared;
   std::uint64_t ticks = 0;  // number of ticks that step() has computed
-  // Every tick uses the recording and the members below it. They are neighbours in memory, so the cache loads them
-  // together.
+  // Every tick uses the recording and the members that follow it. They are next to each other in memory, so that the
+  // cache loads them together.
   std::optional<OfflineRecording> recording;
   ServoTick tick;  // the latest tick
   Cut cut;
-  // The next patch (copy of the tissue) and the next cut from the servo's queues. They wait here until the tick that
-  // contains their numbers is recorded.
+  // The next patch use (patch: copy of the tissue) and the next cut from the servo's queues. They wait here until the
+  // recording has reached the tick that contains their numbers.
   std::optional<PatchUse> next_patch;
   std::optional<Cut> next_cut;
 

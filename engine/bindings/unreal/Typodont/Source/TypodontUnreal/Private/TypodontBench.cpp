@@ -21,8 +21,9 @@ uint32 FTypodontLoop::Run() {
 
 namespace {
 
-constexpr double Period = 1e-3;     // s, period of the servo
-constexpr double Smoothing = 0.02;  // s, time constant of the low-pass between the game's hand pose and the servo's
+constexpr double Period = 1e-3;  // s, period of the servo
+// s, time constant of the low-pass filter between the hand's pose in the game and the hand's pose in the servo
+constexpr double Smoothing = 0.02;
 
 /**
  * The game thread moves the hand once a frame, so the servo's hand follows it smoothly. For a hand that jumps once a

@@ -109,8 +109,8 @@ void ATypodontTooth::ShowChangedBricks() {
       Normals.Add(ToUnreal(V.normal));
       Tissues.Add(FColor(V.tissue[0], V.tissue[1], V.second));
     }
-    // The indices keep their order. Seen from outside, triangles are counter-clockwise in frame W and in Unreal,
-    // because the reflection of the y axis changes the coordinates and not the real shape.
+    // The indices keep their order: triangles are counter-clockwise, seen from outside, in frame W and also in Unreal.
+    // The reflected y axis changes only the coordinates, not the shape in space.
     for (uint32 i = 0; i < Part.index_count; ++i) Triangles.Add(static_cast<int32>(Part.indices[i]));
     Brick->CreateMeshSection(0, Positions, Triangles, Normals, TArray<FVector2D>(), Tissues, TArray<FProcMeshTangent>(),
                              false);
