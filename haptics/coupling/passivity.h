@@ -34,11 +34,12 @@ struct PassivityLaw {
   // Factor. The velocity of a hand that may reverse its motion within one tick is expected to change in a tick by at
   // most this factor times the greatest recent velocity change.
   double again = 3;
-  // Factor for a hand that is not expected to reverse its motion within one tick. As a margin, this factor times the
-  // mean velocity change (see start_fraction) is added to the greatest recent velocity change.
+  // Factor. A hand that is not expected to reverse its motion within one tick is expected to change its velocity by the
+  // greatest recent velocity change, plus a margin. The margin is this factor times the mean velocity change, reduced
+  // as start_fraction states.
   double change_margin = 0.6;
-  /// The mean velocity change adds a margin only if its ratio to the greatest change is at least this. The ratio is
-  /// smaller at the start or end of a single stroke.
+  /// This fraction of the greatest velocity change is subtracted from the mean velocity change before change_margin is
+  /// applied. At the start or end of a single stroke the mean is small, so there is no margin.
   double start_fraction = 0.1;
   double mean_weight = 0.01;  // weight of one tick in the mean velocity change
   // s, time in motion during which the greatest speed and velocity change do not decay; time at rest does not count
@@ -132,9 +133,9 @@ inline double reversal_probability(const PassivityLaw& law, double tick, bool un
 }
 
 /// Returns the greatest expected outward displacement (m) of the hand in the next tick. The expected change of the
-/// velocity is the largest recent change, or a larger one if it may reverse in one tick. The expected speed is at
-/// most slightly larger than the largest recent speed. `along`: m/s, outward velocity; `twitch`: m, displacement that
-/// any hand is expected to be able to make.
+/// velocity is the largest recent change, or a larger one if the hand may reverse in one tick. The expected speed is at
+/// most slightly larger than the largest recent speed. `along`: m/s, outward velocity; `twitch`: m, displacement of
+/// which any hand is expected to be capable.
 inline double expected_retreat(const PassivityLaw& law, double along, double tick, double twitch,
                                const PassivityState& state) noexcept {
   const bool uneven_clock = state.longest > 1.02 * tick;  // tolerance of 2 % for the rounding of a clock in ns

@@ -25,9 +25,9 @@ struct HeadBlock {
   std::ptrdiff_t at, stride_x, stride_y;  // index of the block's first sample, which may lie outside the array
   int from[3], to[3];                     // range of the block's samples that are processed, along x, y and z
   glm::ivec3 first;                       // first sample of the block, relative to the base voxel of the pose
-  // A linear function of the position, which is an upper bound of the depth of every sample in the block: its value at
-  // the centre and its three slopes. Such a function exists because heads are convex, so the depth is a concave
-  // function.
+  // A linear function of the position, which is an upper bound of the depth of every sample in the block, stored as its
+  // value at the centre and its three slopes. Such a function exists because heads are convex, so the depth is a
+  // concave function of the position.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
   // the meridian piece that is nearest to all samples, if the nearest points lie between its ends; otherwise
@@ -186,7 +186,8 @@ void evaluate_blocks(const MeridianPiece* pieces, int count, const float* R, con
     n_z = nearer ? fz : n_z;
   }
   const F8 signed_best = outside ? best : -best;
-  // If the centre lies on the surface, the direction is undefined, but in this case it is not needed.
+  // If the block's centre lies on the head's surface, the direction out of the head is undefined, but in this case it
+  // is not needed.
   const F8 inverse = best > 1e-3f ? 1.0f / signed_best : F8{};
   seen->distance = signed_best;
   seen->n_rho = n_rho * inverse;
@@ -410,7 +411,7 @@ class HeadPass {
     const glm::vec3 n_T(out * at.x, out * at.y, seen_.n_z[lane]);
     const glm::vec3 n(R[0] * n_T.x + R[1] * n_T.y + R[2] * n_T.z, R[3] * n_T.x + R[4] * n_T.y + R[5] * n_T.z,
                       R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);  // normal in the frame V of the voxels
-    // If the direction of the head's surface is unknown, the only known bound is a change of the depth by one per
+    // If the direction out of the head is unknown, the only known bound is that the depth changes by at most one per
     // voxel.
     const bool known = glm::dot(n, n) > 0.5f;
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;

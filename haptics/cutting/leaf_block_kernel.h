@@ -63,7 +63,8 @@ TYPODONT_KERNEL RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlo
   return {any(raised), any(emptied)};
 }
 
-/// Does the same for the pieces of the meridian that the block's `kind` states.
+/// Raises the samples of a block of a leaf like the other raise_leaf_block(), and uses the pieces of the meridian that
+/// the block's `kind` states.
 TYPODONT_KERNEL RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block) {
   if (block.kind >= kManyPieces) {
     const auto set = static_cast<unsigned>(block.kind - kManyPieces);

@@ -239,8 +239,8 @@ struct HeadSides {
     const Floats way_z = all(T[2]) * x + all(T[5]) * y + (all(T[8]) * z + all(back.shift[2]));
     store(rows.way_x + g, way_x - all(half * bend[0])), store(rows.way_y + g, way_y - all(half * bend[1]));
     store(rows.way_z + g, way_z - all(half * bend[2]));
-    // The direction away from the head's axis differs from sample to sample, so the bounds must hold for its whole
-    // range.
+    // The direction away from the head's axis differs from sample to sample, so the bounds must hold for all directions
+    // that occur in the group.
     const Floats inverse = all(1.0f) / greater(rho, all(1e-3f)), seen = all(off) * inverse;
     const Floats err = all(across) * pick(more(all(0.75f), seen), all(1.14f) * seen, all(2.0f));
     const Mask tip = more(all(first.ax == 0.0f ? off + Sweep::kMargin : 0.0f), rho);
@@ -348,8 +348,8 @@ TYPODONT_KERNEL bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* 
     const CutFront::Run& run = f.runs[r];
     if (run.narrow != narrow) continue;
     const unsigned set = run.kind < kManyPieces ? 1u << run.kind : static_cast<unsigned>(run.kind - kManyPieces);
-    // The first piece of the meridian is the head's end. In a motion along the axis, only samples nearest to this piece
-    // can change.
+    // The first piece of the meridian is the head's end. In a motion along the axis, a sample can change only if this
+    // piece is the nearest to the sample.
     if (along_axis && (set & 1) == 0) continue;
     const MeridianPiece& one = pieces[std::countr_zero(set)];
     const MeridianPiece& other = pieces[std::bit_width(set) - 1];

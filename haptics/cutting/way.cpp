@@ -32,7 +32,8 @@ namespace {
 
 // first version of the force laws in which the depth below one line of the head's outline has a closed form
 constexpr std::uint32_t kLawsOfLines = 11;
-// if tan(half the angle between the normals at a corner) exceeds this, the depth is not computed from one line alone
+// limit of the tangent of half the angle between the normals at a corner of the outline; next to a sharper corner, the
+// depth is not computed from one line alone
 constexpr float kRightAngle = 1.001f;
 constexpr int kSteps = 24;  // largest number of steps of one search; almost every search needs fewer than ten
 // voxels, upper bound of the error if the path of a block is evaluated only at the block's centre
@@ -92,8 +93,9 @@ struct Depth {
 
 /// Searches the largest depths of eight samples, with the tolerance kTop. The search for a sample also ends when its
 /// largest depth is certainly not above `needed`, or certainly above `most`. A concave curve lies below its tangents,
-/// so the intersection of the tangents on both sides of the maximum is an upper bound. The search point alternates
-/// between this intersection (exact for a corner) and the maximum of a parabola.
+/// so the intersection of the tangents on both sides of the maximum is an upper bound. The search evaluates alternately
+/// two points: this intersection, which is exact if the maximum is a corner of the curve, and the maximum of a
+/// parabola.
 struct Search {
   unsigned set;  // one bit for each piece of the meridian that can be nearest to one of the samples on this path
   // in the head's frame: start positions of the samples, vectors of their paths, second-order terms of their paths
@@ -208,8 +210,8 @@ TYPODONT_KERNEL Deepest deepest_below(const Straight& head, int line_index, cons
     s = above + at_end * way.z <= 0.0f ? at_end : s;
   }
   Deepest found{s, {from.x + s * way.x, from.y + s * way.y, from.z + s * way.z}, none, none, none};
-  // The maximum was located on the straight line instead of the curved path, so its location has an error. At a
-  // maximum, such an error has no first-order effect on the depth.
+  // The maximum was located on the straight line instead of the curved path, so its location has a small error. Near a
+  // maximum the depth hardly changes, so this error has no first-order effect on the depth.
   if (head.bent > 0) {
     const Points bend = bends_from(head, from);
     const F8 off = s * (s - 1.0f);
@@ -326,8 +328,8 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
 TYPODONT_KERNEL I8 receding(const Straight& way, const AtStart& at, float rounding) {
   const F8 x = at.at.x, y = at.at.y, none = {};
   const auto [wx, wy, wz] = paths_from(way, at.at);
-  // Finds the first and the last normal of the neighbouring meridian pieces that can be nearest to a sample of the
-  // block of samples.
+  // Finds the first and the last of the neighbouring meridian pieces that can be nearest to a sample of the block, and
+  // the normals of these two pieces.
   const F8 within = (at.depth > 0.0f ? at.depth : -at.depth) + 2 * kHalf;
   F8 first_x = none, first_z = none, last_x = none, last_z = none;
   I8 from_axis = {};
@@ -597,7 +599,7 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
     for (int j = 0; j < 3; ++j) way.turn[3 * i + j] = static_cast<float>(turn[i][j]), turned += turn[i][j] * turn[i][j];
   }
   // `turn` is a rotation matrix minus the identity matrix. Half of the sum of its squared elements is the squared chord
-  // of the rotation angle.
+  // of the rotation angle. A sample that the cut may change is up to `beyond` (voxels) outside the head.
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   way.turned = static_cast<float>(std::sqrt(turned / 2));
   way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;

@@ -64,9 +64,9 @@ TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* piece
 }
 
 /// Returns the mask of the samples that may have been deeper in the head earlier in the motion than at its end (by a
-/// relevant amount), and deeper than `least`. The function follows the path of each sample from the end of the motion
-/// back to the start. Along this path the depth is concave, so it grows fastest at the beginning, and on the whole path
-/// by at most `growth` / `scale`.
+/// relevant amount), and deeper than `least`. The function follows the path of each sample backward, from the end of
+/// the motion to its start. Along this backward path the depth is concave. So it grows fastest at the beginning of the
+/// backward path, and on the whole path by at most `growth` / `scale`.
 TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
   return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale,
                     all(0.0f));
@@ -118,8 +118,9 @@ TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigne
 }
 
 /// Returns an upper bound of the speed at which the head approaches samples: the largest n·w, where w is the motion and
-/// n any normal of some neighbouring pieces of the meridian. The samples' nearest points must lie on them. `away`,
-/// `along`: components of w perpendicular to the axis and along it. `tip`: true if the nearest point may be a tip.
+/// n any normal of some neighbouring pieces of the meridian. These pieces must contain the samples' nearest points.
+/// `away`, `along`: components of w perpendicular to the axis and along it. `tip`: true if the nearest point may be a
+/// tip.
 TYPODONT_KERNEL Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
   // Finds the largest n·w, where w is the motion and n is any normal of these pieces of the head's outline. The normals

@@ -100,8 +100,8 @@ struct Servo::State {
     double normal_force = 0;              // N, normal force in the last tick
     double head_force = 0;                // N, the part of normal_force that acts on the head (and not on the shank)
     dvec3 normal{0};
-    // Unit vector: direction in which the contacts push the head. The limit that slows down a bur in energy debt counts
-    // as a contact, too.
+    // Unit vector: direction in which the contacts push the head. A bur in energy debt is slowed down by an additional
+    // limit, which counts as a contact, too.
     dvec3 pressed{0};
     double pressing = 0;  // N, component of head_force along `pressed`, times `teeth_fraction`
     // 0..1, fraction of the coupling's force that presses the cutting edges. It is the fraction of the last tick's

@@ -17,8 +17,8 @@ struct Bed {
   dvec3 axis_W{0, 0, -1};  // unit vector along the bed's axis, from the bone's surface to the bottom
   double depth = 0;        // m, depth of the bed, from its entry to its bottom
   double radius = 0;       // m, radius of the widest tool that has widened the bed
-  double tapped = 0;       // m, length of the thread that was cut into the wall, measured from the entry; 0: no thread
-  bool bore = false;       // true: the bed is the bore of a placed implant
+  double tapped = 0;  // m, length of the thread in the bed's wall, from the entry inward; 0: the wall has no thread
+  bool bore = false;  // true: the bed is the bore of a placed implant
 };
 
 /// Parameters of the contact model "implant" in a scene file. SI units. Values without a cited source are our own
@@ -27,8 +27,8 @@ struct Parameters {
   // m, edge length of a tool voxel; Zhao 2020 (S1) uses 0.06 mm for a tool of 4.2 × 12 mm
   double tool_voxel = 0.06e-3;
   int layers = 2;  // thickness of the outer layer in voxels (Zhao 2020: "1~2")
-  // m; to enter a bed (Zhao 2020, "implant criteria"), the tip may be this far from the bed's axis, and this far below
-  // the entry
+  // m; largest distance at which a tool may enter a bed (Zhao 2020, "implant criteria"): the distance of its tip from
+  // the bed's axis, and also the depth of its tip below the bed's entry
   double centre_tolerance = 0.5e-3;
   // m; a wide tool touches a sloping rim before its tip has arrived at the entry, so the tool may enter when its tip is
   // at most this far in front of the entry
@@ -59,8 +59,8 @@ struct Parameters {
   // Hounsfield units, grey values of the tissues with the hardness 1
   double cortical_grey = 1650, cancellous_grey = 1250, tooth_grey = 3000, metal_grey = 10000,
          soft_grey = 50;  // Hounsfield units, grey value of nerve and gum
-  // The insertion torque of an implant whose surface is torque_surface is torque · (grey value of the bone /
-  // torque_grey)^torque_exponent. In a bed with a thread, which a tool has cut before, this torque is multiplied by
+  // An implant with the surface area torque_surface needs the insertion torque `torque` · (grey value of the bone /
+  // torque_grey)^torque_exponent. If an earlier tool has cut a thread into the bed's wall, this torque is multiplied by
   // tapped_share.
   double torque = 0.489;      // N·m, reference torque
   double torque_grey = 1050;  // Hounsfield units, grey value that corresponds to bone of 0.64 g/cm³

@@ -28,8 +28,8 @@ struct HeadPoints {
 
   mesh::NearPoints points{kMost};
   std::vector<Share> shares;  // one for each point
-  // m; margin: all points within this distance of the head at points.listed_at() are listed; kept: largest displacement
-  // of the head after which the list is still used
+  // m. margin: the list contains all points within this distance of the head at the pose points.listed_at(). kept: the
+  // list is used until the head has moved by more than this.
   double margin = 0, kept = 0;
 
   HeadPoints() { shares.reserve(kMost); }

@@ -21,9 +21,9 @@ constexpr double kNearby = 0.2e-3;
 constexpr double kLeastStep = 1e-9;  // m, smallest step of a cut; a smaller step is skipped
 // weight of a new measurement in the low-pass filter of the ratio of measured to estimated removed volume
 constexpr double kMeasuredShare = 0.3;
-// While the snapshot lacks cuts of the servo, the bur sinks into faces of the snapshot. Upper limits, as ratios to the
-// bur's radius. kMostSunk: overlap of head and faces. kMostSunkAlong: distance that the bur may cut without a new
-// snapshot.
+// While the snapshot lacks cuts of the servo, the bur sinks into faces of the snapshot that are already cut. Upper
+// limits of this, as ratios to the bur's radius. kMostSunk: overlap of head and faces. kMostSunkAlong: distance that
+// the bur may cut without a new snapshot.
 constexpr double kMostSunk = 0.5, kMostSunkAlong = 2;
 constexpr double kFastestCut = 0.02;  // m/s, largest speed at which a bur may sink into the tissue
 constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // limits of (measured / estimated removed volume)
@@ -205,8 +205,8 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const bool renewed = std::exchange(adopted_, false) && !give;
   const bool switched = choose_level(in);
   out.level = static_cast<std::uint32_t>(level_);
-  // The servo may move a free tool by up to clearance() without calling this model. So the tool may have passed through
-  // a hole of an open mesh in the meantime.
+  // While the tool is free, the servo may move it by up to clearance() without calling this model. On an open mesh, the
+  // tool may have passed through a hole in this time. So the contact starts anew at the tool's present position.
   const bool fresh = !placed_;
   if (fresh) {
     const Pose X_WG{in.X_WG.p, in.X_WT.R};
@@ -300,8 +300,8 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   if (!(work > 0)) work = 0;
   const double round = kPi * point().radius() * measured_;
   const double paid = (-work + std::sqrt(work * work + 4 * round * u * in.budget)) / (2 * round * u);
-  // A blocked bur saves energy for a long step, and the hand would feel such a step. So the speed of the cut is
-  // limited.
+  // While a bur is blocked, its energy budget grows, and it would then make one long step that the hand would feel. So
+  // the speed of the cut is limited.
   const double step = std::min({left, paid, kFastestCut * in.dt});
   if (!(step > kLeastStep)) return false;
   const dvec3 to = c + step / left * way;

@@ -92,8 +92,8 @@ class MeshLodModel final : public ContactModel {
   // true: since the last tick, the servo has moved the tool without contact; placed_ is then false
   bool moved_freely_ = false;
   dvec3 hip_{0};  // m, position of the hand in the last tick ("haptic interface point")
-  // m, vector from the contact point to its position before the last change of level or wall; shrinks to zero, so that
-  // the force does not jump
+  // m; after a change of level or wall, the contact point is displaced by this vector towards its earlier position; the
+  // vector shrinks to zero, so that the force does not jump
   dvec3 offset_{0};
   bool eases_ = false;  // true if the bur has cut since it last lost contact; ease() then limits its force
   // m, vector from the hand to the position of the tool that was returned to the servo in the last tick

@@ -21,12 +21,15 @@ constexpr double kMostReach = 0.3e-3;
 constexpr double kAhead = 1.1;  // ratio of the search distance for faces to the expected displacement of the ball
 // m, largest displacement of the ball for which collected faces are reused; the width of a grid cell is a second limit
 constexpr double kMostKept = 0.3e-3;
-// Upper limit of the search distance for faces while a bur is in its own cut, as a ratio to the bur's radius.
+// Upper limit of the search distance for faces while the bur cuts, or while the mesh still contains faces that it has
+// cut away; as a ratio to the bur's radius.
 constexpr double kReachInCut = 0.5;
-// largest displacement for which a bur in its own cut reuses the collected faces, as a ratio to the bur's radius
+// displacement of the bur up to which the collected faces are reused, in the same situation as for kReachInCut; as a
+// ratio to the bur's radius
 constexpr double kKeptInCut = 0.15;
-constexpr double kLeastInCut = 50e-6;  // m, lower limit of the search distance for faces while a bur is in its own cut
-// ratio of the next search distance to the length of the last step; it is small, because the steps become shorter
+constexpr double kLeastInCut = 50e-6;  // m, lower limit of (kReachInCut × the bur's radius)
+// search distance for the next iteration, as a ratio to the length of the last step; below 1, because the steps become
+// shorter
 constexpr double kNextReach = 0.25;
 constexpr int kCollectedPerTest = 4;  // number of faces that are collected in the time that the test of one face takes
 // m, rounding tolerance: a face that rises above another face's plane by at most this needs no plane of its own
@@ -36,7 +39,8 @@ constexpr float kClear = 2e-9f;
 constexpr double kWallSkin = 1e-7;  // m, smallest distance that the ball keeps from a wall between tissues
 constexpr double kMapReach = 2e-3;  // m, search distance for the surface after a change of the mesh
 constexpr int kMostLifts = 16;
-// smallest cosine between a plane's normal and the direction to the hand for which round_edge() extends a step
+// round_edge() extends a step only if the cosine between the plane's normal and the direction to the hand is at least
+// this
 constexpr double kLeastAlong = 0.3;
 // m, threshold; if the ball's centre is nearer to a face, the contact direction is the normal of the face
 constexpr double kNoDirection = 1e-13;
@@ -306,8 +310,8 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   planes_.clear();
   const double r = radius();
   bool room = true;
-  // First adds the planes of the faces whose nearest point lies in their interior. Other faces that lie below these
-  // planes then need no planes for their edges.
+  // First adds the planes of the faces whose interior is nearest to the ball. Other faces that lie below these planes
+  // then need no planes for their edges.
   int edge_count = 0;
   const auto add = [&](std::uint32_t i, std::uint64_t order, const dvec3& n, double distance, const dvec3& p) {
     double free = distance - r;

@@ -31,10 +31,10 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   return target + lag;
 }
 
-/// The proxy would reach the point start + `shift` if it were rigidly connected to the hand. Returns the largest
-/// allowed distance of its new position from this point. Usually the result is `pace`. If even the nearest position
-/// along `step` is farther away than `pace`, the result is slightly more than the distance of that position. So a head
-/// that is stuck in its hole can sink even while the hand moves fast sideways.
+/// Limits the proxy's speed relative to the hand. If the proxy were rigidly connected to the hand, it would reach the
+/// point start + `shift`. Returns how far its new position may be from this point. Usually the result is `pace`. If
+/// even the point of `step` nearest to it is farther away than `pace`, the result is slightly more than the distance of
+/// that point. So a head that is stuck in its hole can sink even while the hand moves fast sideways.
 double farthest(const dvec3& step, const dvec3& shift, double pace) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -81,11 +81,11 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.paced = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
 }
 
-/// Limits the speed at which the bur meets tissue after a fall. If the tissue under the bur is removed, the hand
-/// accelerates. The bur would then meet the next tissue at a high speed, which would cause a force step. A fall is
-/// detected if the push of the tissue decreases while the hand's speed against this push increases. The bur then sinks
-/// no faster than the allowed speed. A hand that draws the bur at constant speed does not fall, however steep its path
-/// is.
+/// Limits the speed at which the bur meets tissue after a fall. In a fall, the tissue under the bur has been removed,
+/// so the hand accelerates. Without a limit, the bur would meet the next tissue at a high speed, which would cause a
+/// force step. A fall is detected if the push of the tissue decreases while the hand gains speed against this push. The
+/// bur then sinks no faster than the allowed speed. A hand that moves the bur at constant speed does not fall, also on
+/// a steep path.
 void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   using F = FallParameters;
   if (!(step_.paced && in.cuts && !in.scrapes)) {
@@ -374,9 +374,10 @@ void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
   step_.slack_at_walls = bought_by(std::min(in.wall_budget, in.budget)) / step_.slack;
 }
 
-/// Returns the fraction 0..1 of its step that a bur may make. If the cuts of a bur needed more energy than its motor
-/// has delivered (debt), the bur is slowed down while it is pressed into tissue, until the motor has delivered the
-/// missing energy. This also stops a bur with a sharp rim in a pit that is so shallow that no wall is detected.
+/// Returns the fraction 0..1 of its step that a bur may make. A bur is in debt if its cuts needed more energy than its
+/// motor has delivered. While a bur in debt is pressed into tissue, it is slowed down until the motor has delivered the
+/// missing energy. So a bur with a sharp rim does not sink too fast in a pit that is so shallow that no wall is
+/// detected.
 double OffsetModel::debt_fraction(const ContactInput& in) const noexcept {
   const Step& p = step_;
   if (!(emptied_ && in.budget < 0 && in.cuts && !in.scrapes && glm::dot(p.target - p.start, in.normal) < 0)) return 1;
@@ -415,9 +416,9 @@ dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_t
   return led_to;
 }
 
-/// Returns the fraction of its power with which the head cuts at this plane. At a wall (the head comes from softer
-/// tissue and touches much harder tissue), this is the ratio of the softer to the harder tissue's specific energy.
-/// Elsewhere it is 1.
+/// Returns the fraction of its power with which the head cuts at this plane. A plane is at a wall if the head comes
+/// from softer tissue and touches much harder tissue there. The fraction is then the ratio of the softer to the harder
+/// tissue's specific energy. At all other planes it is 1.
 double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   using W = WallParameters;
   const dvec3 before = plane.x + (W::felt_depth / voxel() + W::border) * plane.n, behind = plane.x - 0.5 * plane.n;
@@ -558,8 +559,8 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
       if (bridge_push_ == 0) bridge_push_ = in.normal_force, bridge_from_ = p.start;
       const double way = glm::length(p.start - bridge_from_) * voxel();
       const double most = std::clamp(2 - way / R::bridge_reach, 0.0, 1.0) * (bridge_push_ + R::bridge_yield) *
-                          // voxels, largest distance between head and hand; the plane that replaces missing tissue data
-                          // cannot hold the head farther from the hand than this
+                          // voxels, largest distance between head and hand: the plane that replaces missing tissue data
+                          // can hold the head at most this far from the hand
                           p.pace_per_slew / in.dt;
       under = std::min(under, most);
     }

@@ -15,8 +15,8 @@ namespace {
 
 // largest number of motions with a collision test in one tick; the remaining motion follows in the next tick
 constexpr int kSweeps = 24;
-// Largest number of consecutive motions without progress, as they occur in a cavity with many contacts. After this
-// number, the tick ends.
+// Largest number of consecutive motions without progress in one tick. Such motions occur in a cavity with many
+// contacts. After this number, the proxy stays where it is until the next tick.
 constexpr int kStuck = 8;
 // largest number of contacts of the non-cutting parts that are searched in one cut
 constexpr int kSlides = 6;
@@ -28,7 +28,8 @@ constexpr double kArrived = 1e-10;
 constexpr double kLargestTurn = 0.02;
 constexpr double kMargin = 60e-6;          // m, smallest margin of near lists (mean over the tool's spheres)
 constexpr double kLargestMargin = 300e-6;  // m, largest margin of near lists (mean over the tool's spheres)
-constexpr double kAhead = 3;               // ratio of a Verlet list's margin to the tool sphere's motion per tick
+// ratio of a Verlet list's margin (motion for which the list stays valid) to the tool sphere's motion per tick
+constexpr double kAhead = 3;
 // m, search distance for the nearest sphere if no sphere lies within the margin of a Verlet list
 constexpr double kLook = 2e-3;
 constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of a distance; it is added to all bounds
@@ -36,8 +37,9 @@ constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of 
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // smallest capacity of one Verlet list (spheres near a tool sphere)
 constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all Verlet lists, as a number of spheres
-// m; if the gaps in question are below this limit, the spheres of a long Verlet list are used without a test of each
-// one, because nearly all of them are near the tool (see listed_near)
+// m. If a query asks for the spheres of a long Verlet list whose gap is below a limit, and this limit is less than this
+// constant, the spheres are used without a further test of each one, because nearly all of them are near the tool (see
+// listed_near).
 constexpr double kFewOthers = 100e-6;
 constexpr std::size_t kLongList = 1024;  // smallest length of a long Verlet list, as a number of spheres
 constexpr std::size_t kLanes = 8;        // number of spheres in a Verlet list that one vector instruction compares
@@ -340,9 +342,9 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
 }
 
 /// Writes those tissue spheres of near list `i` that are nearer than `reach` to the segment from a to b, in the tree's
-/// order. Spheres whose listed gap exceeds `gap` are skipped, because they are too far away. Returns their number. The
-/// spheres of a long list are not tested one by one: such a list belongs to a large head, and nearly all spheres with a
-/// gap below `gap` are near the segment.
+/// order, and returns their number. Spheres whose listed gap to the tool sphere exceeds `gap` are too far away and are
+/// skipped. In a long list, the other spheres are not tested one by one: a long list belongs to a large head, and
+/// nearly all spheres with a gap below `gap` are near the segment.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<Place> found) const noexcept {
   std::size_t count = 0, waiting = 0;
@@ -394,8 +396,8 @@ double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const Firs
   if (first.ball < 0) return 1;
   const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
   const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
-  // m, rate at which the distance between the spheres decreases at the contact, per unit of the motion's parameter (0
-  // at the start, 1 at the end)
+  // m; the decrease of the distance between the two spheres in contact, per unit of the motion's parameter (0 at the
+  // start of the motion, 1 at its end)
   const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);
   return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }

@@ -150,7 +150,7 @@ class TriedCut {
     Place place{};
     bool first = false;  // true for the first change by each of the tool's spheres
     double taken = 0;    // m³, removed volume
-    // m, upper bound of the distance by which the changed sphere protrudes from the unchanged sphere
+    // m, upper bound of the distance by which the changed sphere protrudes beyond its surface before the change
     double protrudes = 0;
     CutSphere after;
   };

@@ -38,8 +38,8 @@ class ContactSet {
   int count() const { return count_; }
   /// Returns the number of the head's own contacts, which come first. The remaining contacts were added by add().
   int own() const { return count_ - added_; }
-  /// Adds a contact of another part of the tool, or a plane that guides the head. The head may not sink into this
-  /// plane. Returns false if the set is full.
+  /// Adds a contact of another part of the tool, or an artificial plane that limits the head's motion. The head may not
+  /// sink into this plane. Returns false if the set is full.
   bool add(const ContactPlane& plane) noexcept;
   void drop_added() noexcept { count_ -= std::exchange(added_, 0); }
   /// engaged_area(): voxels², area of the head's surface within one voxel of tissue, where the parts nearest to the
