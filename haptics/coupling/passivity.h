@@ -8,14 +8,14 @@
 
 namespace typodont::haptics {
 
-/// A force that is constant during a tick gives the hand the energy F·Δx, and Δx is known only afterwards. So an
+/// A force that is constant during a tick gives the hand the energy F·Δx, and Δx is known only after the tick. So an
 /// observer alone (Hannaford & Ryu 2002) detects a loss one tick too late. This law limits the force in advance: the
-/// energy in the energy ledger must suffice for the distance that the hand may retreat in the next tick. The distance
-/// is predicted from the recent retreats, from the acceleration that is expected of any hand, and from the recent
-/// changes of this hand's velocity, also outside the tissue. The reason is that a hand that trembles, moves in encoder
-/// counts or makes straight strokes will do so again. A hand that moves inward normally continues inward. But the law
-/// expects that a hand may retreat as fast as it ever advanced if it recently reversed at full speed, moves in jumps,
-/// or has a slow or irregular clock.
+/// energy in the energy ledger must suffice for the distance that the hand may retreat in the next tick. This distance
+/// is predicted from three things: the recent retreats, the acceleration that is expected of any hand, and the recent
+/// changes of this hand's velocity, also outside the tissue. The reason for the last one is that a hand that trembles,
+/// moves in encoder counts or makes straight strokes will do so again. A hand that moves inward is expected to continue
+/// inward. There are exceptions: a hand that recently reversed at full speed, moves in jumps, or has a slow or
+/// irregular clock. Such a hand is expected to retreat as fast as it ever advanced.
 struct PassivityLaw {
   // factor on the fastest recent retreat, because the servo may miss a tick and a retreat may accelerate
   double margin = 2.5;

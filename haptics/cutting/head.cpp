@@ -251,8 +251,8 @@ TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& 
   }
 }
 
-/// For each of two neighbouring pieces of the meridian, tests whether this piece alone is nearest to all of `count`
-/// samples along z while the head moves by `ahead`. Returns one bit for each piece, which is 1 if this is the case.
+/// Tests two neighbouring pieces of the meridian. A piece passes the test if it alone is nearest to all of `count`
+/// samples along z, while the head moves by `ahead`. Returns one bit for each piece, which is 1 if the piece passes.
 /// `first`, `last`: indices of the two pieces, which are equal if there is only one piece. `v`: position of the first
 /// sample relative to the head, in the frame V of the voxels.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
@@ -417,8 +417,8 @@ class HeadPass {
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
     block.pieces = pieces;
-    // If all samples of the block lie between the ends of the nearest piece of the meridian, and if no other piece is
-    // nearer to a sample inside the head, it is enough to examine this piece.
+    // It is enough to examine the nearest piece of the meridian on two conditions: all samples of the block lie between
+    // the ends of this piece, and no other piece is nearer to a sample inside the head.
     int nearest = first;
     for (int i = first + 1; i <= last; ++i)
       nearest = seen_.to_piece[i][lane] < seen_.to_piece[nearest][lane] ? i : nearest;

@@ -232,8 +232,8 @@ TYPODONT_KERNEL Deepest deepest_below(const Straight& head, int line_index, cons
 /// depths of all samples of a block.
 struct Centres {
   unsigned set;  // input: pieces of the head's meridian that can be nearest to any of the centres on the path
-  // input, two limits of the depth: if no sample of a block is deeper than `outside`, or if all samples are deeper than
-  // `emptied`, the samples need not be computed one by one
+  // Input: two limits of the depth. The samples of a block need not be computed one by one if none of them is deeper
+  // than `outside`, or if all of them are deeper than `emptied`.
   float outside, emptied;
   F8 x, y, z;    // voxels, positions of the centres, relative to the base voxel of the first pose
   F8 best, top;  // lower and upper bound of the largest depth of each centre
@@ -250,8 +250,8 @@ void look_at(const Straight* way_at, Centres* centres) {
   search.begin(way, centres->set, centres->x, centres->y, centres->z, eight::all(centres->outside), 0.5f,
                centres->emptied);
   for (int step = 0; step < kSteps && any_of(search.open); ++step) search.step(way, step, centres->emptied);
-  // The tangents at a and at b both bound the depth from above. A weighted mean of the two tangents is also a bound.
-  // The weights are chosen so that this mean is constant along the path.
+  // Each of the two tangents, at a and at b, bounds the depth from above. So a weighted mean of the two tangents is
+  // also a bound. The weights are chosen so that this mean is constant along the path.
   const F8 up = search.at_a.slope, down = search.at_b.slope;
   const I8 at_a = up <= 0.0f, at_b = ~at_a & (down >= 0.0f);
   const F8 part = at_a ? eight::all(1) : at_b ? F8{} : down / (down - up);
@@ -294,8 +294,8 @@ void look_at_line(const Straight* way_at, Centres* centres, int line) {
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
   Points at;  // positions of the centres in the head's frame
-  // Index of the line of the meridian that alone determines the depth of all samples of the block on the whole path, if
-  // the depth is limited to Sweep::kInner; -1: no such line.
+  // Index of a line of the meridian; -1: no such line. On the whole path, this line alone determines the depths of all
+  // samples of the block, if depths above Sweep::kInner count as Sweep::kInner.
   int line[8];
   F8 rho;  // voxels, distances of the centres from the head's axis
   // Mask of the blocks for which the head moves away from every sample. The depth is concave along the path, so each

@@ -61,8 +61,8 @@ inline constexpr float kSlow = 0.05f;
 inline constexpr float kNear = 0.01f;
 
 /// Returns the distance r from the axis beyond which the maximum of a sample's depth on its path need not be searched.
-/// Reason: if one piece of the meridian is nearest on the whole path, the sample is deeper on the path than at both
-/// ends by at most about L² / (4 r), with the length L of the path. This is below the tolerance kTop.
+/// Reason: let L be the length of the path, on which a single piece of the meridian is nearest. The depth on the path
+/// then exceeds the depths at both ends by at most about L² / (4 r). This is below the tolerance kTop.
 inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   const float least = way.longest * way.longest / (3.6f * kTop);
   // The margin of 4 voxels includes the depth of a cut, which is at most 3 voxels.

@@ -18,10 +18,10 @@ dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
 }
 
 /// Returns the part (N) of a force change that must wait for later ticks. `change`: N, size of the change, which
-/// exceeds the limit drilling_slew. From version 8 of the force laws on, the change that the hand's own displacement
-/// causes in the coupling's spring need not wait (except for at most lag_limit of it, while the hand advances), even if
-/// this displacement changes only the direction of the force. The reason: a force that lags behind the hand is too
-/// small on the way in and too large on the way back, and both reduce the ledger's energy.
+/// exceeds the limit drilling_slew. The hand's own displacement also changes the force, through the coupling's spring,
+/// even if only in direction. From version 8 of the force laws on, this change need not wait (except for at most
+/// lag_limit of it, while the hand advances). The reason: a force that lags behind the hand is too small on the way in
+/// and too large on the way back. Both reduce the ledger's energy.
 double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
   const double over = change - P::drilling_slew * now.dt;
   if (!lands(now)) return std::min(over, P::lag_limit);
@@ -43,8 +43,9 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
 void Servo::State::limit(ContactTick& now) noexcept {
   Limits& l = limits;
   now.unlimited = now.force != dvec3(0) ? glm::length(now.force) : 0;
-  // Limits the force change when a head meets tissue after a fall from a rim or through soft tissue, even if it meets
-  // the bottom of its own cut. The limit does not include the vibration, which the hand should feel.
+  // A head may fall from a rim or through soft tissue and then meet tissue, for example the bottom of its own cut.
+  // Limits the change of its force at this moment. The limit does not include the vibration, which the hand should
+  // feel.
   const bool goes_on = coupling.normal_force > 0 && l.last_force != dvec3(0);
   const bool begins_or_ends = lands(now) && (now.touching() || l.last_force != dvec3(0));
   if (now.in.cuts && !now.in.scrapes && (goes_on || begins_or_ends)) {

@@ -35,10 +35,10 @@ struct HeadPoints {
   HeadPoints() { shares.reserve(kMost); }
 };
 
-/// Lists contact points: the corners of the faces near a head, and additional points on faces larger than the spacing
-/// of contact points for this head (kSpacing), as in the contact model "vertex" (contact/vertex/README.md). So a coarse
-/// mesh has enough points. Cut surfaces need no additional points, because their vertices are dense. Any thread;
-/// allocates only in the constructor.
+/// Lists contact points: the corners of the faces near a head, and additional points on large faces, so that a coarse
+/// mesh has enough points. A face is large if an edge is longer than the spacing of contact points for this head
+/// (kSpacing). The contact model "vertex" uses the same points (contact/vertex/README.md). Cut surfaces need no
+/// additional points, because their vertices are dense. Any thread; allocates only in the constructor.
 class HeadLister {
  public:
   static constexpr int kNoLimit = std::numeric_limits<int>::max();

@@ -88,8 +88,8 @@ double MeshLodModel::travel() const noexcept {
 void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<MeshSnapshot&>(snapshot);
   if (fresh.cut) {
-    // The removed volume of each tissue is the volume that the carver thread measured, plus `lacking`, the estimated
-    // volume of the cuts that the snapshot does not contain yet.
+    // Removed volume of each tissue: the volume that the carver thread has measured for the cuts in the snapshot, plus
+    // `lacking`. `lacking` is the estimated volume of the cuts that the snapshot does not contain yet.
     PerTissue lacking{};
     const std::uint64_t first_lacking = made_.first_after(fresh.cuts);
     if (first_lacking <= made_.last()) sunk_from_ = made_[first_lacking].from;
@@ -257,8 +257,9 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
   if (!at_wall) wall_normal_ = dvec3(0), wall_stiffness_ = 0;
 }
 
-/// Limits the rate of change of a bur's force. Otherwise the force would jump when the bur loses its contacts while the
-/// proxy is far from the hand, or when a new snapshot (copy of the mesh around the tool) shifts the contact point.
+/// Limits the rate of change of a bur's force. Without this limit, the force would jump in two cases: the bur loses its
+/// contacts while the proxy is far from the hand, or a new snapshot (copy of the mesh around the tool) shifts the
+/// contact point.
 void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());

@@ -190,8 +190,8 @@ bool SurfacePoint::put(const TriangleGrid& grid, const dvec3& p) noexcept {
   return false;
 }
 
-/// Moves the ball to the nearest surface point, on the side of the surface to which n points, and out of the faces that
-/// it overlaps there.
+/// Moves the ball onto the surface: to the surface point nearest to the ball, on the side to which n points. Repeats
+/// this until the ball overlaps no face.
 bool SurfacePoint::lift(const TriangleGrid& grid, dvec3 n) noexcept {
   for (int i = 0; i < kMostLifts; ++i) {
     const TriangleGrid::Nearest near = grid.nearest(c_, kMapReach + radius());

@@ -11,11 +11,12 @@ namespace {
 using P = PaceParameters;
 using Q = SearchParameters;
 
-/// Models the grip of the bur's cutting edges as a friction cone on the god-object. While a rotating head is pressed
-/// into tissue, it does not move sideways until its tangential lag (the distance along the surface by which the head
-/// lags behind `target`) exceeds the friction limit. This grip keeps the roughness of the cut surface from shaking the
-/// hand. Returns the target with a limited tangential lag. `moved`: motion of the hand since the last tick. The
-/// tangential lag grows by at most `most` per tick, so that edges that catch do not stop the head abruptly. Voxels.
+/// Models the grip of the bur's cutting edges as a friction cone on the god-object. The tangential lag is the distance
+/// along the surface by which the head lags behind `target`. While a rotating head is pressed into tissue, it moves
+/// sideways only if the tangential lag exceeds the friction limit. This grip keeps the roughness of the cut surface
+/// from shaking the hand. Returns the target with a limited tangential lag. `moved`: motion of the hand since the last
+/// tick. The tangential lag grows by at most `most` per tick, so that edges that catch do not stop the head abruptly.
+/// Voxels.
 dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
   const dvec3 pull = from - target;
   const double pushed = glm::dot(pull, n);
@@ -284,8 +285,8 @@ void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool cente
   } else if (in.cuts && emptied_ && !in.must_earn) {
     finder().project_out({step_.start, in.X_WG.R}, X_VT, contacts_);
   }
-  // Reduces the depth of the cut where the tissue is harder than the tissue that is being cut, by the ratio of the
-  // specific energies. Where it is softer, the depth does not change.
+  // Where the tissue is harder than the tissue that is being cut, reduces the depth of the cut in proportion to the
+  // specific energies. Where the tissue is softer, the depth does not change.
   if (settings_.boundary_walls && in.specific_energy > 0 && in.specific_energy < hardest_) {
     for (int i = 0; i < contacts_.count(); ++i) {
       const double under = specific_energy_at(contacts_.below(i));
@@ -452,9 +453,9 @@ bool OffsetModel::hold_at_walls(const ActivePlanes& active, double yields) noexc
   return changed;
 }
 
-/// Limits the change of the force when a bur loses contact (at the rim of its own cut, or when it has removed the last
-/// tissue), or when its contacts change. To this end it limits the proxy's speed relative to the hand. This can only
-/// let the proxy lag behind the hand, so it dissipates energy and never generates it.
+/// Limits the change of a bur's force in two situations: the bur loses contact (at the rim of its own cut, or because
+/// it has removed the last tissue), or its contacts change. To this end the function limits the proxy's speed relative
+/// to the hand. This limit can only let the proxy lag behind the hand, so it dissipates energy and never generates it.
 void OffsetModel::follow_hand() noexcept {
   Step& p = step_;
   const bool at_pace = p.paced && !p.deep;
@@ -523,9 +524,9 @@ void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
   retreat_.wedged = !retreat_.leading && retreat_.held_for > R::report_after;
 }
 
-/// Returns true if the hand has moved away. This is the case if the head can move on the straight line towards the hand
-/// without touching tissue, as far as the patch (copy of the field) extends, or if the hand is too far away to be
-/// pressing the tool into tissue.
+/// Returns true if the hand has moved away. There are two cases. In the first case, the straight line from the proxy to
+/// the hand contains a place, inside the patch (copy of the field), at which the head would not touch tissue. In the
+/// second case, the hand is too far away to be pressing the tool into tissue.
 bool OffsetModel::hand_has_left() const noexcept {
   using R = RetreatParameters;
   const Step& p = step_;

@@ -143,8 +143,9 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   postponed_for_ = 0;
   const bool came_back = first || fresh.edits != snapshot_.edits;
   std::swap(fresh, snapshot_);
-  // The near lists (tissue spheres near each tool sphere) stay valid without undo or redo, because the new snapshot
-  // then contains the servo's spheres, except for removed loose pieces. After undo or redo, they are discarded.
+  // The near lists contain the tissue spheres near each tool sphere. Without undo or redo they stay valid, because the
+  // new snapshot contains the same spheres as the servo, except for removed loose pieces. After undo or redo, the lists
+  // are discarded.
   if (came_back) {
     for (SphereProxy& proxy : proxies_) proxy.forget_near();
   }
@@ -438,8 +439,8 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       changed = true;
       proxy().note_cut(tree, place, protrudes);
     };
-    // On a straight path, the tissue spheres that were listed to compute the cost of the cut (TriedCut) include all
-    // spheres that the cut reaches.
+    // On a straight path, every sphere that the cut reaches was already listed to compute the cost of the cut
+    // (TriedCut). So the cut needs no new search.
     const bool straight = turn == dvec3(0) || (tool.head == 1 && tool.center_T[0] == dvec3(0));
     if (tried_share_ == most && straight && settings_.laws >= kLawsOfRings && tried_.complete() &&
         near_end_[tool.head - 1] < near_.size()) {

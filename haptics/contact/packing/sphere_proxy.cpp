@@ -37,8 +37,8 @@ constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of 
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // smallest capacity of one Verlet list (spheres near a tool sphere)
 constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all Verlet lists, as a number of spheres
-// m. If a query asks for the spheres of a long Verlet list whose gap is below a limit, and this limit is less than this
-// constant, the spheres are used without a further test of each one, because nearly all of them are near the tool (see
+// m. A query asks for the spheres of a Verlet list whose gap is below a limit. If the list is long and the limit is
+// below this constant, the found spheres are not tested one by one, because nearly all of them are near the tool (see
 // listed_near).
 constexpr double kFewOthers = 100e-6;
 constexpr std::size_t kLongList = 1024;  // smallest length of a long Verlet list, as a number of spheres
@@ -417,9 +417,9 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
       move = by, turn = turned;
       return first.ball < 0 ? 1 : part;
     }
-    // Adds this contact as a constraint and repeats the search. (follow() does not find this contact if a contact of
-    // the head stops the proxy earlier.) If the contact is already a constraint, the motion reached it only because the
-    // rotation curves the path. The gap of the constraint is then reduced accordingly.
+    // Adds this contact as a constraint and repeats the search. (If a contact of the head stops the proxy earlier,
+    // follow() does not find this contact.) The contact may already be a constraint. The motion then reached it only
+    // because the rotation curves the path, so the gap of the constraint is reduced accordingly.
     const auto ball = static_cast<std::size_t>(first.ball);
     const std::size_t listed = contact_of(first.ball, first.sphere);
     const dvec3 moved = goal * tool_.center_T[ball] - X_W_ * tool_.center_T[ball];
@@ -478,8 +478,8 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   }
 }
 
-/// Returns the index in contacts_ of the contact between a sphere of the tool and a sphere of the tissue, or count_ if
-/// they have no contact.
+/// Returns the index in contacts_ of the contact between a sphere of the tool and a sphere of the tissue. Returns
+/// count_ if they have no contact.
 std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept {
   std::size_t at = 0;
   while (at < count_ && !(contacts_[at].tool_sphere == tool_sphere && contacts_[at].sphere == sphere)) ++at;

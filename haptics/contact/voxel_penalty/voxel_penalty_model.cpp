@@ -18,8 +18,8 @@ namespace {
 /// is pressed into a flat wall by a quarter of its width: the head then has the scene's stiffness, on average over all
 /// directions. `reach`: distance from the head's centre to its farthest point, in the unit of the samples.
 double spring_scale(const std::vector<HeadSample>& samples, double reach, int shared_load) {
-  // depth in the tissue to which the hand presses the head, as a ratio to the smallest distance from the head's centre
-  // to a sample
+  // the hand presses the head this deep into the wall, as a ratio to the smallest distance from the head's centre to a
+  // sample
   constexpr double kPressed = 0.5;
   double width = reach;
   for (const HeadSample& s : samples) width = std::min(width, glm::length(s.p_TQ));
