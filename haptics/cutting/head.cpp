@@ -24,7 +24,7 @@ struct HeadBlock {
   const Tissue* tissue;
   std::ptrdiff_t at, stride_x, stride_y;  // index of the block's first sample, which may lie outside the array
   int from[3], to[3];                     // range of the block's samples that are processed, along x, y and z
-  glm::ivec3 first;                       // first sample of the block, relative to the base voxel of the pose
+  glm::ivec3 first;                       // first sample of the block, relative to the voxel HeadPose::base
   // A linear function of the position, which is an upper bound of the depth of every sample in the block, stored as its
   // value at the centre and its three slopes. Such a function exists because heads are convex, so the depth is a
   // concave function of the position.
@@ -318,9 +318,9 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// Narrows the `kind` of a group of samples, which states which pieces of the meridian can be nearest to its samples.
-  /// If a single piece is nearest to all samples of the group, returns this piece; otherwise returns `kind`. The group
-  /// begins at `first_voxel`.
+  /// Tries to narrow the `kind` of a group of samples, which states which pieces of the meridian can be nearest to its
+  /// samples. If a single piece is nearest to all samples of the group, returns this piece; otherwise returns `kind`.
+  /// The group begins at `first_voxel`.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);
     const int first = std::countr_zero(set), last = static_cast<int>(std::bit_width(set)) - 1;

@@ -235,7 +235,7 @@ struct Centres {
   // Input: two limits of the depth. The samples of a block need not be computed one by one if none of them is deeper
   // than `outside`, or if all of them are deeper than `emptied`.
   float outside, emptied;
-  F8 x, y, z;    // voxels, positions of the centres, relative to the base voxel of the first pose
+  F8 x, y, z;    // voxels, positions of the centres, relative to HeadPose::base of the path's first pose
   F8 best, top;  // lower and upper bound of the largest depth of each centre
   // Vector n out of the head. A sample at the offset d (voxels) from a block's centre is, up to rounding and the
   // head's rotation, at most `top` − n · d deep in the head.
@@ -407,8 +407,8 @@ void look_at_pieces(const Straight* way_at, AtStart* found, float rounding) {
 }
 
 /// Returns the smallest depth in the head that a sample of the block has at the beginning of the path. `first`: first
-/// sample of the block, relative to the base voxel of the first pose. Depth is concave, so it is smallest at a corner
-/// of the block.
+/// sample of the block, relative to HeadPose::base of the path's first pose. Depth is concave, so it is smallest at a
+/// corner of the block.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float least_depth_at_start(const Straight* way_at, const glm::ivec3* first) {
   const Straight& way = *way_at;
@@ -430,7 +430,7 @@ struct WayBlock {
   const Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
   int from[3], to[3];
-  glm::ivec3 first;  // first sample of the block, relative to the base voxel of the first pose
+  glm::ivec3 first;  // first sample of the block, relative to HeadPose::base of the path's first pose
   float top, n[3], share;
   // voxels, upper bound of the error if the depth at the centre is also used for the other samples of the block
   float bent;

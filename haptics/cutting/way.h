@@ -78,7 +78,7 @@ struct PathMaxima {
   RemovedVolume* removed;
   bool changed = false;
   int count = 0;
-  // voxels, positions of the samples, relative to the base voxel of the motion's last pose
+  // voxels, positions of the samples, relative to HeadPose::base of the motion's last pose
   float x[kRoom], y[kRoom], z[kRoom];
   float* at[kRoom];
   std::uint8_t label[kRoom];

@@ -59,7 +59,8 @@ class MeshLodModel final : public ContactModel {
   }
   const TriangleGrid& grid() const noexcept { return grids()[level_]; }
   const TriangleGrid& finest() const noexcept { return grids()[0]; }
-  /// Returns the number of levels that a tool can use. A tool with whole-head contact uses only the finest level.
+  /// Returns the number of levels that a tool can use. If contact is computed for the whole head (a bur that is not a
+  /// ball), the tool uses only the finest level.
   std::size_t level_count(std::uint32_t tool) const noexcept {
     return whole_head(tool_set(settings_)[tool]) ? 1 : grids().size();
   }

@@ -104,8 +104,9 @@ struct EightFaces {
   double p[3][kLanes];                      // m, nearest point of the face
   double n[3][kLanes];                      // unit vector from the nearest point to the given point
   double square[kLanes], distance[kLanes];  // m², m, distance between the two points, and its square
-  double edge[kLanes];                      // edge with the nearest point, or -1
-  unsigned corner = 0;                      // bit mask: faces for which the nearest point is an end of the edge
+  // index of the face's edge that contains the nearest point; -1: the point is in the face's interior
+  double edge[kLanes];
+  unsigned corner = 0;  // bit mask: faces for which the nearest point is an end of the edge
 };
 
 /// Computes the nearest points of eight faces to `point` with the same operations as nearest_on().
@@ -513,7 +514,8 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
 }
 
 /// Uses the collected faces if they include all faces near the ball; otherwise searches the grid. Before version 12 of
-/// the force laws, the areas are added in the order of the grid, so that the sum has the same bits in both cases.
+/// the force laws, the areas are added in the order of the grid. So the sum has the same bits with the collected faces
+/// as with a search of the grid.
 PerTissue SurfacePoint::engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept {
   PerTissue area{};
   const double within = (1 + kOnHead) * radius();

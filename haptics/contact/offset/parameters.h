@@ -87,7 +87,7 @@ struct PaceParameters {
   // s. A bur is in debt if its cuts needed more energy than its motor has delivered so far. The debt is given as the
   // time in which the motor delivers the missing energy. If the debt is larger than this, the bur is slowed down.
   static constexpr double free_debt = 3e-3;
-  static constexpr double standing_debt = 12e-3;  // s, debt at which the bur stops completely
+  static constexpr double standing_debt = 12e-3;  // s; a bur with this energy debt (see free_debt) stops completely
 };
 
 /// Parameters of a fall: the tissue under the bur was removed, so the hand accelerates until the bur meets tissue

@@ -13,8 +13,8 @@ struct ContactPlane {
   dvec3 x{0};        // voxels, point of the tissue's surface that touches the head
   dvec3 n{0, 0, 1};  // unit vector, direction in which the contact pushes the head
   double gap = 0;    // voxels, distance between head and tissue at x, negative if they overlap
-  // a cutting head may sink into this contact by this fraction 0..1 of the allowed depth (slack); below 1 if its tissue
-  // is harder than the tissue being cut
+  // a cutting head may sink into this contact by this fraction 0..1 of the allowed depth (slack); the fraction is below
+  // 1 where the tissue is harder than the tissue being cut
   double yields = 1;
   bool rim = false;  // true if a sharp rim of the head has contact; n is then the normal of the tissue
 };

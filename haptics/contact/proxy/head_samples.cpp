@@ -435,7 +435,7 @@ HeadSamples::HeadSamples(const Tool& tool, const HeadField& head, double voxel)
 
 Found HeadSamples::look_around(const SurfacePatch& patch, const Pose& X_VT, float near,
                                RoughPlanes& planes) const noexcept {
-  // Coordinates are relative to a voxel near the head, because small floats are more precise.
+  // Coordinates are relative to a voxel near the head, because floats represent small numbers more precisely.
   const glm::ivec3 base = glm::ivec3(X_VT.p) - (static_cast<int>(reach) + 8), from = base - patch.lo;
   const FlatHead head = flat_head(*this, X_VT.R, glm::vec3(X_VT.p - dvec3(base)));
   const std::ptrdiff_t sy = patch.n, sx = sy * sy;
