@@ -79,8 +79,9 @@ struct PassivityState {
   double advance = 0;  // m per tick, greatest recent advance against the force
   dvec3 moved{0};      // m, displacement of the hand in the previous tick
   double way = 0;      // m, length of the displacement `moved` in the previous tick
-  // decay_for: s, tick length for which per_second, decay and clock_decay were computed. per_second: 1/s, its inverse.
-  // decay: factor by which the recent retreats decay per tick. clock_decay: factor by which the longest tick decays.
+  // decay_for: s, tick length for which the next three members were computed. per_second: 1/s, reciprocal of the tick
+  // length. decay: factor by which the recent retreats decay per tick. clock_decay: factor by which the longest tick
+  // decays per tick.
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
   RecentMaximum pace,
       change;  // m/s, greatest recent speed and greatest recent velocity change per tick, also without contact

@@ -33,7 +33,7 @@ struct HeadBlock {
   // the meridian piece that is nearest to all samples, if the nearest points lie between its ends; otherwise
   // kManyPieces plus the set of pieces that can be nearest (one bit each)
   int kind;
-  bool beside;  // true if some samples may have been deeper in the head during the motion than at its end
+  bool beside;  // true if some samples may have been deeper in the head during the motion than at the motion's end
   // voxels, smallest distance by which the head approaches a sample of the block during the motion
   float slowest;
 

@@ -3,7 +3,7 @@
 
 /// Sets each sample to max(old value, min(depth, kInner)); depths below -kMargin do not count. Returns true if a sample
 /// changed. If `may_raise` is false, the function changes nothing and only computes `found`. Samples that may have been
-/// deeper in the head during its motion than at its end are added to `tops`.
+/// deeper in the head during the motion than at the motion's end are added to `tops`.
 TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, PathMaxima& tops,
                                       RemovedVolume* removed, BlockSlack& found) {
   static_assert(kLanes == kDeep);

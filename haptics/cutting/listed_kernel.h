@@ -115,9 +115,9 @@ TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, RemovedVolu
   return any(raised);
 }
 
-/// Input of may_be_deeper(), which tests whether samples may have been deeper in the head during the motion than at its
-/// end. The structs after Passed compute the depth below one kind of meridian piece each, for consecutive groups of
-/// samples.
+/// Input of may_be_deeper(), which tests whether samples may have been deeper in the head during the motion than at the
+/// motion's end. The structs after Passed compute the depth below one kind of meridian piece each, for consecutive
+/// groups of samples.
 struct Passed {
   Floats way_rho, way_z, least;
 };
@@ -227,7 +227,7 @@ struct HeadSides {
     across = turns ? back.longest : std::sqrt(back.shift[0] * back.shift[0] + back.shift[1] * back.shift[1]);
   }
   /// Returns one bit per lane, for one group per lane. The bit is 1 if some samples of the group may have been deeper
-  /// in the head during the motion than at its end.
+  /// in the head during the motion than at the motion's end.
   TYPODONT_KERNEL unsigned beside(const Straight& back, const MeridianPiece& first, const MeridianPiece& last,
                                   float smooth, Floats x, Floats y, Floats z, HeadRows& rows, int g) const {
     const Floats rho = root(x * x + y * y);
@@ -250,8 +250,8 @@ struct HeadSides {
   }
 };
 
-/// Cuts the groups of samples one by one. `beside`: true if some of their samples may have been deeper during the
-/// motion than at its end.
+/// Cuts the groups of samples one by one. `beside`: true if some of their samples may have been deeper in the head
+/// during the motion than at the motion's end.
 template <bool beside, class Below>
 TYPODONT_KERNEL void carve_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend,
                                   int g0, int from, int to, Mask& raised, Taken& taken) {

@@ -63,8 +63,8 @@ TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* piece
   return found;
 }
 
-/// Returns the mask of the samples that may have been deeper in the head earlier in the motion than at its end (by a
-/// relevant amount), and deeper than `least`. The function follows the path of each sample backward, from the end of
+/// Returns the mask of the samples that may have been deeper in the head during the motion than at the motion's end (by
+/// a relevant amount), and deeper than `least`. The function follows the path of each sample backward, from the end of
 /// the motion to its start. Along this backward path the depth is concave. So it grows fastest at the beginning of the
 /// backward path, and on the whole path by at most `growth` / `scale`.
 TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {

@@ -236,7 +236,8 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
     const double wider = radius - bed.radius;
     met.fits = wider <= (widens ? parameters_.widening : parameters_.radius_tolerance) && wider >= -parameters_.loose;
     met.aligned = std::acos(std::clamp(glm::dot(axis, bed.axis_W), -1.0, 1.0)) < parameters_.axis_tolerance;
-    // A tool that moves into the bed without touching the rim also enters it, although there is no force (criterion 4).
+    // A tool that moves into the bed without touching the rim also enters the bed, although criterion 4 (a force) is
+    // then not met.
     const bool slid_in = aside < parameters_.centre_tolerance && met.fits && met.aligned &&
                          along > parameters_.centre_tolerance && along < bed.depth;
     if (!slid_in && decide(met, false) != BedDecision::kEnterBed) continue;

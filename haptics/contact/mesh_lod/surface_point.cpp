@@ -414,9 +414,10 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   return room;
 }
 
-/// Speeds up the motion around an edge or corner: with the plane alone, each iteration would move the ball only a part
-/// of the path around the edge. The step is therefore extended along the plane, up to the line through the hand and the
-/// face's point nearest to the hand. From this line, the next iteration approaches the edge from the correct side.
+/// Speeds up the motion of the ball around an edge or corner. With the plane alone, each iteration would move the ball
+/// only a part of the path around the edge. So the step is extended along the plane, until it ends on the line through
+/// the hand and the face's point nearest to the hand. From there, the next iteration approaches the edge from the
+/// correct side.
 void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const Plane& plane,
                               dvec3& step) const noexcept {
   if (plane.wall >= 0 || options_.radius <= kSkin) return;

@@ -27,8 +27,8 @@ struct SearchParameters {
   static constexpr double foreseen = 1e-7;
   // voxels, convergence tolerance with several contacts: a step shorter than this ends the search
   static constexpr double settled = 2e-5;
-  // Voxels, convergence tolerance with several contacts for a cutting tool. The position error is about the square of
-  // this step, because the steps converge quadratically.
+  // Voxels, convergence tolerance with several contacts for a cutting tool: a step shorter than this ends the search.
+  // The remaining error of the position is about the square of the last step, because the steps converge quadratically.
   static constexpr double settled_cutting = 0.03;
   // largest number of iterations per tick, including iterations without contact
   static constexpr int iterations = 48;

@@ -58,7 +58,8 @@ class SphereProxy {
   void set_friction(double static_friction, double dynamic_friction) noexcept {
     options_.static_friction = static_friction, options_.dynamic_friction = dynamic_friction;
   }
-  /// Discards the Verlet lists of all tool spheres. Needed when tissue spheres may have become larger or exist again.
+  /// Discards the Verlet lists of all tool spheres. Needed when tissue spheres may have become larger, or when removed
+  /// ones may have come back.
   void forget_near() noexcept;
   /// Must be called for each tissue sphere that a cut changed. The near lists (tissue spheres near each tool sphere)
   /// remain valid for a sphere that only shrank. But a cut that takes several ticks also moves the sphere, so its new
