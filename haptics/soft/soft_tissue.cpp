@@ -15,7 +15,7 @@ struct SoftParameters {
   static constexpr int iterations = 3;
   static constexpr int newton_steps = 6;       // largest number of Newton steps for the tool's displacement
   static constexpr double strain_limit = 0.8;  // largest compression of the layer, as a fraction of its thickness
-  static constexpr double stop = 20;           // a point that has reached its limit is stiffer by this factor
+  static constexpr double stop = 20;  // a point that has reached its largest displacement is stiffer by this factor
   // N, largest force of the soft tissue on the tool; a stronger push passes through the layer
   static constexpr double most_force = 3;
   // N, largest change of the force per tick for causes other than the tool's own motion

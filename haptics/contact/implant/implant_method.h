@@ -26,7 +26,7 @@ struct Bed {
 struct Parameters {
   // m, edge length of a tool voxel; Zhao 2020 (S1) uses 0.06 mm for a tool of 4.2 × 12 mm
   double tool_voxel = 0.06e-3;
-  int layers = 2;  // thickness of the outer layer in voxels (Zhao 2020: "1~2")
+  int layers = 2;  // thickness of the tool's outer layer, in tool voxels (Zhao 2020: "1~2")
   // m; largest distance at which a tool may enter a bed (Zhao 2020, "implant criteria"): the distance of its tip from
   // the bed's axis, and also the depth of its tip below the bed's entry
   double centre_tolerance = 0.5e-3;
@@ -35,13 +35,15 @@ struct Parameters {
   double rim_above = 1.5e-3;
   // m, tolerance by which the radius of a tool that does not widen the bed may exceed the bed's radius
   double radius_tolerance = 0.1e-3;
-  double widening = 0.6e-3;  // m, largest amount by which a drill's radius may exceed the bed's radius
+  // m; a drill may enter a bed and widen it if its radius exceeds the bed's radius by at most this
+  double widening = 0.6e-3;
   // m, largest amount by which a tool's radius may be smaller than the bed's radius; a narrower tool moves freely in
   // the bed
   double loose = 0.75e-3;
   // rad (10 degrees), largest angle between the axes of tool and bed at which the tool may enter
   double axis_tolerance = 0.175;
-  double enter_force = 0.3;  // N; criterion 4 requires that the force along the tool's axis is larger
+  // N; criterion 4 for entering a bed is met if the force along the tool's axis is larger than this
+  double enter_force = 0.3;
   // m; hysteresis: the tool leaves the bed only when its tip is this far outside the entry
   double leave = 0.3e-3;
   double least_depth = 0.5e-3;  // m, smallest depth of a bed; a shallower hole does not count as a bed
@@ -62,7 +64,8 @@ struct Parameters {
   // An implant with the surface area torque_surface needs the insertion torque `torque` · (grey value of the bone /
   // torque_grey)^torque_exponent. If an earlier tool has cut a thread into the bed's wall, this torque is multiplied by
   // tapped_share.
-  double torque = 0.489;      // N·m, reference torque
+  // N·m, insertion torque of the reference implant (torque_surface) in the reference bone (torque_grey)
+  double torque = 0.489;
   double torque_grey = 1050;  // Hounsfield units, grey value that corresponds to bone of 0.64 g/cm³
   // exponent of the grey value in the insertion torque; fitted to 48.9 N·cm at 0.64 g/cm³ and 11.7 N·cm at 0.32 g/cm³
   double torque_exponent = 2.06;

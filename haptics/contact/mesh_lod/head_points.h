@@ -77,7 +77,7 @@ class HeadLister {
   glm::dmat3 R_WT_{1};
   std::vector<std::uint32_t> found_;  // faces near the head
   std::size_t at_ = 0;                // index in found_ at which work() continues
-  std::vector<NearFace> near_;        // the faces of the present part of found_
+  std::vector<NearFace> near_;        // faces near the head, from the part of found_ that work() examines now
   vertex::HeadDistances distances_{HeadPoints::kMost};
   // hash table that maps the position of a corner to the index of the contact point at this position
   std::vector<std::uint32_t> slots_;

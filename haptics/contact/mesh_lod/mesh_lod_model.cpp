@@ -26,7 +26,8 @@ constexpr double kMeasuredShare = 0.3;
 // the bur may cut without a new snapshot.
 constexpr double kMostSunk = 0.5, kMostSunkAlong = 2;
 constexpr double kFastestCut = 0.02;  // m/s, largest speed at which a bur may sink into the tissue
-constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // limits of (measured / estimated removed volume)
+// smallest and largest allowed ratio of measured to estimated removed volume
+constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;
 // m, tolerance: an offset of the contact point (offset_) that is shorter counts as zero
 constexpr double kNoOffset = 1e-12;
 // lower limit of the tissue's stiffness, as a ratio to the stiffness in ServoSettings

@@ -129,7 +129,8 @@ class TriangleGrid {
   void choose_cells(const glm::vec3& extent);
 
   bool part_ = false;
-  std::vector<std::uint32_t> rank_;  // for each face of the grid: its index in the mesh; empty if both are equal
+  // for each face of the grid: its index in the mesh; empty if each face has the same index in grid and mesh
+  std::vector<std::uint32_t> rank_;
   std::vector<Face> faces_;
   std::vector<Box> boxes_;
   /// A group of neighbouring faces, and the bounding box of their boxes.

@@ -10,7 +10,8 @@ namespace typodont::haptics::offset {
 /// Search for the proxy's position. Each iteration finds contacts, projects the target onto the allowed region, and
 /// moves the proxy (proxy.cpp).
 struct SearchParameters {
-  static constexpr double contact_range = 0.8;  // voxels, largest gap of contacts that the search uses
+  // voxels; the search uses only contacts whose gap between head and tissue is at most this
+  static constexpr double contact_range = 0.8;
   // Voxels, longest step of one iteration with several contacts. It is shorter than contact_range, so that no contact
   // is missed.
   static constexpr double contact_step = 0.6;

@@ -50,9 +50,10 @@ constexpr double kLeastMargin = 1e-6;  // m; a Verlet list (spheres near a tool 
 constexpr double kReduced = 0.8;       // if a Verlet list would be too long, its margin is multiplied by this factor
 // Parameters of near lists (Verlet lists: tissue spheres near a tool sphere) that are made before they are needed
 // (prepare_lists). The margins of the lists differ (spread_margin), so these limits apply to their mean.
-constexpr double kLargestPrepared = 0.5e-3;  // m, largest margin of such a list (mean over the tool's spheres)
-constexpr double kTicksAhead = 10;           // ratio of the margin to the tool sphere's motion per tick
-constexpr std::size_t kLeavesATick = 320;    // smallest number of leaves of the sphere tree that one tick searches
+// m, largest margin of a near list that is made in advance (mean over the tool's spheres)
+constexpr double kLargestPrepared = 0.5e-3;
+constexpr double kTicksAhead = 10;  // ratio of the margin of such a near list to the tool sphere's motion per tick
+constexpr std::size_t kLeavesATick = 320;  // smallest number of leaves of the sphere tree that one tick searches
 // if a near list (spheres near a tool sphere) is too long for its memory, it is made again after this many searches
 constexpr int kNotAgain = 64;
 

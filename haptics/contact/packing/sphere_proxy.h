@@ -220,9 +220,10 @@ class SphereProxy {
   std::vector<double> moved_before_;         // m, for each Verlet list: value of `moved` at the end of the last tick
   std::vector<SweptBall> swept_;             // balls of one search on the GPU, with their motions
   std::vector<std::size_t> sphere_of_ball_;  // for each ball in swept_: index of its tool sphere
-  // m, largest protrusion of a cut sphere from its earlier surface since the last end_notes(), if at most kStickOut
+  // m, largest distance by which a cut sphere protrudes beyond its earlier surface since the last end_notes(), if at
+  // most kStickOut
   double protrudes_ = 0;
-  bool noted_ = false;  // true: a cut sphere has protruded from its earlier surface since the last end_notes()
+  bool noted_ = false;  // true: since the last end_notes(), a cut sphere has protruded beyond its earlier surface
   double pushed_ = 0;   // m, sum of the pushes of all contacts (distances by which they hold the proxy back)
   dvec3 n_W_{0};
   bool sticks_ = false;

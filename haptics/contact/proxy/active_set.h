@@ -61,7 +61,7 @@ class ActiveSet {
   }
 
  private:
-  // largest number of planes that are added; then the projection fails
+  // if more planes than this would have to be added, the projection fails
   static constexpr int kMostRounds = 64;
   // largest number of active planes that may be removed when one plane is added
   static constexpr int kMostLeaving = 8;
