@@ -39,7 +39,7 @@ void bend(Straight& way, const Pose& X_VA, const Pose& X_VM, double reach);
 bool has_round_end(const MeridianPiece* pieces, int i);
 
 /// The path length of the head at which each block of 4 × 4 × 8 voxels must be examined again (CutFront); z is the
-/// fastest index. A sweep that cannot compute the value of a block does not change it.
+/// fastest index. If a sweep cannot compute this path length for a block, the stored value stays unchanged.
 struct DueBlocks {
   float* due;
   glm::ivec3 first, size;  // first block of samples, and number of blocks of samples along each axis
@@ -69,8 +69,8 @@ inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   return piece.radius == 0.0f || piece.radius > least + 4 ? least : kNoEnd;
 }
 
-/// Samples that may have been deeper in the head during its motion than at the end of the motion. The cut at the end of
-/// the motion has already been made.
+/// Samples that may have been deeper in the head during the motion than at the motion's end. The cut at the motion's
+/// end has already been made.
 struct PathMaxima {
   static constexpr int kRoom = 1024;
 

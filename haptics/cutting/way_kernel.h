@@ -72,13 +72,13 @@ TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Fl
                     all(0.0f));
 }
 
-/// The piece of the meridian nearest to some samples, and the component of a given direction towards this piece. The
-/// direction is given by its components perpendicular to the axis and along the axis. Both are multiplied by the
-/// distance rho from the axis, so that no further square root is necessary.
+/// The piece of the meridian nearest to some samples, and the component of a given direction away from this piece. The
+/// direction is given by its components perpendicular to the axis and along the axis. Both components are multiplied by
+/// the distance rho from the axis, so that no further square root is necessary.
 struct NearestOnWay {
   NearestPiece nearest;
-  /// component of the direction away from the nearest point of the piece of the head's meridian, multiplied by the
-  /// distance to that point and by rho
+  /// component of the given direction away from the nearest point of the piece, multiplied by the distance to this
+  /// point and by rho
   Floats away;
 
   TYPODONT_KERNEL void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }

@@ -30,8 +30,8 @@ struct Parameters {
   // m; largest distance at which a tool may enter a bed (Zhao 2020, "implant criteria"): the distance of its tip from
   // the bed's axis, and also the depth of its tip below the bed's entry
   double centre_tolerance = 0.5e-3;
-  // m; a wide tool touches a sloping rim before its tip has arrived at the entry, so the tool may enter when its tip is
-  // at most this far in front of the entry
+  // m; the tool may also enter while its tip is still in front of the entry, by at most this. The reason: a wide tool
+  // touches a sloping rim before its tip has arrived at the entry.
   double rim_above = 1.5e-3;
   // m, tolerance by which the radius of a tool that does not widen the bed may exceed the bed's radius
   double radius_tolerance = 0.1e-3;

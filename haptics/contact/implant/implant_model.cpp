@@ -137,8 +137,8 @@ EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) cons
   return look_at_end(ends_[tool_], patch_, law, settings_.frame.to_voxels(X_WT.p), X_WT.R);
 }
 
-/// Measures the depth of the bed in m, from the entry to the present bottom. The stored depth may be wrong after an
-/// undo.
+/// Measures the depth of the bed in m, from the entry to the present bottom. The result is at most the stored depth.
+/// After an undo, bone may fill a part of the bed again, so the stored depth may be too large.
 double ImplantModel::bed_depth(const Bed& bed) const noexcept {
   if (bed.bore) {
     const dvec3 below = bed.entry_W + 0.5 * bed.depth * bed.axis_W;

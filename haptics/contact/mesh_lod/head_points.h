@@ -49,8 +49,9 @@ class HeadLister {
   /// (m). Finds the faces near the head.
   void begin(const TriangleGrid& grid, const vertex::VertexHead& head, const Pose& X_W, double margin, double kept,
              HeadPoints& list) noexcept;
-  /// Continues with the same grid, head and list, until the effort reaches about `most` (a face counts 1, a point on it
-  /// counts 1). Returns true if the list is complete. The list does not depend on the number of calls.
+  /// Continues the list that begin() has begun, with the same grid, head and list, until the effort reaches about
+  /// `most` (a face counts 1, a point on it counts 1). Returns true if the list is complete. The list does not depend
+  /// on the number of calls.
   bool work(const TriangleGrid& grid, const vertex::VertexHead& head, HeadPoints& list, int most = kNoLimit) noexcept;
   /// Returns true while a list is being made: after begin(), until work() has returned true.
   bool open() const noexcept { return open_; }

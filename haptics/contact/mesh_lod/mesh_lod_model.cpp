@@ -110,7 +110,7 @@ void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
       measured_ += kMeasuredShare * (ratio - measured_);
     }
   }
-  // After an undo or redo, there may be tissue again at the tool's position.
+  // After an undo or redo, there may be tissue again at the tool's position. So the contact starts anew.
   if (fresh.edits != snapshot_.edits) placed_ = moved_freely_ = false;
   adopted_ = fresh.cut || snapshot_.cut;
   std::swap(fresh, snapshot_);

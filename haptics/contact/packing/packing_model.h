@@ -29,8 +29,7 @@ namespace typodont::haptics::packing {
 /// estimated: cut() finds the step that costs exactly the energy in the budget.
 class PackingModel final : public ContactModel {
  public:
-  /// Throws Error for a filling instrument, because the tissue's spheres can only shrink. Throws Error for a tool with
-  /// parts that never cut.
+  /// Throws Error for a filling instrument, because the tissue's spheres can only shrink.
   PackingModel(const ServoSettings& settings, const Parameters& parameters);
   /// Uses the given GPU passes even if the GPU is slower than the CPU. For tests.
   PackingModel(const ServoSettings& settings, const Parameters& parameters, std::unique_ptr<SpherePasses> passes);
