@@ -377,8 +377,7 @@ void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
 
 /// Returns the fraction 0..1 of its step that a bur may make. A bur is in debt if its cuts needed more energy than its
 /// motor has delivered. While a bur in debt is pressed into tissue, it is slowed down until the motor has delivered the
-/// missing energy. So a bur with a sharp rim does not sink too fast in a pit that is so shallow that no wall is
-/// detected.
+/// missing energy. This rule also acts on a bur with a sharp rim in a pit that is so shallow that no wall is detected.
 double OffsetModel::debt_fraction(const ContactInput& in) const noexcept {
   const Step& p = step_;
   if (!(emptied_ && in.budget < 0 && in.cuts && !in.scrapes && glm::dot(p.target - p.start, in.normal) < 0)) return 1;
