@@ -132,8 +132,8 @@ inline void Servo::State::account(TickData& now, bool turns) noexcept {
   now.jumped = glm::dot(now.moved, now.moved) > P::hand_speed_limit * P::hand_speed_limit * now.dt * now.dt;
   motion.leap = std::max(0.0, (now.jumped ? P::leap_time : motion.leap) - now.dt);
   if (motion.idle) return;  // the hand felt no force in the last tick, so the device and the hand exchanged no energy
-  // Work on the hand: last force × displacement + last torque × rotation. It is exact, because the force was constant
-  // during the tick.
+  // Work on the hand: last force × displacement + last torque × rotation. This sum is exact, because force and torque
+  // were constant during the tick.
   now.given_to_hand = glm::dot(l.last_force, now.moved) + glm::dot(l.last_torque, now.turned);
   sums.energy -= now.given_to_hand;
   sums.spindle_energy += glm::dot(l.last_spindle_force, now.moved);

@@ -125,8 +125,8 @@ inline bool snapshot_due_for(const dvec3& wanted_W, const dvec3& center_W, doubl
   return std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}) > travel / 2;
 }
 
-/// Returns the largest fraction 0..1 of a step for which |rest + fraction · step| <= most. If there is no such
-/// fraction, returns the one that minimises |rest + fraction · step|.
+/// Returns the largest fraction 0..1 of `step` for which |rest + fraction · step| <= most. If no fraction fulfils this
+/// condition, returns the fraction that minimises |rest + fraction · step|.
 double largest_fraction(const dvec3& step, const dvec3& rest, double most);
 
 }  // namespace typodont::haptics

@@ -12,7 +12,7 @@ namespace typodont::haptics {
 /// Material and geometry of the soft tissue. SI units. haptics/soft/README.md names the sources of the defaults.
 struct SoftLaw {
   double elastic_modulus = 1e6;  // Pa, Young's modulus
-  // m, thickness of the soft layer on the bone; thinner tissue has its real thickness
+  // m, largest thickness of the soft layer; where the tissue is thinner, the layer is as thick as the tissue
   double thickness = 2e-3;
   double return_time = 0.2;         // s, time constant with which the tissue recovers after release
   double friction = 0.1;            // coefficient of Coulomb friction for a tool that does not rotate

@@ -54,7 +54,8 @@ ContactMethodRegistration::ContactMethodRegistration(std::string name, ContactMe
 void count_method(std::string_view name, std::uint64_t models, std::uint64_t bodies) {
   const std::lock_guard lock(g_counts);
   Entry* const entry = find(name);
-  if (!entry) return;  // the method is not in the table, because the program created it without a registration
+  // a program may create a method without a registration; such a method is not in the table and is not counted
+  if (!entry) return;
   entry->models += models, entry->bodies += bodies;
 }
 

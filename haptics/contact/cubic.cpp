@@ -17,7 +17,7 @@ namespace {
 
 typedef double D2 __attribute__((vector_size(16), aligned(8), may_alias));
 
-constexpr int kLead = 2;  // number of samples at the start of each row of the stencil; their weight is zero
+constexpr int kLead = 2;  // each row of the stencil starts with this number of samples of weight zero
 
 /// For each of the eight samples in a row of the interpolation stencil: its interpolation weight and the weight's
 /// derivative. Both are polynomials in the fractional position of the point.

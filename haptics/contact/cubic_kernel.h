@@ -1,7 +1,7 @@
 // Code of the tricubic sum and its gradient. cubic.cpp includes this file once for each vector width `Lanes`.
 
-/// Evaluates polynomials in t for kLanes consecutive samples of a row, starting with sample `at`. The values are the
-/// interpolation weights of these samples.
+/// Evaluates the polynomials `c` at the fractional position t (t2: its square), for kLanes consecutive samples of a
+/// row, starting with sample `at`. The values are the interpolation weights of these samples, or their derivatives.
 template <std::size_t powers>
 TYPODONT_KERNEL Lanes at_fraction(const double (&c)[powers][8], int at, double t, double t2) {
   Lanes p = *reinterpret_cast<const Lanes*>(c[1] + at) * t;
@@ -24,8 +24,8 @@ TYPODONT_KERNEL void weigh(const double (&c)[powers][8], double t, double* weigh
 template <std::size_t powers>
 TYPODONT_KERNEL void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;
-  // Sum of the weights of the samples behind the last one, which is 0. All sums contain kGrid; it cancels in
-  // differences.
+  // The sum of the weights after the last sample is 0. All sums here also contain the constant kGrid, which rounds
+  // them; the subtraction of two sums removes it.
   Lanes after = Lanes{} + kGrid;
   for (int at = 8 - kLanes; at >= 0; at -= kLanes) {
     const Lanes from = at_fraction(sums, at, t, t2);

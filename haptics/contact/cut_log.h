@@ -57,8 +57,8 @@ class CutLog {
     Pose X_WA, X_WB;
     std::uint32_t tool = 0;
     bool continues = false;
-    // m, radius of the ball of filling that was added; its centre is X_WA.p, and the head at X_WB limits it; 0: the
-    // entry is a cut
+    // m; for a filling: radius of the added ball of filling material. Its centre is X_WA.p, and the ball leaves out the
+    // instrument's head at X_WB. For a cut: 0.
     double fill_radius = 0;
     PerTissue removed{};  // voxels³, removed volume of each tissue; negative for a filling
   };
@@ -71,9 +71,9 @@ class CutLog {
   const Made& made(std::uint64_t index) const noexcept { return made_[index]; }
   std::uint64_t last() const noexcept { return made_.last(); }
   std::uint64_t first_after(std::uint64_t index) const noexcept { return made_.first_after(index); }
-  /// Sets `lo` and `hi` to the union of the boxes of all cuts after `index`, or the whole patch (copy of the field) if
-  /// some of these cuts are no longer stored. Returns false if there is no cut after `index`. `filled`: true if one of
-  /// these cuts may be a filling.
+  /// Computes the box in which the cuts after `index` may have changed the field, with the corners `lo` and `hi`. If
+  /// some of these cuts are no longer stored, the box is the whole patch (copy of the field). Returns false if there is
+  /// no cut after `index`. `filled`: true if one of these cuts may be a filling.
   bool since(std::uint64_t index, glm::ivec3& lo, glm::ivec3& hi, bool& filled) const noexcept {
     if (index >= last()) return false;
     const bool all_known = last() - index < RecentCuts<Made>::kLength;

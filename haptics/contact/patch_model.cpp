@@ -35,10 +35,10 @@ void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   adopted(strokes_edited, !edited && !first);
 }
 
-/// If the tissue was edited (undo, redo or removal of a loose piece), repeats in the new patch (copy of the field
-/// around the tool) the cuts that it lacks. The old patch lacks the edit, so samples cannot be copied from it. The cuts
-/// are repeated in the same way as in the carver. A loose piece may contain volume that a repeated cut removes a second
-/// time; this volume must be counted only once.
+/// Repeats in the new patch (copy of the field around the tool) the cuts that it lacks, if the tissue was edited (undo,
+/// redo or removal of a loose piece). In this case, samples cannot be copied from the old patch, because the old patch
+/// lacks the edit. The cuts are repeated in the same way as in the carver. A loose piece may contain volume that a
+/// repeated cut removes a second time; this volume must be counted only once.
 void PatchModel::repeat_cuts(SurfacePatch& fresh, PerTissue& all_removed) noexcept {
   const double h = voxel();
   for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {

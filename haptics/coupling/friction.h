@@ -20,9 +20,10 @@ struct FrictionState {
 };
 
 /// Returns the friction force on the tool, N, by Hayward & Armstrong 2000, eq. 5, in the contact's tangent plane; |f|
-/// <= μ F_n. One change to the paper: the adhesion map (the rate at which the adhesion point follows the contact) is
-/// zero below a stick threshold, so the state is bit-identical after any number of small cycles, and nothing drifts.
-/// `x`: m, contact position; `previous`: m, contact position one tick before; `n`: unit normal.
+/// <= μ F_n. There is one change to the paper. It concerns the adhesion map (the rate at which the adhesion point
+/// follows the contact), which is zero below a stick threshold. So small cycles do not change the state by a single
+/// bit, and nothing drifts. `x`: m, contact position; `previous`: m, contact position one tick before; `n`: unit
+/// normal.
 inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3& previous, const dvec3& n,
                             double normal_force, FrictionState& state) noexcept {
   if (!(normal_force > 0)) {

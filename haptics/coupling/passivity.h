@@ -8,14 +8,14 @@
 
 namespace typodont::haptics {
 
-/// A force that is constant during a tick gives the hand the energy F·Δx, and Δx is known only afterwards. So an
+/// A force that is constant during a tick gives the hand the energy F·Δx, and Δx is known only after the tick. So an
 /// observer alone (Hannaford & Ryu 2002) detects a loss one tick too late. This law limits the force in advance: the
-/// energy in the energy ledger must suffice for the distance that the hand may retreat in the next tick. The distance
-/// is predicted from the recent retreats, from the acceleration that is expected of any hand, and from the recent
-/// changes of this hand's velocity, also outside the tissue. The reason is that a hand that trembles, moves in encoder
-/// counts or makes straight strokes will do so again. A hand that moves inward normally continues inward. But the law
-/// expects that a hand may retreat as fast as it ever advanced if it recently reversed at full speed, moves in jumps,
-/// or has a slow or irregular clock.
+/// energy in the energy ledger must suffice for the distance that the hand may retreat in the next tick. This distance
+/// is predicted from three things: the recent retreats, the acceleration that is expected of any hand, and the recent
+/// changes of this hand's velocity, also outside the tissue. The reason for the last one is that a hand that trembles,
+/// moves in encoder counts or makes straight strokes will do so again. A hand that moves inward is expected to continue
+/// inward. There are exceptions: a hand that recently reversed at full speed, moves in jumps, or has a slow or
+/// irregular clock. Such a hand is expected to retreat as fast as it ever advanced.
 struct PassivityLaw {
   // factor on the fastest recent retreat, because the servo may miss a tick and a retreat may accelerate
   double margin = 2.5;
@@ -34,11 +34,12 @@ struct PassivityLaw {
   // Factor. The velocity of a hand that may reverse its motion within one tick is expected to change in a tick by at
   // most this factor times the greatest recent velocity change.
   double again = 3;
-  // Factor for a hand that is not expected to reverse its motion within one tick. As a margin, this factor times the
-  // mean velocity change (see start_fraction) is added to the greatest recent velocity change.
+  // Factor. A hand that is not expected to reverse its motion within one tick is expected to change its velocity by the
+  // greatest recent velocity change, plus a margin. The margin is this factor times the mean velocity change, reduced
+  // as start_fraction states.
   double change_margin = 0.6;
-  /// The mean velocity change adds a margin only if its ratio to the greatest change is at least this. The ratio is
-  /// smaller at the start or end of a single stroke.
+  /// This fraction of the greatest velocity change is subtracted from the mean velocity change before change_margin is
+  /// applied. At the start or end of a single stroke the mean is small, so there is no margin.
   double start_fraction = 0.1;
   double mean_weight = 0.01;  // weight of one tick in the mean velocity change
   // s, time in motion during which the greatest speed and velocity change do not decay; time at rest does not count
@@ -78,8 +79,9 @@ struct PassivityState {
   double advance = 0;  // m per tick, greatest recent advance against the force
   dvec3 moved{0};      // m, displacement of the hand in the previous tick
   double way = 0;      // m, length of the displacement `moved` in the previous tick
-  // decay_for: s, tick length for which per_second, decay and clock_decay were computed. per_second: 1/s, its inverse.
-  // decay: factor by which the recent retreats decay per tick. clock_decay: factor by which the longest tick decays.
+  // decay_for: s, tick length for which the next three members were computed. per_second: 1/s, reciprocal of the tick
+  // length. decay: factor by which the recent retreats decay per tick. clock_decay: factor by which the longest tick
+  // decays per tick.
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
   RecentMaximum pace,
       change;  // m/s, greatest recent speed and greatest recent velocity change per tick, also without contact
@@ -132,9 +134,9 @@ inline double reversal_probability(const PassivityLaw& law, double tick, bool un
 }
 
 /// Returns the greatest expected outward displacement (m) of the hand in the next tick. The expected change of the
-/// velocity is the largest recent change, or a larger one if it may reverse in one tick. The expected speed is at
-/// most slightly larger than the largest recent speed. `along`: m/s, outward velocity; `twitch`: m, displacement that
-/// any hand is expected to be able to make.
+/// velocity is the largest recent change, or a larger one if the hand may reverse in one tick. The expected speed is at
+/// most slightly larger than the largest recent speed. `along`: m/s, outward velocity; `twitch`: m, displacement of
+/// which any hand is expected to be capable.
 inline double expected_retreat(const PassivityLaw& law, double along, double tick, double twitch,
                                const PassivityState& state) noexcept {
   const bool uneven_clock = state.longest > 1.02 * tick;  // tolerance of 2 % for the rounding of a clock in ns

@@ -10,9 +10,9 @@
 
 namespace typodont::haptics {
 
-/// Lower and upper bound of the speed at which the head approaches the samples within `reach` of the point `center`:
-/// the smallest and the largest n·w, where w is the motion in the head's frame T and n any normal of the neighbouring
-/// pieces `first` to `last` of the head's outline. `rho`: distance of `center` from the head's axis.
+/// Lower and upper bound of the speed at which the head approaches the samples within `reach` of the point `center`.
+/// The speed is n·w, where w is the motion of the samples in the head's frame T, and n is any normal of the
+/// neighbouring pieces `first` to `last` of the head's outline. `rho`: distance of `center` from the head's axis.
 struct Advance {
   float slowest, fastest;
 };

@@ -100,8 +100,8 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
       for (int i = 0; i < size_z; ++i) at[i] = now[i];
     }
     any_raised |= raised;
-    // Writes the result of every group of samples. The next group overwrites the result of an unchanged group. A branch
-    // that skips unchanged groups would often be mispredicted.
+    // Writes the result of every group of samples. If the samples of a group did not change, the next group overwrites
+    // its result. A branch that skips unchanged groups would often be mispredicted.
     moved_taken[moved] = eight::share_taken(old, now);
     moved_at[moved] = first;
     moved += any_of(moved_taken[moved] > 0);
@@ -135,8 +135,8 @@ template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVolume* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
-  // Radius and centre of a ball that contains all samples that can change. Its centre is B if the ball at B (the end of
-  // the sweep) covers everything, otherwise the middle between A and B.
+  // Radius and centre of a ball that contains all samples that can change. Its centre is B (the end of the sweep) if
+  // the ball at B covers everything, otherwise the middle between A (the start of the sweep) and B.
   const float share = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
   const float mx = share * c.abx, my = share * c.aby, mz = share * c.abz, reach2 = reach * reach;
   // If this sweep continues another sweep, the tissue in a ball around A with the radius `inner` is already
@@ -194,7 +194,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
       hole = hole > 0.0f ? hole : F8{};
       take_root(hole);
       F8 hole_from = first + 1.0f - hole, hole_to = first + 1.0f + hole;
-      // the samples that the ball has already emptied (the hole) are skipped only if they include a whole group of
+      // the hole (the samples that the ball has already emptied) is skipped only if it contains a whole group of
       // samples
       const I8 leave = hole_to - hole_from > 8.0f;
       hole_from = hole_from > 0.0f ? hole_from : F8{};

@@ -42,11 +42,11 @@ namespace typodont::haptics {
 class CutFront;
 class VoxelStamp;
 
-/// Removes the swept head from the patch (the servo's copy of the tissue), and removes the label of a filling from
-/// voxels that become air. Returns the removed volume per tissue in voxels³ (for each voxel, the fraction inside the
-/// surface before the cut minus the fraction after it). Optional results: `changed` becomes true if any sample changed,
-/// even if only a distance in air; `hardened` is the removed volume weighted by each voxel's hardness, which determines
-/// the cost of the cut. `front` is the active front of this patch and tool (the blocks that a cut may change).
+/// Removes the swept head from the patch (the servo's copy of the tissue). Removes the label of a filling from voxels
+/// that become air. Returns the removed volume per tissue in voxels³ (for each voxel, the fraction inside the surface
+/// before the cut minus the fraction after it). Optional results: `changed` becomes true if any sample changed, even if
+/// only a distance in air; `hardened` is the removed volume weighted by each voxel's hardness, which determines the
+/// cost of the cut. `front` is the active front of this patch and tool (the blocks that a cut may change).
 PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
 /// Removes the whole voxels of `stamp`. The other parameters and the result are those of carve() for a Sweep.
@@ -56,9 +56,10 @@ PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed = nu
 /// Adds the filling to the patch (the servo's copy of the tissue). Returns the added volume per tissue in voxels³.
 PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept;
 
-/// Adds to a new `patch` the cuts that the servo made in `old`, its previous patch of the same size, while the carver
-/// copied the new one. In the box lo..hi (voxels, inclusive), each sample becomes the larger of its distances in both.
-/// `filled`: true if the box was also filled; then all samples of the box are copied from `old`, labels included.
+/// The servo made cuts in `old`, its previous patch, while the carver copied the new `patch` of the same size. This
+/// function adds these cuts to `patch`. In the box lo..hi (voxels, inclusive), each sample becomes the larger of its
+/// distances in both patches. `filled`: true if the box was also filled; then all samples of the box are copied from
+/// `old`, labels included.
 void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& lo, const glm::ivec3& hi,
            bool filled = false) noexcept;
 

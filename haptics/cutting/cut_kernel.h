@@ -44,7 +44,7 @@ struct Taken {
       hard_low += low_half(weighted);
       hard_high += high_half(weighted);
     }
-    if (++groups == 255) close();  // keeps the sums below 2^31, because a voxel has 2^23 units
+    if (++groups == 255) close();  // a voxel has at most 2^23 units, so the sums of 255 groups stay below 2^31
   }
   /// Adds the removed volume of the samples `from` .. `to` of a group of samples; their labels may differ. `labels`:
   /// label of the group's first sample.

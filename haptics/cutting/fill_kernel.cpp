@@ -52,9 +52,10 @@ struct Lanes {
   }
 };
 
-/// If the solid that limits the tool's filling is nearer than the ball, the solid determines the distance. The solid is
-/// evaluated for each sample in the mask `meant`, unless it is far from all eight samples. The groups of eight samples
-/// are aligned with the volume's blocks of 8³ samples, so that the result does not depend on the block that is filled.
+/// If the solid that limits the tool's filling is nearer to a sample than the ball's surface, the solid determines the
+/// distance. The solid is evaluated for each sample in the mask `meant`, unless it is far from all eight samples. The
+/// groups of eight samples are aligned with the volume's blocks of 8³ samples, so that the result does not depend on
+/// the block that is filled.
 void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, F8& d) {
   constexpr double kHalf = (kLanes - 1) / 2.0;
   const double middle = filling.beyond_limit(dvec3(first) + dvec3(0, 0, kHalf));

@@ -12,7 +12,7 @@ namespace typodont::haptics {
 class Fill;
 class FreshLabels;
 
-/// A ball of filling. Positions are in voxels, relative to the base voxel of the head's pose.
+/// A ball of filling. Positions are in voxels, relative to the base voxel (a voxel near the instrument's head).
 struct FillBall {
   HeadPose head;
   // pieces of the outline of the shape that no filling may enter: the head, and its path out of the tissue
@@ -25,8 +25,8 @@ struct FillBall {
 };
 
 struct FillBlock {
-  // `first`: first sample of the block, relative to the base voxel of the ball; `size`: number of samples
-  // along each axis
+  // `first`: first sample of the block, relative to the base voxel (origin of the ball's positions); `size`: number of
+  // samples along each axis
   glm::ivec3 first, size;
   float* distance;
   Tissue* tissue;

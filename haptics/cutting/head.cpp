@@ -24,16 +24,16 @@ struct HeadBlock {
   const Tissue* tissue;
   std::ptrdiff_t at, stride_x, stride_y;  // index of the block's first sample, which may lie outside the array
   int from[3], to[3];                     // range of the block's samples that are processed, along x, y and z
-  glm::ivec3 first;                       // first sample of the block, relative to the base voxel of the pose
-  // A linear function of the position, which is an upper bound of the depth of every sample in the block: its value at
-  // the centre and its three slopes. Such a function exists because heads are convex, so the depth is a concave
-  // function.
+  glm::ivec3 first;                       // first sample of the block, relative to the voxel HeadPose::base
+  // A linear function of the position, which is an upper bound of the depth of every sample in the block, stored as its
+  // value at the centre and its three slopes. Such a function exists because heads are convex, so the depth is a
+  // concave function of the position.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
   // the meridian piece that is nearest to all samples, if the nearest points lie between its ends; otherwise
   // kManyPieces plus the set of pieces that can be nearest (one bit each)
   int kind;
-  bool beside;  // true if some samples may have been deeper in the head during the motion than at its end
+  bool beside;  // true if some samples may have been deeper in the head during the motion than at the motion's end
   // voxels, smallest distance by which the head approaches a sample of the block during the motion
   float slowest;
 
@@ -186,7 +186,8 @@ void evaluate_blocks(const MeridianPiece* pieces, int count, const float* R, con
     n_z = nearer ? fz : n_z;
   }
   const F8 signed_best = outside ? best : -best;
-  // If the centre lies on the surface, the direction is undefined, but in this case it is not needed.
+  // If the block's centre lies on the head's surface, the direction out of the head is undefined, but in this case it
+  // is not needed.
   const F8 inverse = best > 1e-3f ? 1.0f / signed_best : F8{};
   seen->distance = signed_best;
   seen->n_rho = n_rho * inverse;
@@ -250,8 +251,8 @@ TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& 
   }
 }
 
-/// For each of two neighbouring pieces of the meridian, tests whether this piece alone is nearest to all of `count`
-/// samples along z while the head moves by `ahead`. Returns one bit for each piece, which is 1 if this is the case.
+/// Tests two neighbouring pieces of the meridian. A piece passes the test if it alone is nearest to all of `count`
+/// samples along z, while the head moves by `ahead`. Returns one bit for each piece, which is 1 if the piece passes.
 /// `first`, `last`: indices of the two pieces, which are equal if there is only one piece. `v`: position of the first
 /// sample relative to the head, in the frame V of the voxels.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
@@ -317,9 +318,9 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// Narrows the `kind` of a group of samples, which states which pieces of the meridian can be nearest to its samples.
-  /// If a single piece is nearest to all samples of the group, returns this piece; otherwise returns `kind`. The group
-  /// begins at `first_voxel`.
+  /// Tries to narrow the `kind` of a group of samples, which states which pieces of the meridian can be nearest to its
+  /// samples. If a single piece is nearest to all samples of the group, returns this piece; otherwise returns `kind`.
+  /// The group begins at `first_voxel`.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);
     const int first = std::countr_zero(set), last = static_cast<int>(std::bit_width(set)) - 1;
@@ -410,14 +411,14 @@ class HeadPass {
     const glm::vec3 n_T(out * at.x, out * at.y, seen_.n_z[lane]);
     const glm::vec3 n(R[0] * n_T.x + R[1] * n_T.y + R[2] * n_T.z, R[3] * n_T.x + R[4] * n_T.y + R[5] * n_T.z,
                       R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);  // normal in the frame V of the voxels
-    // If the direction of the head's surface is unknown, the only known bound is a change of the depth by one per
+    // If the direction out of the head is unknown, the only known bound is that the depth changes by at most one per
     // voxel.
     const bool known = glm::dot(n, n) > 0.5f;
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
     block.pieces = pieces;
-    // If all samples of the block lie between the ends of the nearest piece of the meridian, and if no other piece is
-    // nearer to a sample inside the head, it is enough to examine this piece.
+    // It is enough to examine the nearest piece of the meridian on two conditions: all samples of the block lie between
+    // the ends of this piece, and no other piece is nearer to a sample inside the head.
     int nearest = first;
     for (int i = first + 1; i <= last; ++i)
       nearest = seen_.to_piece[i][lane] < seen_.to_piece[nearest][lane] ? i : nearest;

@@ -3,7 +3,7 @@
 
 /// Sets each sample to max(old value, min(depth, kInner)); depths below -kMargin do not count. Returns true if a sample
 /// changed. If `may_raise` is false, the function changes nothing and only computes `found`. Samples that may have been
-/// deeper in the head during its motion than at its end are added to `tops`.
+/// deeper in the head during the motion than at the motion's end are added to `tops`.
 TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, PathMaxima& tops,
                                       RemovedVolume* removed, BlockSlack& found) {
   static_assert(kLanes == kDeep);
@@ -72,9 +72,10 @@ TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
           }
         }
         depth = lesser(depth, inner);
-        // The slack (motion until a sample can change) must be valid for every later motion, so it is computed from
-        // `depth`. The list of samples is used only for motions of the present kind, so it is computed from `moving`.
-        // In a motion along the axis, `moving` treats the samples that do not change as samples outside the head.
+        // `depth` and `moving` differ only for a motion along the axis: there, `moving` treats samples that the motion
+        // does not change as samples outside the head. The slack (motion until a sample can change) must be valid for
+        // every later motion, so it is computed from `depth`. The list of samples is used only for motions of the
+        // present kind, so it is computed from `moving`.
         const Floats moving = unless_still(depth, rho, z, tops.back.still_above, tops.back.still_beyond);
         const Mask raised = more(moving, least);
         room = pick(raised, zero, least - depth);

@@ -83,7 +83,7 @@ Sweep::LeafCut Sweep::carve_leaf_ball(const glm::ivec3& lo, float* distance) con
   // depth
   const float outer = radius_ + kMargin, slip = 1e-3f + 2e-6f * outer;
   const float away = glm::length(glm::vec3(from) + 3.5f - a_ - ab_) - (kHalf + outer + slip);
-  // All samples are farther from the head at B (the end of the sweep) than the sweep is long, so the head has not
+  // All samples are farther from the head at B (the end of the sweep) than the length of the sweep. So the head has not
   // touched them.
   if (away > glm::length(ab_)) return {false, false, away};
   LeafCut cut = carve_on_this_processor(!is_ball(), capsule, from, distance);

@@ -6,9 +6,9 @@ struct RaisedBlock {
   bool changed, emptied;
 };
 
-/// Does the same as carve_head_block() for a whole block of a leaf (8³ samples) if the head was nowhere deeper during
-/// the motion than at its end. It counts no volume and computes no slack. `depth_of(rho, z)`: depth of samples in the
-/// head's half plane.
+/// Does the same as carve_head_block() for a whole block of a leaf (8³ samples), if no sample was deeper in the head
+/// during the motion than at the motion's end. It counts no volume and computes no slack. `depth_of(rho, z)`: depth of
+/// samples in the head's half plane.
 template <class Depth>
 TYPODONT_KERNEL RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block, const Depth& depth_of) {
   constexpr int n = Sweep::kLeaf, kTogether = kLanes / kDeep, kGroups = kRows / kTogether;
@@ -63,7 +63,8 @@ TYPODONT_KERNEL RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlo
   return {any(raised), any(emptied)};
 }
 
-/// Does the same for the pieces of the meridian that the block's `kind` states.
+/// Raises the samples of a block of a leaf like the other raise_leaf_block(), and uses the pieces of the meridian that
+/// the block's `kind` states.
 TYPODONT_KERNEL RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block) {
   if (block.kind >= kManyPieces) {
     const auto set = static_cast<unsigned>(block.kind - kManyPieces);

@@ -129,8 +129,8 @@ bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, RemovedV
 bool carve_listed_head(const HeadFront& front, int lanes, RemovedVolume* removed) noexcept {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (lanes == sixteen::kLanes) {
-    // A part of a list often contains only narrow groups (at most their first 8 samples can change), or only wide
-    // groups. In this case, the kernel for the other width is not called.
+    // A part of a list often contains only narrow groups (only the first 8 samples of such a group can change), or only
+    // wide groups. In this case, the kernel for the other width is not called.
     bool is_listed[2] = {};
     for (int r = 0; r < front.run_count; ++r) is_listed[front.runs[r].narrow] = true;
     const bool wide = is_listed[false] && sixteen::head(&front, removed);

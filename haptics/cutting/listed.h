@@ -28,7 +28,7 @@ struct Capsule {
 /// Positions are relative to the first voxel of the front's first block of samples.
 struct BallFront {
   Capsule c;
-  // position of the first block's first voxel, relative to the base voxel of the capsule `c`
+  // position of the first block's first voxel, relative to the voxel that is the origin of the positions in `c`
   glm::ivec3 origin;
   float* distance;  // pointer to the distance of the sample at the origin
   struct {          // tables of terms that depend only on the z coordinate of a sample; this coordinate is the index
@@ -52,7 +52,7 @@ struct BallFront {
 struct HeadFront {
   HeadPose pose;
   const MeridianPiece* pieces;
-  glm::ivec3 origin;  // origin of the positions of the groups of samples, relative to the base voxel of the pose
+  glm::ivec3 origin;  // origin of the positions of the groups of samples, relative to the voxel HeadPose::base
   float* distance;
   // for each z coordinate of a sample: the z-dependent terms of the sample's coordinates x, y, z in the head's frame T
   float* along[3];

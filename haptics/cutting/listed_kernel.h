@@ -115,9 +115,9 @@ TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, RemovedVolu
   return any(raised);
 }
 
-/// Input of may_be_deeper(), which tests whether samples may have been deeper in the head during the motion than at its
-/// end. The structs after Passed compute the depth below one kind of meridian piece each, for consecutive groups of
-/// samples.
+/// Input of may_be_deeper(), which tests whether samples may have been deeper in the head during the motion than at the
+/// motion's end. The structs after Passed compute the depth below one kind of meridian piece each, for consecutive
+/// groups of samples.
 struct Passed {
   Floats way_rho, way_z, least;
 };
@@ -227,7 +227,7 @@ struct HeadSides {
     across = turns ? back.longest : std::sqrt(back.shift[0] * back.shift[0] + back.shift[1] * back.shift[1]);
   }
   /// Returns one bit per lane, for one group per lane. The bit is 1 if some samples of the group may have been deeper
-  /// in the head during the motion than at its end.
+  /// in the head during the motion than at the motion's end.
   TYPODONT_KERNEL unsigned beside(const Straight& back, const MeridianPiece& first, const MeridianPiece& last,
                                   float smooth, Floats x, Floats y, Floats z, HeadRows& rows, int g) const {
     const Floats rho = root(x * x + y * y);
@@ -239,8 +239,8 @@ struct HeadSides {
     const Floats way_z = all(T[2]) * x + all(T[5]) * y + (all(T[8]) * z + all(back.shift[2]));
     store(rows.way_x + g, way_x - all(half * bend[0])), store(rows.way_y + g, way_y - all(half * bend[1]));
     store(rows.way_z + g, way_z - all(half * bend[2]));
-    // The direction away from the head's axis differs from sample to sample, so the bounds must hold for its whole
-    // range.
+    // The direction away from the head's axis differs from sample to sample, so the bounds must hold for all directions
+    // that occur in the group.
     const Floats inverse = all(1.0f) / greater(rho, all(1e-3f)), seen = all(off) * inverse;
     const Floats err = all(across) * pick(more(all(0.75f), seen), all(1.14f) * seen, all(2.0f));
     const Mask tip = more(all(first.ax == 0.0f ? off + Sweep::kMargin : 0.0f), rho);
@@ -250,8 +250,8 @@ struct HeadSides {
   }
 };
 
-/// Cuts the groups of samples one by one. `beside`: true if some of their samples may have been deeper during the
-/// motion than at its end.
+/// Cuts the groups of samples one by one. `beside`: true if some of their samples may have been deeper in the head
+/// during the motion than at the motion's end.
 template <bool beside, class Below>
 TYPODONT_KERNEL void carve_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend,
                                   int g0, int from, int to, Mask& raised, Taken& taken) {
@@ -348,8 +348,8 @@ TYPODONT_KERNEL bool carve_head(const HeadFront& f, bool narrow, RemovedVolume* 
     const CutFront::Run& run = f.runs[r];
     if (run.narrow != narrow) continue;
     const unsigned set = run.kind < kManyPieces ? 1u << run.kind : static_cast<unsigned>(run.kind - kManyPieces);
-    // The first piece of the meridian is the head's end. In a motion along the axis, only samples nearest to this piece
-    // can change.
+    // The first piece of the meridian is the head's end. In a motion along the axis, a sample can change only if this
+    // piece is the nearest to the sample.
     if (along_axis && (set & 1) == 0) continue;
     const MeridianPiece& one = pieces[std::countr_zero(set)];
     const MeridianPiece& other = pieces[std::bit_width(set) - 1];

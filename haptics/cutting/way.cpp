@@ -32,7 +32,8 @@ namespace {
 
 // first version of the force laws in which the depth below one line of the head's outline has a closed form
 constexpr std::uint32_t kLawsOfLines = 11;
-// if tan(half the angle between the normals at a corner) exceeds this, the depth is not computed from one line alone
+// limit of the tangent of half the angle between the normals at a corner of the outline; next to a sharper corner, the
+// depth is not computed from one line alone
 constexpr float kRightAngle = 1.001f;
 constexpr int kSteps = 24;  // largest number of steps of one search; almost every search needs fewer than ten
 // voxels, upper bound of the error if the path of a block is evaluated only at the block's centre
@@ -92,8 +93,9 @@ struct Depth {
 
 /// Searches the largest depths of eight samples, with the tolerance kTop. The search for a sample also ends when its
 /// largest depth is certainly not above `needed`, or certainly above `most`. A concave curve lies below its tangents,
-/// so the intersection of the tangents on both sides of the maximum is an upper bound. The search point alternates
-/// between this intersection (exact for a corner) and the maximum of a parabola.
+/// so the intersection of the tangents on both sides of the maximum is an upper bound. The search evaluates alternately
+/// two points: this intersection, which is exact if the maximum is a corner of the curve, and the maximum of a
+/// parabola.
 struct Search {
   unsigned set;  // one bit for each piece of the meridian that can be nearest to one of the samples on this path
   // in the head's frame: start positions of the samples, vectors of their paths, second-order terms of their paths
@@ -208,8 +210,8 @@ TYPODONT_KERNEL Deepest deepest_below(const Straight& head, int line_index, cons
     s = above + at_end * way.z <= 0.0f ? at_end : s;
   }
   Deepest found{s, {from.x + s * way.x, from.y + s * way.y, from.z + s * way.z}, none, none, none};
-  // The maximum was located on the straight line instead of the curved path, so its location has an error. At a
-  // maximum, such an error has no first-order effect on the depth.
+  // The maximum was located on the straight line instead of the curved path, so its location has a small error. Near a
+  // maximum the depth hardly changes, so this error has no first-order effect on the depth.
   if (head.bent > 0) {
     const Points bend = bends_from(head, from);
     const F8 off = s * (s - 1.0f);
@@ -230,10 +232,10 @@ TYPODONT_KERNEL Deepest deepest_below(const Straight& head, int line_index, cons
 /// depths of all samples of a block.
 struct Centres {
   unsigned set;  // input: pieces of the head's meridian that can be nearest to any of the centres on the path
-  // input, two limits of the depth: if no sample of a block is deeper than `outside`, or if all samples are deeper than
-  // `emptied`, the samples need not be computed one by one
+  // Input: two limits of the depth. The samples of a block need not be computed one by one if none of them is deeper
+  // than `outside`, or if all of them are deeper than `emptied`.
   float outside, emptied;
-  F8 x, y, z;    // voxels, positions of the centres, relative to the base voxel of the first pose
+  F8 x, y, z;    // voxels, positions of the centres, relative to HeadPose::base of the path's first pose
   F8 best, top;  // lower and upper bound of the largest depth of each centre
   // Vector n out of the head. A sample at the offset d (voxels) from a block's centre is, up to rounding and the
   // head's rotation, at most `top` − n · d deep in the head.
@@ -248,8 +250,8 @@ void look_at(const Straight* way_at, Centres* centres) {
   search.begin(way, centres->set, centres->x, centres->y, centres->z, eight::all(centres->outside), 0.5f,
                centres->emptied);
   for (int step = 0; step < kSteps && any_of(search.open); ++step) search.step(way, step, centres->emptied);
-  // The tangents at a and at b both bound the depth from above. A weighted mean of the two tangents is also a bound.
-  // The weights are chosen so that this mean is constant along the path.
+  // Each of the two tangents, at a and at b, bounds the depth from above. So a weighted mean of the two tangents is
+  // also a bound. The weights are chosen so that this mean is constant along the path.
   const F8 up = search.at_a.slope, down = search.at_b.slope;
   const I8 at_a = up <= 0.0f, at_b = ~at_a & (down >= 0.0f);
   const F8 part = at_a ? eight::all(1) : at_b ? F8{} : down / (down - up);
@@ -292,8 +294,8 @@ void look_at_line(const Straight* way_at, Centres* centres, int line) {
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
   Points at;  // positions of the centres in the head's frame
-  // Index of the line of the meridian that alone determines the depth of all samples of the block on the whole path, if
-  // the depth is limited to Sweep::kInner; -1: no such line.
+  // Index of a line of the meridian; -1: no such line. On the whole path, this line alone determines the depths of all
+  // samples of the block, if depths above Sweep::kInner count as Sweep::kInner.
   int line[8];
   F8 rho;  // voxels, distances of the centres from the head's axis
   // Mask of the blocks for which the head moves away from every sample. The depth is concave along the path, so each
@@ -326,8 +328,8 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
 TYPODONT_KERNEL I8 receding(const Straight& way, const AtStart& at, float rounding) {
   const F8 x = at.at.x, y = at.at.y, none = {};
   const auto [wx, wy, wz] = paths_from(way, at.at);
-  // Finds the first and the last normal of the neighbouring meridian pieces that can be nearest to a sample of the
-  // block of samples.
+  // Finds the first and the last of the neighbouring meridian pieces that can be nearest to a sample of the block, and
+  // the normals of these two pieces.
   const F8 within = (at.depth > 0.0f ? at.depth : -at.depth) + 2 * kHalf;
   F8 first_x = none, first_z = none, last_x = none, last_z = none;
   I8 from_axis = {};
@@ -405,8 +407,8 @@ void look_at_pieces(const Straight* way_at, AtStart* found, float rounding) {
 }
 
 /// Returns the smallest depth in the head that a sample of the block has at the beginning of the path. `first`: first
-/// sample of the block, relative to the base voxel of the first pose. Depth is concave, so it is smallest at a corner
-/// of the block.
+/// sample of the block, relative to HeadPose::base of the path's first pose. Depth is concave, so it is smallest at a
+/// corner of the block.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float least_depth_at_start(const Straight* way_at, const glm::ivec3* first) {
   const Straight& way = *way_at;
@@ -428,7 +430,7 @@ struct WayBlock {
   const Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
   int from[3], to[3];
-  glm::ivec3 first;  // first sample of the block, relative to the base voxel of the first pose
+  glm::ivec3 first;  // first sample of the block, relative to HeadPose::base of the path's first pose
   float top, n[3], share;
   // voxels, upper bound of the error if the depth at the centre is also used for the other samples of the block
   float bent;
@@ -597,7 +599,7 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
     for (int j = 0; j < 3; ++j) way.turn[3 * i + j] = static_cast<float>(turn[i][j]), turned += turn[i][j] * turn[i][j];
   }
   // `turn` is a rotation matrix minus the identity matrix. Half of the sum of its squared elements is the squared chord
-  // of the rotation angle.
+  // of the rotation angle. A sample that the cut may change is up to `beyond` (voxels) outside the head.
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   way.turned = static_cast<float>(std::sqrt(turned / 2));
   way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;

@@ -39,7 +39,7 @@ void bend(Straight& way, const Pose& X_VA, const Pose& X_VM, double reach);
 bool has_round_end(const MeridianPiece* pieces, int i);
 
 /// The path length of the head at which each block of 4 × 4 × 8 voxels must be examined again (CutFront); z is the
-/// fastest index. A sweep that cannot compute the value of a block does not change it.
+/// fastest index. If a sweep cannot compute this path length for a block, the stored value stays unchanged.
 struct DueBlocks {
   float* due;
   glm::ivec3 first, size;  // first block of samples, and number of blocks of samples along each axis
@@ -61,16 +61,16 @@ inline constexpr float kSlow = 0.05f;
 inline constexpr float kNear = 0.01f;
 
 /// Returns the distance r from the axis beyond which the maximum of a sample's depth on its path need not be searched.
-/// Reason: if one piece of the meridian is nearest on the whole path, the sample is deeper on the path than at both
-/// ends by at most about L² / (4 r), with the length L of the path. This is below the tolerance kTop.
+/// Reason: let L be the length of the path, on which a single piece of the meridian is nearest. The depth on the path
+/// then exceeds the depths at both ends by at most about L² / (4 r). This is below the tolerance kTop.
 inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   const float least = way.longest * way.longest / (3.6f * kTop);
   // The margin of 4 voxels includes the depth of a cut, which is at most 3 voxels.
   return piece.radius == 0.0f || piece.radius > least + 4 ? least : kNoEnd;
 }
 
-/// Samples that may have been deeper in the head during its motion than at the end of the motion. The cut at the end of
-/// the motion has already been made.
+/// Samples that may have been deeper in the head during the motion than at the motion's end. The cut at the motion's
+/// end has already been made.
 struct PathMaxima {
   static constexpr int kRoom = 1024;
 
@@ -78,7 +78,7 @@ struct PathMaxima {
   RemovedVolume* removed;
   bool changed = false;
   int count = 0;
-  // voxels, positions of the samples, relative to the base voxel of the motion's last pose
+  // voxels, positions of the samples, relative to HeadPose::base of the motion's last pose
   float x[kRoom], y[kRoom], z[kRoom];
   float* at[kRoom];
   std::uint8_t label[kRoom];

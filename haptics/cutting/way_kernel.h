@@ -63,22 +63,22 @@ TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* piece
   return found;
 }
 
-/// Returns the mask of the samples that may have been deeper in the head earlier in the motion than at its end (by a
-/// relevant amount), and deeper than `least`. The function follows the path of each sample from the end of the motion
-/// back to the start. Along this path the depth is concave, so it grows fastest at the beginning, and on the whole path
-/// by at most `growth` / `scale`.
+/// Returns the mask of the samples that may have been deeper in the head during the motion than at the motion's end (by
+/// a relevant amount), and deeper than `least`. The function follows the path of each sample backward, from the end of
+/// the motion to its start. Along this backward path the depth is concave. So it grows fastest at the beginning of the
+/// backward path, and on the whole path by at most `growth` / `scale`.
 TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
   return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale,
                     all(0.0f));
 }
 
-/// The piece of the meridian nearest to some samples, and the component of a given direction towards this piece. The
-/// direction is given by its components perpendicular to the axis and along the axis. Both are multiplied by the
-/// distance rho from the axis, so that no further square root is necessary.
+/// The piece of the meridian nearest to some samples, and the component of a given direction away from this piece. The
+/// direction is given by its components perpendicular to the axis and along the axis. Both components are multiplied by
+/// the distance rho from the axis, so that no further square root is necessary.
 struct NearestOnWay {
   NearestPiece nearest;
-  /// component of the direction away from the nearest point of the piece of the head's meridian, multiplied by the
-  /// distance to that point and by rho
+  /// component of the given direction away from the nearest point of the piece, multiplied by the distance to this
+  /// point and by rho
   Floats away;
 
   TYPODONT_KERNEL void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }
@@ -118,8 +118,9 @@ TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigne
 }
 
 /// Returns an upper bound of the speed at which the head approaches samples: the largest n·w, where w is the motion and
-/// n any normal of some neighbouring pieces of the meridian. The samples' nearest points must lie on them. `away`,
-/// `along`: components of w perpendicular to the axis and along it. `tip`: true if the nearest point may be a tip.
+/// n any normal of some neighbouring pieces of the meridian. These pieces must contain the samples' nearest points.
+/// `away`, `along`: components of w perpendicular to the axis and along it. `tip`: true if the nearest point may be a
+/// tip.
 TYPODONT_KERNEL Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
   // Finds the largest n·w, where w is the motion and n is any normal of these pieces of the head's outline. The normals

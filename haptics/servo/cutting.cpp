@@ -17,8 +17,9 @@ void Servo::State::earn(ContactTick& now) noexcept {
   // wait for the store.
   SpindleLoad spindle{cutting.speed, 0};
   in.specific_energy = in.cuts ? mean_specific_energy() : 0;
-  // W, power that removes tissue, divided by the tool's energy_ratio (its cutting energy relative to the material's).
-  // So the contact models compute with the material's own cutting energy and need not know the ratio.
+  // W, power that removes tissue, divided by the tool's energy_ratio (the cutting energy that this tool needs, relative
+  // to the material's own cutting energy). So the contact models compute with the material's own cutting energy and
+  // need not know the ratio.
   double power = in.power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {
     // An edge (hand instrument) that is drawn over the surface cuts with the hand's work: force × displacement along
@@ -40,19 +41,21 @@ void Servo::State::earn(ContactTick& now) noexcept {
   if (in.cuts && coupling.head_force > 0) {
     const double most = in.scrapes || wall > 0 ? power * P::held_time : std::max(budget, power * P::budget_time);
     budget = std::min(budget + power * now.dt, most);
-    // limits the energy debt (negative budget) of a bur that started in tissue; a large debt would long prevent cuts
+    // Limits the energy debt (negative budget) of a bur that started in tissue. With a large debt, the bur could not
+    // cut for a long time.
     if (!in.scrapes) {
       const double h = settings.frame.voxel, owed = std::max(P::owed_volume, P::owed_voxels * h * h * h);
       budget = std::max(budget, -std::max(power * P::held_time, owed * in.specific_energy));
     }
   } else if (coupling.normal_force <= 0) {
-    // If nothing touches, saved cutting energy is lost. If only the shank touches, the head keeps its saved energy.
+    // If no part of the tool touches tissue, the energy that was saved for cutting is lost. If only the shank touches
+    // tissue, the head keeps its saved energy.
     budget = std::min(budget, 0.0);
   }
   cutting.wall_budget =
       wall > 0 ? std::min(cutting.wall_budget + wall * power * now.dt, wall * power * P::held_time) : 0.0;
-  // An edge that the hand draws gets little energy. If the edge removed more than its energy paid for, it must not cut
-  // until its work has paid the difference.
+  // An edge (hand instrument) that the hand draws over the surface gets little energy. If the edge removed more tissue
+  // than its energy paid for, it must not cut until the hand's work has paid the difference.
   in.must_earn = in.scrapes && budget <= 0;
   in.budget = budget;
   in.wall_budget = cutting.wall_budget;

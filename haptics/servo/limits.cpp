@@ -18,18 +18,18 @@ dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
 }
 
 /// Returns the part (N) of a force change that must wait for later ticks. `change`: N, size of the change, which
-/// exceeds the limit drilling_slew. From version 8 of the force laws on, the limit is at least the change that the
-/// hand's own displacement causes in the coupling's spring, even if this displacement changes only the direction of the
-/// force. A force that lags behind the hand is too small on the way in and too large on the way back, and both reduce
-/// the ledger's energy.
+/// exceeds the limit drilling_slew. The hand's own displacement also changes the force, through the coupling's spring,
+/// even if only in direction. From version 8 of the force laws on, this change need not wait (except for at most
+/// lag_limit of it, while the hand advances). The reason: a force that lags behind the hand is too small on the way in
+/// and too large on the way back. Both reduce the ledger's energy.
 double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
   const double over = change - P::drilling_slew * now.dt;
   if (!lands(now)) return std::min(over, P::lag_limit);
   const double k = settings.stiffness * coupling.relative_stiffness;
   const double beyond = std::max(0.0, change - P::spring_tolerance * k * glm::length(now.moved));
   if (glm::dot(now.moved, limits.last_force != dvec3(0) ? limits.last_force : now.force) > 0) {
-    // the hand retreats, so only the part of the change above both limits (drilling_slew, and the change by the hand's
-    // displacement) must wait for later ticks
+    // The hand retreats. Two limits apply: drilling_slew, and the change that the hand's displacement causes. Only the
+    // part of the change above both limits must wait for later ticks.
     return std::min(over, beyond);
   }
   // The contact model "implant" limits the changes of its force itself, so they are not limited here. The exception is
@@ -43,8 +43,9 @@ double Servo::State::held_back(const ContactTick& now, double change) const noex
 void Servo::State::limit(ContactTick& now) noexcept {
   Limits& l = limits;
   now.unlimited = now.force != dvec3(0) ? glm::length(now.force) : 0;
-  // Limits the force change when a head meets tissue after a fall from a rim or through soft tissue, even if it meets
-  // the bottom of its own cut. The limit does not include the vibration, which the hand should feel.
+  // A head may fall from a rim or through soft tissue and then meet tissue, for example the bottom of its own cut.
+  // Limits the change of its force at this moment. The limit does not include the vibration, which the hand should
+  // feel.
   const bool goes_on = coupling.normal_force > 0 && l.last_force != dvec3(0);
   const bool begins_or_ends = lands(now) && (now.touching() || l.last_force != dvec3(0));
   if (now.in.cuts && !now.in.scrapes && (goes_on || begins_or_ends)) {
@@ -90,9 +91,9 @@ void Servo::State::limit(ContactTick& now) noexcept {
 
 /// Limits the force if the energy ledger holds far less energy than the coupling stores. This happens after a fast
 /// first contact, or if a tool starts inside tissue. Without this limit, passive_fraction() would remove the force
-/// within a few ticks when the hand retreats, and restore it when the hand advances: the hand would bounce. From the
-/// first retreat of such a hand on, the force is at most that of a spring that stores the ledger's energy, so that
-/// spring and ledger become empty at the same time. Returns the fraction of the force that may stay.
+/// within a few ticks when the hand retreats, and restore it when the hand advances: the hand would bounce. The limit
+/// begins with the hand's first retreat. The force is then at most that of a spring that stores the ledger's energy, so
+/// that spring and ledger become empty at the same time. Returns the fraction of the force that may stay.
 double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   Limits& l = limits;
   if (settings.laws < 2 || !(now.in.cuts || l.unpaid || now.contact.late)) return 1;
@@ -122,7 +123,8 @@ double Servo::State::landing_fraction(const ContactTick& now, double at_stake) c
     // The hand is expected to retreat as fast as it advanced.
     const double ahead = std::max(at_stake / strength, l.law.margin * l.passivity.pace.most * settings.tick);
     most = paid > k * ahead * ahead ? std::sqrt(2 * k * paid - k * k * ahead * ahead) : paid / ahead;
-    // A force that rises while the hand retreats would give the hand more energy than the energy ledger has.
+    // The coupling stores more energy than the energy ledger can pay for. If the force rose while the hand retreats,
+    // the hand would get more energy than the ledger has. So the rise of the force is limited.
     if (paid < now.stored) {
       most = std::min(most, glm::length(l.last_force) + std::max(0.0, slew - P::retreat_weight * k * retreat));
     }

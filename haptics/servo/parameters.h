@@ -74,7 +74,8 @@ struct LimitParameters {
   static constexpr double debt = 2e-9;
   // N, force that the coupling may always give, even if the energy ledger is empty
   static constexpr double unpaid_force = 0.1;
-  // If the coupling's force exceeds the force that the ledger can pay for by this factor, the ledger limits it.
+  // If the coupling's force is more than this factor times the force that the energy ledger can pay for, the ledger
+  // begins to limit the force.
   static constexpr double unpaid_ratio = 2;
   // First version of the force laws in which a drilling tool meets tissue without force steps (landing_fraction in
   // limits.cpp)

@@ -100,17 +100,17 @@ struct Servo::State {
     double normal_force = 0;              // N, normal force in the last tick
     double head_force = 0;                // N, the part of normal_force that acts on the head (and not on the shank)
     dvec3 normal{0};
-    // Unit vector: direction in which the contacts push the head. The limit that slows down a bur in energy debt counts
-    // as a contact, too.
+    // Unit vector: direction in which the contacts push the head. A bur in energy debt is slowed down by an additional
+    // limit, which counts as a contact, too.
     dvec3 pressed{0};
     double pressing = 0;  // N, component of head_force along `pressed`, times `teeth_fraction`
-    // 0..1, fraction of the coupling's force that presses the cutting edges. It is the fraction of the last tick's
-    // force that remained after the limits for drills that meet tissue (see lands()), or more if the hand has felt
-    // little for long (press_teeth). Without these limits it is 1.
+    // 0..1, fraction of the coupling's force that presses the cutting edges. Drills that meet tissue have force limits
+    // (see lands()). With these limits, the value is the fraction of the last tick's force that remained after them, or
+    // more if the hand has felt little force for a long time (press_teeth). Without these limits it is 1.
     double teeth_fraction = 1;
-    // s, time for which the hand has felt less than LimitParameters::little_felt of the coupling's force, because of
-    // the limits for drills that meet tissue (see lands()). It decreases again when the hand feels more, and is at most
-    // twice LimitParameters::rest_time.
+    // s, time for which the limits for drills that meet tissue (see lands()) have reduced the felt force below the
+    // fraction LimitParameters::little_felt of the coupling's force. It decreases again when the hand feels more, and
+    // is at most twice LimitParameters::rest_time.
     double unfelt_for = 0;
     FrictionState friction;
     TipState tip;

@@ -102,9 +102,9 @@ SoftSurface::SoftSurface(const SoftLaw& law, const dvec3& lo, const dvec3& hi,
       }
 
   // For each lattice edge whose samples have different signs, the points of the four cells around it form a quad. Each
-  // of these points gets a fourth of the quad's area. The sides of the quads link neighbouring points. A link is like a
-  // membrane with the tension T = G d / 3 (N/m), where G = E / 3 is the shear modulus and d is the depth of the sheared
-  // part (Pasternak foundation).
+  // of these points gets a fourth of the quad's area. The sides of the quads link neighbouring points. A link acts like
+  // a membrane with the tension T = G d / 3 (N/m); G = E / 3: shear modulus; d: depth of the sheared part (Pasternak
+  // foundation).
   std::map<std::pair<std::uint32_t, std::uint32_t>, double> tension;
   for (i.x = 1; i.x + 1 < lattice.size.x; ++i.x)
     for (i.y = 1; i.y + 1 < lattice.size.y; ++i.y)

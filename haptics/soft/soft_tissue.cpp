@@ -15,7 +15,7 @@ struct SoftParameters {
   static constexpr int iterations = 3;
   static constexpr int newton_steps = 6;       // largest number of Newton steps for the tool's displacement
   static constexpr double strain_limit = 0.8;  // largest compression of the layer, as a fraction of its thickness
-  static constexpr double stop = 20;           // factor: a point that has reached its limit is stiffer by this factor
+  static constexpr double stop = 20;  // a point that has reached its largest displacement is stiffer by this factor
   // N, largest force of the soft tissue on the tool; a stronger push passes through the layer
   static constexpr double most_force = 3;
   // N, largest change of the force per tick for causes other than the tool's own motion
@@ -136,7 +136,7 @@ double SoftTissue::elastic_energy() const noexcept {
     for (const SoftSurface::Link& link : surface_->links(a.point)) {
       const std::int32_t other = slot_[link.point];
       const double step = a.v - (other < 0 ? 0.0 : active_[static_cast<std::size_t>(other)].v);
-      // the loop visits a link between two active points twice
+      // the loop visits a link between two active points twice, so each visit adds half of the link's energy
       energy += link.tension * step * step / (other < 0 ? 2 : 4);
     }
   }
@@ -330,7 +330,8 @@ void SoftTissue::place_tool(double most) noexcept {
 }
 
 /// Removes tissue where the bur presses, as in hard tissue: force × cutting speed = specific energy × removed volume
-/// (Preston, Archard). After this, a part of the point's displacement remains as the depth of the cut.
+/// (Preston, Archard). The removed depth becomes permanent: this part of the point's displacement remains as the depth
+/// of the cut.
 void SoftTissue::cut(const Input& in) noexcept {
   for (Active& a : active_) {
     if (!a.contact || !(a.force + a.stop > 0)) continue;

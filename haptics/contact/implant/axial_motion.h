@@ -11,11 +11,12 @@ struct AxialState {
   double speed = 0;  // m/s, speed of the virtual tool along the bed's axis
 };
 
-/// Returns the displacement of the virtual tool (m) along the bed's axis in the time `dt` (s). The spring pulls it
-/// towards the hand, which is farther along the axis by `ahead` (m). `k`: spring stiffness (N/m); `mass` in kg; `drag`:
-/// viscous friction (N·s/m). Integrates eq. (5) of Zhao 2020 with implicit Euler (v: speed, dv: its change): (m - h D -
-/// h² K) dv = h (f + h K v) with h = dt, D = -drag, K = -k and f = k·ahead - drag·v. It is stable for every k and h. If
-/// the mass is 0, the tool moves to the point where the forces of spring and drag are equal at the end of the tick.
+/// Returns the displacement of the virtual tool (m) along the bed's axis in the time `dt` (s). A spring pulls the
+/// virtual tool towards the hand, which is farther along the axis by `ahead` (m). `k`: spring stiffness (N/m); `mass`
+/// in kg; `drag`: viscous friction (N·s/m). Integrates eq. (5) of Zhao 2020 with implicit Euler (v: speed, dv: its
+/// change): (m - h D - h² K) dv = h (f + h K v) with h = dt, D = -drag, K = -k and f = k·ahead - drag·v. The
+/// integration is stable for every k and h. If the mass is 0, the tool moves to the point where the forces of spring
+/// and drag are equal at the end of the tick.
 inline double coupled_step(double ahead, double k, double mass, double drag, double dt, AxialState& state) noexcept {
   const double force = k * ahead - drag * state.speed;
   const double inertia = mass + dt * drag + dt * dt * k;

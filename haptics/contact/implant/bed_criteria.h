@@ -14,8 +14,8 @@ struct BedCriteria {
 
 enum class BedDecision { kStayFree, kEnterBed, kBeginBed };
 
-/// Returns the decision. `can_begin`: the tool can drill this bone and touches it with its tip. Such a tool starts a
-/// new bed if it fulfils criterion 4 but not all other criteria.
+/// Returns the decision from the four criteria. `can_begin`: the tool can drill this bone and touches it with its tip.
+/// If such a tool is pushed (criterion 4) but does not meet all other criteria, it starts a new bed.
 constexpr BedDecision decide(const BedCriteria& c, bool can_begin) noexcept {
   if (!c.pushed) return BedDecision::kStayFree;
   if (c.at_centre && c.fits && c.aligned) return BedDecision::kEnterBed;

@@ -31,7 +31,7 @@ constexpr double kAhead = 1.5;
 // Voxels. If the signed distance from bone at the second point (kAhead) is smaller than at the tool voxel by at least
 // this amount, there is an obstacle ahead.
 constexpr double kFalls = 0.5;
-// voxels, largest distance between a tool voxel and an obstacle at which the obstacle blocks the advance
+// voxels; an obstacle blocks the advance if its distance from a tool voxel is at most this
 constexpr double kTouches = 0.25;
 constexpr std::size_t kBlock = EndVoxels::kBlock;
 // first version of the force laws that evaluates the voxels of the tool's end in floats; older versions use doubles
@@ -133,7 +133,7 @@ struct alignas(64) Block {
 
   Real x[kBlock], y[kBlock], z[kBlock];  // voxels, positions in frame V
   Real field[kBlock];                    // voxels, signed distance from bone at the tool voxel's centre
-  Real gap[kBlock];                      // m, distance of bone from the tool's surface at this voxel
+  Real gap[kBlock];                      // m, distance between the bone and the tool's surface at this voxel
   Flag touches[kBlock];                  // 1 if the voxel is in contact with bone
   Flag stops[kBlock];                    // 1 if the voxel touches bone that it cannot cut
   Real ahead[kBlock];                    // voxels, signed distance from bone at the point `beyond`
@@ -399,9 +399,9 @@ Task<Real> task_of(const EndVoxels& voxels, const SurfacePatch& patch, const End
 
 namespace {
 
-/// Merges each square of 2 × 2 equal voxels in a plane perpendicular to the axis into one voxel with their total area
-/// and mean values. All other voxels stay unchanged. Voxels near the axis are never merged, because the cutting law
-/// (Zhao 2020, eq. 2) weights a voxel by 1/r, which varies strongly there.
+/// Merges each square of 2 × 2 equal tool voxels in a plane perpendicular to the tool's axis into one voxel with their
+/// total area and mean values. All other voxels stay unchanged. Voxels near the axis are never merged, because the
+/// cutting law (Zhao 2020, eq. 2) weights a voxel by 1/r (r: distance from the axis), which varies strongly there.
 std::vector<ToolVoxel> merged(std::span<const ToolVoxel> voxels, double edge) {
   constexpr float kEqual = 1e-3f;
   constexpr double kNearAxis = 8;  // voxels; voxels nearer than this to the axis are not merged

@@ -42,7 +42,7 @@ struct EndLaw {
   // version of the force laws (contract/contact.h); versions before 6 round differently
   std::uint32_t laws = kServoLaws;
   double voxel = 0;  // m, voxel size of the patch (copy of the field around the tool)
-  // m, radius around the tool's axis: a tool voxel that cannot cut stops the tool only if it is inside this radius
+  // m; a tool voxel that cannot cut stops the tool only if its distance from the tool's axis is below this radius
   double width = 0;
   bool cuts = false;         // true if tool voxels can cut; false for example if the spindle is stopped
   double greatest_grey = 0;  // Hounsfield units, largest grey value of bone that the tool can cut

@@ -17,8 +17,8 @@ struct Bed {
   dvec3 axis_W{0, 0, -1};  // unit vector along the bed's axis, from the bone's surface to the bottom
   double depth = 0;        // m, depth of the bed, from its entry to its bottom
   double radius = 0;       // m, radius of the widest tool that has widened the bed
-  double tapped = 0;       // m, length of the thread that was cut into the wall, measured from the entry; 0: no thread
-  bool bore = false;       // true: the bed is the bore of a placed implant
+  double tapped = 0;  // m, length of the thread in the bed's wall, from the entry inward; 0: the wall has no thread
+  bool bore = false;  // true: the bed is the bore of a placed implant
 };
 
 /// Parameters of the contact model "implant" in a scene file. SI units. Values without a cited source are our own
@@ -26,22 +26,24 @@ struct Bed {
 struct Parameters {
   // m, edge length of a tool voxel; Zhao 2020 (S1) uses 0.06 mm for a tool of 4.2 × 12 mm
   double tool_voxel = 0.06e-3;
-  int layers = 2;  // thickness of the outer layer in voxels (Zhao 2020: "1~2")
-  // m; to enter a bed (Zhao 2020, "implant criteria"), the tip may be this far from the bed's axis, and this far below
-  // the entry
+  int layers = 2;  // thickness of the tool's outer layer, in tool voxels (Zhao 2020: "1~2")
+  // m; largest distance at which a tool may enter a bed (Zhao 2020, "implant criteria"): the distance of its tip from
+  // the bed's axis, and also the depth of its tip below the bed's entry
   double centre_tolerance = 0.5e-3;
-  // m; a wide tool touches a sloping rim before its tip has arrived at the entry, so the tool may enter when its tip is
-  // at most this far in front of the entry
+  // m; the tool may also enter while its tip is still in front of the entry, by at most this. The reason: a wide tool
+  // touches a sloping rim before its tip has arrived at the entry.
   double rim_above = 1.5e-3;
   // m, tolerance by which the radius of a tool that does not widen the bed may exceed the bed's radius
   double radius_tolerance = 0.1e-3;
-  double widening = 0.6e-3;  // m, largest amount by which a drill's radius may exceed the bed's radius
+  // m; a drill may enter a bed and widen it if its radius exceeds the bed's radius by at most this
+  double widening = 0.6e-3;
   // m, largest amount by which a tool's radius may be smaller than the bed's radius; a narrower tool moves freely in
   // the bed
   double loose = 0.75e-3;
   // rad (10 degrees), largest angle between the axes of tool and bed at which the tool may enter
   double axis_tolerance = 0.175;
-  double enter_force = 0.3;  // N; criterion 4 requires that the force along the tool's axis is larger
+  // N; criterion 4 for entering a bed is met if the force along the tool's axis is larger than this
+  double enter_force = 0.3;
   // m; hysteresis: the tool leaves the bed only when its tip is this far outside the entry
   double leave = 0.3e-3;
   double least_depth = 0.5e-3;  // m, smallest depth of a bed; a shallower hole does not count as a bed
@@ -59,10 +61,11 @@ struct Parameters {
   // Hounsfield units, grey values of the tissues with the hardness 1
   double cortical_grey = 1650, cancellous_grey = 1250, tooth_grey = 3000, metal_grey = 10000,
          soft_grey = 50;  // Hounsfield units, grey value of nerve and gum
-  // The insertion torque of an implant whose surface is torque_surface is torque · (grey value of the bone /
-  // torque_grey)^torque_exponent. In a bed with a thread, which a tool has cut before, this torque is multiplied by
+  // An implant with the surface area torque_surface needs the insertion torque `torque` · (grey value of the bone /
+  // torque_grey)^torque_exponent. If an earlier tool has cut a thread into the bed's wall, this torque is multiplied by
   // tapped_share.
-  double torque = 0.489;      // N·m, reference torque
+  // N·m, insertion torque of the reference implant (torque_surface) in the reference bone (torque_grey)
+  double torque = 0.489;
   double torque_grey = 1050;  // Hounsfield units, grey value that corresponds to bone of 0.64 g/cm³
   // exponent of the grey value in the insertion torque; fitted to 48.9 N·cm at 0.64 g/cm³ and 11.7 N·cm at 0.32 g/cm³
   double torque_exponent = 2.06;

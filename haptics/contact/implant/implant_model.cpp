@@ -11,18 +11,19 @@ namespace typodont::haptics::implant {
 namespace {
 
 constexpr double kLeastSpindleSpeed = 1e-3;  // rad/s, a spindle that is slower than this counts as stopped
-// m, tolerance: a tool that is farther than this from the bed's axis must not cut yet
+// m, tolerance: while a tool is farther than this from the bed's axis, it must not cut
 constexpr double kAtPlace = 2e-6;
 // If the cosine of the angle between force and tool axis is larger than this, the tool touches with its tip.
 constexpr double kTipContactCosine = 0.5;
 constexpr double kThreadGrips = 0.2e-3;  // m, depth in the bed at which a thread starts to engage
 // m, tolerance: an implant this close to its final depth, or to the bottom of the bed, is seated
 constexpr double kSeated = 0.05e-3;
-// Fraction of the motor's stall torque. Up to (1 - this fraction) × stall torque, the motor has its full speed; above,
-// the speed decreases linearly to zero at the stall torque.
+// Width of the range of torques in which a motor becomes slower, as a fraction of its stall torque. Up to (1 - this
+// fraction) × stall torque, the motor has its full speed. Above, the speed decreases linearly to zero at the stall
+// torque.
 constexpr double kSpeedHeldUpTo = 0.1;
 constexpr double kTorqueTime = 4e-3;  // s, time constant of the low-pass filter for the torque about the tool's axis
-// m, distance between the samples along a bed's axis by which the depth of the bed is measured
+// m; the depth of a bed is measured with samples along the bed's axis; this is the distance between two samples
 constexpr double kAcross = 0.05e-3;
 
 // first version of the force laws that merges voxels of a tool's end into larger voxels
@@ -136,8 +137,8 @@ EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) cons
   return look_at_end(ends_[tool_], patch_, law, settings_.frame.to_voxels(X_WT.p), X_WT.R);
 }
 
-/// Measures the depth of the bed in m, from the entry to the present bottom. The stored depth may be wrong after an
-/// undo.
+/// Measures the depth of the bed in m, from the entry to the present bottom. The result is at most the stored depth.
+/// After an undo, bone may fill a part of the bed again, so the stored depth may be too large.
 double ImplantModel::bed_depth(const Bed& bed) const noexcept {
   if (bed.bore) {
     const dvec3 below = bed.entry_W + 0.5 * bed.depth * bed.axis_W;
@@ -235,15 +236,16 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
     const double wider = radius - bed.radius;
     met.fits = wider <= (widens ? parameters_.widening : parameters_.radius_tolerance) && wider >= -parameters_.loose;
     met.aligned = std::acos(std::clamp(glm::dot(axis, bed.axis_W), -1.0, 1.0)) < parameters_.axis_tolerance;
-    // A tool that moves into the bed without touching the rim also enters it, although there is no force (criterion 4).
+    // A tool that moves into the bed without touching the rim also enters the bed, although criterion 4 (a force) is
+    // then not met.
     const bool slid_in = aside < parameters_.centre_tolerance && met.fits && met.aligned &&
                          along > parameters_.centre_tolerance && along < bed.depth;
     if (!slid_in && decide(met, false) != BedDecision::kEnterBed) continue;
     const double depth = bed_depth(bed);
     if (depth < parameters_.least_depth) continue;
     if (!bed.bore) beds_[i].depth = depth;
-    // The motion in the bed starts at the pose of the previous tick, because the pose of this tick may jump at the rim
-    // of the bed.
+    // The motion in the bed starts at the tool's pose of the previous tick, because the pose computed in this tick may
+    // contain a jump at the rim of the bed.
     begin_bed_motion(i, along, {in.X_WG.p, in.X_WT.R}, in.X_WT.R);
     return true;
   }
@@ -308,7 +310,7 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
   if (tool().implant->kind == ImplantToolKind::kTap) now.tapped = std::max(now.tapped, tip_);
   if (tip_ < std::min(0.0, entered_) - parameters_.leave) {
     end_bed_motion(in);
-    // The tool has left the bed along the bed's axis. Outside the bed, it then moves to the hand.
+    // The tool has left the bed along the bed's axis. From now on it moves freely and follows the hand.
     out = {};
     constrain_free(in, out);
     return;
@@ -477,7 +479,8 @@ void ImplantModel::feel_teeth_turn(const ContactInput& in, Contact& out) noexcep
   torque_ += (sum.torque.z * speed - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
 }
 
-/// If there is no bone in front of the tool's end, takes tissue and hardness from the bed's wall beside the end.
+/// Used if there is no bone in front of the tool's end: takes tissue and hardness from the bed's wall beside the end.
+/// Returns the number of samples of the wall that contain tissue.
 double ImplantModel::look_at_wall(const Contact& contact) noexcept {
   constexpr int kAround = 8;
   const double h = voxel(), behind = tool().radius() + h;

@@ -12,8 +12,8 @@ constexpr double kOverlap = 1e-9;
 // Allowed overlap of a resting head with the tissue, as a ratio to the head's radius. Without it, a head with a sharp
 // rim could never re-enter the hole that it has cut, because the hole has exactly the head's width.
 constexpr double kSlack = 0.01;
-// As a ratio to the displacement for which the present list of contact points is valid: when the head has moved this
-// far, the next list is begun.
+// The next list of contact points is begun when the head has moved by more than this fraction of HeadPoints::kept, the
+// displacement up to which the present list is used.
 constexpr double kAhead = 0.4;
 constexpr int kMostListed = 600;     // largest effort of HeadLister::work() in a tick; a face or a point counts 1
 constexpr double kLiftReach = 2e-3;  // m, search distance for the surface, from a point inside the tissue
@@ -45,7 +45,8 @@ void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) no
   listed_ = true;
 }
 
-/// Makes a part of the next list of contact points, if the head has moved so far that this list may soon be needed.
+/// Makes a part of the next list of contact points. The next list is begun when the head has moved so far that it may
+/// soon be needed.
 void HeadContact::list_ahead(const TriangleGrid& grid) noexcept {
   if (!divides_ || !listed_ || list_.points.empty()) return;
   if (!lister_.open()) {

@@ -28,17 +28,17 @@ struct HeadPoints {
 
   mesh::NearPoints points{kMost};
   std::vector<Share> shares;  // one for each point
-  // m; margin: all points within this distance of the head at points.listed_at() are listed; kept: largest displacement
-  // of the head after which the list is still used
+  // m. margin: the list contains all points within this distance of the head at the pose points.listed_at(). kept: the
+  // list is used until the head has moved by more than this.
   double margin = 0, kept = 0;
 
   HeadPoints() { shares.reserve(kMost); }
 };
 
-/// Lists contact points: the corners of the faces near a head, and additional points on faces larger than the spacing
-/// of contact points for this head (kSpacing), as in the contact model "vertex" (contact/vertex/README.md). So a coarse
-/// mesh has enough points. Cut surfaces need no additional points, because their vertices are dense. Any thread;
-/// allocates only in the constructor.
+/// Lists contact points: the corners of the faces near a head, and additional points on large faces, so that a coarse
+/// mesh has enough points. A face is large if an edge is longer than the spacing of contact points for this head
+/// (kSpacing). The contact model "vertex" uses the same points (contact/vertex/README.md). Cut surfaces need no
+/// additional points, because their vertices are dense. Any thread; allocates only in the constructor.
 class HeadLister {
  public:
   static constexpr int kNoLimit = std::numeric_limits<int>::max();
@@ -49,8 +49,9 @@ class HeadLister {
   /// (m). Finds the faces near the head.
   void begin(const TriangleGrid& grid, const vertex::VertexHead& head, const Pose& X_W, double margin, double kept,
              HeadPoints& list) noexcept;
-  /// Continues with the same grid, head and list, until the effort reaches about `most` (a face counts 1, a point on it
-  /// counts 1). Returns true if the list is complete. The list does not depend on the number of calls.
+  /// Continues the list that begin() has begun, with the same grid, head and list, until the effort reaches about
+  /// `most` (a face counts 1, a point on it counts 1). Returns true if the list is complete. The list does not depend
+  /// on the number of calls.
   bool work(const TriangleGrid& grid, const vertex::VertexHead& head, HeadPoints& list, int most = kNoLimit) noexcept;
   /// Returns true while a list is being made: after begin(), until work() has returned true.
   bool open() const noexcept { return open_; }
@@ -77,7 +78,7 @@ class HeadLister {
   glm::dmat3 R_WT_{1};
   std::vector<std::uint32_t> found_;  // faces near the head
   std::size_t at_ = 0;                // index in found_ at which work() continues
-  std::vector<NearFace> near_;        // the faces of the present part of found_
+  std::vector<NearFace> near_;        // faces near the head, from the part of found_ that work() examines now
   vertex::HeadDistances distances_{HeadPoints::kMost};
   // hash table that maps the position of a corner to the index of the contact point at this position
   std::vector<std::uint32_t> slots_;

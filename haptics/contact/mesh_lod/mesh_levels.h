@@ -37,8 +37,8 @@ struct Levels {
   std::vector<std::size_t> vertices;  // number of vertices of each level, finest first
   TissueMesh finest;                  // mesh of the finest level
 };
-/// Creates the levels. Throws Error if the options request more vertices than the mesh can have, list the levels in
-/// increasing order, or if the list of levels is empty.
+/// Creates the levels. Throws Error in three cases: the options request more vertices than the mesh can have, they list
+/// the levels in increasing order, or their list of levels is empty.
 std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOptions& options);
 /// Returns the base mesh, from which the levels are made.
 TissueMesh base_mesh(TissueMesh mesh, const LevelOptions& options);

@@ -60,10 +60,11 @@ class MeshLodBody final : public TissueBody {
   std::optional<Nanos> first_;  // time of the first cut since the last snapshot
   // true: lists the contact points around the head that made the last cut, so that the servo need not do it
   bool lists_points_ = true;
-  std::vector<std::optional<vertex::VertexHead>> heads_;  // for each tool whose whole head has contact: its head
-  std::unique_ptr<HeadLister> lister_;                    // lists contact points; null if no tool has head contact
-  std::uint32_t tool_ = MeshSnapshot::kNoTool;            // the tool that made the last cut
-  Pose X_W_;                                              // pose of the tool `tool_` after the last cut
+  // for each tool: its head, if contact is computed for the whole head (a bur that is not a ball); otherwise empty
+  std::vector<std::optional<vertex::VertexHead>> heads_;
+  std::unique_ptr<HeadLister> lister_;          // lists contact points; null if heads_ contains no head
+  std::uint32_t tool_ = MeshSnapshot::kNoTool;  // the tool that made the last cut
+  Pose X_W_;                                    // pose of the tool `tool_` after the last cut
 };
 
 /// Returns the distance that a tool may move before the next snapshot is due, m.

@@ -21,12 +21,13 @@ constexpr double kNearby = 0.2e-3;
 constexpr double kLeastStep = 1e-9;  // m, smallest step of a cut; a smaller step is skipped
 // weight of a new measurement in the low-pass filter of the ratio of measured to estimated removed volume
 constexpr double kMeasuredShare = 0.3;
-// While the snapshot lacks cuts of the servo, the bur sinks into faces of the snapshot. Upper limits, as ratios to the
-// bur's radius. kMostSunk: overlap of head and faces. kMostSunkAlong: distance that the bur may cut without a new
-// snapshot.
+// While the snapshot lacks cuts of the servo, the bur sinks into faces of the snapshot that are already cut. Upper
+// limits of this, as ratios to the bur's radius. kMostSunk: overlap of head and faces. kMostSunkAlong: distance that
+// the bur may cut without a new snapshot.
 constexpr double kMostSunk = 0.5, kMostSunkAlong = 2;
 constexpr double kFastestCut = 0.02;  // m/s, largest speed at which a bur may sink into the tissue
-constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // limits of (measured / estimated removed volume)
+// smallest and largest allowed ratio of measured to estimated removed volume
+constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;
 // m, tolerance: an offset of the contact point (offset_) that is shorter counts as zero
 constexpr double kNoOffset = 1e-12;
 // lower limit of the tissue's stiffness, as a ratio to the stiffness in ServoSettings
@@ -88,8 +89,8 @@ double MeshLodModel::travel() const noexcept {
 void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<MeshSnapshot&>(snapshot);
   if (fresh.cut) {
-    // The removed volume of each tissue is the volume that the carver thread measured, plus `lacking`, the estimated
-    // volume of the cuts that the snapshot does not contain yet.
+    // Removed volume of each tissue: the volume that the carver thread has measured for the cuts in the snapshot, plus
+    // `lacking`. `lacking` is the estimated volume of the cuts that the snapshot does not contain yet.
     PerTissue lacking{};
     const std::uint64_t first_lacking = made_.first_after(fresh.cuts);
     if (first_lacking <= made_.last()) sunk_from_ = made_[first_lacking].from;
@@ -109,7 +110,7 @@ void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
       measured_ += kMeasuredShare * (ratio - measured_);
     }
   }
-  // After an undo or redo, there may be tissue again at the tool's position.
+  // After an undo or redo, there may be tissue again at the tool's position. So the contact starts anew.
   if (fresh.edits != snapshot_.edits) placed_ = moved_freely_ = false;
   adopted_ = fresh.cut || snapshot_.cut;
   std::swap(fresh, snapshot_);
@@ -205,8 +206,8 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const bool renewed = std::exchange(adopted_, false) && !give;
   const bool switched = choose_level(in);
   out.level = static_cast<std::uint32_t>(level_);
-  // The servo may move a free tool by up to clearance() without calling this model. So the tool may have passed through
-  // a hole of an open mesh in the meantime.
+  // While the tool is free, the servo may move it by up to clearance() without calling this model. On an open mesh, the
+  // tool may have passed through a hole in this time. So the contact starts anew at the tool's present position.
   const bool fresh = !placed_;
   if (fresh) {
     const Pose X_WG{in.X_WG.p, in.X_WT.R};
@@ -257,8 +258,9 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
   if (!at_wall) wall_normal_ = dvec3(0), wall_stiffness_ = 0;
 }
 
-/// Limits the rate of change of a bur's force. Otherwise the force would jump when the bur loses its contacts while the
-/// proxy is far from the hand, or when a new snapshot (copy of the mesh around the tool) shifts the contact point.
+/// Limits the rate of change of a bur's force. Without this limit, the force would jump in two cases: the bur loses its
+/// contacts while the proxy is far from the hand, or a new snapshot (copy of the mesh around the tool) shifts the
+/// contact point.
 void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());
@@ -300,8 +302,8 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   if (!(work > 0)) work = 0;
   const double round = kPi * point().radius() * measured_;
   const double paid = (-work + std::sqrt(work * work + 4 * round * u * in.budget)) / (2 * round * u);
-  // A blocked bur saves energy for a long step, and the hand would feel such a step. So the speed of the cut is
-  // limited.
+  // While a bur is blocked, its energy budget grows, and it would then make one long step that the hand would feel. So
+  // the speed of the cut is limited.
   const double step = std::min({left, paid, kFastestCut * in.dt});
   if (!(step > kLeastStep)) return false;
   const dvec3 to = c + step / left * way;

@@ -59,11 +59,13 @@ class MeshLodModel final : public ContactModel {
   }
   const TriangleGrid& grid() const noexcept { return grids()[level_]; }
   const TriangleGrid& finest() const noexcept { return grids()[0]; }
-  /// Returns the number of levels that a tool can use. A tool with whole-head contact uses only the finest level.
+  /// Returns the number of levels that a tool can use. If contact is computed for the whole head (a bur that is not a
+  /// ball), the tool uses only the finest level.
   std::size_t level_count(std::uint32_t tool) const noexcept {
     return whole_head(tool_set(settings_)[tool]) ? 1 : grids().size();
   }
-  /// Returns the distance in m that a tool at pose X may move before it touches a mesh of any of its levels of detail.
+  /// Returns the distance in m that a tool at pose X may move before it touches the surface, in any level of detail
+  /// that the tool can use.
   double room_for(std::uint32_t tool, const Pose& X) noexcept;
   /// Returns true if the snapshot contains all faces within the distance `reach` (m) of the point p.
   bool holds(const dvec3& p, double reach) const noexcept;
@@ -92,8 +94,8 @@ class MeshLodModel final : public ContactModel {
   // true: since the last tick, the servo has moved the tool without contact; placed_ is then false
   bool moved_freely_ = false;
   dvec3 hip_{0};  // m, position of the hand in the last tick ("haptic interface point")
-  // m, vector from the contact point to its position before the last change of level or wall; shrinks to zero, so that
-  // the force does not jump
+  // m; after a change of level or wall, the contact point is displaced by this vector towards its earlier position; the
+  // vector shrinks to zero, so that the force does not jump
   dvec3 offset_{0};
   bool eases_ = false;  // true if the bur has cut since it last lost contact; ease() then limits its force
   // m, vector from the hand to the position of the tool that was returned to the servo in the last tick

@@ -34,7 +34,8 @@ struct MeshSnapshot : Snapshot {
   dvec3 lo{0}, hi{0};               // m, corners of the box that contains the faces in `local`
   // m³, volume that all cuts in this snapshot have removed; cuts that were undone do not count
   PerTissue removed{};
-  // Contact points around the tool of the last cut, if its whole head has contact; null before the first such cut.
+  // Contact points around the tool of the last cut; only for a tool whose contact is computed for the whole head (a bur
+  // that is not a ball). Null before the first cut by such a tool.
   std::unique_ptr<HeadPoints> points;
   std::uint32_t points_of = kNoTool;  // the tool around which `points` lie; kNoTool: `points` is not valid
   static constexpr std::uint32_t kNoTool = ~0U;

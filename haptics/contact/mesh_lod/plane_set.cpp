@@ -11,8 +11,8 @@ namespace {
 class FacePlanes {
  public:
   using Plane = mesh_lod::Plane;
-  // Lower limits for the linear systems of the solver; below them, a system counts as singular. The values are small,
-  // because faces may be nearly parallel.
+  // Limits below which the normals of planes count as linearly dependent (see ActiveSetLimits). The limits are small,
+  // because the normals of neighbouring faces may be nearly parallel.
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-10, .least_rest = 1e-10};
 
   explicit FacePlanes(const PlaneSet& set) : set_(set) {}

@@ -45,11 +45,12 @@ class SurfaceContact {
 
   /// Sets the orientation of the tool for all following calls.
   virtual void turn_to(const dquat& /*R_WT*/) noexcept {}
-  /// Call this before a call with a grid that differs from the previous one, and after the faces of the grid have
+  /// Must be called before a call with a grid that differs from the previous one, and after the faces of the grid have
   /// changed.
   virtual void mesh_changed() noexcept {}
-  /// Call it after mesh_changed() if the carver has listed the contact points around this tool in the new mesh. Until
-  /// the next mesh_changed(), this object may exchange the contents of the list for those of its own list.
+  /// Passes the contact points around this tool that the carver has listed in the new mesh. Must be called after
+  /// mesh_changed(). Until the next mesh_changed(), this object may exchange the contents of `points` for those of its
+  /// own list.
   virtual void use_prepared(HeadPoints* /*points*/) noexcept {}
 
   /// Starts a contact with the centre of the ball or other head at p. Returns false if the tool overlaps tissue there.

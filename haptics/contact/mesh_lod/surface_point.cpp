@@ -21,12 +21,15 @@ constexpr double kMostReach = 0.3e-3;
 constexpr double kAhead = 1.1;  // ratio of the search distance for faces to the expected displacement of the ball
 // m, largest displacement of the ball for which collected faces are reused; the width of a grid cell is a second limit
 constexpr double kMostKept = 0.3e-3;
-// Upper limit of the search distance for faces while a bur is in its own cut, as a ratio to the bur's radius.
+// Upper limit of the search distance for faces while the bur cuts, or while the mesh still contains faces that it has
+// cut away; as a ratio to the bur's radius.
 constexpr double kReachInCut = 0.5;
-// largest displacement for which a bur in its own cut reuses the collected faces, as a ratio to the bur's radius
+// displacement of the bur up to which the collected faces are reused, in the same situation as for kReachInCut; as a
+// ratio to the bur's radius
 constexpr double kKeptInCut = 0.15;
-constexpr double kLeastInCut = 50e-6;  // m, lower limit of the search distance for faces while a bur is in its own cut
-// ratio of the next search distance to the length of the last step; it is small, because the steps become shorter
+constexpr double kLeastInCut = 50e-6;  // m, lower limit of (kReachInCut × the bur's radius)
+// search distance for the next iteration, as a ratio to the length of the last step; below 1, because the steps become
+// shorter
 constexpr double kNextReach = 0.25;
 constexpr int kCollectedPerTest = 4;  // number of faces that are collected in the time that the test of one face takes
 // m, rounding tolerance: a face that rises above another face's plane by at most this needs no plane of its own
@@ -36,7 +39,8 @@ constexpr float kClear = 2e-9f;
 constexpr double kWallSkin = 1e-7;  // m, smallest distance that the ball keeps from a wall between tissues
 constexpr double kMapReach = 2e-3;  // m, search distance for the surface after a change of the mesh
 constexpr int kMostLifts = 16;
-// smallest cosine between a plane's normal and the direction to the hand for which round_edge() extends a step
+// round_edge() extends a step only if the cosine between the plane's normal and the direction to the hand is at least
+// this
 constexpr double kLeastAlong = 0.3;
 // m, threshold; if the ball's centre is nearer to a face, the contact direction is the normal of the face
 constexpr double kNoDirection = 1e-13;
@@ -100,8 +104,9 @@ struct EightFaces {
   double p[3][kLanes];                      // m, nearest point of the face
   double n[3][kLanes];                      // unit vector from the nearest point to the given point
   double square[kLanes], distance[kLanes];  // m², m, distance between the two points, and its square
-  double edge[kLanes];                      // edge with the nearest point, or -1
-  unsigned corner = 0;                      // bit mask: faces for which the nearest point is an end of the edge
+  // index of the face's edge that contains the nearest point; -1: the point is in the face's interior
+  double edge[kLanes];
+  unsigned corner = 0;  // bit mask: faces for which the nearest point is an end of the edge
 };
 
 /// Computes the nearest points of eight faces to `point` with the same operations as nearest_on().
@@ -186,8 +191,8 @@ bool SurfacePoint::put(const TriangleGrid& grid, const dvec3& p) noexcept {
   return false;
 }
 
-/// Moves the ball to the nearest surface point, on the side of the surface to which n points, and out of the faces that
-/// it overlaps there.
+/// Moves the ball onto the surface: to the surface point nearest to the ball, on the side to which n points. Repeats
+/// this until the ball overlaps no face.
 bool SurfacePoint::lift(const TriangleGrid& grid, dvec3 n) noexcept {
   for (int i = 0; i < kMostLifts; ++i) {
     const TriangleGrid::Nearest near = grid.nearest(c_, kMapReach + radius());
@@ -306,8 +311,8 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   planes_.clear();
   const double r = radius();
   bool room = true;
-  // First adds the planes of the faces whose nearest point lies in their interior. Other faces that lie below these
-  // planes then need no planes for their edges.
+  // First adds the planes of the faces whose interior is nearest to the ball. Other faces that lie below these planes
+  // then need no planes for their edges.
   int edge_count = 0;
   const auto add = [&](std::uint32_t i, std::uint64_t order, const dvec3& n, double distance, const dvec3& p) {
     double free = distance - r;
@@ -409,9 +414,10 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   return room;
 }
 
-/// Speeds up the motion around an edge or corner: with the plane alone, each iteration would move the ball only a part
-/// of the path around the edge. The step is therefore extended along the plane, up to the line through the hand and the
-/// face's point nearest to the hand. From this line, the next iteration approaches the edge from the correct side.
+/// Speeds up the motion of the ball around an edge or corner. With the plane alone, each iteration would move the ball
+/// only a part of the path around the edge. So the step is extended along the plane, until it ends on the line through
+/// the hand and the face's point nearest to the hand. From there, the next iteration approaches the edge from the
+/// correct side.
 void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const Plane& plane,
                               dvec3& step) const noexcept {
   if (plane.wall >= 0 || options_.radius <= kSkin) return;
@@ -509,7 +515,8 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
 }
 
 /// Uses the collected faces if they include all faces near the ball; otherwise searches the grid. Before version 12 of
-/// the force laws, the areas are added in the order of the grid, so that the sum has the same bits in both cases.
+/// the force laws, the areas are added in the order of the grid. So the sum has the same bits with the collected faces
+/// as with a search of the grid.
 PerTissue SurfacePoint::engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept {
   PerTissue area{};
   const double within = (1 + kOnHead) * radius();

@@ -35,7 +35,8 @@ class SurfacePoint final : public SurfaceContact {
  public:
   static constexpr double kSkin = 1e-8;        // m, smallest distance of the point from a face
   static constexpr double kFarthest = 1.5e-3;  // m, largest allowed value of the argument `most` of clearance()
-  // Number of tested faces after which follow() starts no further iteration during contact. The next call continues.
+  // If follow() has tested this number of faces during contact, it starts no further iteration in this tick. The next
+  // call continues.
   static constexpr int kMostTested = 800;
 
   SurfacePoint(const SurfaceOptions& options, const Stiffness& stiffness)
@@ -139,7 +140,8 @@ class SurfacePoint final : public SurfaceContact {
 
    private:
     struct Slot {
-      std::uint32_t time = 0, face = 0, plane = 0;  // time: number of the clear() call before this entry was added
+      // time: value of time_ when the entry was added; clear() increases time_, so older entries do not count
+      std::uint32_t time = 0, face = 0, plane = 0;
     };
     static constexpr int kBits = 13;
     static constexpr std::size_t kSlots = 1 << kBits;

@@ -16,9 +16,9 @@ constexpr double kEntriesPerFace = 16;
 constexpr double kFewEntries = 1e6;  // total length of the lists that is always allowed, whatever the number of faces
 constexpr float kBoxMargin = 1e-7f;  // m, margin of a box, larger than the error of rounding the box to floats
 
-/// Returns the side of the line from a to b on which the origin lies: 1 left, -1 right. An origin on the line is
-/// treated as moved slightly along the first axis, and less along the second. So exactly one of the two faces at an
-/// edge contains the origin.
+/// Returns the side of the line from a to b on which the origin lies: 1 left, -1 right. An origin exactly on the line
+/// is treated as if it were displaced slightly along the first axis, and even less along the second. So exactly one of
+/// the two faces at an edge contains the origin.
 int side(double au, double av, double bu, double bv) noexcept {
   const double one = au * bv, other = bu * av;
   if (one != other) return one > other ? 1 : -1;
@@ -26,8 +26,8 @@ int side(double au, double av, double bu, double bv) noexcept {
   return bu > au ? 1 : -1;
 }
 
-// m, tolerance: an edge counts as flat if the third vertex of the next face is nearer than this to the plane of the
-// face
+// m, tolerance: the surface counts as flat at an edge between two faces if the third vertex of the one face is nearer
+// than this to the plane of the other
 constexpr double kFlat = 1e-10;
 
 /// Marks an edge at which the surface is flat or concave. `beyond`: the third vertex of the next face across this edge.

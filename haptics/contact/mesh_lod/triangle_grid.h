@@ -21,7 +21,8 @@ struct Face {
   std::array<Tissue, 3> across{};
   // For each edge: index of the face on the other side; ~0 if there is no such face, or more than one. Bit k of
   // `hollow_front` (or `hollow_back`) is set if the surface at edge k is flat or concave, seen from the front (or back)
-  // of this face. The plane of this face is then also valid for a ball beyond the edge.
+  // of this face. The plane of this face is then a valid contact plane also for a ball whose centre lies beyond the
+  // edge.
   std::array<std::uint32_t, 3> beyond{~0U, ~0U, ~0U};
   std::uint8_t hollow_front = 0, hollow_back = 0;
 
@@ -72,7 +73,8 @@ class TriangleGrid {
   /// In a large mesh with few faces in the box, the search of all blocks would be slower.
   template <class Use>
   void for_near_blocks(const dvec3& lo, const dvec3& hi, Use&& use) const noexcept;
-  /// Returns a number that increases in the order in which for_near() with the corner `lo` reports faces.
+  /// Returns the rank of face i in a search whose box starts at the corner `lo`: for_near() reports the faces in the
+  /// order of increasing rank.
   std::uint64_t order(std::uint32_t i, const dvec3& lo) const noexcept {
     const glm::ivec3 cell = glm::max(cell_of(boxes_[i].lo), cell_of(glm::vec3(lo - origin_)));
     return std::uint64_t{index(cell)} << 32 | rank(i);
@@ -127,7 +129,8 @@ class TriangleGrid {
   void choose_cells(const glm::vec3& extent);
 
   bool part_ = false;
-  std::vector<std::uint32_t> rank_;  // for each face of the grid: its index in the mesh; empty if both are equal
+  // for each face of the grid: its index in the mesh; empty if each face has the same index in grid and mesh
+  std::vector<std::uint32_t> rank_;
   std::vector<Face> faces_;
   std::vector<Box> boxes_;
   /// A group of neighbouring faces, and the bounding box of their boxes.

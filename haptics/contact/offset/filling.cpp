@@ -109,8 +109,8 @@ bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexce
       continue;
     }
     if (instrument.is_limited() && instrument.beyond_limit(place) > -P::open) continue;
-    // At this sample, there may be space for more filling later. So the next search along this ray starts with this
-    // sample again.
+    // The dome (the growing deposit of filling) moves or grows to this sample. There may be space for more filling here
+    // later, so the next search along this ray starts with this sample again.
     const double off = glm::length(place - filling_.center);
     const bool grows = filling_.center == filling_.root && off < reach && off > filling_.radius;
     filling_.radius = grows ? off : 0;

@@ -46,23 +46,25 @@ class OffsetModel : public PatchModel {
     dvec3 start{0}, c{0};  // voxels; start: the head's centre at the start of the tick; c: the head's present centre
     dvec3 target{0};       // voxels, position of the head's centre at the hand's pose
     dvec3 shift{0};        // voxels, displacement of the hand since the last tick
-    // voxels, depth by which a cutting head may sink into the tissue in this tick; the energy budget pays for the
-    // removal of the tissue down to this depth
+    // voxels, largest depth by which a cutting head may sink into the tissue in this tick; the energy budget suffices
+    // to remove the tissue down to this depth
     double slack = 0;
-    double slack_at_walls = 0;  // fraction of the depth `slack` that the head may sink at a wall of harder tissue
+    double slack_at_walls = 0;  // at a wall of harder tissue, the head may sink only by this fraction of `slack`
     double overlap_before = 0;
     // voxels; if the proxy moves by this in one tick, the force changes at a rate of 1 N/s
     double pace_per_slew = 0;
     bool paced = false;  // true if the proxy's speed relative to the hand is limited in this tick
-    // unit vector opposite to a fall of the hand (motion because the tissue under the bur is gone); zero: no fall
+    // unit vector opposite to the hand's acceleration during a fall (the hand accelerates because the tissue under the
+    // bur was removed); zero: no fall
     dvec3 fall_normal{0};
-    // voxels, largest distance that the head may move in this tick along a fall (the tissue under the bur is gone)
+    // voxels, largest distance that the head may move against fall_normal in this tick, during a fall
     double fall_limit = 0;
-    // Voxels, vector from the hand to the position that the proxy would have without the speed limit; zero without
-    // contact. The contacts limit this position, and so does the energy debt (of cuts that the motor has not paid for).
+    // Voxels, vector from the hand to the position that the proxy would have if its speed were not limited; zero
+    // without contact. This position depends on the contacts, and on the energy debt (energy of past cuts that the
+    // motor has not yet delivered).
     dvec3 held_off{0};
     ActivePlanes active{};  // indices of the contacts that hold the head (the active set)
-    // Members with the same meaning as the members of Contact that have these names.
+    // These members have the same meaning as the members of Contact with the same names.
     bool touching = false, lost = false, deep = false, bridging = false, late = false;
   };
 
@@ -74,7 +76,7 @@ class OffsetModel : public PatchModel {
     int settled = 0;     // number of iterations so far that had contact and made no long step
     dvec3 long_step{0};  // voxels, the last step that was too long for one iteration
     int reversals = 0;   // number of long steps that were opposite to the previous long step
-    // true if the last step ended because of the limit of the proxy's speed, and not because of a contact
+    // true if the limit of the proxy's speed ended the last step; false if a contact ended it
     bool at_pace = false;
     dvec3 held_at{0};  // voxels, position of the head's centre that the contacts alone determine
     // voxels, position to which the head is pulled: the hand's target, corrected for the grip of the cutting edges
@@ -151,7 +153,8 @@ class OffsetModel : public PatchModel {
   double wall_ = 0;
   bool breaking_through_ = false;
   double lost_for_ = 0;  // s, time since the tool was last inside the patch (copy of the field around it)
-  // N, force of the last contact. Its plane replaces the tissue while tissue data are late; 0: there is no such plane
+  // N, force of the last contact before tissue data became late. The plane of this contact replaces the tissue until
+  // new data arrive; 0: there is no such plane.
   double bridge_push_ = 0;
   dvec3 bridge_from_{0};  // voxels, the head's centre when it left the patch (copy of the field)
   // s, remaining time in which the proxy returns smoothly to the surface, after a plane had replaced late tissue data
@@ -204,7 +207,7 @@ class OffsetModel : public PatchModel {
       int in_tissue = 0;  // number of consecutive samples of this ray inside tissue
     };
     static constexpr int kNever = 1 << 30;
-    int looks = 0;        // number of samples that have been examined on every ray
+    int looks = 0;        // number of samples that have been examined on each ray so far
     std::size_t way = 0;  // index of the ray that is examined next
     std::array<Ray, FillingParameters::directions> rays{};
   } open_place_search_;

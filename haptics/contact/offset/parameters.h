@@ -10,37 +10,40 @@ namespace typodont::haptics::offset {
 /// Search for the proxy's position. Each iteration finds contacts, projects the target onto the allowed region, and
 /// moves the proxy (proxy.cpp).
 struct SearchParameters {
-  static constexpr double contact_range = 0.8;  // voxels, largest gap of contacts that the search uses
+  // voxels; the search uses only contacts whose gap between head and tissue is at most this
+  static constexpr double contact_range = 0.8;
   // Voxels, longest step of one iteration with several contacts. It is shorter than contact_range, so that no contact
   // is missed.
   static constexpr double contact_step = 0.6;
   // Voxels, longest step of one iteration with at most one contact. A step cannot pass through tissue that is thicker
   // than the step is long.
   static constexpr double free_step = 1.5;
-  // voxels; the found contacts are reused until the head has moved this far; then contacts are searched again
+  // voxels; until the head has moved this far, the contacts of the last search are reused; then contacts are searched
+  // again
   static constexpr double reuse_distance = 0.3;
   // voxels, convergence tolerance with one contact: a step shorter than this ends the search
   static constexpr double converged = 1e-6;
-  // Voxels, second convergence tolerance with one contact: it limits the sum of all remaining steps, which is
-  // extrapolated as a geometric series.
+  // Voxels, second convergence criterion with one contact: the search also ends if the sum of all remaining steps is
+  // smaller than this. The sum is estimated as a geometric series.
   static constexpr double foreseen = 1e-7;
   // voxels, convergence tolerance with several contacts: a step shorter than this ends the search
   static constexpr double settled = 2e-5;
-  // Voxels, convergence tolerance with several contacts for a cutting tool. The position error is about the square of
-  // this step, because the steps converge quadratically.
+  // Voxels, convergence tolerance with several contacts for a cutting tool: a step shorter than this ends the search.
+  // The remaining error of the position is about the square of the last step, because the steps converge quadratically.
   static constexpr double settled_cutting = 0.03;
   // largest number of iterations per tick, including iterations without contact
   static constexpr int iterations = 48;
   // Largest number of iterations in contact per tick. settling_iterations: for a tool that does not cut;
   // settling_iterations_cutting: for a cutting tool.
   static constexpr int settling_iterations = 8, settling_iterations_cutting = 5;
-  // Largest number of long steps that are opposite to the previous long step. After more reversals, the
-  // search ends, because it would not converge.
+  // A reversal is a long step that is opposite to the previous long step. After more reversals than this, the search
+  // ends, because it would not converge.
   static constexpr int reversals = 2;
   // Largest number of refinement rounds per iteration for a tool that does not cut. Each round computes the
   // exact planes of the contacts that hold the head.
   static constexpr int refining_rounds = 6;
-  // The secant method is used only if the ratio of two successive steps is at most this.
+  // The secant method is used only if the length of a step, divided by the length of the previous step, is at most
+  // this.
   static constexpr double still_converges = 0.95;
   // largest factor by which the secant method lengthens a step, if there is only one contact
   static constexpr double most_gain = 10;
@@ -85,7 +88,7 @@ struct PaceParameters {
   // s. A bur is in debt if its cuts needed more energy than its motor has delivered so far. The debt is given as the
   // time in which the motor delivers the missing energy. If the debt is larger than this, the bur is slowed down.
   static constexpr double free_debt = 3e-3;
-  static constexpr double standing_debt = 12e-3;  // s, debt at which the bur stops completely
+  static constexpr double standing_debt = 12e-3;  // s; a bur with this energy debt (see free_debt) stops completely
 };
 
 /// Parameters of a fall: the tissue under the bur was removed, so the hand accelerates until the bur meets tissue
@@ -95,17 +98,19 @@ struct FallParameters {
   static constexpr double speed_time = 0.1;   // s, time constant of the filter for the hand's mean velocity
   // s, time constant of the filter for the tissue's push on the bur before a fall (the tissue under the bur is removed)
   static constexpr double push_time = 0.05;
-  // N/s; if (present velocity - mean velocity) × stiffness exceeds this limit, the hand may be falling, because the
-  // tissue under the bur was removed
+  // N/s. The hand may be in a fall (the tissue under the bur was removed) if (present velocity of the hand - its mean
+  // velocity) × stiffness exceeds this limit.
   static constexpr double gain = 5;
-  // A fall (motion because the tissue under the bur was removed) is detected only if the cosine between the tissue's
-  // mean push and the direction opposite to the hand's gain of velocity is at least this.
+  // Second condition for a fall (the hand accelerates because the tissue under the bur was removed): the hand must
+  // accelerate against the tissue's mean push. The cosine between this push and the direction opposite to the hand's
+  // gain of velocity must be at least this.
   static constexpr double along = 0.3;
-  // N/s; the bur may always meet tissue at a speed for which (speed × stiffness) is below this limit
+  // N/s; after a fall, the bur may always meet tissue at a speed for which (speed × stiffness) is at most this limit
   static constexpr double landing_slew = 12;
-  // The bur may always meet tissue at a speed of up to this factor times the hand's mean speed.
+  // After a fall, the bur may always meet tissue at a speed of up to this factor times the hand's mean speed.
   static constexpr double growth = 1.2;
-  // N/s, largest braking: (speed of the hand - speed allowed for meeting tissue) × stiffness is at most this.
+  // N/s, limit of the braking in a fall: (speed of the hand - largest allowed speed of the bur) × stiffness is at most
+  // this.
   static constexpr double brake = 12;
 };
 
@@ -182,8 +187,8 @@ struct FillingParameters {
   // s. Filling that cannot be added to the tissue at once is kept for later ticks: at most the volume that the
   // instrument delivers in this time. The remaining volume is lost.
   static constexpr double waits = 0.05;
-  // smallest slope of the field near a single surface; a slope smaller than this means that the point is midway between
-  // two surfaces
+  // Smallest length of the field's gradient at which a point counts as near a single surface. Near a single surface the
+  // length is about 1; midway between two surfaces it is smaller.
   static constexpr double one_surface = 0.5;
   // voxels, distance between two samples when the instrument searches for tissue in front of it
   static constexpr double look_step = 0.25;

@@ -11,11 +11,12 @@ namespace {
 using P = PaceParameters;
 using Q = SearchParameters;
 
-/// Models the grip of the bur's cutting edges as a friction cone on the god-object. While a rotating head is pressed
-/// into tissue, it does not move sideways until its tangential lag (the distance along the surface by which the head
-/// lags behind `target`) exceeds the friction limit. This grip keeps the roughness of the cut surface from shaking the
-/// hand. Returns the target with a limited tangential lag. `moved`: motion of the hand since the last tick. The
-/// tangential lag grows by at most `most` per tick, so that edges that catch do not stop the head abruptly. Voxels.
+/// Models the grip of the bur's cutting edges as a friction cone on the god-object. The tangential lag is the distance
+/// along the surface by which the head lags behind `target`. While a rotating head is pressed into tissue, it moves
+/// sideways only if the tangential lag exceeds the friction limit. This grip keeps the roughness of the cut surface
+/// from shaking the hand. Returns the target with a limited tangential lag. `moved`: motion of the hand since the last
+/// tick. The tangential lag grows by at most `most` per tick, so that edges that catch do not stop the head abruptly.
+/// Voxels.
 dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
   const dvec3 pull = from - target;
   const double pushed = glm::dot(pull, n);
@@ -31,10 +32,10 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   return target + lag;
 }
 
-/// The proxy would reach the point start + `shift` if it were rigidly connected to the hand. Returns the largest
-/// allowed distance of its new position from this point. Usually the result is `pace`. If even the nearest position
-/// along `step` is farther away than `pace`, the result is slightly more than the distance of that position. So a head
-/// that is stuck in its hole can sink even while the hand moves fast sideways.
+/// Limits the proxy's speed relative to the hand. If the proxy were rigidly connected to the hand, it would reach the
+/// point start + `shift`. Returns how far its new position may be from this point. Usually the result is `pace`. If
+/// even the point of `step` nearest to it is farther away than `pace`, the result is slightly more than the distance of
+/// that point. So a head that is stuck in its hole can sink even while the hand moves fast sideways.
 double farthest(const dvec3& step, const dvec3& shift, double pace) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -81,11 +82,11 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.paced = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
 }
 
-/// Limits the speed at which the bur meets tissue after a fall. If the tissue under the bur is removed, the hand
-/// accelerates. The bur would then meet the next tissue at a high speed, which would cause a force step. A fall is
-/// detected if the push of the tissue decreases while the hand's speed against this push increases. The bur then sinks
-/// no faster than the allowed speed. A hand that draws the bur at constant speed does not fall, however steep its path
-/// is.
+/// Limits the speed at which the bur meets tissue after a fall. In a fall, the tissue under the bur has been removed,
+/// so the hand accelerates. Without a limit, the bur would meet the next tissue at a high speed, which would cause a
+/// force step. A fall is detected if the push of the tissue decreases while the hand gains speed against this push. The
+/// bur then sinks no faster than the allowed speed. A hand that moves the bur at constant speed does not fall, also on
+/// a steep path.
 void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   using F = FallParameters;
   if (!(step_.paced && in.cuts && !in.scrapes)) {
@@ -284,8 +285,8 @@ void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool cente
   } else if (in.cuts && emptied_ && !in.must_earn) {
     finder().project_out({step_.start, in.X_WG.R}, X_VT, contacts_);
   }
-  // Reduces the depth of the cut where the tissue is harder than the tissue that is being cut, by the ratio of the
-  // specific energies. Where it is softer, the depth does not change.
+  // Where the tissue is harder than the tissue that is being cut, reduces the depth of the cut in proportion to the
+  // specific energies. Where the tissue is softer, the depth does not change.
   if (settings_.boundary_walls && in.specific_energy > 0 && in.specific_energy < hardest_) {
     for (int i = 0; i < contacts_.count(); ++i) {
       const double under = specific_energy_at(contacts_.below(i));
@@ -374,9 +375,9 @@ void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
   step_.slack_at_walls = bought_by(std::min(in.wall_budget, in.budget)) / step_.slack;
 }
 
-/// Returns the fraction 0..1 of its step that a bur may make. If the cuts of a bur needed more energy than its motor
-/// has delivered (debt), the bur is slowed down while it is pressed into tissue, until the motor has delivered the
-/// missing energy. This also stops a bur with a sharp rim in a pit that is so shallow that no wall is detected.
+/// Returns the fraction 0..1 of its step that a bur may make. A bur is in debt if its cuts needed more energy than its
+/// motor has delivered. While a bur in debt is pressed into tissue, it is slowed down until the motor has delivered the
+/// missing energy. This rule also acts on a bur with a sharp rim in a pit that is so shallow that no wall is detected.
 double OffsetModel::debt_fraction(const ContactInput& in) const noexcept {
   const Step& p = step_;
   if (!(emptied_ && in.budget < 0 && in.cuts && !in.scrapes && glm::dot(p.target - p.start, in.normal) < 0)) return 1;
@@ -415,9 +416,9 @@ dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_t
   return led_to;
 }
 
-/// Returns the fraction of its power with which the head cuts at this plane. At a wall (the head comes from softer
-/// tissue and touches much harder tissue), this is the ratio of the softer to the harder tissue's specific energy.
-/// Elsewhere it is 1.
+/// Returns the fraction of its power with which the head cuts at this plane. A plane is at a wall if the head comes
+/// from softer tissue and touches much harder tissue there. The fraction is then the ratio of the softer to the harder
+/// tissue's specific energy. At all other planes it is 1.
 double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   using W = WallParameters;
   const dvec3 before = plane.x + (W::felt_depth / voxel() + W::border) * plane.n, behind = plane.x - 0.5 * plane.n;
@@ -451,9 +452,9 @@ bool OffsetModel::hold_at_walls(const ActivePlanes& active, double yields) noexc
   return changed;
 }
 
-/// Limits the change of the force when a bur loses contact (at the rim of its own cut, or when it has removed the last
-/// tissue), or when its contacts change. To this end it limits the proxy's speed relative to the hand. This can only
-/// let the proxy lag behind the hand, so it dissipates energy and never generates it.
+/// Limits the change of a bur's force in two situations: the bur loses contact (at the rim of its own cut, or because
+/// it has removed the last tissue), or its contacts change. To this end the function limits the proxy's speed relative
+/// to the hand. This limit can only let the proxy lag behind the hand, so it dissipates energy and never generates it.
 void OffsetModel::follow_hand() noexcept {
   Step& p = step_;
   const bool at_pace = p.paced && !p.deep;
@@ -522,9 +523,9 @@ void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
   retreat_.wedged = !retreat_.leading && retreat_.held_for > R::report_after;
 }
 
-/// Returns true if the hand has moved away. This is the case if the head can move on the straight line towards the hand
-/// without touching tissue, as far as the patch (copy of the field) extends, or if the hand is too far away to be
-/// pressing the tool into tissue.
+/// Returns true if the hand has moved away. There are two cases. In the first case, the straight line from the proxy to
+/// the hand contains a place, inside the patch (copy of the field), at which the head would not touch tissue. In the
+/// second case, the hand is too far away to be pressing the tool into tissue.
 bool OffsetModel::hand_has_left() const noexcept {
   using R = RetreatParameters;
   const Step& p = step_;
@@ -558,8 +559,8 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
       if (bridge_push_ == 0) bridge_push_ = in.normal_force, bridge_from_ = p.start;
       const double way = glm::length(p.start - bridge_from_) * voxel();
       const double most = std::clamp(2 - way / R::bridge_reach, 0.0, 1.0) * (bridge_push_ + R::bridge_yield) *
-                          // voxels, largest distance between head and hand; the plane that replaces missing tissue data
-                          // cannot hold the head farther from the hand than this
+                          // voxels, largest distance between head and hand: the plane that replaces missing tissue data
+                          // can hold the head at most this far from the hand
                           p.pace_per_slew / in.dt;
       under = std::min(under, most);
     }

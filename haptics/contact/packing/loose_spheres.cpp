@@ -8,9 +8,9 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// Two spheres are linked if the gap between them is at most this factor times the smaller radius. The factor is large,
-/// because a cut shrinks a sphere towards the side that faces away from the tool. The links of the sphere must then
-/// still reach the next deeper layer of spheres.
+/// When the links are made, two spheres are linked if the gap between them is at most this factor times the smaller
+/// radius. The factor is large so that each sphere is linked also with the next deeper layer of spheres. A cut shrinks
+/// a sphere away from the tool, towards this deeper layer, and the links to the deeper layer then remain.
 constexpr double kLink = 1.5;
 // m, largest allowed growth of the gap between two linked spheres; if the gap grows more, the link breaks. It is less
 // than the diameter of any tool.
@@ -18,6 +18,7 @@ constexpr double kWidened = 0.1e-3;
 constexpr int kPace = 16;  // number of spheres that a flood fill adds before it is the next flood fill's turn
 
 /// Returns true if two spheres with the radii `ri` and `rj` are still linked at this distance of their centres.
+/// `gap_at_start`: gap between the two spheres before any cut.
 bool holds(double ri, double rj, double distance, double gap_at_start) {
   if (!(ri > 0 && rj > 0)) return false;
   const double gap = distance - ri - rj;

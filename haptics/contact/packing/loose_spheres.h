@@ -11,12 +11,12 @@
 namespace typodont::haptics::packing {
 
 /// Finds loose pieces. Carver thread only. The result depends only on the spheres, so it is deterministic. Spheres that
-/// lie close together in the packing are linked. A link remains as long as both spheres exist and the gap between them
-/// has grown by at most 0.1 mm since the start, or is smaller than the sum of their radii. If a tool passes between two
-/// spheres, both shrink away from each other, and the link breaks. The gap on the far side of a cut sphere does not
-/// change, so its links on that side remain. Flood fills start at the spheres that lost links, and grow along links at
-/// equal speed until they meet. A flood fill that ends without meeting another one is a loose piece. Bodies that were
-/// separate at the start (two teeth) do not count as loose pieces.
+/// lie close together in the packing are linked. A link breaks if one of its two spheres disappears. It also breaks if
+/// the gap between them has grown by more than 0.1 mm since the start and is larger than the sum of their radii. If a
+/// tool passes between two spheres, both shrink away from each other, and the link breaks. The gap on the far side of a
+/// cut sphere does not change, so its links on that side remain. Flood fills start at the spheres that lost links, and
+/// grow along links at equal speed until they meet. A flood fill that ends without meeting another one is a loose
+/// piece. Bodies that were separate at the start (two teeth) do not count as loose pieces.
 class LooseSpheres {
  public:
   LooseSpheres(const SpherePacking& packing, const SphereTree& tree);

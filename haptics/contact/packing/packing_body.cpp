@@ -22,8 +22,8 @@ constexpr double kNoteEvery = 0.03;
 // voxels; when a sphere is cut, the field is updated up to this distance beyond the sphere and its gaps, because
 // interpolation also reads neighbouring voxels
 constexpr double kAround = 1.8;
-// a gap between spheres belongs to a sphere if it is at most this far from the sphere, as a multiple of the radius of
-// the largest hole in the packing
+// As a multiple of the radius of the largest hole in the packing. A gap between spheres belongs to a sphere if its
+// distance from the sphere is at most this.
 constexpr double kGapsAround = 2;
 // first version of the force laws in which a cut also reduces the gaps that belong to the cut sphere
 constexpr std::uint32_t kLawsOfReducedGaps = 7;
@@ -178,8 +178,8 @@ void PackingBody::take_out_pieces(const Cut& cut) {
       spheres_.set(i, taken_by_ball(before.back(), r));
     }
     // When a detached sphere is removed from the field, the gaps around it are removed too, up to the spheres that
-    // stay. For a sphere that was cut before, a smaller part of the gaps is removed, because tissue that stays may lie
-    // nearer than the gaps reach.
+    // stay. If the sphere was cut before, the range of these gaps is reduced in proportion to its radius, because
+    // tissue that stays may now lie within the full range.
     for (std::size_t k = 0; k < piece.size(); ++k) {
       const dvec3 c = before[k].center();
       const double r = before[k].radius(), whole = packing_.radius[static_cast<std::size_t>(piece[k])];
@@ -233,7 +233,8 @@ void PackingBody::exchange(Stroke& stroke) {
   }
 }
 
-/// Must be called after undo or redo of a stroke in the volume, because that stroke may be a brush stroke.
+/// Must be called after undo or redo of a stroke in the volume. The stroke may be a brush stroke, so tissue and
+/// hardness of all spheres are read from the volume again.
 void PackingBody::take_back_paint() {
   if (paints_ == 0) return;
   read_materials();

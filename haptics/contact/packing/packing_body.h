@@ -45,8 +45,9 @@ class PackingBody final : public TissueBody {
  private:
   struct Kept {
     int sphere;
-    CutSphere state;   // state of the sphere before the stroke; after an undo: its state after the stroke
-    dvec3 last_noted;  // m, position of the cutting tool sphere in the last Note (pending field update)
+    CutSphere state;  // state of the sphere before the stroke; after an undo: its state after the stroke
+    // m, position of the cutting tool sphere in the last Note (a change that waits for the field's update)
+    dvec3 last_noted;
   };
   struct Stroke {
     std::vector<Kept> kept;
@@ -89,8 +90,10 @@ class PackingBody final : public TissueBody {
   std::uint64_t cut_number_ = 0;
   PerTissue taken_back_{};
   bool remembers_ = false;
-  std::vector<int> written_;       // spheres that changed since remember_writes(true) was called
-  std::vector<dvec3> last_noted_;  // m, for each sphere: position of the tool sphere in its last Note (pending update)
+  std::vector<int> written_;  // spheres that changed since remember_writes(true) was called
+  // m, for each tissue sphere: position of the cutting tool sphere in its last Note (a change that waits for the
+  // field's update)
+  std::vector<dvec3> last_noted_;
   std::vector<Note> notes_;
   std::uint64_t paints_ = 0;  // number of brush strokes in volume_ that have already been applied to the spheres
   bool repainted_ = false;    // true if the tissue was painted since the last snapshot

@@ -16,8 +16,8 @@ inline constexpr std::string_view kName = "packing";
 /// false, "material": "MATERIAL.json", "tool_mesh": {"file": "HEAD.stl", "unit_mm": 1}}. Throws Error.
 SharedContactMethod read(const std::optional<Json>& parameters);
 
-/// The packing of a tissue that this method computes or reads, together with the method's parameters. packed_by()
-/// returns nothing for another method.
+/// The packing that a method "packing" computes for a tissue or reads from a file, and the parameters of this method.
+/// packed_by() returns nothing for a method of another contact model.
 struct Packed {
   SpherePacking packing;
   Parameters parameters;

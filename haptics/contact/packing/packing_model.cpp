@@ -18,16 +18,15 @@ constexpr double kLook = 10e-3;  // m, largest distance that clearance() can ret
 constexpr double kNearby = 0.2e-3;
 // largest number of cost computations by which the length of one step of a cut is determined
 constexpr int kTrials = 8;
-// smallest ratio of a step's energy to the energy budget; the search for a step's length ends when the step uses at
-// least this fraction
+// the search for the length of a cut's step ends when the step needs at least this fraction of the energy budget
 constexpr double kWellSpent = 0.85;
 constexpr double kPathUnit = 0.1e-3;    // m, unit of length of the stored path of the tool
 constexpr int kPositionsCompared = 16;  // number of tool positions at which the times of GPU and CPU are compared
 // rad, largest rotation in one cut; the chord then deviates from the arc by less than 5e-5 of the head's reach
 constexpr double kLargestTurn = 0.02;
-// N, force limit of a dental scene. If a scene's force limit is at most this value, a retreating tool has the same
-// limit of the force's rate of change as with the model "offset". In other scenes, the limit of the rate grows in
-// proportion to the force limit.
+// N, force limit of a typical dental scene. It decides how fast the force may change while a tool is led back along its
+// path: up to this force limit, as fast as with the model "offset"; in scenes with a larger force limit, faster in
+// proportion to it.
 constexpr double kDentalForces = 20;
 // first version of the force laws in which the limit of the force's rate of change grows with the force limit
 constexpr std::uint32_t kLawsOfLargeForces = 7;
@@ -144,8 +143,9 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   postponed_for_ = 0;
   const bool came_back = first || fresh.edits != snapshot_.edits;
   std::swap(fresh, snapshot_);
-  // The near lists (tissue spheres near each tool sphere) stay valid without undo or redo, because the new snapshot
-  // then contains the servo's spheres, except for removed loose pieces. After undo or redo, they are discarded.
+  // The near lists contain the tissue spheres near each tool sphere. Without undo or redo they stay valid, because the
+  // new snapshot contains the same spheres as the servo, except for removed loose pieces. After undo or redo, the lists
+  // are discarded.
   if (came_back) {
     for (SphereProxy& proxy : proxies_) proxy.forget_near();
   }
@@ -155,7 +155,7 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
 double PackingModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
   const double reach = proxy().tool().reach;
-  // The servo needs only clearances larger than a voxel, so smaller ones need not be exact.
+  // The servo uses a clearance only if it is larger than a voxel, so smaller clearances need not be exact.
   const double least = settings_.frame.voxel;
   return std::max(0.0, snapshot_.spheres.tree().room(X_WG.p, kLook + reach, least + reach) - reach);
 }
@@ -439,8 +439,8 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       changed = true;
       proxy().note_cut(tree, place, protrudes);
     };
-    // On a straight path, the tissue spheres that were listed to compute the cost of the cut (TriedCut) include all
-    // spheres that the cut reaches.
+    // On a straight path, every sphere that the cut reaches was already listed to compute the cost of the cut
+    // (TriedCut). So the cut needs no new search.
     const bool straight = turn == dvec3(0) || (tool.head == 1 && tool.center_T[0] == dvec3(0));
     if (tried_share_ == most && straight && settings_.laws >= kLawsOfRings && tried_.complete() &&
         near_end_[tool.head - 1] < near_.size()) {
@@ -456,7 +456,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       proxy().end_notes();
     }
   }
-  // If no tissue sphere changed, no tissue lies in the way, and only rounding errors stopped the proxy. follow() will
+  // If no tissue sphere changed, no tissue is in the tool's way: only rounding errors stopped the proxy. follow() will
   // move the proxy in the next tick.
   if (!changed) return false;
   made_.add(made_.last() + 1, {from, to, tool_, removed.volume});

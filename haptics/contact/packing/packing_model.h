@@ -29,8 +29,7 @@ namespace typodont::haptics::packing {
 /// estimated: cut() finds the step that costs exactly the energy in the budget.
 class PackingModel final : public ContactModel {
  public:
-  /// Throws Error for a filling instrument, because the tissue's spheres can only shrink. Throws Error for a tool with
-  /// parts that never cut.
+  /// Throws Error for a filling instrument, because the tissue's spheres can only shrink.
   PackingModel(const ServoSettings& settings, const Parameters& parameters);
   /// Uses the given GPU passes even if the GPU is slower than the CPU. For tests.
   PackingModel(const ServoSettings& settings, const Parameters& parameters, std::unique_ptr<SpherePasses> passes);
@@ -92,7 +91,7 @@ class PackingModel final : public ContactModel {
   TriedCut tried_;
   // result of find_near(): for each sphere of the head, the list of tissue spheres near it, one list after the other
   std::vector<Place> near_;
-  // fraction of the motion for which tried_ contains a computed cut; negative: tried_ contains no cut
+  // tried_ contains the computed cut for this fraction of the motion; negative: tried_ contains no cut
   double tried_share_ = -1;
   std::vector<std::size_t> near_end_;  // for each list in near_: the index after its last entry
   // J, estimated energy for a cut along the whole motion, from the energy per metre of the last step; 0: unknown

@@ -19,7 +19,7 @@ struct Parameters {
   std::size_t spheres = 36000;  // number of spheres in the tissue's packing
   std::uint64_t seed = 1;       // random seed for the packings of tissue and tools
   std::filesystem::path file;   // file with a packing to read; empty: a packing is computed
-  // Head of the first tool, made from a closed mesh; empty: the head has the shape in the tool table.
+  // Head of the first tool as spheres made from a closed mesh; empty: the head has the shape in the tool table.
   std::optional<ToolSpheres> tool_mesh;
   std::size_t tool_spheres = 60;  // number of spheres of a head that is not a ball
   /// m/s, fixed value of the base speed v_b in eq. 4 of paper S2, which is the cutting speed at density 1; it does not

@@ -24,8 +24,8 @@ using packing::DepthField;
 
 constexpr int kEdge = 4;  // number of grid nodes along the edge of a block of nodes
 constexpr int kNodes = kEdge * kEdge * kEdge;
-// The free radius of a grid node is the radius of the largest sphere that fits around it. Stored free radii are limited
-// to this multiple of the radius limit (the largest allowed radius of a sphere).
+// The free radius of a grid node is the radius of the largest sphere around the node that fits. A stored free radius is
+// at most this multiple of the radius limit (the largest allowed radius of a sphere).
 constexpr float kFullDepths = 2;
 constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid, as a ratio to the largest allowed sphere radius
 // In grid spacings. When the largest sphere that still fits has at most this radius, a finer grid is made.
@@ -34,8 +34,8 @@ constexpr double kFiner = 1.5;  // ratio of the spacings of two successive grids
 // In grid spacings, smallest radius of a sphere that is placed with a grid. A smaller sphere is skipped, and a finer
 // grid may find it again.
 constexpr double kLeastRadius = 0.3;
-// If a sphere's radius, divided by the free radius (largest sphere that fits) stored at its grid node, is smaller than
-// this, the sphere is postponed.
+// The search from a grid node gives a sphere. If the sphere's radius is smaller than this fraction of the free radius
+// (largest sphere that fits) stored at the node, the sphere is postponed.
 constexpr double kAsExpected = 0.8;
 constexpr double kLargestTravel = 1.0;  // grid spacings, largest distance between a sphere's centre and its node
 constexpr double kLastStep = 0.02;      // grid spacings, length of the last step in the search for a sphere's centre
@@ -286,8 +286,8 @@ class Packer {
         }
       }
     }
-    // Reduces the free radii near the spheres placed so far. Further spheres are hardly larger than the last one, so
-    // only blocks near these spheres can change.
+    // Reduces the free radii near the spheres placed so far. The next spheres will hardly be larger than the last one,
+    // so a placed sphere limits only the blocks near it.
     for (const Placed& s : placed_) {
       for_blocks_near(s.p, s.r + std::min(largest_free, kFullDepths * limit_),
                       [&](int b) { lower(blocks_[static_cast<std::size_t>(b)], s); });

@@ -15,8 +15,8 @@ namespace {
 
 // largest number of motions with a collision test in one tick; the remaining motion follows in the next tick
 constexpr int kSweeps = 24;
-// Largest number of consecutive motions without progress, as they occur in a cavity with many contacts. After this
-// number, the tick ends.
+// Largest number of consecutive motions without progress in one tick. Such motions occur in a cavity with many
+// contacts. After this number, the proxy stays where it is until the next tick.
 constexpr int kStuck = 8;
 // largest number of contacts of the non-cutting parts that are searched in one cut
 constexpr int kSlides = 6;
@@ -28,7 +28,8 @@ constexpr double kArrived = 1e-10;
 constexpr double kLargestTurn = 0.02;
 constexpr double kMargin = 60e-6;          // m, smallest margin of near lists (mean over the tool's spheres)
 constexpr double kLargestMargin = 300e-6;  // m, largest margin of near lists (mean over the tool's spheres)
-constexpr double kAhead = 3;               // ratio of a Verlet list's margin to the tool sphere's motion per tick
+// ratio of a Verlet list's margin (motion for which the list stays valid) to the tool sphere's motion per tick
+constexpr double kAhead = 3;
 // m, search distance for the nearest sphere if no sphere lies within the margin of a Verlet list
 constexpr double kLook = 2e-3;
 constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of a distance; it is added to all bounds
@@ -36,8 +37,9 @@ constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of 
 constexpr double kPastTheEnd = 1.0000001;
 constexpr std::size_t kListed = 64;        // smallest capacity of one Verlet list (spheres near a tool sphere)
 constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all Verlet lists, as a number of spheres
-// m; if the gaps in question are below this limit, the spheres of a long Verlet list are used without a test of each
-// one, because nearly all of them are near the tool (see listed_near)
+// m. A query asks for the spheres of a Verlet list whose gap is below a limit. If the list is long and the limit is
+// below this constant, the found spheres are not tested one by one, because nearly all of them are near the tool (see
+// listed_near).
 constexpr double kFewOthers = 100e-6;
 constexpr std::size_t kLongList = 1024;  // smallest length of a long Verlet list, as a number of spheres
 constexpr std::size_t kLanes = 8;        // number of spheres in a Verlet list that one vector instruction compares
@@ -48,9 +50,10 @@ constexpr double kLeastMargin = 1e-6;  // m; a Verlet list (spheres near a tool 
 constexpr double kReduced = 0.8;       // if a Verlet list would be too long, its margin is multiplied by this factor
 // Parameters of near lists (Verlet lists: tissue spheres near a tool sphere) that are made before they are needed
 // (prepare_lists). The margins of the lists differ (spread_margin), so these limits apply to their mean.
-constexpr double kLargestPrepared = 0.5e-3;  // m, largest margin of such a list (mean over the tool's spheres)
-constexpr double kTicksAhead = 10;           // ratio of the margin to the tool sphere's motion per tick
-constexpr std::size_t kLeavesATick = 320;    // smallest number of leaves of the sphere tree that one tick searches
+// m, largest margin of a near list that is made in advance (mean over the tool's spheres)
+constexpr double kLargestPrepared = 0.5e-3;
+constexpr double kTicksAhead = 10;  // ratio of the margin of such a near list to the tool sphere's motion per tick
+constexpr std::size_t kLeavesATick = 320;  // smallest number of leaves of the sphere tree that one tick searches
 // if a near list (spheres near a tool sphere) is too long for its memory, it is made again after this many searches
 constexpr int kNotAgain = 64;
 
@@ -340,9 +343,9 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
 }
 
 /// Writes those tissue spheres of near list `i` that are nearer than `reach` to the segment from a to b, in the tree's
-/// order. Spheres whose listed gap exceeds `gap` are skipped, because they are too far away. Returns their number. The
-/// spheres of a long list are not tested one by one: such a list belongs to a large head, and nearly all spheres with a
-/// gap below `gap` are near the segment.
+/// order, and returns their number. Spheres whose listed gap to the tool sphere exceeds `gap` are too far away and are
+/// skipped. In a long list, the other spheres are not tested one by one: a long list belongs to a large head, and
+/// nearly all spheres with a gap below `gap` are near the segment.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<Place> found) const noexcept {
   std::size_t count = 0, waiting = 0;
@@ -394,8 +397,8 @@ double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const Firs
   if (first.ball < 0) return 1;
   const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
   const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
-  // m, rate at which the distance between the spheres decreases at the contact, per unit of the motion's parameter (0
-  // at the start, 1 at the end)
+  // m; the decrease of the distance between the two spheres in contact, per unit of the motion's parameter (0 at the
+  // start of the motion, 1 at its end)
   const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);
   return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }
@@ -415,9 +418,9 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
       move = by, turn = turned;
       return first.ball < 0 ? 1 : part;
     }
-    // Adds this contact as a constraint and repeats the search. (follow() does not find this contact if a contact of
-    // the head stops the proxy earlier.) If the contact is already a constraint, the motion reached it only because the
-    // rotation curves the path. The gap of the constraint is then reduced accordingly.
+    // Adds this contact as a constraint and repeats the search. (If a contact of the head stops the proxy earlier,
+    // follow() does not find this contact.) The contact may already be a constraint. The motion then reached it only
+    // because the rotation curves the path, so the gap of the constraint is reduced accordingly.
     const auto ball = static_cast<std::size_t>(first.ball);
     const std::size_t listed = contact_of(first.ball, first.sphere);
     const dvec3 moved = goal * tool_.center_T[ball] - X_W_ * tool_.center_T[ball];
@@ -476,8 +479,8 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   }
 }
 
-/// Returns the index in contacts_ of the contact between a sphere of the tool and a sphere of the tissue, or count_ if
-/// they have no contact.
+/// Returns the index in contacts_ of the contact between a sphere of the tool and a sphere of the tissue. Returns
+/// count_ if they have no contact.
 std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept {
   std::size_t at = 0;
   while (at < count_ && !(contacts_[at].tool_sphere == tool_sphere && contacts_[at].sphere == sphere)) ++at;

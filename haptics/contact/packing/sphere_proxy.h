@@ -58,10 +58,11 @@ class SphereProxy {
   void set_friction(double static_friction, double dynamic_friction) noexcept {
     options_.static_friction = static_friction, options_.dynamic_friction = dynamic_friction;
   }
-  /// Discards the Verlet lists of all tool spheres. Needed when tissue spheres may have become larger or exist again.
+  /// Discards the Verlet lists of all tool spheres. Needed when tissue spheres may have become larger, or when removed
+  /// ones may have come back.
   void forget_near() noexcept;
   /// Must be called for each tissue sphere that a cut changed. The near lists (tissue spheres near each tool sphere)
-  /// remain valid if the sphere only shrank. But a cut that takes several ticks also moves the sphere, so its new
+  /// remain valid for a sphere that only shrank. But a cut that takes several ticks also moves the sphere, so its new
   /// surface may lie up to `protrudes` metres outside its previous surface.
   void note_cut(const SphereTree& tree, Place place, double protrudes) noexcept {
     if (!(protrudes > 0)) return;
@@ -72,8 +73,8 @@ class SphereProxy {
       note_large(tree, place, protrudes);
     }
   }
-  /// Must be called once for each of the tool's spheres: after note_cut() for all tissue spheres that it changed, and
-  /// before the next search.
+  /// Must be called once for each tool sphere that cuts: after note_cut() was called for all tissue spheres that this
+  /// tool sphere changed, and before the next search.
   void end_notes() noexcept;
 
   /// Computes which motion the non-cutting parts of the tool allow during a cut. Changes `move` (m) and `turn` (rad) to
@@ -120,9 +121,9 @@ class SphereProxy {
   static constexpr double kGap = 1e-7;  // m, distance that the proxy keeps from a sphere
 
  private:
-  // m. After a cut, a sphere may protrude from its earlier state. If it protrudes by at most this length, the margin of
-  // all Verlet lists is reduced by the protruding length. If it protrudes farther, only the margins of the Verlet lists
-  // around this sphere are reduced.
+  // m. After a cut, a tissue sphere may protrude beyond its earlier surface. If it protrudes by at most this length,
+  // the margin of all Verlet lists is reduced by the protruding length. If it protrudes farther, only the margins of
+  // the Verlet lists around this sphere are reduced.
   static constexpr double kStickOut = 1e-6;
 
   /// A motion of the tool from the proxy's pose to another pose.
@@ -144,7 +145,8 @@ class SphereProxy {
     // m, upper bound of the displacement of the tool sphere since this Verlet list was made, plus the sum of
     // `protrudes` over all cuts since then
     double moved = 0;
-    // m, largest distance in the present cut by which a changed tissue sphere protrudes from the unchanged sphere
+    // m, largest distance by which a tissue sphere that the present cut changed protrudes beyond its surface before the
+    // cut
     double protrudes = 0;
     // m, distance from the tool sphere to the nearest sphere of the tissue when the list was made; negative if they
     // overlap
@@ -153,7 +155,8 @@ class SphereProxy {
     // memory for so many spheres, so near_here() searches the tree
     double wider = 0;
     std::size_t count = 0;  // number of spheres in the list
-    int refused = 0;        // number of searches after which the list is made again, if it was too long
+    // if the list was too long for its memory: number of searches that must pass before it is made again
+    int refused = 0;
   };
   /// A near list (the tissue spheres near a tool sphere) that is not complete yet.
   struct NextList {
@@ -217,9 +220,10 @@ class SphereProxy {
   std::vector<double> moved_before_;         // m, for each Verlet list: value of `moved` at the end of the last tick
   std::vector<SweptBall> swept_;             // balls of one search on the GPU, with their motions
   std::vector<std::size_t> sphere_of_ball_;  // for each ball in swept_: index of its tool sphere
-  // m, largest protrusion of a cut sphere from its earlier surface since the last end_notes(), if at most kStickOut
+  // m, largest distance by which a cut sphere protrudes beyond its earlier surface since the last end_notes(), if at
+  // most kStickOut
   double protrudes_ = 0;
-  bool noted_ = false;  // true: a cut sphere has protruded from its earlier surface since the last end_notes()
+  bool noted_ = false;  // true: since the last end_notes(), a cut sphere has protruded beyond its earlier surface
   double pushed_ = 0;   // m, sum of the pushes of all contacts (distances by which they hold the proxy back)
   dvec3 n_W_{0};
   bool sticks_ = false;

@@ -190,8 +190,8 @@ void cut_lanes(SphereTissue::Lanes& s, const dvec3& a, const dvec3& b, double r)
   D8 before, after;
   counted_lanes(base_radius, base_volume, overlap, tool, before);
   counted_lanes(base_radius, base_volume, deepest, zero + r, after);
-  // Computes the distance by which the new sphere protrudes from the sphere before the cut. A cut with an overlap moves
-  // the base sphere by half of the overlap and reduces its radius by the same length.
+  // Computes the distance by which the sphere after the cut protrudes beyond its surface before the cut. A cut with an
+  // overlap moves the base sphere by half of the overlap and reduces its radius by the same length.
   const D8 half = 0.5 * overlap, new_half = 0.5 * deepest, rest = base_radius - half, new_rest = base_radius - new_half,
            moved_x = new_half * to_x - half * away_x, moved_y = new_half * to_y - half * away_y,
            moved_z = new_half * to_z - half * away_z;
@@ -223,8 +223,8 @@ double TriedCut::add(const SphereTissue& tissue, std::span<const Place> near, co
     if (tissue.removal_ == Removal::kAsPrinted) lanes.changes = 0, lanes.others = ~0u;
     for (std::size_t k = 0; k < some.size(); ++k) {
       const Place place = some[k];
-      // If a step does not change its sphere, the next step overwrites it in steps_. If steps_ is full, each further
-      // step overwrites the last entry.
+      // If the cut does not change this sphere, the next sphere overwrites its entry in steps_. If steps_ is full, each
+      // further change overwrites the last entry.
       Step& step = steps_[std::min(count_, kMostSteps)];
       step.place = place, step.first = count_ == first;
       if (lanes.others >> k & 1) {

@@ -79,8 +79,8 @@ class SphereTissue {
   /// Sets a sphere to its state after a cut, and adds the removed volume to `removed`.
   void take(int i, const CutSphere& after, Removed& removed) noexcept;
   /// Applies the last cut that `tried` has computed to the tissue, with the same bits as carve(). Calls changes(place,
-  /// distance by which the sphere protrudes from its former surface) for every change, and ends_ball() after the
-  /// changes by one of the tool's spheres.
+  /// protrudes) for every changed sphere, where `protrudes` is the distance by which the sphere protrudes beyond its
+  /// former surface. Calls ends_ball() after the changes by one of the tool's spheres.
   template <class Changes, class EndsBall>
   void make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept;
 
@@ -150,7 +150,7 @@ class TriedCut {
     Place place{};
     bool first = false;  // true for the first change by each of the tool's spheres
     double taken = 0;    // m³, removed volume
-    // m, upper bound of the distance by which the changed sphere protrudes from the unchanged sphere
+    // m, upper bound of the distance by which the changed sphere protrudes beyond its surface before the change
     double protrudes = 0;
     CutSphere after;
   };

@@ -100,8 +100,8 @@ TYPODONT_KERNEL unsigned children_within(const SphereTree::Node& node, const glm
   return bits_of(far2 <= F8{} + reach * reach);
 }
 
-/// A ball around the whole path of a moving sphere. Children of a node outside this ball need no further test. For a
-/// large moving sphere, this test excludes more children than the test of the boxes.
+/// A ball around the whole path of a moving sphere. A child of a node that lies outside this ball cannot be touched and
+/// needs no further test. For a large moving sphere, this test excludes more children than the test of the boxes.
 struct Around {
   glm::vec3 middle;
   float reach;

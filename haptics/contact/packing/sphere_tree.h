@@ -105,9 +105,9 @@ class SphereTree {
     return search;
   }
   /// Continues a search for the spheres whose surface is nearer than `reach` to p. Appends their places (indices in the
-  /// tree) to `found` and the distances from p to their surfaces, minus `offset` (m), to `gap`, in the order of
-  /// near_segment(). Ends after `leaves` leaves of the tree, or when the space in `found` might be too small for the
-  /// next leaf. Reduces `leaves` by the number of leaves that it examined. Returns the number of spheres.
+  /// tree) to `found`. Appends the distance from p to each of their surfaces, minus `offset` (m), to `gap`. The order
+  /// is that of near_segment(). Ends after `leaves` leaves of the tree, or when the space in `found` might be too small
+  /// for the next leaf. Reduces `leaves` by the number of leaves that it examined. Returns the number of spheres.
   std::size_t search_on(PartSearch& search, const dvec3& p, double reach, double offset, std::size_t& leaves,
                         std::span<Place> found, float* gap) const noexcept;
 

@@ -61,7 +61,7 @@ class ActiveSet {
   }
 
  private:
-  // largest number of planes that are added; then the projection fails
+  // if more planes than this would have to be added, the projection fails
   static constexpr int kMostRounds = 64;
   // largest number of active planes that may be removed when one plane is added
   static constexpr int kMostLeaving = 8;
@@ -133,8 +133,8 @@ class ActiveSet {
     const typename Planes::Plane& added = planes_.plane(next);
     double pushed = 0;
     for (int turn = 0; turn < kMostLeaving; ++turn) {
-      // rest: component of the new plane's normal perpendicular to the active normals. r: coordinates of its remaining
-      // component with respect to the active normals.
+      // The new plane's normal has two components. rest: the component perpendicular to all active normals. r:
+      // coordinates of the other component, which is a sum of the active normals with these factors.
       double r[3] = {};
       dvec3 rest = added.n;
       if (count_ > 0) {

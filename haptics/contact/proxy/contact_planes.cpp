@@ -158,7 +158,7 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
 }
 
 void ContactFinder::project_out(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept {
-  // If a contact is exact, no cut has changed the tissue there, so no correction is needed.
+  // An exact contact exists only where no cut has changed the tissue, so its surface point needs no correction.
   if (set.sunk_ || set.exact_count_ > 0) return;
   set.projects_out_ = true;
   set.emptied_ = X_VE;

@@ -13,8 +13,8 @@ struct ContactPlane {
   dvec3 x{0};        // voxels, point of the tissue's surface that touches the head
   dvec3 n{0, 0, 1};  // unit vector, direction in which the contact pushes the head
   double gap = 0;    // voxels, distance between head and tissue at x, negative if they overlap
-  // a cutting head may sink into this contact by this fraction 0..1 of the allowed depth (slack); below 1 if its tissue
-  // is harder than the tissue being cut
+  // a cutting head may sink into this contact by this fraction 0..1 of the allowed depth (slack); the fraction is below
+  // 1 where the tissue is harder than the tissue being cut
   double yields = 1;
   bool rim = false;  // true if a sharp rim of the head has contact; n is then the normal of the tissue
 };
@@ -38,8 +38,8 @@ class ContactSet {
   int count() const { return count_; }
   /// Returns the number of the head's own contacts, which come first. The remaining contacts were added by add().
   int own() const { return count_ - added_; }
-  /// Adds a contact of another part of the tool, or a plane that guides the head. The head may not sink into this
-  /// plane. Returns false if the set is full.
+  /// Adds a contact of another part of the tool, or an artificial plane that limits the head's motion. The head may not
+  /// sink into this plane. Returns false if the set is full.
   bool add(const ContactPlane& plane) noexcept;
   void drop_added() noexcept { count_ -= std::exchange(added_, 0); }
   /// engaged_area(): voxels², area of the head's surface within one voxel of tissue, where the parts nearest to the

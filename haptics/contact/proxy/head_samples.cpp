@@ -79,8 +79,9 @@ TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const
     const F8 f2 = fx * fx + fz * fz;
     const I8 nearer = f2 < best2;
     best2 = nearer ? f2 : best2;
-    // If the nearest point is an end of the meridian's piece, the gradient points away from that end. Very close to the
-    // end, the normal of the piece is used instead.
+    // If the nearest point is an end of a piece of the meridian, the gradient has the direction of the line through
+    // this end and the given point. Very close to the end, this direction is inaccurate, so the normal of the piece is
+    // used instead.
     const I8 smooth = between | (f2 < 1e-8f);
     n_rho = nearer ? (smooth ? nx : fx) : n_rho;
     n_z = nearer ? (smooth ? nz : fz) : n_z;
@@ -211,10 +212,10 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     std::memcpy(&nx, samples->nx + k, sizeof nx);
     std::memcpy(&ny, samples->ny + k, sizeof ny);
     std::memcpy(&nz, samples->nz + k, sizeof nz);
-    // Each sample represents an area. Its weight decreases linearly from one to zero over a distance of one voxel from
-    // the tissue. So the sum of the areas changes smoothly when the head moves. The sum of the normals uses another
-    // weight, 2 a − b. Here a decreases from one to zero over half a voxel, and b over one voxel. With this weight,
-    // areas that would touch only if the head sank deeper do not contribute.
+    // Each sample of the head represents an area. Its weight is one at the tissue's surface and decreases linearly to
+    // zero at a distance of one voxel. So the sum of the areas changes smoothly when the head moves. The sum of the
+    // normals uses another weight, 2 a − b. Here a decreases from one to zero over half a voxel, and b over one voxel.
+    // With this weight, areas that would touch only if the head sank deeper do not contribute.
     F8 share = 1.0f - value, half = share - value;
     share = share < 0.0f ? F8{} : share;
     share = share > 1.0f ? F8{} + 1.0f : share;
@@ -236,8 +237,8 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     w.x[to] = qx - value * nx, w.y[to] = qy - value * ny, w.z[to] = qz - value * nz;
     w.nx[to] = nx, w.ny[to] = ny, w.nz[to] = nz;
     w.steep[to] = steep;
-    // A point is used after this step only if it was nearly on the surface before the step, because a long step across
-    // a ridge may end anywhere.
+    // A point counts as on the surface after this step only if it was nearly on the surface before the step. The reason
+    // is that a long step across a ridge may end anywhere.
     w.again[to] = steep & (value < P::on_surface) & (value > -P::on_surface);
     close_batches += any_of(close);
   }
@@ -434,7 +435,7 @@ HeadSamples::HeadSamples(const Tool& tool, const HeadField& head, double voxel)
 
 Found HeadSamples::look_around(const SurfacePatch& patch, const Pose& X_VT, float near,
                                RoughPlanes& planes) const noexcept {
-  // Coordinates are relative to a voxel near the head, because small floats are more precise.
+  // Coordinates are relative to a voxel near the head, because floats represent small numbers more precisely.
   const glm::ivec3 base = glm::ivec3(X_VT.p) - (static_cast<int>(reach) + 8), from = base - patch.lo;
   const FlatHead head = flat_head(*this, X_VT.R, glm::vec3(X_VT.p - dvec3(base)));
   const std::ptrdiff_t sy = patch.n, sx = sy * sy;

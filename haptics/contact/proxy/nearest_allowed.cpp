@@ -69,8 +69,8 @@ int most_violated(const RoughPlanes* planes, int count, const float* d, float ov
 class HeadPlanes {
  public:
   using Plane = ContactPlane;
-  // Smallest values for the linear systems of the solver; with smaller values, a system counts as singular. They
-  // correspond to the accuracy of normals in single precision.
+  // Limits below which the normals of planes count as linearly dependent (see ActiveSetLimits). They correspond to the
+  // accuracy of normals in single precision.
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-8, .least_rest = 1e-8};
 
   HeadPlanes(const ContactSet& set, const dvec3& c, double overlap, double slack, bool only_no_deeper)

@@ -22,8 +22,9 @@ ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept;
 
 /// Computes the position p of the head's centre nearest to `target` with n_i·(p - c) ≥ -(gap_i + overlap + slack ·
 /// yields_i) for all contact planes i. c: present centre; `overlap`: allowed overlap; `slack`: depth of a cut; voxels.
-/// If there is no such position (the head is wedged in its own slot), the planes that it overlaps only prevent a deeper
-/// overlap. `active`: on entry, a guess of the active planes in this search, or none; on return, the active planes.
+/// A head that is wedged in its own slot may have no such position. Each plane that the head already overlaps then only
+/// prevents a deeper overlap. `active`: on entry, a guess of the active planes in this search, or none; on return, the
+/// active planes.
 dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double slack, const dvec3& target,
                       ActivePlanes& active) noexcept;
 

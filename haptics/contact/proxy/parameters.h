@@ -6,25 +6,31 @@ namespace typodont::haptics {
 
 /// Conditions under which one cubic query at a ball's centre gives the only contact (ContactFinder::find_by_offset).
 struct OffsetQueryParameters {
-  // Voxels, tolerance of the field's value at the foot point (nearest point of the surface). It equals the error of
-  // linear interpolation for a ball with a radius of four voxels.
+  // Voxels; largest allowed difference between the field and its expected value at a test point. The expected value is
+  // 0 at the foot point (nearest point of the surface), and the negative depth at a point below it. The tolerance
+  // equals the error of linear interpolation for a ball with a radius of four voxels.
   static constexpr double foot_tolerance = 0.05;
-  // Tolerance of the gradient's length, which is 1 near a single smooth wall.
+  // Largest allowed difference between 1 and the length of the field's gradient at the ball's centre. The length is 1
+  // near a single smooth wall.
   static constexpr double gradient_tolerance = 2e-4;
   static constexpr double depth_below = 3;  // voxels, smallest thickness of the tissue below the contact point
-  // Voxels; up to this height above the ball's centre, the wall of the contact must be the nearest wall.
+  // Voxels; at this height above the ball's centre, the wall of the contact must still be the nearest wall.
   static constexpr double height_above = 3.5;
 };
 
 /// Parameters for the direct computation of a ball's position on one smooth wall (ContactFinder::seat).
 struct WallSeatParameters {
-  // Voxels, largest depth of the hand below the surface that stops the ball.
+  // Voxels; the ball's position is computed directly only if the hand is at most this deep below the surface that stops
+  // the ball.
   static constexpr double hand_depth = 4;
-  static constexpr double aligned = 1e-8;  // voxels², tolerance of the squared lateral error of the ball's position
-  static constexpr int iterations = 6;     // largest number of steps along the wall to the ball's position
-  // Tolerance of the gradient's length, which is 1 near a single smooth wall.
+  // voxels²; the iteration ends if the squared distance of the hand from the line along the wall's normal through the
+  // contact point is less than this
+  static constexpr double aligned = 1e-8;
+  static constexpr int iterations = 6;  // largest number of steps along the wall to the ball's position
+  // Largest allowed difference between 1 and the length of the field's gradient at the contact point. The length is 1
+  // near a single smooth wall.
   static constexpr double gradient_tolerance = 1e-3;
-  // Stricter tolerance of the gradient's length; if the length is within it, no other wall is near the ball.
+  // Stricter limit of the same difference; if the difference is smaller than this, no other wall is near the ball.
   static constexpr double gradient_tolerance_alone = 5e-5;
 };
 
@@ -50,7 +56,8 @@ struct RefineParameters {
   // error of the contact, which is the square root of the gap's error. So this tolerance is much smaller than that of a
   // cutting head.
   static constexpr double gained_fine = 3e-8;
-  // The secant method is used only if the ratio of two successive steps is at most this.
+  // The secant method is used only if the length of a step, divided by the length of the previous step, is less than
+  // this.
   static constexpr double still_converges = 0.95;
   static constexpr double most_gain = 10;  // largest factor by which the secant method lengthens a step
 };
@@ -58,15 +65,16 @@ struct RefineParameters {
 /// Parameters for a sharp rim of the head that is inside the tissue (ContactFinder::touch_with_rim). The head must
 /// leave the tissue along the tissue's normal, and not along a normal of the rim's sides.
 struct RimParameters {
-  // If the cosine between the head's normal and the tissue's normal is smaller than this, the normals count as
-  // different.
+  // If the cosine between the head's normal and the tissue's normal at a contact is larger than this, the two normals
+  // count as equal. The rim is then not examined.
   static constexpr double askew = 0.99999;
-  // Tolerance of the gradient's length, which is 1 in smooth tissue.
+  // Largest allowed difference between 1 and the length of the field's gradient. The length is 1 in smooth tissue.
   static constexpr double gradient_tolerance = 0.05;
-  // If the cosine between the normals of two contacts is larger than this, both contacts belong to the same wall.
+  // If the cosine between the tissue's normals at a contact and at the head's rim is larger than this, both points
+  // belong to the same wall.
   static constexpr double same_wall = 0.9;
-  // Voxels; a contact nearer than this to the head's rim counts as a contact of the rim. Twice the depth of the rim in
-  // the tissue is added to this distance.
+  // Voxels; a contact counts as a contact of the head's rim if its distance from the rim is at most this length plus
+  // twice the depth of the rim in the tissue.
   static constexpr double near_rim = 2;
 };
 
@@ -96,28 +104,38 @@ struct SharpEdgeParameters {
   static constexpr int steps = 3;  // largest number of steps that move a point onto a face
   // voxels, tolerance: a point that is nearer than this to the face counts as on the face
   static constexpr double on_face = 1e-3;
-  // Tolerance of the gradient's length, which is 1 near a single face.
+  // Largest allowed difference between 1 and the length of the field's gradient at a point of a face. The length is 1
+  // near a single face.
   static constexpr double gradient_tolerance = 1e-3;
   // voxels; a face counts as far from other faces if the tissue below it is at least this deep
   static constexpr double depth_clean = 4.5;
   // voxels; a face is used only if the tissue below it is at least this deep
   static constexpr double depth_least = 3.7;
-  static constexpr double depth_tolerance = 0.05;  // voxels, tolerance of the field's depth at a point below a face
+  // voxels; largest allowed difference between the depth that the field gives at a point below a face, and the depth of
+  // this point below the face
+  static constexpr double depth_tolerance = 0.05;
   // If the cosine between the normals of two faces is larger than this, the second face is a duplicate of the first and
   // is not stored.
   static constexpr double alike = 0.98;
-  // Tolerance of 1 - cosine between two normals on one plane; it covers the interpolation error.
+  // Two faces can be the same plane only if (1 - cosine between their normals) is less than this; the limit covers the
+  // interpolation error.
   static constexpr double same_face = 1e-5;
-  // voxels, tolerance: a face may protrude over the plane of another face by this much
+  // voxels; faces enclose a convex solid if no face has a point that lies above the plane of another face by more than
+  // this; a concave crease is tested with the same limit, below the planes
   static constexpr double convex = 0.02;
-  // Voxels, tolerance of the difference between the distance to the solid that the faces enclose and the field.
+  // Voxels; largest allowed difference, at the head's centre, between the field and the distance that is computed from
+  // the faces.
   static constexpr double agrees = 0.05;
-  static constexpr double farther = 1.5;  // voxels; a groove's wall must continue by this much away from the bottom
-  // tolerance of 1 - cosine between the normals at two points of a groove's wall
+  // voxels; the wall of a groove is measured at a second point, which is farther from the groove's bottom by this
+  // distance
+  static constexpr double farther = 1.5;
+  // a groove's wall is flat if (1 - cosine between its normals at the two measured points) is less than this
   static constexpr double flat = 1e-10;
-  // Voxels, tolerance of the offset between the planes at two points of a groove's wall; it covers rounding to floats.
+  // Voxels; a groove's wall is flat if the plane of its first measured point passes the surface at the second point at
+  // a distance of less than this. The limit covers rounding to floats.
   static constexpr double flat_distance = 2e-5;
-  static constexpr int misses = 6;  // with more directions without a groove's wall, the search fails
+  // if a groove's wall is missing in more than this number of directions, the search fails
+  static constexpr int misses = 6;
   // Voxels. Interpolation fills the bottom of a groove. The largest depth of the filled part is this length times |n1 -
   // n2|, where n1 and n2 are the normals of the walls.
   static constexpr double filled = 0.15;
@@ -132,8 +150,8 @@ struct NonCuttingPartParameters {
   // Coarse voxels, rounding tolerance: a distance that is this close to the largest stored distance (band) counts as
   // equal to it.
   static constexpr double at_band = 1e-3;
-  // Coarse voxels, tolerance: if the computed nearest point is farther than this from the surface, the field there is
-  // not a true distance (as for an intersection of solids).
+  // Coarse voxels; a nearest point is computed from value and gradient of the field. If it is farther than this from
+  // the surface, the field there is not a true distance (as for an intersection of solids).
   static constexpr double edge_distance = 0.4;
   // voxels of the fine patch (field around the head); while the shank can move farther than this without contact, its
   // contacts are not searched again

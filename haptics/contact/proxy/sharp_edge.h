@@ -25,7 +25,7 @@ struct FlatWalls {
 
 /// Finds the walls of a concave crease or corner. Interpolation fills the bottom of a crease, so the planes of the
 /// walls are measured beyond the filled part. `at`: value and gradient of the field at the point `c`. Returns false if
-/// the walls are not found or if another surface is nearer to `c` than they are.
+/// the walls are not found, or if another surface is nearer to `c` than the walls are.
 bool walls_of_crease(const SurfacePatch& patch, const dvec3& c, const FieldSample& at, FlatWalls& walls) noexcept;
 
 }  // namespace typodont::haptics

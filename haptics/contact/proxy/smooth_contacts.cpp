@@ -74,9 +74,9 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
     // the radius `band` above the chord between two neighbouring samples.
     const double blurred = around > wide.band - P::at_band ? 3 / (8 * wide.band) : P::overestimate;
     const double clear = (around - blurred) * every_ - radius;
-    // At the distance s farther along the shank's axis, the free distance is at least clear - s (1 + slope), where
-    // `slope` is the growth of the shank's radius per length. A step is about a third of the free distance, because
-    // this bound is far too small for a longer step.
+    // At a point farther along the shank's axis by s, the shank's distance from tissue is at least clear - s (1 +
+    // slope), where `slope` is the growth of the shank's radius per length. This bound becomes far too small for long
+    // steps, so a step is only about a third of the distance at which the bound becomes zero.
     const double step = std::max(0.3 * clear / (1 + slope), least_step);
     if (tolerated_overlap(radius, wide, p) < every_) least = std::min(least, clear - step * (1 + slope) / 2);
     if (least <= 0 || u >= top) break;
@@ -122,9 +122,9 @@ void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const
 }
 
 /// Returns the allowed overlap (voxels) between a part with this `radius` and the tissue at x. The wider the part, the
-/// smaller is the allowed overlap. If it is at least `every_` (the spacing of the coarse samples), the part has no
-/// contact. Reason: the coarse field cannot separate a thin neck from the wall of the hole that the head has cut. So
-/// near cuts, a part that is hardly wider than the head gets no contact.
+/// smaller is the allowed overlap. If the allowed overlap is at least `every_` (the spacing of the coarse samples), the
+/// part has no contact. Reason: the coarse field cannot separate a thin neck from the wall of the hole that the head
+/// has cut. So near cuts, a part that is hardly wider than the head gets no contact.
 double NonCuttingContacts::tolerated_overlap(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept {
   if (radius >= head_ + 2 * every_ || patch.cut_lo.x > patch.cut_hi.x) return 0;
   const dvec3 off = glm::max(dvec3(patch.cut_lo) - x, x - dvec3(patch.cut_hi));

@@ -13,13 +13,13 @@ namespace typodont::haptics::voxel_penalty {
 
 namespace {
 
-/// Returns a factor for the springs of the samples. The mean depth of the samples is smaller than the depth of the
-/// head: half of it for a ball, nearly all of it for a flat end. With this factor, a head that is pressed into a flat
-/// wall by a quarter of its width has the scene's stiffness, on average over all directions. `reach`: distance from the
-/// head's centre to its farthest point, in the unit of the samples.
+/// Returns a factor for the springs of the samples. It is needed because the mean depth of the samples is smaller than
+/// the depth of the head: half of it for a ball, nearly all of it for a flat end. The factor is chosen for a head that
+/// is pressed into a flat wall by a quarter of its width: the head then has the scene's stiffness, on average over all
+/// directions. `reach`: distance from the head's centre to its farthest point, in the unit of the samples.
 double spring_scale(const std::vector<HeadSample>& samples, double reach, int shared_load) {
-  // depth in the tissue to which the hand presses the head, as a ratio to the smallest distance from the head's centre
-  // to a sample
+  // the hand presses the head this deep into the wall, as a ratio to the smallest distance from the head's centre to a
+  // sample
   constexpr double kPressed = 0.5;
   double width = reach;
   for (const HeadSample& s : samples) width = std::min(width, glm::length(s.p_TQ));
@@ -32,8 +32,8 @@ double spring_scale(const std::vector<HeadSample>& samples, double reach, int sh
     double below = 0;
     int count = 0;
     for (const HeadSample& s : samples) {
-      // The depth of the sample below the wall. The model measures the depth along the sample's own normal, so the
-      // depth below the wall is the component of this depth along the wall's normal.
+      // The depth of the sample below the wall. The model measures a sample's depth along the sample's own normal. The
+      // depth below the wall is the component of this measured depth along the wall's normal.
       const double h = depth - (lowest - glm::dot(in, s.p_TQ));
       if (h > 0) below += h, ++count;
     }
