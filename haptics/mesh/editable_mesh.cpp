@@ -160,8 +160,8 @@ TissueMesh EditableMesh::copy() const {
 // The following functions belong to the grid with which faces near a position are found.
 
 EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
-  // Tolerance of the positions of faces in the grid, as a fraction of the coordinates. It is larger than the rounding
-  // error of floats.
+  // tolerance of the positions in the grid, as a fraction of the coordinates; it is larger than the rounding error of
+  // floats
   constexpr float kRounding = 1e-6f;
   const dvec3 &a = point(f, 0), &b = point(f, 1), &c = point(f, 2);
   const dvec3 ab = b - a, bc = c - b, ca = a - c, g = (a + b + c) / 3.0;

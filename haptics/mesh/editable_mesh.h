@@ -63,7 +63,7 @@ class EditableMesh {
   EditableMesh& operator=(EditableMesh&&) noexcept = default;
   ~EditableMesh() = default;
 
-  // Access to vertices and faces. The index ranges include unused ones.
+  // Access to vertices and faces by index. Some indices belong to unused vertices or faces.
   const Vertex& vertex(Index v) const noexcept { return vertices_[v]; }
   const Face& face(Index f) const noexcept { return faces_[f]; }
   const dvec3& point(Index f, int corner) const noexcept { return vertices_[faces_[f].v[corner]].p; }
@@ -84,7 +84,8 @@ class EditableMesh {
   /// Undoes a move, including its flag. `before` is vertex(v) as it was before the move.
   void move_back(Index v, const Vertex& before) noexcept;
   void set_tissue(Index f, Tissue tissue) noexcept;
-  /// After move(), the grid must be updated: settle() for all faces around the vertex, settle_face() for one face.
+  /// After move(), the grid must be updated: by settle() for all faces around the vertex, or by settle_face() for each
+  /// of these faces.
   void settle(Index v) noexcept;
   void settle_face(Index f) noexcept { place(f); }
   /// Splits edge i of face f at the point p. Returns the new vertex, or kNone if the edge is at a border or the pool is
@@ -93,9 +94,9 @@ class EditableMesh {
   /// Replaces edge i of face f by the other diagonal of the quad of its two faces. Returns false at a border, or if the
   /// other diagonal is already an edge.
   bool flip(Index f, int i) noexcept;
-  /// Removes the first vertex of edge i of face f, or the second one if `keeps_first` is true. Its faces are connected
-  /// to the other vertex of the edge. Returns false if the vertex is on the border, or if the surface would touch
-  /// itself.
+  /// Collapses edge i of face f: one end of the edge is removed, and its faces are connected to the other end. The
+  /// first end is removed, or the second one if `keeps_first` is true. Returns false if the end to remove is on the
+  /// border, or if the surface would touch itself.
   bool collapse(Index f, int i, bool keeps_first) noexcept;
   bool may_collapse(Index f, int i, bool keeps_first) const noexcept;
 
@@ -147,7 +148,8 @@ class EditableMesh {
     near_in_part(search, left, fn);
   }
   /// Continues the search until it is complete or `left` is not positive. Subtracts from `left` the number of cells and
-  /// faces that it visited. Returns true if the search is complete. Until then, the mesh must not change.
+  /// faces that the search visited. Returns true if the search is complete. While a search is not complete, the mesh
+  /// must not change.
   template <class Fn>
   bool near_in_part(NearSearch& search, std::int64_t& left, Fn&& fn) const {
     const glm::vec3 lo(search.lo_W), hi(search.hi_W);
@@ -205,7 +207,7 @@ class EditableMesh {
  private:
   static constexpr int kLevels = 12;
   static constexpr int kLevelShift = 60;
-  // ratio of the edge of a grid cell to the longest edge of the faces in its level
+  // edge of a grid cell in a level, divided by the length of the longest edge of the faces in this level
   static constexpr double kCellOfSize = 2;
   struct Place {
     std::uint64_t key = 0;  // number that identifies the grid cell and its level
@@ -226,8 +228,8 @@ class EditableMesh {
   /// Returns the bucket of a cell. Cells that are neighbours along z have neighbouring buckets, so a search reads whole
   /// cache lines.
   std::size_t bucket_of(std::uint64_t key) const noexcept {
-    // The coordinates of a large flat surface lie on a regular grid. A hash of a single product would map many of them
-    // to the same buckets.
+    // The vertices of a large flat surface often lie on a regular grid. If the hash were a single product, many cells
+    // of such a surface would get the same bucket.
     std::uint64_t column = (key >> 20) * 0x9e3779b97f4a7c15u;
     column = (column ^ column >> 32) * 0xd6e8feb86659fd93u >> bucket_shift_;
     return static_cast<std::size_t>(column + (key & 0xfffff)) & (heads_.size() - 1);

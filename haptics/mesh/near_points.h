@@ -24,10 +24,11 @@ class NearPoints {
   /// Adds a point whose distance (m) from the head at listed_at() is known. Returns false if the list is full.
   bool add(const dvec3& p_W, double distance) noexcept;
   /// Removes the points from index `first` to the end, except those whose indices are in `kept` (in increasing order).
-  /// `distances`: m, distance of each kept point from the head at the pose listed_at(); they are stored.
+  /// `distances` has the distance (m) of each kept point from the head at the pose listed_at(). The list stores these
+  /// distances.
   void keep(std::size_t first, std::span<const std::uint32_t> kept, std::span<const double> distances) noexcept;
 
-  /// Returns the number of this list, which counts the calls of clear(), so that different lists have different
+  /// Returns the number of this list. Each call of clear() increases the number, so different lists have different
   /// numbers.
   std::uint64_t number() const noexcept { return number_; }
   std::size_t size() const noexcept { return points_.size(); }
