@@ -27,11 +27,12 @@ struct DistanceField {
 };
 
 /// Computes the distance to the surface phi = 0 (tricubic interpolation; phi > 0 is inside) for every sample of a grid
-/// of `size`, whose position in phi's index space is `placement`. First, points where grid lines cross the surface are
-/// passed from sample to sample, so that each sample has its nearest one. Where the distance is less than `exact`,
-/// Newton's method then finds the closest point of the interpolant (after Chopp 2001, "Some improvements of the fast
-/// marching method", eq. 4.1), so that the surface does not move. Larger distances are those to the nearest crossing.
-/// Crossings are about half a voxel apart, so such a distance is too large, by at most about 1/(8 exact) voxel.
+/// of `size`, whose position in phi's index space is `placement`. First, each sample gets the nearest crossing: the
+/// nearest point where a grid line crosses the surface. Then two cases differ. If the distance is less than `exact`,
+/// Newton's method finds the closest point of the interpolant (after Chopp 2001, "Some improvements of the fast
+/// marching method", eq. 4.1), so that the surface does not move. If the distance is larger, it remains the distance to
+/// the nearest crossing. Crossings are about half a voxel apart, so this distance is too large, by at most about 1/(8
+/// exact) voxel.
 DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, const Placement& placement, double band,
                               double exact);
 
@@ -47,7 +48,7 @@ glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p);
 class WindingNumbers {
  public:
   WindingNumbers(std::span<const Triangle> mesh, const glm::ivec3& size);
-  /// Returns the values of all samples with the given x; z is the fastest index.
+  /// Returns six times the winding number for each sample with the given x; z is the fastest index.
   std::vector<std::int16_t> slab(int x) const;
 
  private:

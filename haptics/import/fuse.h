@@ -55,13 +55,14 @@ class IntraoralScan {
   double area_ = 0;
 };
 
-/// Finds the surface of the teeth in a CT's volume, for registration. The object refers to the volume, which must exist
-/// longer than the object.
+/// Finds the surface of the teeth in a CT's volume, for registration. The object keeps a reference to the volume, so
+/// the volume must exist longer than the object.
 class ToothField {
  public:
   explicit ToothField(const DenseTissue& ct) : ct_(ct) {}
   struct Value {
-    bool tooth = false;   // true if a surface is near (within the CT's band) and belongs to a tooth or a restoration
+    // true if the nearest surface lies within the CT's band and belongs to a tooth or a restoration
+    bool tooth = false;
     double distance = 0;  // m, distance to the surface, negative inside
     dvec3 gradient{0};    // gradient of the distance (m per m); on the surface, its direction is the outward normal
   };
@@ -73,7 +74,7 @@ class ToothField {
 
 struct FuseOptions {
   std::optional<double> voxel;  // m, voxel edge of the result; if not given, the voxel edge of the CT
-  // m; if the surfaces of scan and CT are at most this far apart, the scan's surface can count as crown
+  // m; a part of the scan's surface counts as crown only if it is at most this far from the CT's surface
   double reach = 1e-3;
   double blend = 0.5e-3;  // m, width of the transition from CT to scan, measured inward from the rim of the crowns
   std::function<void(double)> progress;  // is called with the progress 0..1; may be empty

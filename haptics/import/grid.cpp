@@ -32,8 +32,8 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
   for (int k = 0; k <= r; ++k) {
     kernel[static_cast<std::size_t>(k)] = static_cast<float>(std::exp(-0.5 * k * k / (sigma * sigma)) / sum);
   }
-  // The result is written to the grid from which the lines are read. So lines are first copied to a buffer. Along x and
-  // y, `wide` lines beside each other along z are computed together.
+  // The result of each axis overwrites the grid that is the input of the same axis. So the lines of samples are first
+  // copied to a buffer. For the axes x and y, `wide` lines that lie beside each other along z are computed together.
   Grid<float> out = g;
   constexpr int kWide = 64;
   for (int axis = 0; axis < 3; ++axis) {

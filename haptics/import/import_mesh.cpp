@@ -202,8 +202,8 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
 }
 
 /// Returns the direction from the flat base of a closed mesh (a plaster model, a scan closed by other software) to the
-/// teeth; zero if no side is clearly the flattest. The base is the plane that touches the mesh from outside and
-/// contains most of its triangles.
+/// teeth. The base is the flattest side: of all planes that touch the mesh from outside, its plane has the largest area
+/// of triangles in it or just below it. Returns zero if no side is clearly the flattest.
 dvec3 away_from_base(const Mesh& mesh) {
   struct Face {
     dvec3 normal, middle;  // unit normal of the triangle, and centre of the triangle in m
@@ -219,8 +219,8 @@ dvec3 away_from_base(const Mesh& mesh) {
     faces.push_back({normal / area, (at(0) + at(1) + at(2)) / 3.0, area});
     whole += area;
   }
-  // Of the small triangles of a fine mesh, only every n-th one (n: `every`) is used and represents n triangles. So a
-  // fine mesh takes no longer than a coarse one.
+  // A mesh with very many small triangles would take long. So of the small triangles, only every n-th one (n: `every`)
+  // is used, with n times its area.
   constexpr double kEnough = 20'000;
   const double small = whole / kEnough;
   const auto every = static_cast<std::size_t>(1 + static_cast<double>(faces.size()) / kEnough);
@@ -230,7 +230,8 @@ dvec3 away_from_base(const Mesh& mesh) {
     f.area *= static_cast<double>(every);
     return next++ % every != 0;
   });
-  constexpr double kDeep = 1.5e-3;  // m; triangles at most this far inside the base plane (in grooves) are part of it
+  // m; a triangle belongs to the base if its centre is at most this far inside the plane of the base (in a groove)
+  constexpr double kDeep = 1.5e-3;
   // smallest cosine of the angle between the normals of the base and of a triangle that belongs to it
   constexpr double kSlope = 0.9;
   constexpr double kLeast = 0.08;    // smallest area of a base, as a fraction of the mesh's area
@@ -244,7 +245,7 @@ dvec3 away_from_base(const Mesh& mesh) {
   tbb::parallel_for(0, kDirections, [&](int k) {
     const double z = 1 - (2 * k + 1.0) / kDirections, angle = k * kPi * (3 - std::sqrt(5.0));
     dvec3 out(std::sqrt(1 - z * z) * std::cos(angle), std::sqrt(1 - z * z) * std::sin(angle), z);
-    // The mean normal of the triangles at this side is a better estimate of the base's normal.
+    // The mean normal of the triangles at this side is a better estimate of the side's normal. So it replaces `out`.
     for (int pass = 0; pass < 3; ++pass) {
       double top = -1e300, area = 0;
       dvec3 mean(0);
@@ -259,7 +260,8 @@ dvec3 away_from_base(const Mesh& mesh) {
     }
   });
   const Side base = *std::ranges::max_element(sides, {}, &Side::area);
-  // a side belongs to the base if the cosine of the angle between its outward direction and the base's is at least this
+  // A side competes with the base only if it faces clearly another direction: the cosine of the angle between the
+  // outward directions of the side and the base is less than this.
   constexpr double kApart = 0.7;
   double other = 0;
   for (const Side& side : sides) {
@@ -335,8 +337,8 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
     foot.push_back(static_cast<int>(mesh.points.size()));
     mesh.points.push_back(q);
     if (!mesh.colors.empty()) mesh.colors.push_back(mesh.colors[static_cast<std::size_t>(i)]);
-    // The outline of the floor lists its points in the order of the border, which agrees with the orientation of the
-    // surface's triangles. The floor must face down, so the last loop adds its triangles reversed.
+    // The outline lists the points of the floor in the order of the border, and so in the orientation of the scanned
+    // surface, which faces up. The floor must face down, so the last loop adds its triangles in reversed order.
     outline.emplace_back(glm::dot(q, u), glm::dot(q, v));
   }
   double area = 0;
@@ -359,9 +361,9 @@ double redness(const Color& c) {
   return sum > 0 ? (c[0] - 0.5 * (c[1] + c[2])) / sum : 0;
 }
 
-/// Fits the plane z = a·x + b·y + c through the upper points. The fit is repeated with the points that are at most 2 mm
-/// below the previous plane. Returns no value if the points do not span a plane, or if the plane is steeper than 30
-/// degrees.
+/// Fits the plane z = a·x + b·y + c through the upper points of a surface. After each fit, the points that lie more
+/// than 2 mm below the plane are removed, and the fit is repeated. Returns no value if the points do not span a plane,
+/// or if the plane is steeper than 30 degrees.
 std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   constexpr int kRounds = 20;
   // Largest distance of a used point below the plane (m), and tangent of the largest angle between the plane and the
@@ -387,8 +389,9 @@ std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   return plane;
 }
 
-/// Finds the threshold that divides values into the two most different groups (Otsu 1979). Returns no value if the
-/// values form a single group. This is the case if the division explains less than 0.6 of the variance.
+/// Finds the threshold that divides values into two groups so that the groups differ most (Otsu 1979). Returns no value
+/// if the values form a single group: the variance between the two groups is then at most 0.6 of the variance of all
+/// values.
 std::optional<double> bound_between(std::vector<double> values) {
   constexpr double kOneGroup = 0.6;
   std::ranges::sort(values);
@@ -423,13 +426,15 @@ std::vector<std::uint8_t> find_gum(const std::filesystem::path& file, const Mesh
                 "an open scan, a scan with colours, or a base that is flatter than any other side, so that it is known "
                 "where the teeth are");
   }
-  // Without colours, a point is classified by its height below the highest point nearby, measured along `up`. A point
-  // far below the plane of the cusps has no tooth nearby; it belongs to the floor of the mouth or to the palate. The
-  // search radius kReach (m) is so large that it includes the nearest cusp of the same tooth or of its neighbour.
+  // Without colours, a point is gingiva if it lies far below the highest point nearby; heights are measured along `up`.
+  // A point far below the plane of the cusps is also gingiva: it has no tooth nearby, and belongs to the floor of the
+  // mouth or to the palate. kReach is the edge (m) of the cells in which the highest points are found. It is so large
+  // that a cell or its neighbour includes a cusp of the same tooth or of the next tooth.
   constexpr double kReach = 6e-3;
   const dvec3 u = glm::normalize(glm::cross(up, std::abs(up.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
   const dvec3 v = glm::cross(up, u);
-  constexpr double kFarBelow = 3e-3;  // m; a point more than crown + kFarBelow below the cusps' plane is gingiva
+  // m; a point is gingiva if it lies more than `crown` + kFarBelow below the plane of the cusps
+  constexpr double kFarBelow = 3e-3;
   std::map<std::pair<int, int>, double> highest;
   std::map<std::pair<int, int>, dvec3> cusps;  // for each cell: (u, v, height) of its highest point
   const auto cell = [&](const dvec3& p) {
@@ -512,8 +517,8 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
       return (shells.depth[static_cast<std::size_t>(shells.of_triangle[t])] > 0) == hollow;
     };
   };
-  // The triangles of a hollow's surface face into the hollow. They are reversed, so that the hollow becomes a solid
-  // part.
+  // The surface of a hollow faces into the hollow. Its triangles are reversed, so that the hollow becomes a solid part
+  // of its own.
   std::vector<std::vector<Triangle>> parts{triangles_of(mesh, out.frame, shell_is(false)),
                                            triangles_of(mesh, out.frame, shell_is(true))};
   for (Triangle& t : parts[1]) std::swap(t.b, t.c);
@@ -521,11 +526,11 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   if (!has_hollow) parts.pop_back();
   if (options.progress) options.progress(0.2);
 
-  // Rules for the tissues. In a tooth, enamel of the thickness `shell` covers the crown. In the lowest part of the
-  // crown (height kTaper), its thickness decreases to zero. The pulp fills the closed hollows of the mesh. If there are
-  // none, tissue deeper than kPulpDepth is pulp. All other tissue is dentin. kCrownShare is the fraction of the tooth's
-  // length that is crown. A bone has cortical bone of the thickness `shell` outside, and cancellous bone inside.
-  // Lengths are in m.
+  // Rules for the tissues; lengths are in m. In a tooth, enamel covers the crown. It has the thickness `shell`, which
+  // decreases to zero in the lowest part of the crown; this part has the height kTaper. The crown is the fraction
+  // kCrownShare of the tooth's length. The pulp fills the closed hollows of the mesh. If there are no hollows, all
+  // tissue deeper than kPulpDepth is pulp. All other tissue is dentin. In a bone, cortical bone of the thickness
+  // `shell` lies outside, and cancellous bone inside.
   constexpr double kPulpDepth = 3e-3, kTaper = 2.5e-3, kCrownShare = 0.42;
   const double shell = options.shell.value_or(tooth ? 1.3e-3 : 1.5e-3);
   if (!(shell >= 0 && shell <= 0.5 * longest)) {
@@ -541,7 +546,8 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   const dvec3 extent = bounds.extent();
   const int axis = extent.x == longest ? 0 : extent.y == longest ? 1 : 2;
   const double middle = 0.5 * (bounds.lo[axis] + bounds.hi[axis]);
-  std::vector<std::array<std::size_t, 2>> of_slab(static_cast<std::size_t>(out.size.x));  // voxels below and above
+  // for each x: number of the body's voxels in the lower half and in the upper half of the longest axis
+  std::vector<std::array<std::size_t, 2>> of_slab(static_cast<std::size_t>(out.size.x));
   for_each_slab(out.size.x, [&](int x) {
     for (int y = 0; y < out.size.y; ++y) {
       for (int z = 0; z < out.size.z; ++z) {
@@ -574,7 +580,8 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
 }
 
 ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& options) {
-  // In m: longest border of a hole that is closed; smallest and largest extent of an arch; depth of the base.
+  // In m. kSmallHole: holes with a longer border than this are not closed at first. kLeast and kMost: smallest and
+  // largest length of an arch. kBaseDepth: depth of the base below the lowest point.
   constexpr double kSmallHole = 6e-3, kLeast = 8e-3, kMost = 0.11, kBaseDepth = 3e-3;
   check_unit(options);
   ArchSurface arch;
@@ -589,8 +596,8 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
   bounds.add(mesh);
   check_length(file, bounds.extent(), options, "an arch or a part of one", kLeast, kMost);
 
-  // Closes small holes. Then the area vector of the mesh points from the longest border to the surface, because the
-  // surface's triangles face up.
+  // Closes the small holes, so that only large openings remain. The area vector of the mesh then points from the
+  // longest border to the surface, because the surface's triangles face up.
   close_holes(mesh, kSmallHole, repairs);
   arch.scanned = mesh.corners.size();
   std::vector<Border> open = borders(mesh);
@@ -630,8 +637,8 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
 }
 
 Imported import_arch(const std::filesystem::path& file, const ImportOptions& options) {
-  // m: usual height of a crown, usual thickness of enamel, height over which the enamel becomes thinner, thickness of
-  // the gingiva
+  // In m. kUsualCrown: usual height of a crown. kUsualEnamel: usual thickness of enamel. kTaper: height of the lowest
+  // part of the crown, in which the enamel becomes thinner. kGumDepth: thickness of the gingiva.
   constexpr double kUsualCrown = 7e-3, kUsualEnamel = 1.3e-3, kTaper = 2.5e-3, kGumDepth = 2e-3;
   Imported result;
   ImportReport& report = result.report;

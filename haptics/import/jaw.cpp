@@ -51,7 +51,8 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   const std::size_t n = sample_of.size();
   std::vector<Row> rows(n);
   std::vector<double> diagonal(n), b(n), x(n, 0.0);
-  // smallest weight of the random walk's step, through the dimmest samples that count as bright
+  // weight of the random walk's step between the dimmest samples that count as bright; steps between brighter samples
+  // have larger weights
   constexpr double kLeast = 1e-4;
   // Weight of the random walk's step into bone for a sample next to cancellous bone. The weight is small, because the
   // sample may also belong to a root without a bright wall. With this weight, a root of 3 mm width is labelled as tooth
@@ -260,16 +261,18 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
   }
 }
 
-// Corrects the border between the pulp and the dentin of the teeth. The blur makes narrow canals appear too narrow, but
-// it does not change how much grey value, in total, is missing around a canal compared to dentin. This total, divided
-// by the difference between dentin and pulp, is the canal's volume in samples. It is computed in a ball around each
-// sample near the border, and as many of the ball's samples become pulp, the darkest first. `scan` and `smooth` are the
-// scan's grey values before and after smoothing, `tooth` marks the teeth with their cavities, and `to_crown` is the
-// squared distance to enamel.
+// Corrects the border between the pulp and the dentin of the teeth. Because of the blur, narrow canals appear too
+// narrow. But the blur does not change a canal's total deficit: the sum, over the samples in and around the canal, of
+// the grey value of dentin minus the sample's grey value. The deficit divided by the difference between the grey values
+// of dentin and pulp is the canal's volume in samples. For each sample near the border, this volume is computed in a
+// ball around the sample. Then the sample becomes pulp if fewer samples of the ball than this volume are darker than
+// the sample, and dentin otherwise. `scan` and `smooth` are the scan's grey values before and after smoothing, `tooth`
+// marks the teeth with their cavities, and `to_crown` is the squared distance to enamel.
 void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const SparseMask& tooth,
                     const Sparse<float>& to_crown, const JawGreys& greys, Sparse<Tissue>& tissue) {
-  // In voxels. kBlurred: distance from the canal up to which the blur changes the grey value. kUnblurred: distance
-  // beyond which it certainly does not. kBall: radius of the ball, which reaches beyond the far side of a canal.
+  // In voxels. kBlurred: the blur changes grey values up to this distance from the canal. kUnblurred: beyond this
+  // distance from the canal, grey values are certainly unchanged. kBall: radius of the ball, which reaches beyond the
+  // far side of a canal.
   constexpr float kBlurred = 2.5, kUnblurred = 3;
   constexpr int kBall = 6;
   constexpr std::size_t kLeast = 20;    // smallest number of samples from which a grey value is measured

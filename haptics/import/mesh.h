@@ -22,7 +22,7 @@ struct Mesh {
 struct MeshRepairs {
   std::size_t collapsed = 0;  // number of removed triangles with two equal corners
   std::size_t welded = 0;     // number of corners that were merged with another corner at almost the same position
-  std::size_t copies = 0;     // number of removed second copies of triangles
+  std::size_t copies = 0;     // number of triangles that were removed because they were copies of other triangles
   std::size_t turned = 0;     // number of triangles that were reversed to agree with their neighbours
   // number of shells (connected surfaces) that were reversed because they were inside out
   std::size_t shells_turned = 0;

@@ -323,7 +323,8 @@ Mesh read_surface(const std::filesystem::path& file, double unit, MeshRepairs& r
 }
 
 Mesh read_mesh(const std::filesystem::path& file, double unit, MeshRepairs& repairs) {
-  constexpr double kSmallHole = 6e-3;  // m, largest length of a border that is closed; such a hole is about 2 mm wide
+  // m; a hole is closed if its border is at most this long; such a hole is at most about 2 mm wide
+  constexpr double kSmallHole = 6e-3;
   Mesh mesh = read_surface(file, unit, repairs);
   drop_copies(mesh, repairs);
   orient(mesh, repairs);

@@ -32,7 +32,8 @@ void close_holes(Mesh& mesh, double longest, MeshRepairs& repairs);
 /// The shells of a mesh. A shell is a piece of the mesh whose triangles are connected over edges.
 struct Shells {
   std::vector<int> of_triangle;
-  // Signed volume of each shell in m³. An open shell counts as closed by triangles from its border to its first point.
+  // Signed volume of each shell in m³. For an open shell, the volume is computed as if triangles from its border to its
+  // first point closed it.
   std::vector<double> volume;
   // Number of other shells that contain this shell completely. It is 0 for all shells if there are more than
   // kMostNested shells.

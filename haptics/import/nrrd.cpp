@@ -156,7 +156,8 @@ static RawScan read_nrrd(const ScanRequest& request) {
   std::string data = "data";
   bool known = true;
   if (state->dataFNFormat) {
-    // The data are in numbered files, so the size is not known. If a file is missing or too short, teem reports it.
+    // The data are in numbered files, so their size is not known here. If a file is missing or too short, teem reports
+    // an error later.
     known = false;
   } else if (state->dataFNArr->len > 0) {
     for (unsigned i = 0; i < state->dataFNArr->len; ++i) {

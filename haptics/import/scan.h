@@ -61,7 +61,8 @@ struct ScanFormat {
 };
 const std::vector<ScanFormat>& scan_formats();
 
-/// Smallest and largest voxel edge, in m, with which the tissues can be distinguished.
+/// Smallest and largest voxel edge, in m, that a scan may have. With larger voxels, the tissues cannot be
+/// distinguished.
 struct SpacingLimits {
   double smallest, largest;
   std::string_view of;       // body to which the limits apply, for messages: "a tooth"

@@ -134,7 +134,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       const Contacts& f = faces[id];
       const bool narrow =
           parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
-      // True if this pocket only fills the mouth of a cavity that was found before with a smaller ball.
+      // True if this pocket is only the mouth of a cavity that a smaller ball has already found.
       const bool plug = 2 * f.cavity > f.mouth;
       if ((narrow || plug) && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }
@@ -316,8 +316,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   report(0.25);
 
   // In voxels. kWidestShell: largest distance from the surface at which the blurred edge is assumed to change grey
-  // values; kUsualShell: distance that this rarely exceeds. kFirstExact: distance up to which distances are exact, as
-  // the measurement of the edges' width needs.
+  // values. kUsualShell: the edge of most scans changes grey values only up to this distance. kFirstExact: distances
+  // are exact up to this one, because the measurement of the edges' width needs exact distances.
   constexpr double kWidestShell = 6, kUsualShell = 3.5, kFirstExact = 1.5;
   DistanceField first = signed_distance(over, size, {}, kUsualShell + 0.5, kFirstExact);
   report(0.45);
