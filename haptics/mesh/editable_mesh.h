@@ -88,8 +88,8 @@ class EditableMesh {
   /// of these faces.
   void settle(Index v) noexcept;
   void settle_face(Index f) noexcept { place(f); }
-  /// Splits edge i of face f at the point p. Returns the new vertex, or kNone if the edge is at a border or the pool is
-  /// empty.
+  /// Splits edge i of face f at the point p. Returns the new vertex, or kNone if the edge is at a border or no unused
+  /// vertex or face is left.
   Index split(Index f, int i, const dvec3& p) noexcept;
   /// Replaces edge i of face f by the other diagonal of the quad of its two faces. Returns false at a border, or if the
   /// other diagonal is already an edge.
@@ -100,7 +100,8 @@ class EditableMesh {
   bool collapse(Index f, int i, bool keeps_first) noexcept;
   bool may_collapse(Index f, int i, bool keeps_first) const noexcept;
 
-  /// Calls fn(face, corner) for each face around the vertex v. Without a border, the order is counter-clockwise.
+  /// Calls fn(face, corner) for each face around the vertex v; `corner` is the face's corner at v. If v is not on a
+  /// border, the order is counter-clockwise.
   template <class Fn>
   void around(Index v, Fn&& fn) const noexcept(noexcept(fn(Index{}, 0))) {
     const Index first = vertices_[v].face;
@@ -193,8 +194,8 @@ class EditableMesh {
   // Records changes: from this call on, the mesh stores each vertex and face in `record` before its first change. Null
   // ends the recording. Allocates memory in `record`.
   void record(MeshRecord* record);
-  /// Exchanges the vertices and faces in a finished record with the present ones of the mesh. The first call undoes the
-  /// changes, and the next call makes them again.
+  /// Exchanges the vertices and faces in a finished record with the vertices and faces that the mesh has now. So the
+  /// first call undoes the changes, and the next call repeats them.
   void exchange(MeshRecord& record);
   /// From this call on, the mesh lists the faces that change, including those that are removed. Allocates memory.
   void list_changes();
@@ -265,7 +266,7 @@ class EditableMesh {
   // The following members are not copied with the mesh, because they belong to the recording of one particular mesh.
   MeshRecord* record_ = nullptr;
   std::uint32_t stroke_ = 0;
-  // for each vertex and each face: number of the last stroke whose record stored it
+  // for each vertex and each face: number of the last recording that stored it
   std::vector<std::uint32_t> vertex_stroke_, face_stroke_;
   bool lists_changes_ = false;
   std::vector<Index> changed_;

@@ -10,8 +10,8 @@
 
 namespace typodont::haptics::mesh {
 
-/// A list of points. They are stored as doubles and also as arrays of floats, so that eight points can be tested at
-/// once. Servo thread; allocates only at construction. Equal calls give equal bits on every processor.
+/// A list of points. Each point is stored as doubles and also as floats, so that eight points can be tested at once.
+/// Servo thread; allocates only at construction. Equal calls give equal bits on every processor.
 class NearPoints {
  public:
   /// `most` is the largest number of points.
@@ -53,7 +53,8 @@ class NearPoints {
   // Coordinates in m relative to the position of listed_at_. The arrays are longer than `points_`, because the last
   // batch is read completely.
   std::vector<float> x_, y_, z_;
-  // m, stored distance from the head at listed_at_; a large negative value: no distance is stored
+  // m, distance of each point from the head at the pose listed_at_; a large negative value means that the distance is
+  // not known
   std::vector<float> distance_;
   std::vector<std::uint32_t> at_;  // indices of the points that the last search found
 };
