@@ -57,8 +57,8 @@ struct BlockSet {
 /// Returns the blocks whose byte in `blocks` is not zero, and all blocks that touch such a block.
 std::vector<std::uint8_t> with_neighbours(const std::vector<std::uint8_t>& blocks, const glm::ivec3& count);
 
-/// An allocator that does not initialise elements. So the thread that first writes to a page of memory is the thread
-/// that later uses it; the system then places the page near that thread's processor core, which makes access faster.
+/// An allocator that does not initialise elements. So a page of memory is first written by the thread that later uses
+/// it. The system then places the page near this thread's processor core, which makes access faster.
 template <class T>
 struct NoInitialValue : std::allocator<T> {
   template <class U>
@@ -148,8 +148,8 @@ Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 /// because the kernel's second moment is −blur². The correction is exact to second order. c is at most 3, because a
 /// larger c would increase the noise.
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
-/// Returns the factor by which smooth_in_place() changes the standard deviation of white noise. It is the norm of the
-/// kernel.
+/// Returns the norm of the kernel of smooth_in_place(). It is the factor by which smooth_in_place() changes the
+/// standard deviation of white noise.
 double noise_left(double sigma, double blur);
 
 /// Marks each block of the box (one byte per block, z fastest) that has a sample above `bound` after g was smoothed by

@@ -255,7 +255,8 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   field.closest = Sparse<glm::vec3>(set, glm::vec3(0), glm::vec3(0));
   for_each_sample(*set, [&](const glm::ivec3& i, std::size_t k) {
     const glm::dvec3 q = source(i);
-    // A sample without a nearest crossing is far from the surface. There the linear interpolant has the correct sign.
+    // A sample without a nearest crossing is far from the surface. The sign of its distance comes from the linear
+    // interpolant, whose sign is correct there.
     if (feature.v[k] < 0) {
       d.v[k] = static_cast<float>(sample(phi, q) > 0 ? -band : band);
       return;

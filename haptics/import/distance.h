@@ -71,8 +71,8 @@ class WindingNumbers {
   std::array<Lines, 3> lines_;
 };
 
-/// Marks each block of a grid of `size` (one byte per block, z fastest) that may contain samples nearer than `reach`
-/// (voxels) to a triangle.
+/// Marks the blocks of a grid of `size` that may contain samples nearer than `reach` (voxels) to a triangle. The result
+/// has one byte per block (z fastest).
 std::vector<std::uint8_t> blocks_near(std::span<const Triangle> mesh, const glm::ivec3& size, double reach);
 
 /// Returns the distance (voxels) from every sample to the nearest triangle, from 0 to `band`. Samples that are not

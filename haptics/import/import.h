@@ -82,7 +82,8 @@ struct ImportOptions {
 /// A nerve canal, which is found as a dark tube in the bone.
 struct JawCanal {
   std::vector<dvec3> centre;  // m, points of the centre line in the file's coordinates
-  double uncertainty = 0;     // m, standard deviation of the centre line's position across the canal
+  // m, standard deviation of the position of the centre line, in the directions across the canal
+  double uncertainty = 0;
 };
 
 /// A tooth of a jaw. Teeth that touch each other are separated at the narrowest place between them.
@@ -91,7 +92,7 @@ struct JawTooth {
   double volume = 0;  // m³, volume with pulp and metal
 };
 
-/// Facts about the labels of a jaw, with their uncertainty.
+/// What was found in a jaw: teeth and canals, and how uncertain the labels are.
 struct JawReport {
   std::vector<JawTooth> teeth;     // the teeth with enamel or metal, the largest first
   double border = 0;               // m, standard deviation of the position of a border between two tissues
@@ -156,7 +157,7 @@ struct Imported {
   std::vector<float> grey;
 };
 
-/// Returns true if the file or folder is read as DICOM. Its name may then contain a person's name.
+/// Returns true if the file or folder is read as DICOM. The name of a DICOM file may contain a person's name.
 bool is_dicom(const std::filesystem::path& file);
 
 /// Returns the extensions of the supported files in lower case: ".nrrd", …

@@ -39,7 +39,7 @@ void check_length(const std::filesystem::path& file, const dvec3& extent, const 
                   std::string_view what, double least, double most) {
   const double longest = longest_of(extent);
   if (longest >= least && longest <= most) return;
-  // unit of length for which the size of the body would be plausible; the error message proposes it
+  // a unit of length for the error message; with this unit, the body would have a plausible size
   std::string guess;
   for (const double mm : {1.0, 10.0, 1000.0, 25.4}) {
     const double length = longest / options.mesh_unit * mm * kMillimetre;
@@ -96,12 +96,12 @@ std::vector<Triangle> triangles_of(const Mesh& mesh, const VoxelFrame& frame, Wa
   return triangles;
 }
 
-/// Throws Error if the computation needs too much memory. `deepest`: largest distance (voxels) that is computed.
-/// `labels`: further memory in bytes per voxel, for the labels.
+/// Throws Error if the distances and labels need too much memory. `deepest` is the largest distance (voxels) that is
+/// computed. `labels` is the memory for labels in bytes per voxel.
 void require_memory_for(const DenseTissue& out, std::span<const std::vector<Triangle>> parts, double deepest,
                         double labels, const ImportOptions& options, ImportReport& report) {
-  // memory of the result in bytes per voxel, and memory that does not depend on the size (measured with typodont bench
-  // import)
+  // kResult: memory of the result, bytes per voxel. kResidue: bytes, memory that does not depend on the size. Both were
+  // measured with typodont bench import.
   constexpr double kResult = 5, kResidue = 30e6;
   const dvec3 size(out.size);
   require_memory(kResidue + memory_of_filling(parts, out.size, deepest) + (kResult + labels) * size.x * size.y * size.z,
@@ -141,8 +141,9 @@ void count_parts(Imported& imported) {
   report.pulp_parts = static_cast<int>(count_bodies(t.size, row_of(pulp)));
 }
 
-/// Returns the integral (m²) of the normal over a surface. The integral is zero for a closed surface. For an open
-/// surface, it points from the opening towards the opposite side, and its length is the area of the opening.
+/// Returns the sum (m²) of the triangles' normals, each multiplied by the area of the triangle. The sum is zero for a
+/// closed surface. For an open surface, it points from the opening towards the opposite side, and its length is the
+/// area of the opening.
 dvec3 area_vector(const Mesh& mesh) {
   dvec3 sum(0);
   for (const auto& c : mesh.corners) {
@@ -152,15 +153,16 @@ dvec3 area_vector(const Mesh& mesh) {
   return sum;
 }
 
-/// Returns the normal of the plane in which most of a border lies. It is the direction, within 45 degrees of `start`,
-/// in which the heights of the border's points differ least from their median (smallest mean difference). Because of
-/// the median, a part of the border that runs up over a crown does not tilt the plane. Points are weighted by the
-/// border's length along the plane.
+/// Returns the normal of the plane in which most of a border lies. The normal is at most 45 degrees away from `start`.
+/// The height of a point is measured along the normal. The function chooses the normal for which the mean difference
+/// between the heights of the border's points and their median is smallest. Because of the median, a part of the border
+/// that runs up over a crown does not tilt the plane. Each point has as weight the length of the next segment of the
+/// border, measured along the plane.
 dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) {
   const std::size_t n = border.points.size();
   const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(border.points[k % n])]; };
   const auto mean_distance = [&](const dvec3& up) {
-    // for each segment of the border: its height, and its length along the plane
+    // for each segment of the border: the height of its first point, and its length along the plane
     std::vector<std::pair<double, double>> heights;
     double total = 0;
     for (std::size_t k = 0; k < n; ++k) {
@@ -366,8 +368,8 @@ double redness(const Color& c) {
 /// or if the plane is steeper than 30 degrees.
 std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   constexpr int kRounds = 20;
-  // Largest distance of a used point below the plane (m), and tangent of the largest angle between the plane and the
-  // horizontal.
+  // kBelow: m; points farther below the plane than this are removed. kSteepest: tangent of the largest allowed angle
+  // between the plane and the horizontal.
   constexpr double kBelow = 2e-3, kSteepest = 0.577;
   constexpr std::size_t kLeast = 6;
   std::optional<dvec3> plane;

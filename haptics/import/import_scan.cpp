@@ -23,12 +23,12 @@ namespace {
 constexpr double kScanSmoothing = 0.8;
 }  // namespace
 
-// Imports a scan. `known`: grey values of the tissues in the whole scan, if `scan` is only a region of it; null: the
-// grey values are found in `scan`.
+// Imports `scan`, which is a whole scan or a region of one. `known` has the grey values of the tissues in the whole
+// scan. If it is null, the grey values are found in `scan`.
 static Imported import_read_scan(const std::filesystem::path& file, Scan scan, const ScanGreys* known,
                                  const ImportOptions& options);
 
-// Replaces each block of k voxels by its mean, for a result that is much coarser than the scan.
+// Makes the scan coarser: each block of k.x × k.y × k.z voxels becomes one voxel with the mean grey value of the block.
 static void reduce(Scan& scan, const glm::ivec3& k) {
   const glm::ivec3 size = scan.grey.size / k;
   Grid<float> out(size);
@@ -50,8 +50,8 @@ static void reduce(Scan& scan, const glm::ivec3& k) {
   scan.grey = std::move(out);
 }
 
-// Interpolates the grey values from `lo` to `hi` (inclusive, may be outside the scan) on a grid with cubic voxels of
-// the edge `voxel`. Outside the scan, the value is `outside`.
+// Returns the grey values of the scan on a grid with cubic voxels of the edge `voxel`, by interpolation. The grid
+// covers the scan's voxels from `lo` to `hi` (inclusive). Outside the scan, the value is `outside`.
 static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::ivec3& hi, double voxel, float outside) {
   Grid<float> box(hi - lo + 1, outside);
   const glm::ivec3 from = glm::max(lo, glm::ivec3(0)), to = glm::min(hi + 1, scan.grey.size);
@@ -64,8 +64,8 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
   const glm::dvec3 ratio = voxel / scan.spacing;
   if (glm::all(glm::lessThan(glm::abs(ratio - 1.0), glm::dvec3(1e-3)))) return box;
   const glm::ivec3 size = glm::ivec3(glm::floor(glm::dvec3(box.size - 1) / ratio + 1e-9)) + 1;
-  // Interpolates along one axis after the other. The data of an axis: for each sample of the result, the four samples
-  // of the box next to it, and their weights (Catmull-Rom).
+  // Interpolates along one axis after the other. For each sample of the result, Taps has the four nearest samples of
+  // the box along the axis, and their weights (Catmull-Rom).
   struct Taps {
     std::array<int, 4> at;
     std::array<double, 4> weight;

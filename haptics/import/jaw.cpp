@@ -165,9 +165,9 @@ Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const
 }
 
 // Computes the grey value at the borders of a thin dark layer between bright ones (or of a bright layer between dark
-// ones). The scan's blur has reduced the contrast of the layer to the fraction `dip` (0..1) of its true contrast. If w
-// is the layer's width and σ the standard deviation of the blur, then dip = erf(w / (2√2 σ)), and the contrast at the
-// borders is erf(w / (√2 σ)) / 2.
+// ones). All contrasts are fractions of the layer's true contrast. `dip` is the contrast at the middle of the layer,
+// which the scan's blur has reduced. If w is the layer's width and σ the standard deviation of the blur, then dip =
+// erf(w / (2√2 σ)), and the contrast at the borders of the layer is erf(w / (√2 σ)) / 2.
 class LayerBound {
  public:
   LayerBound() {
@@ -343,13 +343,14 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   tissue = std::move(corrected);
 }
 
-// Finds the teeth in the mask of all teeth. The depth of a sample is its distance from the outside. From each local
-// maximum of the depth, a tooth grows to samples of decreasing depth. If two teeth meet, they are one tooth, unless the
-// place where they meet is much shallower than both (a contact between neighbouring teeth). Only teeth with samples of
-// `crown` are returned. Positions are in samples, volumes in numbers of samples.
+// Separates the teeth in the mask of all teeth. The depth of a sample is its distance from the surface of the mask.
+// From each local maximum of the depth, a tooth grows to samples of decreasing depth. Two teeth that meet become one
+// tooth, unless the depth at the place where they meet is much smaller than the largest depth of each tooth (a contact
+// between neighbouring teeth). Only teeth with samples of `crown` are returned. Positions are in samples, volumes in
+// numbers of samples.
 std::vector<JawTooth> find_teeth(const SparseMask& teeth, const SparseMask& crown, double voxel, double least) {
-  // kDeepest: m, depth beyond which all samples count as equally deep. kContact: where two teeth meet, the depth
-  // divided by the depth of the shallower tooth must be below this ratio. Otherwise the two are one tooth.
+  // kDeepest: m; samples deeper than this count as equally deep. kContact: two teeth that meet stay separate if the
+  // depth at this place is less than kContact times the largest depth of the shallower tooth.
   constexpr double kDeepest = 4e-3, kContact = 0.75;
   const std::shared_ptr<const BlockSet>& set = teeth.set;
   const SparseMask others = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !teeth.v[i]; });
@@ -646,9 +647,9 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   correct_canals(scan, grey, where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return in_tooth(i); }),
                  to_crown, greys, out.tissue);
 
-  // Estimates the uncertainty of each tissue's volume. It is the area of the tissue's border multiplied by the
-  // uncertainty of the border's position. The latter comes from noise and from the uncertainty of the grey values. For
-  // teeth and bone, the volume is added that the random walker may have labelled wrongly.
+  // Estimates the uncertainty of each tissue's volume: the area of the tissue's border multiplied by the uncertainty of
+  // the border's position, which comes from noise and from the uncertainty of the grey values. For teeth and bone, a
+  // second volume is added: the one that the random walker may have labelled wrongly.
   constexpr double kBorder = 0.1;  // voxels, error of a border's position without noise, as measured
   const double rise = greys.hard - greys.soft;
   out.report.border = voxel * std::hypot(kBorder, noise / rise * std::sqrt(2 * kPi) * std::max(0.5, s.blur));
@@ -664,8 +665,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     }
     if (bright.v[i]) mislabelled += static_cast<double>(std::min(probability.v[i], 1 - probability.v[i]));
   }
-  // Voxel faces approximate a surface by steps. This is the mean ratio of their area to the true area of the surface,
-  // for a surface at a random angle to the axes.
+  // Voxel faces approximate a surface by steps, so their area is larger than the true area of the surface. This is the
+  // mean ratio of the two areas for a surface at a random angle to the axes.
   constexpr double kFacesPerArea = 1.5;
   for (std::size_t t = 0; t < faces.size(); ++t)
     out.report.volume_uncertainty[t] = faces[t] / kFacesPerArea * voxel * voxel * out.report.border;

@@ -74,9 +74,9 @@ struct SpacingLimits {
 Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spacing,
                const std::optional<double>& nan_grey, const SpacingLimits& limits);
 
-/// Corrects a scan whose third axis is not perpendicular to the other two (a tilted gantry). Each slice is shifted
-/// within its plane by cubic interpolation. The first two axes must be perpendicular to each other. Returns the
-/// corrected angle in rad.
+/// Corrects a scan whose third axis is not perpendicular to the other two axes, because the gantry was tilted. Each
+/// slice is shifted within its plane, by cubic interpolation. The first two axes must be perpendicular to each other.
+/// Returns the angle, in rad, by which the third axis was corrected.
 double undo_shear(const std::filesystem::path& file, RawScan& raw);
 
 // Largest number of voxels of a scan. This limit and the functions below are used by the readers of several formats.
