@@ -22,8 +22,8 @@ inline Corners corners(const EditableMesh& mesh, Index f) {
 /// Returns true if a point of the segment `from`–`to`, except its ends, lies in the interior of the triangle a, b, c.
 bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dvec3& b, const dvec3& c) noexcept;
 
-/// Returns true if two triangles cross each other at a point that is no common vertex. Triangles with a common edge
-/// never count as crossing.
+/// Returns true if two triangles cross each other. A common vertex does not count as a crossing, and triangles with a
+/// common edge never cross each other.
 bool cross_each_other(const Corners& a, const Corners& b) noexcept;
 
 /// A table of triangles. With it, the triangles that cannot cross another triangle are found quickly. Allocates memory

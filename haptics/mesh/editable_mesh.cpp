@@ -441,8 +441,8 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
   for (const Index v : {c, d}) {
     if (valence(v) <= (vertices_[v].on_border() ? 1 : 3)) return false;
   }
-  // An edge may be collapsed only if its two vertices have no more than two common neighbours. Otherwise the surface
-  // would touch itself.
+  // An edge may be collapsed only if its two vertices have at most two common neighbours. With more common neighbours,
+  // the surface would touch itself after the collapse.
   Index beside[kMostAround];
   int count = 0;
   bool allowed = true;
@@ -482,8 +482,8 @@ bool EditableMesh::collapse(Index f, int i, bool keeps_first) noexcept {
     if (h != f && h != g) ring[count++] = h;
   });
   for (int k = 0; k < count; ++k) write_face(ring[k]).v[corner(ring[k], gone)] = kept;
-  // The outer neighbours of the two removed faces become neighbours of each other. The vertex `gone` was already
-  // replaced by `kept` in these faces.
+  // Two faces are removed. Their outer neighbours become neighbours of each other. In these outer neighbours, the
+  // vertex `gone` was already replaced by `kept`.
   const auto now = [&](Index v) { return v == gone ? kept : v; };
   replace_neighbour(f_bc, f, c, f_ca);
   replace_neighbour(f_ca, f, now(first), f_bc);

@@ -40,8 +40,8 @@ struct Face {
   Tissue tissue = Tissue::kAir;  // tissue below the face
 };
 
-/// A record of changes: the vertices and faces as they were before they changed. EditableMesh::exchange() exchanges
-/// them with those of the mesh.
+/// A record of changes: the vertices and faces as they were before they changed. EditableMesh::exchange() exchanges the
+/// recorded vertices and faces with the present ones.
 struct MeshRecord {
   std::vector<std::pair<Index, Vertex>> vertices;
   std::vector<std::pair<Index, Face>> faces;
@@ -184,15 +184,14 @@ class EditableMesh {
     }
     return true;
   }
-  /// Returns false if near() would not visit face f for this box, because the ball that encloses the face lies outside
-  /// the box.
+  /// Returns false if the ball that encloses the face f lies outside the box. near() would then not visit this face.
   bool may_meet(Index f, const glm::vec3& lo, const glm::vec3& hi) const noexcept { return places_[f].meets(lo, hi); }
   /// Centre of a ball that encloses a face, in m.
   const glm::vec3& ball_center(Index f) const noexcept { return places_[f].center; }
   float ball_radius(Index f) const noexcept { return places_[f].radius; }
 
-  // Records changes: from this call on, the mesh stores each vertex and face in `record` before its first change. Null
-  // ends the recording. Allocates memory in `record`.
+  // Records changes: from this call on, the mesh stores each vertex and face in `record` before its first change. A
+  // null pointer ends the recording. Allocates memory in `record`.
   void record(MeshRecord* record);
   /// Exchanges the vertices and faces in a finished record with the vertices and faces that the mesh has now. So the
   /// first call undoes the changes, and the next call repeats them.

@@ -14,7 +14,8 @@ namespace typodont::haptics::mesh {
 /// Parameters of the pieces: their size, and the angle from which an edge is drawn as sharp.
 struct PieceParameters {
   double faces = 256;  // wanted mean number of faces per piece
-  // m, smallest edge of the cubic cell whose faces form a piece; it limits the number of pieces that are drawn
+  // m, smallest edge of the cubic cells (the faces in one cell form a piece); it limits the number of pieces that are
+  // drawn
   double least = 1.5e-3;
   // m, largest edge of the cubic cell of a piece; it limits the number of faces to generate again after a small cut
   double most = 3e-3;
@@ -30,8 +31,8 @@ struct PieceParameters {
 /// a sphere). So round surfaces look round at any resolution, and edges stay sharp.
 class SurfacePieces final : public TissueSurface {
  public:
-  /// Makes the pieces. `labels` is the volume that labels() returns; positions of corners are relative to the origin of
-  /// its frame. From now on, the mesh lists its changes.
+  /// Makes the pieces. `labels` is the volume that the function labels() returns. The positions of the pieces' corners
+  /// are relative to the origin of this volume's frame. From now on, the mesh lists its changes.
   SurfacePieces(EditableMesh& mesh, const TissueVolume& labels, const PieceParameters& parameters = {});
 
   bool open() const override { return open_; }
