@@ -19,9 +19,10 @@ struct Imported;
 enum class LabelKind : std::uint8_t { kBone, kTooth, kMetal, kCanal, kNothing };
 inline constexpr int kLabelKinds = 5;
 
-/// A stroke with the brush. It corrects the volume within `radius` of a polyline. If `only_tissue` is true, it changes
-/// only the label of existing tissue. Otherwise it also adds tissue, but not within three voxels of the walls of the
-/// imported box. With the label kNothing it removes tissue.
+/// A stroke with the brush. The stroke corrects the volume within `radius` of a polyline. With the label kNothing, the
+/// stroke removes tissue. With another label and `only_tissue`, it changes only the label of existing tissue. With
+/// another label and without `only_tissue`, it also adds tissue, except within three voxels of the walls of the
+/// imported box.
 struct LabelStroke {
   LabelKind kind = LabelKind::kBone;
   std::vector<dvec3> path;  // m, points of the polyline

@@ -250,8 +250,8 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   }
   propagate(feature, d, reach, placement.scale, squared_from);
 
-  // So far each sample has its nearest crossing: the nearest point at which a grid line crosses the surface. Starting
-  // from this point, finds the nearest point of the whole surface, which usually lies between such crossings.
+  // So far each sample has its nearest crossing: the nearest point at which a grid line crosses the surface. The
+  // nearest point of the whole surface usually lies between such crossings. It is searched from the nearest crossing.
   field.closest = Sparse<glm::vec3>(set, glm::vec3(0), glm::vec3(0));
   for_each_sample(*set, [&](const glm::ivec3& i, std::size_t k) {
     const glm::dvec3 q = source(i);

@@ -12,8 +12,8 @@
 
 namespace typodont::haptics::importing {
 
-/// Position of one grid in the index space of another grid: the sample `index` of the first grid lies at p = offset +
-/// scale · index in the second one.
+/// Position of one grid in the index space of another grid: the sample of the first grid with the index i lies at the
+/// index p = offset + scale · i of the second grid.
 struct Placement {
   glm::dvec3 offset{0};
   double scale = 1;
@@ -57,9 +57,9 @@ class WindingNumbers {
     float at;    // position along the line's axis
     int leaves;  // 1 if the line, in the direction of +axis, leaves the mesh here; -1 if it enters the mesh
   };
-  /// The crossings of all grid lines along one axis, line by line, sorted by position. u and v are the next two axes.
-  /// The line at (u, v) = (i, j) has the index k = i · size[v] + j, and its crossings are crossings[first[k]] to
-  /// crossings[first[k + 1] − 1].
+  /// The crossings of all grid lines along one axis: line by line, and along each line sorted by position. u and v are
+  /// the two axes that follow in the cycle x, y, z, x. The line at (u, v) = (i, j) has the index k = i · size[v] + j,
+  /// and its crossings are crossings[first[k]] to crossings[first[k + 1] − 1].
   struct Lines {
     std::vector<Crossing> crossings;
     std::vector<std::uint32_t> first;

@@ -87,8 +87,8 @@ Grid<float> distance_squared_to(const Mask& mask) {
       for (int b = 0; b < inner; ++b) {
         const std::size_t start = axis == 0 ? d.index(0, a, b) : axis == 1 ? d.index(a, 0, b) : d.index(a, b, 0);
         for (std::size_t k = 0; k < length; ++k) f[k] = d.v[start + stride * k];
-        // Computes the lower envelope of the parabolas f[q] + (k − q)², one for each sample q of the line: the smallest
-        // value of all parabolas at each sample k.
+        // For each sample q of the line, there is a parabola in k: f[q] + (k − q)². Computes the lower envelope of
+        // these parabolas, which is their smallest value at each sample k.
         int top = -1;
         for (int q = 0; q < n; ++q) {
           if (f[static_cast<std::size_t>(q)] >= kHuge) continue;

@@ -48,7 +48,8 @@ struct ImportRegion {
 
 struct ImportOptions {
   ImportPreset preset = ImportPreset::kTooth;
-  // parts that are imported instead of one file; where parts overlap, the later part is used
+  // closed meshes that are imported instead of one file; where they overlap, the tissue is that of the later one in
+  // this list
   std::vector<ImportPart> parts;
   // m, voxel edge of the result; if not given, the scan's smallest spacing, or 0.1 mm for a mesh
   std::optional<double> voxel;
@@ -63,7 +64,7 @@ struct ImportOptions {
   glm::dmat3 turn{1};                // rotation by quarter turns (quarter_turns) that is applied to the result
   // Maps the scan's grey values to hardness. If not given, every tissue has its usual hardness everywhere.
   std::optional<HardnessGreys> hardness;
-  double band = 1.5e-3;  // m; distances are exact up to this distance on both sides of the surface
+  double band = 1.5e-3;  // m; on both sides of the surface, the result has exact distances up to this value
   // The part of a scan that is imported. If not given, everything is imported. The grey values of the tissues are found
   // in the whole scan.
   std::optional<ImportRegion> region;
@@ -135,7 +136,7 @@ struct ImportReport {
   KindGreys kinds;
   double noise_grey = 0;  // standard deviation of the grey values of the surroundings
   double blur = 0;        // m, standard deviation of the scan's blur, measured at edges
-  double memory = 0;      // bytes, largest memory that the work needs, estimated before it begins
+  double memory = 0;      // bytes, largest memory that the import needs; estimated before the import begins
   // Coordinate space of the file: "LPS" (x to the patient's left, y to the back, z to the head), "RAS" (x to the right,
   // y to the front, z to the head), or empty if unknown.
   std::string space;

@@ -288,8 +288,7 @@ std::size_t drop_pieces(Mesh& mesh) {
   return static_cast<std::size_t>(std::ranges::count_if(area, [&](double a) { return a < least; }));
 }
 
-/// Divides a polygon into triangles (ear clipping). The polygon is anticlockwise as the viewer sees it, and the
-/// triangles have the same orientation.
+/// Divides a polygon into triangles (ear clipping). The corners of the polygon and of the triangles are anticlockwise.
 std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2>& polygon) {
   const auto cross = [&](std::size_t a, std::size_t b, std::size_t c) {
     const glm::dvec2 u = polygon[b] - polygon[a], v = polygon[c] - polygon[a];
@@ -299,8 +298,8 @@ std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2
   for (std::size_t k = 0; k < left.size(); ++k) left[k] = k;
   std::vector<std::array<std::size_t, 3>> triangles;
   while (left.size() > 3) {
-    // A border that crosses itself may have no ear (a corner that can be cut off as a triangle). In this case, its
-    // straightest corner is removed.
+    // An ear is a corner that can be cut off as a triangle. A border that crosses itself may have no ear. In this case,
+    // the straightest corner of the border is cut off.
     std::size_t ear = 0;
     double best = -1e300;
     bool found = false;

@@ -436,7 +436,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     report.jaw = std::move(labels->report);
   }
 
-  // Positions the result's grid so that one of its samples coincides with a sample of the working grid.
+  // Positions the result's grid so that one of the grid's samples coincides with a sample of the working grid.
   glm::ivec3 first = grey.size, last(0);
   for (std::size_t i = 0; i < s.surface.distance.v.size(); ++i) {  // blocks that are not stored lie deeper inside
     if (!(s.surface.distance.v[i] < 0)) continue;

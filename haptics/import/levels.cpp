@@ -17,8 +17,8 @@ static double quantile(std::vector<float>& values, double share) {
   return values[static_cast<std::size_t>(k)];
 }
 
-// Returns the grey values of the voxels on the walls of the box. These voxels belong to the surroundings, unless tissue
-// covers more than half of them.
+// Returns the grey values of the voxels on the walls of the box. Most of these voxels belong to the surroundings,
+// unless tissue covers more than half of the walls.
 static std::vector<float> walls(const Grid<float>& g) {
   std::vector<float> values;
   for (int x = 0; x < g.size.x; ++x) {

@@ -35,8 +35,8 @@ std::uint8_t color_byte(double share) {
   return static_cast<std::uint8_t>(std::clamp(share, 0.0, 1.0) * 255 + 0.5);
 }
 
-// Reads PLY files, both text and binary. The library assimp is not used for PLY, because it does not check counts and
-// indices, so that damaged files make it crash or block it for minutes.
+// Reads PLY files, both text and binary. The library assimp is not used for PLY, because assimp does not check counts
+// and indices. So a damaged file could make assimp crash or run for minutes.
 class PlyReader {
  public:
   explicit PlyReader(const std::filesystem::path& file)

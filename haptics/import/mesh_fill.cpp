@@ -12,11 +12,11 @@ namespace {
 
 using glm::dvec3;
 
-constexpr int kInside = 3;  // a sample is inside if its winding number, multiplied by six, is at least this
+constexpr int kInside = 3;  // smallest winding number, multiplied by six, of a sample inside a part
 
-/// Collects the triangles that form the outer surface of the body. Triangles completely within the body, where parts of
-/// the mesh overlap or touch, are omitted. Triangles partly within the body are split, down to a size of about one
-/// voxel.
+/// Collects the triangles that form the outer surface of the body. A triangle completely within the body is omitted;
+/// such triangles exist where parts of the mesh overlap or touch. A triangle partly within the body is split into
+/// triangles, down to a size of about one voxel.
 class Skin {
  public:
   Skin(std::span<const std::vector<Triangle>> parts, const Mask& part) : part_(part) {

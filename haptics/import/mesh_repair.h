@@ -14,8 +14,8 @@ void drop_copies(Mesh& mesh, MeshRepairs& repairs);
 /// of the mesh, the function reverses as few triangles as possible.
 void orient(Mesh& mesh, MeshRepairs& repairs);
 
-/// A border of a mesh: a path along edges that have an odd number of triangles, in the direction in which these
-/// triangles list their edges.
+/// A border of a mesh: a path along edges that have an odd number of triangles. The path runs in the direction in which
+/// these triangles list the edges.
 struct Border {
   std::vector<int> points;
   double length = 0;   // m, length of the border

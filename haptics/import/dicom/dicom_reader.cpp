@@ -180,7 +180,8 @@ void headers(const std::string& name, std::uint32_t number) {
     if (per_frame && k < per_frame->GetNumberOfItems())
       read_groups(per_frame->GetItem(k + 1).GetNestedDataSet(), frame);
     else if (k > 0)
-      // If the file contains many frames but states only one position, this is the position of the first frame only.
+      // The file states only one position for all frames. This position is valid only for the first frame, so all other
+      // frames count as frames without a position.
       frame.has_position = 0;
     say(DicomRecord::kFrame, frame);
   }
@@ -292,8 +293,8 @@ int main(int argc, char** argv) {
     // File names may contain line ends, so each name ends with a zero byte.
     for (std::string name; std::getline(list, name, '\0');) names.push_back(name);
   }
-  // Limits of this process. Memory in bytes: kBase for the libraries, and kCopies times the size of the image for its
-  // copies (file, decoded pixels, buffers of the codec). kSeconds is the limit of the processor time.
+  // Limits of this process. Its memory is kBase bytes for the libraries, and kCopies times the size of the image for
+  // the copies of the image (file, decoded pixels, buffers of the codec). Its processor time is kSeconds.
   constexpr std::uint64_t kBase = 768ull << 20, kCopies = 5, kSeconds = 300;
   limit_process({.seconds = kSeconds,
                  .memory = kBase + kCopies * std::strtoull(argv[3], nullptr, 10),
