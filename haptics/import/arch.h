@@ -13,11 +13,11 @@ namespace typodont::haptics::importing {
 
 struct ArchSurface {
   Mesh mesh;  // a closed mesh whose triangles face outward
-  // Number of triangles that come from the scan or close its holes; they come first in the mesh. The triangles of the
-  // base follow.
+  // Number of the first triangles in the mesh: those that come from the scan or close its holes. The triangles of the
+  // base come after them.
   std::size_t scanned = 0;
-  // unit vector towards the teeth, from the border of the scan or from the flat base of a closed mesh; zero if
-  // unknown
+  // Unit vector towards the teeth: it points away from the border of an open scan, or away from the flat base of a
+  // closed mesh. Zero if the direction is unknown.
   dvec3 up{0};
   std::vector<std::string> repairs;  // descriptions of the repairs of the mesh, for the user
 };

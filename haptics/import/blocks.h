@@ -16,8 +16,8 @@
 
 namespace typodont::haptics::importing {
 
-/// A box is divided into blocks of 16³ samples. This is the set of the blocks that are stored. A block that is not
-/// stored lies completely outside or completely inside the body.
+/// The set of the stored blocks of a box. The box is divided into blocks of 16³ samples. A block that is not stored
+/// lies completely outside or completely inside the body.
 struct BlockSet {
   static constexpr int kEdge = 16;
   static constexpr std::size_t kSamples = 4096;
@@ -57,8 +57,8 @@ struct BlockSet {
 /// Returns the blocks whose byte in `blocks` is not zero, and all blocks that touch such a block.
 std::vector<std::uint8_t> with_neighbours(const std::vector<std::uint8_t>& blocks, const glm::ivec3& count);
 
-/// An allocator that does not initialise elements. So the thread that first writes to a page of memory is the thread
-/// that later uses it; the system then places the page near that thread's processor core, which makes access faster.
+/// An allocator that does not initialise elements. So a page of memory is first written by the thread that later uses
+/// it. The system then places the page near this thread's processor core, which makes access faster.
 template <class T>
 struct NoInitialValue : std::allocator<T> {
   template <class U>
@@ -143,12 +143,13 @@ Sparse<float> gaussian(const Grid<float>& g, const std::shared_ptr<const BlockSe
 Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 
 /// Smooths with the kernel (1 + c) G − c G∗G (∗: convolution), where G is a Gaussian of `sigma` (voxels) and c = 1 +
-/// (blur / sigma)². This reduces noise and corrects curved iso-surfaces. The scan's blur (a Gaussian of the standard
-/// deviation `blur`, voxels) displaces them by blur²·(mean curvature); the kernel moves them back: its second moment is
-/// −blur². The correction is exact to second order. c is at most 3: a larger c would increase the noise.
+/// (blur / sigma)². This reduces noise and corrects curved iso-surfaces: the scan's blur (a Gaussian of the standard
+/// deviation `blur`, voxels) displaces such a surface by blur²·(mean curvature), and the kernel moves the surface back,
+/// because the kernel's second moment is −blur². The correction is exact to second order. c is at most 3, because a
+/// larger c would increase the noise.
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
-/// Returns the factor by which smooth_in_place() changes the standard deviation of white noise. It is the norm of the
-/// kernel.
+/// Returns the norm of the kernel of smooth_in_place(). It is the factor by which smooth_in_place() changes the
+/// standard deviation of white noise.
 double noise_left(double sigma, double blur);
 
 /// Marks each block of the box (one byte per block, z fastest) that has a sample above `bound` after g was smoothed by
@@ -176,13 +177,13 @@ std::vector<Body> find_bodies(const Mask& mask);
 /// Returns the number of connected components of the samples in a box of `size`. Samples are connected over faces,
 /// edges and corners. `read(x, y, row)` writes one byte for each sample of a row along z, nonzero for those that count.
 std::size_t count_bodies(const glm::ivec3& size, const std::function<void(int, int, std::span<std::uint8_t>)>& read);
-/// Returns the index of the body that is imported. It is the largest body, or the largest among those with teeth: a
-/// body has teeth if its number of bright voxels is at least a tenth of the largest such number of any body. If this
-/// largest number is less than `least_bright`, no body has teeth. Bodies that are much smaller than the largest body
-/// (splinters) are ignored. Returns 0 if there is no body.
+/// Returns the index of the body that is imported. If some bodies have teeth, it is the largest body with teeth.
+/// Otherwise it is the largest body. A body has teeth if it has at least a tenth as many bright voxels as the body with
+/// the most bright voxels. If that body has fewer than `least_bright` bright voxels, no body has teeth. Splinters
+/// (bodies that are much smaller than the largest body) are ignored. Returns 0 if there is no body.
 std::size_t main_body(const std::vector<Body>& bodies, double least_bright);
 
-/// Returns the fraction of the box's samples that lie in blocks with samples of the mask or next to such blocks.
+/// Returns which fraction of the box's samples lies in blocks with samples of the mask or in neighbours of such blocks.
 double fraction_near(const Mask& mask);
 
 struct SparseComponents {

@@ -35,7 +35,8 @@ double distance_to(const std::vector<dvec3>& path, const dvec3& p) {
   return least;
 }
 
-/// Returns the tissue that a sample gets if it is corrected to this kind.
+/// Returns the tissue that the sample `at` gets if the user corrects it to `kind`. Between enamel and dentin, and
+/// between cortical and cancellous bone, the sample's grey value decides.
 Tissue tissue_of(const Imported& imported, LabelKind kind, std::size_t at) {
   const double grey = imported.grey.empty() ? imported.report.kinds.cortical : static_cast<double>(imported.grey[at]);
   switch (kind) {
@@ -95,9 +96,9 @@ void for_each_in(const VoxelBox& box, Work work) {
   }
 }
 
-/// Removes a solid from the tissue. The function `solid` returns the signed distance to the solid in m, negative
-/// inside. Samples near the new surface keep their label, so that the label of the tissue can be read at the surface.
-/// Samples farther inside the removed part lose their label.
+/// Removes the tissue inside a solid shape. The function `solid` returns the signed distance to the shape in m,
+/// negative inside the shape. Removed samples near the new surface keep their label, so that the label of the tissue
+/// can be read at the surface. All other removed samples lose their label.
 void remove(DenseTissue& t, const VoxelBox& box, const std::function<double(const glm::ivec3&)>& solid) {
   for_each_in(box, [&](const glm::ivec3& p) {
     const std::size_t at = t.at(p.x, p.y, p.z);
@@ -127,9 +128,8 @@ BoxContent paint(Imported& imported, const LabelStroke& stroke) {
       if (t.tissue[at] != Tissue::kAir && capsule(p) <= 0) set_label(imported, stroke.kind, at);
     });
   } else {
-    // Tissue that touches the walls of the box would have no surface there. So no tissue is added within kWall of the
-    // walls.
-    constexpr double kWall = 3;  // voxels, width of the margin at the walls to which no tissue is added
+    // At the walls of the box, tissue would have no surface. So no tissue is added near the walls.
+    constexpr double kWall = 3;
     for_each_in(box, [&](const glm::ivec3& p) {
       const std::size_t at = t.at(p.x, p.y, p.z);
       const glm::ivec3 from_wall = glm::min(p, t.size - 1 - p);
@@ -153,7 +153,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
            glm::length(t.frame.to_world(dvec3(p)) - seed.point) <= seed.reach;
   };
   if (room.empty() || !in_room(start) || !(t.distance[at(start)] < 0)) return {};
-  // Returns the mean grey value of a sample and its neighbours, which has less noise than a single sample.
+  // Returns the mean grey value of a sample and its neighbours, because the mean has less noise than a single sample.
   const auto grey = [&](const glm::ivec3& p) {
     if (imported.grey.empty()) return 0.0;
     double sum = static_cast<double>(imported.grey[at(p)]), count = 1;
@@ -177,8 +177,8 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
     for (const glm::ivec3& f : kFaces) {
       const glm::ivec3 q = p + f;
       if (!in_room(q) || part[q - room.lo] || !(t.distance[at(q)] < 0)) continue;
-      // A mesh has no grey values. In a mesh, the seed therefore corrects the connected region that has the seed's
-      // label.
+      // A mesh has no grey values to compare. In a mesh, the corrected part therefore grows over samples with the label
+      // of the first sample.
       const bool similar =
           imported.grey.empty() ? t.tissue[at(q)] == t.tissue[at(start)] : std::abs(grey(q) - middle) <= limit;
       if (!similar) continue;
@@ -186,9 +186,9 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
       open.push_back(q);
     }
   }
-  // The grey values at the border of the corrected part are blurred. Therefore a sample next to this part is added to
-  // it if it has the same label as a sample of the part. Samples just outside the tissue's surface are added, too,
-  // because they have the labels of the tissue below.
+  // The grey values at the border of the corrected part are blurred, so the part grows by one sample: a sample next to
+  // the part is added if it has the same label as any sample of the part. This also adds samples just outside the
+  // tissue's surface, because they have the label of the tissue below them.
   const Mask core = part;
   for_each_in(room, [&](const glm::ivec3& p) {
     if (core[p - room.lo] || !in_room(p) || !replaced[static_cast<std::size_t>(t.tissue[at(p)])]) return;
@@ -205,8 +205,8 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
     });
     return before;
   }
-  // Computes the signed distance to the part that is removed. The border of this part lies half a voxel outside its
-  // samples. The distance is smoothed, because the samples form steps.
+  // Computes the signed distance to the border of the part that is removed. This border lies half a voxel outside the
+  // outermost samples of the part. The distance is smoothed, because the samples form steps of one voxel.
   const VoxelBox box = box_around(t, seed.point, seed.point, seed.reach + t.band);
   BoxContent before = copy_of(t, box);
   Mask inside(box.hi - box.lo + 1, 0), outside(inside.size, 1);

@@ -1,6 +1,6 @@
-// Corrections of an imported tissue by hand. There are two tools: a brush, and seeds that spread through similar grey
-// values. Positions are in m in the coordinates of the imported file, before its rotation (ImportOptions::turn). Any
-// thread, one at a time.
+// Corrections of an imported tissue by hand. There are two tools: a brush, and seeds (points from which a correction
+// spreads through similar grey values). Positions are in m in the coordinates of the imported file, before its rotation
+// (ImportOptions::turn). The functions may be called on any thread, but not on two threads at the same time.
 #pragma once
 
 #include <cstdint>
@@ -13,15 +13,16 @@ namespace typodont::haptics {
 
 struct Imported;
 
-/// The kind of tissue that a correction makes. The grey value decides between enamel and dentin, and between cortical
-/// and cancellous bone (ImportReport::kinds). A canal gets the label pulp and metal the label amalgam, as in the import
-/// of a jaw.
+/// The kind of tissue that a correction gives to samples. The grey value of a sample decides between enamel and dentin,
+/// and between cortical and cancellous bone (ImportReport::kinds). A canal gets the label pulp, and metal gets the
+/// label amalgam, as in the import of a jaw.
 enum class LabelKind : std::uint8_t { kBone, kTooth, kMetal, kCanal, kNothing };
 inline constexpr int kLabelKinds = 5;
 
-/// A stroke with the brush. It corrects the volume within `radius` of a polyline. If `only_tissue` is true, it changes
-/// only the label of existing tissue. Otherwise it also adds tissue, but not within three voxels of the walls of the
-/// imported box. With the label kNothing it removes tissue.
+/// A stroke with the brush. The stroke corrects the volume within `radius` of a polyline. With the label kNothing, the
+/// stroke removes tissue. With another label and `only_tissue`, it changes only the label of existing tissue. With
+/// another label and without `only_tissue`, it also adds tissue, except within three voxels of the walls of the
+/// imported box.
 struct LabelStroke {
   LabelKind kind = LabelKind::kBone;
   std::vector<dvec3> path;  // m, points of the polyline
@@ -29,10 +30,10 @@ struct LabelStroke {
   bool only_tissue = true;
 };
 
-/// A seed that corrects the connected part of the tissue around `point` whose grey values are similar to those at the
-/// point (fuzzy connectedness with a fixed limit, Udupa & Samarasekera 1996). The limit of the difference is
-/// `tolerance` times the contrast between the softer tissue and the surroundings. The part ends at the distance `reach`
-/// from the point.
+/// A seed is a point from which a correction spreads: it corrects the connected part of the tissue around `point` whose
+/// grey values are similar to the grey value at the point (fuzzy connectedness with a fixed limit, Udupa & Samarasekera
+/// 1996). Two grey values are similar if they differ by at most `tolerance` times the contrast between the softer
+/// tissue and the surroundings. The corrected part ends at the distance `reach` from the point.
 struct LabelSeed {
   LabelKind kind = LabelKind::kBone;
   dvec3 point{0};       // m, position from which the corrected part grows
@@ -50,13 +51,13 @@ struct BoxContent {
   std::vector<std::uint8_t> hardness;  // hardness of the samples; empty if the tissue stores no hardness
 };
 
-/// Applies a correction to the tissue. Returns the former samples of the box that changed. Where tissue was added, the
-/// distances inside it are lower bounds, as after drilling, but the surface is exact. Throws Error if a radius or a
-/// reach is less than half a voxel.
+/// Applies a correction to the tissue. Returns the samples of the changed box as they were before. Where tissue was
+/// added, the surface is exact, but the stored distances inside the tissue may be too small, as after drilling. Throws
+/// Error if the radius of a stroke or the reach of a seed is less than half a voxel.
 BoxContent correct(Imported& imported, const Correction& correction);
 
-/// Exchanges the samples of a box with those in `content`. The first call undoes a correction, and the next call makes
-/// it again.
+/// Exchanges the samples of a box with the samples in `content`. So the first call undoes a correction, and the next
+/// call repeats it.
 void exchange(Imported& imported, BoxContent& content);
 
 /// Returns the volume (m³) of each tissue in a box. Partly filled voxels count as in ImportReport::volume.

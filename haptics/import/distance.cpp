@@ -17,14 +17,15 @@ std::ptrdiff_t number(const Sparse<T>& g, const glm::ivec3& p) {
   return g.holds(p) ? g.index(p) : -1;
 }
 
-// Calls visit(index, position) for the sample at p and its 26 neighbours, as far as they exist. x is limited to
-// x_lo .. x_hi − 1.
+// Calls visit(index, position) for the sample at p and its 26 neighbours. Samples that are not stored, and samples
+// whose x is not in x_lo .. x_hi − 1, are omitted.
 template <class T, class Visit>
 void visit_around(const Sparse<T>& g, const glm::ivec3& p, int x_lo, int x_hi, Visit visit) {
   const BlockSet& set = *g.set;
   const glm::ivec3 lo = glm::max(p - 1, glm::ivec3(x_lo, 0, 0)),
                    hi = glm::min(p + 1, glm::ivec3(x_hi, set.size.y, set.size.z) - 1);
-  // index of the first sample of each of the two blocks along each axis (z fastest); negative if it is not stored
+  // The sample at p and its neighbours lie in at most two blocks along each axis, so in at most eight blocks. start[k]
+  // is the index of the first sample of block k (z fastest), or negative if this block is not stored.
   constexpr int kEdge = BlockSet::kEdge;
   const glm::ivec3 first = lo & ~(kEdge - 1);
   std::ptrdiff_t start[8];
@@ -47,10 +48,10 @@ void visit_around(const Sparse<T>& g, const glm::ivec3& p, int x_lo, int x_hi, V
   }
 }
 
-// Passes the nearest feature (point or triangle) of each sample to its neighbours, within the planes x_lo to x_hi − 1.
-// Starts from the samples in `seeds`. The samples are processed in the order of their distances. The queue consists of
-// buckets: each bucket contains the samples whose distances lie in one interval of the width `step` / 4. This order is
-// precise enough, and an insertion takes constant time.
+// Each sample stores its nearest feature (point or triangle). This function passes the features from samples to their
+// neighbours, within the planes x_lo to x_hi − 1, and starts at the samples in `seeds`. Samples with smaller distances
+// come first. The queue consists of buckets: each bucket contains the samples whose distances lie in one interval of
+// the width `step` / 4. This order is precise enough, and an insertion takes constant time.
 template <class SquaredFrom>
 void propagate_within(Sparse<std::int32_t>& feature, Sparse<float>& nearest, std::vector<std::uint8_t>& unpropagated,
                       int x_lo, int x_hi, const std::vector<std::size_t>& seeds, double band, double step,
@@ -78,7 +79,7 @@ void propagate_within(Sparse<std::int32_t>& feature, Sparse<float>& nearest, std
         nearest.v[j] = d;
         feature.v[j] = f;
         unpropagated[j] = 1;
-        // Buckets before the current one were already processed, so nothing is inserted into them.
+        // The buckets before the bucket b were already processed, so a sample is inserted into bucket b or a later one.
         const auto into = std::max(b, static_cast<std::size_t>(d / width));
         if (into < buckets.size()) buckets[into].push_back(j);
       });
@@ -87,14 +88,14 @@ void propagate_within(Sparse<std::int32_t>& feature, Sparse<float>& nearest, std
   }
 }
 
-// Finds the nearest feature (point or triangle) of each sample, if it is nearer than `band`. Features are passed from
-// sample to sample. `squared_from(feature)` returns a function that maps a sample to its squared distance in the
-// caller's units. All slabs of the grid are computed in parallel, and then features are passed across the borders
-// between slabs.
+// Finds for each sample the nearest feature (point or triangle) within the distance `band`. Each sample passes its
+// feature to its neighbours. `squared_from(feature)` returns a function that maps a sample to its squared distance from
+// the feature, in the caller's units. The slabs of the grid are processed in parallel. Afterwards, features are passed
+// across the borders between slabs.
 template <class SquaredFrom>
 void propagate(Sparse<std::int32_t>& feature, Sparse<float>& nearest, double band, double step,
                SquaredFrom squared_from) {
-  // number of samples over which a feature (the nearest point or triangle) is passed from sample to sample
+  // largest number of samples over which a feature (the nearest point or triangle) is passed on, along one axis
   const int reach = static_cast<int>(band / step) + 2;
   const int slab = std::max(64, (2 * reach + BlockSet::kEdge) / BlockSet::kEdge * BlockSet::kEdge);
   const int x_size = feature.set->size.x, slabs = (x_size + slab - 1) / slab;
@@ -120,7 +121,8 @@ void propagate(Sparse<std::int32_t>& feature, Sparse<float>& nearest, double ban
   });
 }
 
-// Moves x onto the surface with Newton's method along the gradient. Returns false if the gradient is almost zero.
+// Moves x onto the surface phi = 0 with Newton's method along the gradient. Returns false if the gradient is almost
+// zero or if the method does not converge.
 bool project(const Sparse<float>& phi, glm::dvec3& x) {
   for (int i = 0; i < 6; ++i) {
     const Jet jet = sample_cubic(phi, x);
@@ -152,8 +154,8 @@ bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x)
       x += onto;
       return true;
     }
-    // The error hardly decreases if (curvature × distance) is near one: then the step in the tangent plane is too long.
-    // So this step is reduced.
+    // If the surface's curvature times the distance of q is near one, the step in the tangent plane is too long, and
+    // the error hardly decreases. In this case, the step in the tangent plane is shortened.
     if (error > 0.9 * before) damping *= 0.6;
     before = error;
     glm::dvec3 step = onto + damping * along;
@@ -248,12 +250,13 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   }
   propagate(feature, d, reach, placement.scale, squared_from);
 
-  // So far each sample has its nearest crossing: the nearest point at which a grid line crosses the surface. Starting
-  // from this point, finds the nearest point of the whole surface, which usually lies between such crossings.
+  // So far each sample has its nearest crossing: the nearest point at which a grid line crosses the surface. The
+  // nearest point of the whole surface usually lies between such crossings. It is searched from the nearest crossing.
   field.closest = Sparse<glm::vec3>(set, glm::vec3(0), glm::vec3(0));
   for_each_sample(*set, [&](const glm::ivec3& i, std::size_t k) {
     const glm::dvec3 q = source(i);
-    // A sample without a nearest crossing is far from the surface. There the linear interpolant has the correct sign.
+    // A sample without a nearest crossing is far from the surface. The sign of its distance comes from the linear
+    // interpolant, whose sign is correct there.
     if (feature.v[k] < 0) {
       d.v[k] = static_cast<float>(sample(phi, q) > 0 ? -band : band);
       return;
@@ -275,8 +278,9 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   feature = {};
   std::vector<glm::vec3>().swap(points);
 
-  // Replaces the closest point of a sample by that of a neighbouring sample if the neighbour's point is nearer to the
-  // sample. This happens where the search from the sample has found another part of the surface.
+  // Compares the closest point of each sample with the closest points of the neighbouring samples. If a neighbour's
+  // point is nearer to the sample, the sample gets this point. This happens if the sample's own search has found
+  // another part of the surface.
   const auto bound = static_cast<float>(std::min(exact, band));
   for (int pass = 0; pass < 2; ++pass) {
     // Improved points are stored separately, because no thread may read a sample that another thread writes.
@@ -344,8 +348,8 @@ glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p) {
 
 WindingNumbers::Lines WindingNumbers::lines_along(int axis, std::span<const Triangle> mesh, const glm::ivec3& size) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-  // The lines are shifted by a very small irrational distance. Otherwise a line could pass exactly through an edge of a
-  // mesh whose vertices lie on the grid.
+  // The grid lines are shifted by a very small irrational distance. Otherwise a line could pass exactly through an edge
+  // of the mesh, because the vertices of some meshes lie on the grid.
   constexpr double kShiftU = 1.6180339e-6, kShiftV = 2.7182818e-6;
   struct OfLine {
     std::uint32_t line;
@@ -411,7 +415,9 @@ std::span<const WindingNumbers::Crossing> WindingNumbers::line(int axis, int i, 
 std::vector<std::int16_t> WindingNumbers::slab(int x) const {
   const auto length = static_cast<std::size_t>(size_.z);
   std::vector<std::int16_t> sixths(static_cast<std::size_t>(size_.y) * length, 0);
-  // Adds the crossings of one line to the sample at the position k on it. Crossings behind the sample count negatively.
+  // Adds the crossings of one grid line to the winding number of the sample at position k on the line. Rays run from
+  // the sample in both directions of the line. For the ray in the negative direction, the sign of the crossings
+  // changes.
   const auto add = [&](std::span<const Crossing> of_line, int k, std::int16_t& to) {
     for (const Crossing& c : of_line)
       to = static_cast<std::int16_t>(to + (c.at < static_cast<float>(k) ? -c.leaves : c.leaves));
@@ -433,7 +439,8 @@ std::vector<std::int16_t> WindingNumbers::slab(int x) const {
   return sixths;
 }
 
-// Marks the blocks near one triangle. A large triangle is divided first, so that its box contains little else.
+// Marks the blocks near one triangle. A large triangle is divided first, because its bounding box would contain many
+// blocks that are not near it.
 static void mark_near(const Triangle& t, double reach, Grid<std::uint8_t>& near) {
   const glm::dvec3 lo = glm::min(t.a, glm::min(t.b, t.c)), hi = glm::max(t.a, glm::max(t.b, t.c));
   const glm::dvec3 extent = hi - lo;

@@ -12,8 +12,8 @@
 
 namespace typodont::haptics::importing {
 
-/// Position of one grid in the index space of another grid: the sample `index` of the first grid lies at p = offset +
-/// scale · index in the second one.
+/// Position of one grid in the index space of another grid: the sample of the first grid with the index i lies at the
+/// index p = offset + scale · i of the second grid.
 struct Placement {
   glm::dvec3 offset{0};
   double scale = 1;
@@ -27,11 +27,12 @@ struct DistanceField {
 };
 
 /// Computes the distance to the surface phi = 0 (tricubic interpolation; phi > 0 is inside) for every sample of a grid
-/// of `size`, whose position in phi's index space is `placement`. First, points where grid lines cross the surface are
-/// passed from sample to sample, so that each sample has its nearest one. Where the distance is less than `exact`,
-/// Newton's method then finds the closest point of the interpolant (after Chopp 2001, "Some improvements of the fast
-/// marching method", eq. 4.1), so that the surface does not move. Larger distances are those to the nearest crossing.
-/// Crossings are about half a voxel apart, so such a distance is too large, by at most about 1/(8 exact) voxel.
+/// of `size`, whose position in phi's index space is `placement`. First, each sample gets the nearest crossing: the
+/// nearest point where a grid line crosses the surface. Then two cases differ. If the distance is less than `exact`,
+/// Newton's method finds the closest point of the interpolant (after Chopp 2001, "Some improvements of the fast
+/// marching method", eq. 4.1), so that the surface does not move. If the distance is larger, it remains the distance to
+/// the nearest crossing. Crossings are about half a voxel apart, so this distance is too large, by at most about 1/(8
+/// exact) voxel.
 DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, const Placement& placement, double band,
                               double exact);
 
@@ -47,7 +48,7 @@ glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p);
 class WindingNumbers {
  public:
   WindingNumbers(std::span<const Triangle> mesh, const glm::ivec3& size);
-  /// Returns the values of all samples with the given x; z is the fastest index.
+  /// Returns six times the winding number for each sample with the given x; z is the fastest index.
   std::vector<std::int16_t> slab(int x) const;
 
  private:
@@ -56,9 +57,9 @@ class WindingNumbers {
     float at;    // position along the line's axis
     int leaves;  // 1 if the line, in the direction of +axis, leaves the mesh here; -1 if it enters the mesh
   };
-  /// The crossings of all grid lines along one axis, line by line, sorted by position. u and v are the next two axes.
-  /// The line at (u, v) = (i, j) has the index k = i · size[v] + j, and its crossings are crossings[first[k]] to
-  /// crossings[first[k + 1] − 1].
+  /// The crossings of all grid lines along one axis: line by line, and along each line sorted by position. u and v are
+  /// the two axes that follow in the cycle x, y, z, x. The line at (u, v) = (i, j) has the index k = i · size[v] + j,
+  /// and its crossings are crossings[first[k]] to crossings[first[k + 1] − 1].
   struct Lines {
     std::vector<Crossing> crossings;
     std::vector<std::uint32_t> first;
@@ -70,8 +71,8 @@ class WindingNumbers {
   std::array<Lines, 3> lines_;
 };
 
-/// Marks each block of a grid of `size` (one byte per block, z fastest) that may contain samples nearer than `reach`
-/// (voxels) to a triangle.
+/// Marks the blocks of a grid of `size` that may contain samples nearer than `reach` (voxels) to a triangle. The result
+/// has one byte per block (z fastest).
 std::vector<std::uint8_t> blocks_near(std::span<const Triangle> mesh, const glm::ivec3& size, double reach);
 
 /// Returns the distance (voxels) from every sample to the nearest triangle, from 0 to `band`. Samples that are not

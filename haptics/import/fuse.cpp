@@ -24,13 +24,15 @@ using importing::Grid;
 using importing::Triangle;
 using importing::TriangleTree;
 
-// smallest cosine of the angle between the normals of scan and CT at which a triangle of the scan can belong to a crown
+// smallest cosine of the angle between the normals of a triangle of the scan and of the CT's surface; with a smaller
+// cosine, the triangle does not belong to a crown
 constexpr double kSameSide = 0.7;
-constexpr double kGapArea = 10e-6;    // m²; a gap in the crowns that is smaller than this is treated as crown
-constexpr double kLeastPiece = 5e-6;  // m²; a connected piece of crown that is smaller than this is ignored
-constexpr double kLabelDepth = 0.75;  // voxels, depth below the surface at which the tissue of the surface is read
-// A true distance field has a gradient of length 1. If the gradient at a sample is shorter than this limit, the sample
-// is not near a surface.
+constexpr double kGapArea = 10e-6;  // m²; a gap between crown triangles with a smaller area than this counts as crown
+// m²; a connected piece of crown with a smaller area than this does not count as crown
+constexpr double kLeastPiece = 5e-6;
+constexpr double kLabelDepth = 0.75;  // voxels; the tissue of a surface point is read at this depth below the surface
+// smallest length of the gradient of the distance near a surface (in a true distance field, the length is 1); if the
+// gradient is shorter than this, no surface is near
 constexpr double kLeastGradient = 0.1;
 
 bool is_of_tooth(Tissue t) {
@@ -43,8 +45,8 @@ double smooth_step(double low, double high, double x) {
   return s * s * (3 - 2 * s);
 }
 
-/// Returns the distance (m) that a DenseTissue stores, with its gradient, at a position in voxels, by tricubic
-/// interpolation (Catmull–Rom).
+/// Returns the distance (m) that a DenseTissue stores, and the gradient of this distance (m per voxel). Both are
+/// computed at a position in voxels, by tricubic interpolation (Catmull–Rom).
 importing::Jet distance_at(const DenseTissue& t, const dvec3& place) {
   const dvec3 at = glm::clamp(place, dvec3(1), dvec3(t.size) - 3.001);
   const glm::ivec3 base(glm::floor(at));
@@ -77,8 +79,9 @@ std::size_t nearest_sample(const DenseTissue& t, const dvec3& place) {
   return t.at(i.x, i.y, i.z);
 }
 
-/// Returns the index of a sample whose label is valid for a position. If the position's nearest sample lies inside the
-/// tissue, it is this sample; otherwise it is a sample just below the nearest surface.
+/// Returns the index of the sample from which the label for a position (voxels) is read. If the position lies inside
+/// the tissue, it is the nearest sample. Otherwise it is a sample just below the surface, at the surface point nearest
+/// to the position. `jet` is the distance and its gradient at the position.
 std::size_t labelled_sample(const DenseTissue& t, const dvec3& place, const importing::Jet& jet) {
   const double slope = glm::length(jet.gradient);  // gradient of the distance in m per voxel
   if (jet.value <= 0 || !(slope > kLeastGradient * t.frame.voxel)) return nearest_sample(t, place);
@@ -136,8 +139,9 @@ class Crowns {
 
   struct Near {
     dvec3 point, normal;
-    double distance = 0;  // m, distance to the nearest point, without sign
-    double weight = 0;    // weight of the scan: 1 inside a crown, falling to 0 at its rim; 0 outside
+    double distance = 0;  // m, distance from the given position to this point, without sign
+    // share of the scan in the blend of scan and CT: 1 inside a crown, falling to 0 at the crown's rim, and 0 outside
+    double weight = 0;
   };
   /// Returns the point of the scan nearest to p (m, frame C), if it is within `reach` (m).
   std::optional<Near> nearest(const dvec3& p, double reach) const {
@@ -193,8 +197,8 @@ class Crowns {
   }
 
   /// Finds the connected pieces of triangles for which covered_ has the value `covered`. Calls change(area, at_border)
-  /// for each piece, where at_border states whether the piece touches the scan's border. If it returns true, covered_
-  /// is inverted for the triangles of the piece.
+  /// for each piece; at_border is true if the piece touches the scan's border. If change() returns true, the function
+  /// inverts covered_ for all triangles of the piece.
   template <class Change>
   void change_pieces(bool covered, Change change) {
     std::vector<bool> seen(scanned_, false);
@@ -233,7 +237,8 @@ class Crowns {
     change_pieces(false, [](double piece, bool at_border) { return !at_border && piece < kGapArea; });
     change_pieces(true, [](double piece, bool) { return piece < kLeastPiece; });
 
-    // For each triangle: its distance from the CT's surface (m) and its area (m²).
+    // For each corner of each triangle that shows a crown: its distance from the CT's surface (m), and a third of the
+    // triangle's area (m²).
     std::vector<std::pair<double, double>> sizes;
     for (std::size_t t = 0; t < scanned_; ++t) {
       report_.scanned_area += area(t);
@@ -257,8 +262,9 @@ class Crowns {
     }
   }
 
-  /// Computes the weight of each point. It rises from 0 at the rim of the crowns to 1 at the distance `blend` from the
-  /// rim, measured along edges of the mesh.
+  /// Computes the weight of each point of the scan: 0 at the rim of the crowns, 1 if the point is at least `blend` away
+  /// from the rim, and between 0 and 1 nearer to the rim. The distance from the rim is measured along edges of the
+  /// mesh.
   void weigh_points() {
     constexpr double kFar = 1e300;
     std::vector<double> away(points_.size(), 0);
@@ -321,7 +327,7 @@ class Crowns {
   std::vector<std::vector<std::size_t>> neighbours_;
   // For each triangle of the scan: true if it lies at the border, and true if it shows a crown.
   std::vector<bool> at_border_, covered_;
-  std::vector<double> weights_;  // weight of the scan at each point: 0 at the rim of the crowns, 1 inside
+  std::vector<double> weights_;  // share of the scan in the blend at each point: 0 at the rim of the crowns, 1 inside
   FuseReport report_;
   double largest_ = 0;  // m, largest distance between the crowns and the CT's surface
 };
@@ -395,7 +401,7 @@ ToothField::Value ToothField::at(const dvec3& p_C) const {
   const importing::Jet jet = distance_at(ct_, place);
   Value value{false, jet.value, jet.gradient / ct_.frame.voxel};
   if (std::abs(jet.value) > 0.95 * ct_.band) return value;
-  // Reads the tissue just below the surface, even if the point itself lies deeper.
+  // Reads the tissue just below the surface near p_C, also if p_C itself lies deeper.
   const double slope = glm::length(value.gradient);
   if (!(slope > kLeastGradient)) return value;
   const dvec3 below = place - (jet.value / ct_.frame.voxel + kLabelDepth) / slope * value.gradient;
@@ -432,8 +438,8 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   out.exact_outside = ct.exact_outside;
   out.size = same ? ct.size : glm::ivec3(glm::floor(dvec3(ct.size - 1) * (coarse / voxel) + 1e-6)) + 1;
 
-  // Computes the field in which the surfaces of scan and CT are blended, positive inside. Only samples near both
-  // surfaces change.
+  // Computes the field `phi`, which is positive inside. Near the crowns, it is a blend of two distances: to the scan
+  // and to the CT's surface. All other samples get the distance to the CT's surface.
   const double far = std::min(options.reach, crowns.largest()) + 2 * coarse;
   const auto set = blocks_near_surface(ct, out, far);
   const auto inverse = static_cast<float>(1 / voxel);
@@ -452,8 +458,8 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
     const dvec3 p = out.frame.to_world(dvec3(i)), gradient = jet.gradient / coarse;
     const double slope = glm::length(gradient);
     if (std::abs(d) < far && slope > kLeastGradient) {
-      // Finds the nearest points of the scan for two positions: this sample, and the point of the CT's surface nearest
-      // to it.
+      // Finds two points of the scan: the point nearest to this sample, and the point nearest to q. q is the point of
+      // the CT's surface that is nearest to this sample.
       const dvec3 q = p - d / (slope * slope) * gradient;
       const auto opposite = crowns.nearest(q, options.reach);
       const auto near = opposite && opposite->weight > 0
@@ -474,14 +480,14 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   });
   progress(0.6);
 
-  // Computes the distances to the new surface. Samples farther than `band` from the changed surface keep the CT's
-  // distances.
+  // Computes the distances to the new surface. Samples that are farther from the changed surface than the band and two
+  // voxels keep the CT's distances.
   const double band = ct.band / voxel;
   const importing::DistanceField field = importing::signed_distance(phi, out.size, {}, band, band);
   const int reach = static_cast<int>(std::ceil((ct.band + 2 * coarse) / voxel));
   const importing::Sparse<float> to_change = importing::distance_squared_to(moved, reach);
-  // In voxels. If the new distance of a sample differs by less than this from the CT's distance, the surface near the
-  // sample has not moved, and the sample keeps the CT's distance. (The search for the nearest point is not exact.)
+  // voxels; if the new distance and the CT's distance of a sample differ by less than this, the surface near the sample
+  // has not moved, and the sample keeps the CT's distance (the search for the nearest point is not exact)
   constexpr double kEqual = 0.005;
   progress(0.9);
 

@@ -55,13 +55,14 @@ class IntraoralScan {
   double area_ = 0;
 };
 
-/// Finds the surface of the teeth in a CT's volume, for registration. The object refers to the volume, which must exist
-/// longer than the object.
+/// Finds the surface of the teeth in a CT's volume, for registration. The object keeps a reference to the volume, so
+/// the volume must exist longer than the object.
 class ToothField {
  public:
   explicit ToothField(const DenseTissue& ct) : ct_(ct) {}
   struct Value {
-    bool tooth = false;   // true if a surface is near (within the CT's band) and belongs to a tooth or a restoration
+    // true if the nearest surface lies within the CT's band and belongs to a tooth or a restoration
+    bool tooth = false;
     double distance = 0;  // m, distance to the surface, negative inside
     dvec3 gradient{0};    // gradient of the distance (m per m); on the surface, its direction is the outward normal
   };
@@ -73,17 +74,20 @@ class ToothField {
 
 struct FuseOptions {
   std::optional<double> voxel;  // m, voxel edge of the result; if not given, the voxel edge of the CT
-  // m; if the surfaces of scan and CT are at most this far apart, the scan's surface can count as crown
+  // m; a part of the scan's surface counts as crown only if it is at most this far from the CT's surface
   double reach = 1e-3;
-  double blend = 0.5e-3;  // m, width of the transition from CT to scan, measured inward from the rim of the crowns
+  // m; at the rim of the crowns, the surface is that of the CT; at this distance from the rim, inside the crowns, it is
+  // that of the scan
+  double blend = 0.5e-3;
   std::function<void(double)> progress;  // is called with the progress 0..1; may be empty
 };
 
 struct FuseReport {
   double scanned_area = 0;  // m², area of the scanned surface
   double covered_area = 0;  // m², area of the part of the scan that replaces the CT's surface
-  // Statistics of the signed distances (m, positive outside) from the CT's surface to the part of the scan that
-  // replaces it: their mean, and the median and the 95th percentile of their absolute values.
+  // Statistics of the part of the scan that replaces the CT's surface. At each point of this part, the distance from
+  // the CT's surface is measured (m, positive outside). `mean` is the mean of the distances; median_size and most_size
+  // are the median and the 95th percentile of their absolute values.
   double mean = 0, median_size = 0, most_size = 0;
 };
 
@@ -94,15 +98,15 @@ struct Fused {
 
 /// Replaces the surface of the CT's crowns by the scan's surface. The rules are:
 /// - A triangle of the scan shows a crown if its corners lie within `reach` of the surface of a tooth in the CT, and
-///   the normals of scan and CT agree within 45°. A gap in the crowns smaller than 10 mm² that does not touch the
-///   scan's border counts as crown, too (a fissure that the CT does not show). A crown piece smaller than 5 mm² does
-///   not count (gingiva that crosses the CT's surface).
-/// - A sample gets the distance to the scan if three conditions hold: its nearest point on the scan shows a crown; this
-///   point lies within `reach` of the sample's nearest point on the CT's surface; both surfaces face the same
+///   the angle between the normals of scan and CT is at most 45°. A gap between such triangles also counts as crown if
+///   it is smaller than 10 mm² and does not touch the scan's border (a fissure that the CT does not show). A connected
+///   piece of such triangles that is smaller than 5 mm² does not count (gingiva that crosses the CT's surface).
+/// - A sample gets the distance to the scan if three conditions hold: the sample's nearest point on the scan shows a
+///   crown; the scan lies within `reach` of the sample's nearest point on the CT's surface; both surfaces face the same
 ///   direction. The sign of the distance comes from the winding number of the closed scan. Within `blend` of the
-///   crowns' rim, the distances to scan and CT are blended.
-/// - Labels and hardness are those of the CT. A sample that was outside the CT's tissue gets those of the nearest
-///   tissue.
+///   crowns' rim, the sample gets a blend of its distances to the scan and to the CT's surface.
+/// - Labels and hardness are those of the CT. If a sample was outside the CT's tissue, its label and hardness are those
+///   of the nearest tissue.
 /// - If the result has the CT's voxel size, samples that are farther from the changed surface than the band and two
 ///   voxels keep the CT's distance and label exactly.
 ///

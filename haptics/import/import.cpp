@@ -56,8 +56,9 @@ void require_memory(double bytes, const ImportOptions& options, ImportReport& re
   if (options.estimated) options.estimated(bytes);
 }
 
-// Returns the fraction of the crown's surface voxels that are labelled dentin. The space around the tooth's axis is
-// divided into sectors. In each sector, the crown ends where the enamel ends, and the root lies below.
+// Returns a measure of wrong labels: which fraction of the voxels on the crown's surface has the label dentin. The
+// space around the tooth's axis is divided into sectors. In each sector, the crown ends where the enamel ends, and the
+// root lies below.
 static std::optional<double> false_dentin_share(const DenseTissue& t) {
   std::vector<glm::ivec3> skin;
   dvec3 all(0), enamel(0);
@@ -81,7 +82,7 @@ static std::optional<double> false_dentin_share(const DenseTissue& t) {
   all /= n_all;
   enamel /= n_enamel;
   const dvec3 up = enamel - all;
-  // if there is enamel on all sides, the mesh contains no root, so everything is crown
+  // If there is enamel on all sides, the mesh contains no root, so the whole mesh is a crown.
   if (glm::length(up) * t.frame.voxel < 0.2e-3) {
     double dentin = 0;
     for (const glm::ivec3& p : skin) dentin += t.tissue[t.at(p.x, p.y, p.z)] != Tissue::kEnamel;
@@ -142,8 +143,8 @@ void measure(Imported& imported, ImportPreset preset) {
         report.volume[tissue] += share * h * h * h;
         if (!t.hardness.empty()) report.hardness[tissue] += share * h * h * h * hardness_fraction(t.hardness[i]);
         if (d > 0) continue;
-        // Finds where the surface passes between this sample and its neighbours outside, and extends the bounds to
-        // these points.
+        // Finds the points where the surface passes between this sample and those of its neighbours that lie outside.
+        // The bounding box then includes these points.
         const glm::ivec3 p(x, y, z);
         for (int a = 0; a < 3; ++a) {
           for (const int side : {-1, 1}) {

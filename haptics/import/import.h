@@ -20,10 +20,10 @@ enum class ImportPreset {
   kJaw,    // a jaw as a scan: bone, teeth, pulp, nerve canals and metal
 };
 
-/// Linear maps from a scan's grey values to hardness (hardness.h), for the softer tissue (dentin, cancellous bone) and
-/// the denser tissue (enamel, cortical bone). In both, the hardness is 0 at the grey value `zero` and below. It is 1 at
-/// `own` and above in the softer tissue, and at `dense` and above in the denser tissue. If `dense` is not given, the
-/// denser tissue has hardness 1. Pulp always has hardness 1.
+/// Grey values of a scan from which the hardness (hardness.h) is interpolated linearly. At the grey value `zero` and
+/// below, the hardness is 0. In the softer tissue (dentin, cancellous bone), the hardness is 1 at the grey value `own`
+/// and above. In the denser tissue (enamel, cortical bone), it is 1 at the grey value `dense` and above. If `dense` is
+/// not given, the denser tissue has hardness 1 everywhere. Pulp always has hardness 1.
 struct HardnessGreys {
   double zero = 0, own = 1;
   std::optional<double> dense;
@@ -35,7 +35,7 @@ struct ImportPart {
   std::filesystem::path file;
 };
 
-/// A mesh file F with its pose in the frame W of the result.
+/// A mesh file, and the pose of the file's frame F in the frame W of the result.
 struct PlacedMesh {
   std::filesystem::path file;
   Pose X_WF;
@@ -48,31 +48,31 @@ struct ImportRegion {
 
 struct ImportOptions {
   ImportPreset preset = ImportPreset::kTooth;
-  // parts that are imported instead of one file; where parts overlap, the later part is used
+  // closed meshes that are imported instead of one file; where they overlap, the tissue is that of the later one in
+  // this list
   std::vector<ImportPart> parts;
   // m, voxel edge of the result; if not given, the scan's smallest spacing, or 0.1 mm for a mesh
   std::optional<double> voxel;
   std::optional<int> series;     // number of the DICOM series in the printed list, if a folder contains several series
   std::optional<dvec3> spacing;  // m, spacing along the scan's own axes; replaces the spacing that the file states
-  // Threshold between the grey values of the surroundings and of the softer tissue. If not given, it is found from the
-  // histogram.
+  // Grey value that separates the surroundings from the softer tissue. If not given, it is found from the histogram.
   std::optional<double> surface_grey;
-  // Threshold between the grey values of the softer and of the denser tissue. If not given, it is found from the
-  // histogram.
+  // Grey value that separates the softer tissue from the denser tissue. If not given, it is found from the histogram.
   std::optional<double> dense_grey;
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; if not given, it is found from the histogram
   std::optional<double> nan_grey;    // grey value that replaces NaN in voxels; if not given, such voxels are an error
   glm::dmat3 turn{1};                // rotation by quarter turns (quarter_turns) that is applied to the result
   // Maps the scan's grey values to hardness. If not given, every tissue has its usual hardness everywhere.
   std::optional<HardnessGreys> hardness;
-  double band = 1.5e-3;  // m; distances are exact up to this distance on both sides of the surface
+  double band = 1.5e-3;  // m; on both sides of the surface, the result has exact distances up to this value
   // The part of a scan that is imported. If not given, everything is imported. The grey values of the tissues are found
   // in the whole scan.
   std::optional<ImportRegion> region;
-  double mesh_unit = 1e-3;       // length in m of one unit of a mesh file
-  Pose mesh_pose;                // pose of a mesh file's frame in the frame of the result
-  std::optional<double> shell;   // m, thickness of the dense outer tissue of a mesh (enamel or cortical bone)
-  std::optional<double> crown;   // m, height of a crown from the gingiva to the cusps; for an arch without colours
+  double mesh_unit = 1e-3;      // length in m of one unit of a mesh file
+  Pose mesh_pose;               // pose of a mesh file's frame in the frame of the result
+  std::optional<double> shell;  // m, thickness of the dense outer tissue of a mesh (enamel or cortical bone)
+  // m, height of a crown from the gingiva to the cusps; used for an arch whose mesh has no colours
+  std::optional<double> crown;
   bool greys = true;             // if true, the scan's grey values are kept; write_preview() needs them
   std::optional<double> memory;  // bytes, largest memory that the import may use; if not given, the free memory
   /// Function that is called before the work begins, with the estimated memory in bytes. May be empty.
@@ -83,7 +83,8 @@ struct ImportOptions {
 /// A nerve canal, which is found as a dark tube in the bone.
 struct JawCanal {
   std::vector<dvec3> centre;  // m, points of the centre line in the file's coordinates
-  double uncertainty = 0;     // m, standard deviation of the centre line's position across the canal
+  // m, standard deviation of the position of the centre line, in the directions across the canal
+  double uncertainty = 0;
 };
 
 /// A tooth of a jaw. Teeth that touch each other are separated at the narrowest place between them.
@@ -92,7 +93,7 @@ struct JawTooth {
   double volume = 0;  // m³, volume with pulp and metal
 };
 
-/// Facts about the labels of a jaw, with their uncertainty.
+/// What was found in a jaw: teeth and canals, and how uncertain the labels are.
 struct JawReport {
   std::vector<JawTooth> teeth;     // the teeth with enamel or metal, the largest first
   double border = 0;               // m, standard deviation of the position of a border between two tissues
@@ -110,8 +111,8 @@ struct JawReport {
 struct KindGreys {
   double cortical = 0;  // lowest grey value of cortical bone
   double enamel = 0;    // lowest grey value of enamel
-  // Grey values from which the hardness of bone is computed. It is 0 at `soft`. It is 1 at own_cancellous in cancellous
-  // bone, and at own_cortical in cortical bone.
+  // Grey values from which the hardness of bone is computed. The hardness is 0 at the grey value `soft`. It is 1 at
+  // own_cancellous in cancellous bone, and 1 at own_cortical in cortical bone.
   double soft = 0, own_cancellous = 1, own_cortical = 1;
 };
 
@@ -128,13 +129,14 @@ struct ImportReport {
   int bodies_kept = 0;   // number of connected bodies of tissue in the result
   int pulp_parts = 0;    // number of connected pieces of pulp
   std::optional<double> false_dentin;  // fraction of a tooth crown's outer surface that is labelled dentin
-  // Grey values of a scan (0 for a mesh): surroundings, softer tissue, and the threshold between these two.
+  // Grey values of a scan (0 for a mesh): that of the surroundings, that of the softer tissue, and the threshold
+  // between these two grey values.
   double outside_grey = 0, soft_grey = 0, surface_grey = 0;
   std::optional<double> dense_level, dense_grey;
   KindGreys kinds;
   double noise_grey = 0;  // standard deviation of the grey values of the surroundings
   double blur = 0;        // m, standard deviation of the scan's blur, measured at edges
-  double memory = 0;      // bytes, largest memory that the work needs, estimated before it begins
+  double memory = 0;      // bytes, largest memory that the import needs; estimated before the import begins
   // Coordinate space of the file: "LPS" (x to the patient's left, y to the back, z to the head), "RAS" (x to the right,
   // y to the front, z to the head), or empty if unknown.
   std::string space;
@@ -143,7 +145,7 @@ struct ImportReport {
   glm::dmat3 world_rotation{1};
   std::optional<JawReport> jaw;
   double overlap = 0;  // m³, volume that lies in more than one mesh of import_meshes()
-  // bounding boxes of those meshes of import_meshes() after the first one that do not meet the first mesh's box
+  // Bounding boxes of the meshes of import_meshes() that do not meet the bounding box of the first mesh.
   std::vector<ImportRegion> others;
   std::vector<std::string> repairs;  // descriptions of the repairs of the mesh, for the user
   std::vector<std::string> notes;    // notes about the import for the user
@@ -156,7 +158,7 @@ struct Imported {
   std::vector<float> grey;
 };
 
-/// Returns true if the file or folder is read as DICOM. Its name may then contain a person's name.
+/// Returns true if the file or folder is read as DICOM. The name of a DICOM file may contain a person's name.
 bool is_dicom(const std::filesystem::path& file);
 
 /// Returns the extensions of the supported files in lower case: ".nrrd", …
@@ -170,8 +172,9 @@ bool is_mesh_file(const std::filesystem::path& file);
 /// (ImportReport::world_rotation reverses this). If the options contain parts, `file` is not read.
 Imported import_tissue(const std::filesystem::path& file, const ImportOptions& options);
 
-/// Imports several meshes with the same preset and joins them in one volume. Where meshes overlap, the tissue is that
-/// of the mesh in which the voxel lies deeper. ImportReport::overlap states the volume of the overlap. Throws Error.
+/// Imports several meshes with the same preset and joins them in one volume. If a voxel lies in more than one mesh, it
+/// gets the tissue of the mesh in which it lies deepest. ImportReport::overlap states the volume of the overlap. Throws
+/// Error.
 Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOptions& options);
 
 /// Reads a list of rotations by quarter turns such as "x90,y-90,z180", which are applied in this order. They are

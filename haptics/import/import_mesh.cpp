@@ -39,7 +39,7 @@ void check_length(const std::filesystem::path& file, const dvec3& extent, const 
                   std::string_view what, double least, double most) {
   const double longest = longest_of(extent);
   if (longest >= least && longest <= most) return;
-  // unit of length for which the size of the body would be plausible; the error message proposes it
+  // a unit of length for the error message; with this unit, the body would have a plausible size
   std::string guess;
   for (const double mm : {1.0, 10.0, 1000.0, 25.4}) {
     const double length = longest / options.mesh_unit * mm * kMillimetre;
@@ -96,12 +96,12 @@ std::vector<Triangle> triangles_of(const Mesh& mesh, const VoxelFrame& frame, Wa
   return triangles;
 }
 
-/// Throws Error if the computation needs too much memory. `deepest`: largest distance (voxels) that is computed.
-/// `labels`: further memory in bytes per voxel, for the labels.
+/// Throws Error if the distances and labels need too much memory. `deepest` is the largest distance (voxels) that is
+/// computed. `labels` is the memory for labels in bytes per voxel.
 void require_memory_for(const DenseTissue& out, std::span<const std::vector<Triangle>> parts, double deepest,
                         double labels, const ImportOptions& options, ImportReport& report) {
-  // memory of the result in bytes per voxel, and memory that does not depend on the size (measured with typodont bench
-  // import)
+  // kResult: memory of the result, bytes per voxel. kResidue: bytes, memory that does not depend on the size. Both were
+  // measured with typodont bench import.
   constexpr double kResult = 5, kResidue = 30e6;
   const dvec3 size(out.size);
   require_memory(kResidue + memory_of_filling(parts, out.size, deepest) + (kResult + labels) * size.x * size.y * size.z,
@@ -141,8 +141,9 @@ void count_parts(Imported& imported) {
   report.pulp_parts = static_cast<int>(count_bodies(t.size, row_of(pulp)));
 }
 
-/// Returns the integral (m²) of the normal over a surface. The integral is zero for a closed surface. For an open
-/// surface, it points from the opening towards the opposite side, and its length is the area of the opening.
+/// Returns the sum (m²) of the triangles' normals, each multiplied by the area of the triangle. The sum is zero for a
+/// closed surface. For an open surface, it points from the opening towards the opposite side, and its length is the
+/// area of the opening.
 dvec3 area_vector(const Mesh& mesh) {
   dvec3 sum(0);
   for (const auto& c : mesh.corners) {
@@ -152,15 +153,16 @@ dvec3 area_vector(const Mesh& mesh) {
   return sum;
 }
 
-/// Returns the normal of the plane in which most of a border lies. It is the direction, within 45 degrees of `start`,
-/// in which the heights of the border's points differ least from their median (smallest mean difference). Because of
-/// the median, a part of the border that runs up over a crown does not tilt the plane. Points are weighted by the
-/// border's length along the plane.
+/// Returns the normal of the plane in which most of a border lies. The normal is at most 45 degrees away from `start`.
+/// The height of a point is measured along the normal. The function chooses the normal for which the mean difference
+/// between the heights of the border's points and their median is smallest. Because of the median, a part of the border
+/// that runs up over a crown does not tilt the plane. Each point has as weight the length of the next segment of the
+/// border, measured along the plane.
 dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) {
   const std::size_t n = border.points.size();
   const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(border.points[k % n])]; };
   const auto mean_distance = [&](const dvec3& up) {
-    // for each segment of the border: its height, and its length along the plane
+    // for each segment of the border: the height of its first point, and its length along the plane
     std::vector<std::pair<double, double>> heights;
     double total = 0;
     for (std::size_t k = 0; k < n; ++k) {
@@ -202,8 +204,8 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
 }
 
 /// Returns the direction from the flat base of a closed mesh (a plaster model, a scan closed by other software) to the
-/// teeth; zero if no side is clearly the flattest. The base is the plane that touches the mesh from outside and
-/// contains most of its triangles.
+/// teeth. The base is the flattest side: of all planes that touch the mesh from outside, its plane has the largest area
+/// of triangles in it or just below it. Returns zero if no side is clearly the flattest.
 dvec3 away_from_base(const Mesh& mesh) {
   struct Face {
     dvec3 normal, middle;  // unit normal of the triangle, and centre of the triangle in m
@@ -219,8 +221,8 @@ dvec3 away_from_base(const Mesh& mesh) {
     faces.push_back({normal / area, (at(0) + at(1) + at(2)) / 3.0, area});
     whole += area;
   }
-  // Of the small triangles of a fine mesh, only every n-th one (n: `every`) is used and represents n triangles. So a
-  // fine mesh takes no longer than a coarse one.
+  // A mesh with very many small triangles would take long. So of the small triangles, only every n-th one (n: `every`)
+  // is used, with n times its area.
   constexpr double kEnough = 20'000;
   const double small = whole / kEnough;
   const auto every = static_cast<std::size_t>(1 + static_cast<double>(faces.size()) / kEnough);
@@ -230,7 +232,8 @@ dvec3 away_from_base(const Mesh& mesh) {
     f.area *= static_cast<double>(every);
     return next++ % every != 0;
   });
-  constexpr double kDeep = 1.5e-3;  // m; triangles at most this far inside the base plane (in grooves) are part of it
+  // m; a triangle belongs to the base if its centre is at most this far inside the plane of the base (in a groove)
+  constexpr double kDeep = 1.5e-3;
   // smallest cosine of the angle between the normals of the base and of a triangle that belongs to it
   constexpr double kSlope = 0.9;
   constexpr double kLeast = 0.08;    // smallest area of a base, as a fraction of the mesh's area
@@ -244,7 +247,7 @@ dvec3 away_from_base(const Mesh& mesh) {
   tbb::parallel_for(0, kDirections, [&](int k) {
     const double z = 1 - (2 * k + 1.0) / kDirections, angle = k * kPi * (3 - std::sqrt(5.0));
     dvec3 out(std::sqrt(1 - z * z) * std::cos(angle), std::sqrt(1 - z * z) * std::sin(angle), z);
-    // The mean normal of the triangles at this side is a better estimate of the base's normal.
+    // The mean normal of the triangles at this side is a better estimate of the side's normal. So it replaces `out`.
     for (int pass = 0; pass < 3; ++pass) {
       double top = -1e300, area = 0;
       dvec3 mean(0);
@@ -259,7 +262,8 @@ dvec3 away_from_base(const Mesh& mesh) {
     }
   });
   const Side base = *std::ranges::max_element(sides, {}, &Side::area);
-  // a side belongs to the base if the cosine of the angle between its outward direction and the base's is at least this
+  // A side competes with the base only if it faces clearly another direction: the cosine of the angle between the
+  // outward directions of the side and the base is less than this.
   constexpr double kApart = 0.7;
   double other = 0;
   for (const Side& side : sides) {
@@ -284,8 +288,7 @@ std::size_t drop_pieces(Mesh& mesh) {
   return static_cast<std::size_t>(std::ranges::count_if(area, [&](double a) { return a < least; }));
 }
 
-/// Divides a polygon into triangles (ear clipping). The polygon is anticlockwise as the viewer sees it, and the
-/// triangles have the same orientation.
+/// Divides a polygon into triangles (ear clipping). The corners of the polygon and of the triangles are anticlockwise.
 std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2>& polygon) {
   const auto cross = [&](std::size_t a, std::size_t b, std::size_t c) {
     const glm::dvec2 u = polygon[b] - polygon[a], v = polygon[c] - polygon[a];
@@ -295,8 +298,8 @@ std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2
   for (std::size_t k = 0; k < left.size(); ++k) left[k] = k;
   std::vector<std::array<std::size_t, 3>> triangles;
   while (left.size() > 3) {
-    // A border that crosses itself may have no ear (a corner that can be cut off as a triangle). In this case, its
-    // straightest corner is removed.
+    // An ear is a corner that can be cut off as a triangle. A border that crosses itself may have no ear. In this case,
+    // the straightest corner of the border is cut off.
     std::size_t ear = 0;
     double best = -1e300;
     bool found = false;
@@ -335,8 +338,8 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
     foot.push_back(static_cast<int>(mesh.points.size()));
     mesh.points.push_back(q);
     if (!mesh.colors.empty()) mesh.colors.push_back(mesh.colors[static_cast<std::size_t>(i)]);
-    // The outline of the floor lists its points in the order of the border, which agrees with the orientation of the
-    // surface's triangles. The floor must face down, so the last loop adds its triangles reversed.
+    // The outline lists the points of the floor in the order of the border, and so in the orientation of the scanned
+    // surface, which faces up. The floor must face down, so the last loop adds its triangles in reversed order.
     outline.emplace_back(glm::dot(q, u), glm::dot(q, v));
   }
   double area = 0;
@@ -359,13 +362,13 @@ double redness(const Color& c) {
   return sum > 0 ? (c[0] - 0.5 * (c[1] + c[2])) / sum : 0;
 }
 
-/// Fits the plane z = a·x + b·y + c through the upper points. The fit is repeated with the points that are at most 2 mm
-/// below the previous plane. Returns no value if the points do not span a plane, or if the plane is steeper than 30
-/// degrees.
+/// Fits the plane z = a·x + b·y + c through the upper points of a surface. After each fit, the points that lie more
+/// than 2 mm below the plane are removed, and the fit is repeated. Returns no value if the points do not span a plane,
+/// or if the plane is steeper than 30 degrees.
 std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   constexpr int kRounds = 20;
-  // Largest distance of a used point below the plane (m), and tangent of the largest angle between the plane and the
-  // horizontal.
+  // kBelow: m; points farther below the plane than this are removed. kSteepest: tangent of the largest allowed angle
+  // between the plane and the horizontal.
   constexpr double kBelow = 2e-3, kSteepest = 0.577;
   constexpr std::size_t kLeast = 6;
   std::optional<dvec3> plane;
@@ -387,8 +390,9 @@ std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   return plane;
 }
 
-/// Finds the threshold that divides values into the two most different groups (Otsu 1979). Returns no value if the
-/// values form a single group. This is the case if the division explains less than 0.6 of the variance.
+/// Finds the threshold that divides values into two groups so that the groups differ most (Otsu 1979). Returns no value
+/// if the values form a single group: the variance between the two groups is then at most 0.6 of the variance of all
+/// values.
 std::optional<double> bound_between(std::vector<double> values) {
   constexpr double kOneGroup = 0.6;
   std::ranges::sort(values);
@@ -423,13 +427,15 @@ std::vector<std::uint8_t> find_gum(const std::filesystem::path& file, const Mesh
                 "an open scan, a scan with colours, or a base that is flatter than any other side, so that it is known "
                 "where the teeth are");
   }
-  // Without colours, a point is classified by its height below the highest point nearby, measured along `up`. A point
-  // far below the plane of the cusps has no tooth nearby; it belongs to the floor of the mouth or to the palate. The
-  // search radius kReach (m) is so large that it includes the nearest cusp of the same tooth or of its neighbour.
+  // Without colours, a point is gingiva if it lies far below the highest point nearby; heights are measured along `up`.
+  // A point far below the plane of the cusps is also gingiva: it has no tooth nearby, and belongs to the floor of the
+  // mouth or to the palate. kReach is the edge (m) of the cells in which the highest points are found. It is so large
+  // that a cell or its neighbour includes a cusp of the same tooth or of the next tooth.
   constexpr double kReach = 6e-3;
   const dvec3 u = glm::normalize(glm::cross(up, std::abs(up.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
   const dvec3 v = glm::cross(up, u);
-  constexpr double kFarBelow = 3e-3;  // m; a point more than crown + kFarBelow below the cusps' plane is gingiva
+  // m; a point is gingiva if it lies more than `crown` + kFarBelow below the plane of the cusps
+  constexpr double kFarBelow = 3e-3;
   std::map<std::pair<int, int>, double> highest;
   std::map<std::pair<int, int>, dvec3> cusps;  // for each cell: (u, v, height) of its highest point
   const auto cell = [&](const dvec3& p) {
@@ -512,8 +518,8 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
       return (shells.depth[static_cast<std::size_t>(shells.of_triangle[t])] > 0) == hollow;
     };
   };
-  // The triangles of a hollow's surface face into the hollow. They are reversed, so that the hollow becomes a solid
-  // part.
+  // The surface of a hollow faces into the hollow. Its triangles are reversed, so that the hollow becomes a solid part
+  // of its own.
   std::vector<std::vector<Triangle>> parts{triangles_of(mesh, out.frame, shell_is(false)),
                                            triangles_of(mesh, out.frame, shell_is(true))};
   for (Triangle& t : parts[1]) std::swap(t.b, t.c);
@@ -521,11 +527,11 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   if (!has_hollow) parts.pop_back();
   if (options.progress) options.progress(0.2);
 
-  // Rules for the tissues. In a tooth, enamel of the thickness `shell` covers the crown. In the lowest part of the
-  // crown (height kTaper), its thickness decreases to zero. The pulp fills the closed hollows of the mesh. If there are
-  // none, tissue deeper than kPulpDepth is pulp. All other tissue is dentin. kCrownShare is the fraction of the tooth's
-  // length that is crown. A bone has cortical bone of the thickness `shell` outside, and cancellous bone inside.
-  // Lengths are in m.
+  // Rules for the tissues; lengths are in m. In a tooth, enamel covers the crown. It has the thickness `shell`, which
+  // decreases to zero in the lowest part of the crown; this part has the height kTaper. The crown is the fraction
+  // kCrownShare of the tooth's length. The pulp fills the closed hollows of the mesh. If there are no hollows, all
+  // tissue deeper than kPulpDepth is pulp. All other tissue is dentin. In a bone, cortical bone of the thickness
+  // `shell` lies outside, and cancellous bone inside.
   constexpr double kPulpDepth = 3e-3, kTaper = 2.5e-3, kCrownShare = 0.42;
   const double shell = options.shell.value_or(tooth ? 1.3e-3 : 1.5e-3);
   if (!(shell >= 0 && shell <= 0.5 * longest)) {
@@ -541,7 +547,8 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   const dvec3 extent = bounds.extent();
   const int axis = extent.x == longest ? 0 : extent.y == longest ? 1 : 2;
   const double middle = 0.5 * (bounds.lo[axis] + bounds.hi[axis]);
-  std::vector<std::array<std::size_t, 2>> of_slab(static_cast<std::size_t>(out.size.x));  // voxels below and above
+  // for each x: number of the body's voxels in the lower half and in the upper half of the longest axis
+  std::vector<std::array<std::size_t, 2>> of_slab(static_cast<std::size_t>(out.size.x));
   for_each_slab(out.size.x, [&](int x) {
     for (int y = 0; y < out.size.y; ++y) {
       for (int z = 0; z < out.size.z; ++z) {
@@ -574,7 +581,8 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
 }
 
 ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& options) {
-  // In m: longest border of a hole that is closed; smallest and largest extent of an arch; depth of the base.
+  // In m. kSmallHole: holes with a longer border than this are not closed at first. kLeast and kMost: smallest and
+  // largest length of an arch. kBaseDepth: depth of the base below the lowest point.
   constexpr double kSmallHole = 6e-3, kLeast = 8e-3, kMost = 0.11, kBaseDepth = 3e-3;
   check_unit(options);
   ArchSurface arch;
@@ -589,8 +597,8 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
   bounds.add(mesh);
   check_length(file, bounds.extent(), options, "an arch or a part of one", kLeast, kMost);
 
-  // Closes small holes. Then the area vector of the mesh points from the longest border to the surface, because the
-  // surface's triangles face up.
+  // Closes the small holes, so that only large openings remain. The area vector of the mesh then points from the
+  // longest border to the surface, because the surface's triangles face up.
   close_holes(mesh, kSmallHole, repairs);
   arch.scanned = mesh.corners.size();
   std::vector<Border> open = borders(mesh);
@@ -630,8 +638,8 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
 }
 
 Imported import_arch(const std::filesystem::path& file, const ImportOptions& options) {
-  // m: usual height of a crown, usual thickness of enamel, height over which the enamel becomes thinner, thickness of
-  // the gingiva
+  // In m. kUsualCrown: usual height of a crown. kUsualEnamel: usual thickness of enamel. kTaper: height of the lowest
+  // part of the crown, in which the enamel becomes thinner. kGumDepth: thickness of the gingiva.
   constexpr double kUsualCrown = 7e-3, kUsualEnamel = 1.3e-3, kTaper = 2.5e-3, kGumDepth = 2e-3;
   Imported result;
   ImportReport& report = result.report;

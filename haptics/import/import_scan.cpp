@@ -23,12 +23,12 @@ namespace {
 constexpr double kScanSmoothing = 0.8;
 }  // namespace
 
-// Imports a scan. `known`: grey values of the tissues in the whole scan, if `scan` is only a region of it; null: the
-// grey values are found in `scan`.
+// Imports `scan`, which is a whole scan or a region of one. `known` has the grey values of the tissues in the whole
+// scan. If it is null, the grey values are found in `scan`.
 static Imported import_read_scan(const std::filesystem::path& file, Scan scan, const ScanGreys* known,
                                  const ImportOptions& options);
 
-// Replaces each block of k voxels by its mean, for a result that is much coarser than the scan.
+// Makes the scan coarser: each block of k.x × k.y × k.z voxels becomes one voxel with the mean grey value of the block.
 static void reduce(Scan& scan, const glm::ivec3& k) {
   const glm::ivec3 size = scan.grey.size / k;
   Grid<float> out(size);
@@ -50,8 +50,8 @@ static void reduce(Scan& scan, const glm::ivec3& k) {
   scan.grey = std::move(out);
 }
 
-// Interpolates the grey values from `lo` to `hi` (inclusive, may be outside the scan) on a grid with cubic voxels of
-// the edge `voxel`. Outside the scan, the value is `outside`.
+// Returns the grey values of the scan on a grid with cubic voxels of the edge `voxel`, by interpolation. The grid
+// covers the scan's voxels from `lo` to `hi` (inclusive). Outside the scan, the value is `outside`.
 static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::ivec3& hi, double voxel, float outside) {
   Grid<float> box(hi - lo + 1, outside);
   const glm::ivec3 from = glm::max(lo, glm::ivec3(0)), to = glm::min(hi + 1, scan.grey.size);
@@ -64,8 +64,8 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
   const glm::dvec3 ratio = voxel / scan.spacing;
   if (glm::all(glm::lessThan(glm::abs(ratio - 1.0), glm::dvec3(1e-3)))) return box;
   const glm::ivec3 size = glm::ivec3(glm::floor(glm::dvec3(box.size - 1) / ratio + 1e-9)) + 1;
-  // Interpolates along one axis after the other. The data of an axis: for each sample of the result, the four samples
-  // of the box next to it, and their weights (Catmull-Rom).
+  // Interpolates along one axis after the other. For each sample of the result, Taps has the four nearest samples of
+  // the box along the axis, and their weights (Catmull-Rom).
   struct Taps {
     std::array<int, 4> at;
     std::array<double, 4> weight;
@@ -120,9 +120,9 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
   return out;
 }
 
-// Closes canals that the walls of the box cut open. Otherwise a nerve canal or a root canal that leaves the box would
-// be connected to the surroundings and would not be recognised as a cavity. In the plane of samples at each wall, the
-// function finds the dark holes (grey values up to `bound`) that are at most `widest` (m) wide. In the two planes
+// Closes canals at the walls of the box that cut them. Without this, a nerve canal or a root canal that leaves the box
+// would be connected to the surroundings and would not be recognised as a cavity. In the plane of samples at each wall,
+// the function finds the dark holes (grey values up to `bound`) that are at most `widest` (m) wide. In the two planes
 // outside the wall, it closes each hole with a lid of the grey value `fill`.
 static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, double fill, double widest,
                         double voxel) {
@@ -141,8 +141,8 @@ static void close_walls(Grid<float>& grey, const CutWalls& wall, double bound, d
       for (std::size_t i = 0; i < open.v.size(); ++i)
         open.v[i] = grey[place(open.place(i), 0)] <= static_cast<float>(bound);
       const Components holes = components(open);
-      // number of the component that is the surroundings; they enclose the tissue in every plane, so the first sample
-      // belongs to them
+      // number of the component that contains the first sample; it is the surroundings, because they enclose the tissue
+      // in every plane
       const std::int32_t around = holes.label.v[0];
       std::vector<glm::ivec3> from(holes.voxels.size(), open.size), to(holes.voxels.size(), glm::ivec3(-1));
       for (std::size_t i = 0; i < open.v.size(); ++i) {
@@ -218,10 +218,10 @@ static ScanGreys greys_without_shading(const std::filesystem::path& file, const 
                 "Hounsfield units plus a constant; --hounsfield OFFSET gives it, e.g. 0 or 1024");
   greys.jaw = find_jaw_greys(smooth, levels.surface(), *levels.hounsfield, levels.smoothed_noise);
   levels.noise = noise_of(scan.grey);
-  // segment() finds the surface of the jaw where the grey value is the mean of the grey values of the surroundings and
-  // of the tissue below the surface. It limits the grey value of that tissue to the range from levels.soft to
-  // levels.dense. So for a jaw, this range extends from cancellous bone to the brightest material, which is metal or,
-  // without metal, enamel.
+  // segment() finds the surface of the jaw where the grey value is halfway between two grey values: that of the
+  // surroundings, and that of the tissue below the surface. For the second one, segment() uses at least levels.soft and
+  // at most levels.dense. In a jaw, these are the grey values of cancellous bone and of the brightest material, which
+  // is metal, or enamel if there is no metal.
   levels.soft = greys.jaw.cancellous;
   levels.dense = greys.jaw.metal.value_or(greys.jaw.enamel);
   if (greys.jaw.has_enamel) levels.tooth = greys.jaw.crown();
@@ -316,7 +316,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   const glm::ivec3 k = glm::clamp(glm::ivec3(voxel / scan.spacing + 1e-6), glm::ivec3(1), scan.grey.size / 4);
   if (k != glm::ivec3(1)) reduce(scan, k);
 
-  // Finds the body approximately. This result is only used to find the grey values and the box around the
+  // Finds the body approximately. This first result is used only for the tissues' grey values and the box around the
   // body.
   const double working = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
   if (known && known->shading) known->shading->remove_from(scan);
@@ -351,7 +351,8 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   const glm::ivec3 lo = bodies[main].lo, hi = bodies[main].hi, scan_size = solid.size;
   if (jaw) say_what_is_left_out(bodies, main, scan, report);
   const double near_tissue = fraction_near(solid) * static_cast<double>(solid.v.size()) * scan.spacing.x *
-                             scan.spacing.y * scan.spacing.z;  // m³, volume of the blocks of voxels in or near the body
+                             // m³, volume of the blocks of voxels in or next to tissue
+                             scan.spacing.y * scan.spacing.z;
   solid = Mask();
   const char* of = options.region ? "region" : "scan";
   for (int a = 0; a < 3; ++a) {
@@ -379,13 +380,14 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   check_result_size(extent + 2 * options.band, voxel);
   check_result_size(extent + 20 * working, working);
   {
-    // The constants with which the memory is estimated, in bytes per voxel (measured with typodont bench import). They
-    // are for: the scan while it is read and its histogram is computed (kRead); the box around the body (kBox); the
-    // blocks near the body during segmentation (kSegmented) and afterwards (kKept); the blocks near the surface if the
-    // result has another grid (kPlaced); and the result (kResult, kGrey). kResidue is in bytes.
+    // For the estimate of the memory: bytes per voxel, measured with typodont bench import. kRead: voxels of the scan
+    // while it is read and its histogram is computed. kBox: voxels of the box around the body. kSegmented: voxels of
+    // the blocks near the body during segmentation. kKept: voxels of the same blocks afterwards. kPlaced: voxels of the
+    // blocks near the surface, if the result has another grid. kResult, kGrey: voxels of the result. kResidue: further
+    // bytes in total.
     constexpr double kRead = 9, kBox = 4, kSegmented = 38, kKept = 28, kPlaced = 24, kResult = 6, kGrey = 4,
                      kResidue = 90e6;
-    // estimated memory, in bytes per voxel of the blocks near the body, for the labels of a jaw
+    // memory for the labels of a jaw, in bytes per voxel of the blocks near the body
     constexpr double kJaw = 70;
     const auto voxels = [](const glm::dvec3& size, double h) { return size.x / h * size.y / h * size.z / h; };
     const double box = voxels(extent + 20 * working, working);
@@ -401,7 +403,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   }
   progress(0.2);
 
-  // If the result has the same grid as the scan, segment() has already computed the distances of the result.
+  // If the result has the same grid as the scan, segment() also computes the distances of the result.
   const double scale = voxel / working, band = options.band / working;
   const bool same_grid = std::abs(scale - 1) < kRounding;
   const double around_body = same_grid ? std::max(10.0, band + 6) : 10;
@@ -414,7 +416,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     if (lo[a] == 0) of_axis[0] = static_cast<int>(std::ceil(margin[a] * step - kRounding));
     if (hi[a] == scan_size[a] - 1) of_axis[1] = static_cast<int>((margin[a] + hi[a] - lo[a]) * step + kRounding);
   }
-  // m, largest widths of a nerve canal and of a root canal that are closed where the box cuts them
+  // m; canals that the box cuts are closed there if they are at most this wide: nerve canals, and root canals
   constexpr double kNerveCanal = 5e-3, kRootCanal = 3e-3;
   close_walls(grey, wall, levels.surface(), levels.soft, kNerveCanal, working);
   if (jaw) close_walls(grey, wall, jaw_greys.bright(), jaw_greys.hard, kRootCanal, working);
@@ -434,7 +436,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     report.jaw = std::move(labels->report);
   }
 
-  // Positions the result's grid so that one of its samples coincides with a sample of the working grid.
+  // Positions the result's grid so that one of the grid's samples coincides with a sample of the working grid.
   glm::ivec3 first = grey.size, last(0);
   for (std::size_t i = 0; i < s.surface.distance.v.size(); ++i) {  // blocks that are not stored lie deeper inside
     if (!(s.surface.distance.v[i] < 0)) continue;
@@ -452,7 +454,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   out.frame = {origin + working * placement.offset, voxel};
   const DistanceField field =
       same_grid ? std::move(s.surface) : signed_distance(s.phi, out.size, placement, band, band);
-  // shift from the index of a sample in the result to the index of the same sample in the segmentation's distance field
+  // displacement from the index of a sample in the result to the index of the same sample in `field`
   const glm::ivec3 shift = same_grid ? from : glm::ivec3(0);
   progress(0.9);
 

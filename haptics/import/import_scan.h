@@ -14,15 +14,17 @@ namespace typodont::haptics::importing {
 struct ScanGreys {
   Levels levels;
   JawGreys jaw;  // valid only for a jaw
-  // error of the grey values that changes slowly across a jaw's scan; removed before the grey values were found
+  // error of the grey values of a jaw's scan that changes slowly across the scan; removed before the grey values were
+  // found
   std::optional<Shading> shading;
   std::vector<std::string> notes;
 };
 ScanGreys find_greys(const std::filesystem::path& file, Scan scan, const ImportOptions& options);
 
 Imported import_scan(const std::filesystem::path& file, const ImportOptions& options);
-/// Imports options.region of a scan in memory, or all of it. `greys` are the grey values of the whole scan, because a
-/// small region may lack a tissue or the surroundings. `file` is the name in messages.
+/// Imports options.region of a scan in memory, or the whole scan if the options have no region. `greys` are the grey
+/// values of the tissues in the whole scan, because a small region may lack a tissue or the surroundings. `file` is the
+/// name for messages.
 Imported import_region(const std::filesystem::path& file, const Scan& scan, const ScanGreys& greys,
                        const ImportOptions& options);
 Imported import_mesh(const std::filesystem::path& file, const ImportOptions& options);

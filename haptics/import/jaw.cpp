@@ -51,7 +51,8 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   const std::size_t n = sample_of.size();
   std::vector<Row> rows(n);
   std::vector<double> diagonal(n), b(n), x(n, 0.0);
-  // smallest weight of the random walk's step, through the dimmest samples that count as bright
+  // weight of the random walk's step between the dimmest samples that count as bright; steps between brighter samples
+  // have larger weights
   constexpr double kLeast = 1e-4;
   // Weight of the random walk's step into bone for a sample next to cancellous bone. The weight is small, because the
   // sample may also belong to a root without a bright wall. With this weight, a root of 3 mm width is labelled as tooth
@@ -164,9 +165,9 @@ Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const
 }
 
 // Computes the grey value at the borders of a thin dark layer between bright ones (or of a bright layer between dark
-// ones). The scan's blur has reduced the contrast of the layer to the fraction `dip` (0..1) of its true contrast. If w
-// is the layer's width and σ the standard deviation of the blur, then dip = erf(w / (2√2 σ)), and the contrast at the
-// borders is erf(w / (√2 σ)) / 2.
+// ones). All contrasts are fractions of the layer's true contrast. `dip` is the contrast at the middle of the layer,
+// which the scan's blur has reduced. If w is the layer's width and σ the standard deviation of the blur, then dip =
+// erf(w / (2√2 σ)), and the contrast at the borders of the layer is erf(w / (√2 σ)) / 2.
 class LayerBound {
  public:
   LayerBound() {
@@ -260,16 +261,18 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
   }
 }
 
-// Corrects the border between the pulp and the dentin of the teeth. The blur makes narrow canals appear too narrow, but
-// it does not change how much grey value, in total, is missing around a canal compared to dentin. This total, divided
-// by the difference between dentin and pulp, is the canal's volume in samples. It is computed in a ball around each
-// sample near the border, and as many of the ball's samples become pulp, the darkest first. `scan` and `smooth` are the
-// scan's grey values before and after smoothing, `tooth` marks the teeth with their cavities, and `to_crown` is the
-// squared distance to enamel.
+// Corrects the border between the pulp and the dentin of the teeth. Because of the blur, narrow canals appear too
+// narrow. But the blur does not change a canal's total deficit: the sum, over the samples in and around the canal, of
+// the grey value of dentin minus the sample's grey value. The deficit divided by the difference between the grey values
+// of dentin and pulp is the canal's volume in samples. For each sample near the border, this volume is computed in a
+// ball around the sample. Then the sample becomes pulp if fewer samples of the ball than this volume are darker than
+// the sample, and dentin otherwise. `scan` and `smooth` are the scan's grey values before and after smoothing, `tooth`
+// marks the teeth with their cavities, and `to_crown` is the squared distance to enamel.
 void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const SparseMask& tooth,
                     const Sparse<float>& to_crown, const JawGreys& greys, Sparse<Tissue>& tissue) {
-  // In voxels. kBlurred: distance from the canal up to which the blur changes the grey value. kUnblurred: distance
-  // beyond which it certainly does not. kBall: radius of the ball, which reaches beyond the far side of a canal.
+  // In voxels. kBlurred: the blur changes grey values up to this distance from the canal. kUnblurred: beyond this
+  // distance from the canal, grey values are certainly unchanged. kBall: radius of the ball, which reaches beyond the
+  // far side of a canal.
   constexpr float kBlurred = 2.5, kUnblurred = 3;
   constexpr int kBall = 6;
   constexpr std::size_t kLeast = 20;    // smallest number of samples from which a grey value is measured
@@ -340,13 +343,14 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   tissue = std::move(corrected);
 }
 
-// Finds the teeth in the mask of all teeth. The depth of a sample is its distance from the outside. From each local
-// maximum of the depth, a tooth grows to samples of decreasing depth. If two teeth meet, they are one tooth, unless the
-// place where they meet is much shallower than both (a contact between neighbouring teeth). Only teeth with samples of
-// `crown` are returned. Positions are in samples, volumes in numbers of samples.
+// Separates the teeth in the mask of all teeth. The depth of a sample is its distance from the surface of the mask.
+// From each local maximum of the depth, a tooth grows to samples of decreasing depth. Two teeth that meet become one
+// tooth, unless the depth at the place where they meet is much smaller than the largest depth of each tooth (a contact
+// between neighbouring teeth). Only teeth with samples of `crown` are returned. Positions are in samples, volumes in
+// numbers of samples.
 std::vector<JawTooth> find_teeth(const SparseMask& teeth, const SparseMask& crown, double voxel, double least) {
-  // kDeepest: m, depth beyond which all samples count as equally deep. kContact: where two teeth meet, the depth
-  // divided by the depth of the shallower tooth must be below this ratio. Otherwise the two are one tooth.
+  // kDeepest: m; samples deeper than this count as equally deep. kContact: two teeth that meet stay separate if the
+  // depth at this place is less than kContact times the largest depth of the shallower tooth.
   constexpr double kDeepest = 4e-3, kContact = 0.75;
   const std::shared_ptr<const BlockSet>& set = teeth.set;
   const SparseMask others = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !teeth.v[i]; });
@@ -643,9 +647,9 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   correct_canals(scan, grey, where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return in_tooth(i); }),
                  to_crown, greys, out.tissue);
 
-  // Estimates the uncertainty of each tissue's volume. It is the area of the tissue's border multiplied by the
-  // uncertainty of the border's position. The latter comes from noise and from the uncertainty of the grey values. For
-  // teeth and bone, the volume is added that the random walker may have labelled wrongly.
+  // Estimates the uncertainty of each tissue's volume: the area of the tissue's border multiplied by the uncertainty of
+  // the border's position, which comes from noise and from the uncertainty of the grey values. For teeth and bone, a
+  // second volume is added: the one that the random walker may have labelled wrongly.
   constexpr double kBorder = 0.1;  // voxels, error of a border's position without noise, as measured
   const double rise = greys.hard - greys.soft;
   out.report.border = voxel * std::hypot(kBorder, noise / rise * std::sqrt(2 * kPi) * std::max(0.5, s.blur));
@@ -661,8 +665,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     }
     if (bright.v[i]) mislabelled += static_cast<double>(std::min(probability.v[i], 1 - probability.v[i]));
   }
-  // Voxel faces approximate a surface by steps. This is the mean ratio of their area to the true area of the surface,
-  // for a surface at a random angle to the axes.
+  // Voxel faces approximate a surface by steps, so their area is larger than the true area of the surface. This is the
+  // mean ratio of the two areas for a surface at a random angle to the axes.
   constexpr double kFacesPerArea = 1.5;
   for (std::size_t t = 0; t < faces.size(); ++t)
     out.report.volume_uncertainty[t] = faces[t] / kFacesPerArea * voxel * voxel * out.report.border;

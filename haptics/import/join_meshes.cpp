@@ -12,14 +12,14 @@ namespace {
 
 constexpr double kBytesPerVoxel = sizeof(float) + sizeof(Tissue);
 
-/// Volumes of meshes with the same voxel size lie on one common grid. Returns the position of a volume's first voxel in
-/// this grid.
+/// All meshes have the same voxel size, and their volumes lie on one common grid. Returns the position of a volume's
+/// first voxel in this grid.
 glm::ivec3 first_voxel(const DenseTissue& tissue) {
   return glm::ivec3(glm::round(tissue.frame.origin / tissue.frame.voxel));
 }
 
-/// Joins volumes on a common grid; their memory is `kept` bytes. Stores in the report the volume (m³) that lies in more
-/// than one of them.
+/// Joins volumes on a common grid. `kept` is the memory of these volumes in bytes. Stores in the report the volume (m³)
+/// of the overlap: the space that lies in more than one of the volumes.
 DenseTissue joined(const std::vector<DenseTissue>& volumes, double kept, const ImportOptions& options,
                    ImportReport& report) {
   glm::ivec3 lo = first_voxel(volumes[0]), hi = lo + volumes[0].size;

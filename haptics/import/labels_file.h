@@ -8,11 +8,11 @@
 
 namespace typodont::haptics {
 
-/// Writes one byte per voxel: 0 outside the body, and the tissue's number (Tissue) inside. An NRRD file also contains a
-/// list of the names. A DICOM file has one binary segment per tissue instead, and no data of a person. Positions are in
-/// mm in the space of the imported file, even if the tissue was rotated: LPS in an NRRD or DICOM file, RAS in a NIfTI
-/// file, as each format requires. If the imported file states no space or is a mesh, its space counts as LPS. Set-up
-/// time; throws Error.
+/// Writes the labels of a tissue to a file. NRRD and NIfTI files have one byte per voxel: 0 outside the body, and the
+/// tissue's number (Tissue) inside. An NRRD file also has a list of the tissues' names. A DICOM file has one binary
+/// segment per tissue, and no data of a person. Positions are in mm in the space of the imported file, even if the
+/// tissue was rotated: LPS in an NRRD or DICOM file, RAS in a NIfTI file, as each format requires. If the imported file
+/// is a mesh or states no space, its space counts as LPS. Called only at set-up; throws Error.
 void write_labels(const Imported& imported, const std::filesystem::path& file);
 
 }  // namespace typodont::haptics

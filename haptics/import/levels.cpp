@@ -17,8 +17,8 @@ static double quantile(std::vector<float>& values, double share) {
   return values[static_cast<std::size_t>(k)];
 }
 
-// Returns the grey values of the voxels on the walls of the box. These voxels belong to the surroundings, unless tissue
-// covers more than half of them.
+// Returns the grey values of the voxels on the walls of the box. Most of these voxels belong to the surroundings,
+// unless tissue covers more than half of the walls.
 static std::vector<float> walls(const Grid<float>& g) {
   std::vector<float> values;
   for (int x = 0; x < g.size.x; ++x) {
@@ -67,7 +67,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   for (const auto& own : counts) {
     for (std::size_t bin = 0; bin < kBins; ++bin) count[bin] += own[bin];
   }
-  // Smooths the histogram over the width of the noise.
+  // Smooths the histogram with a Gaussian. Its standard deviation is that of the noise, within limits.
   const double sigma = std::clamp(blur / width, 4.0, 40.0);
   std::vector<double> h(kBins, 0);
   const int r = static_cast<int>(4 * sigma);
@@ -81,9 +81,9 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
           count[static_cast<std::size_t>(i)] * std::exp(-0.5 * k * k / (sigma * sigma)) / norm;
     }
   }
-  // Finds the peaks of the histogram, from the highest to the lowest. The pass of a peak is the lowest value between it
-  // and a higher peak. If a peak rises above its pass by less than 40 % of its own height, it is part of the higher
-  // peak.
+  // Finds the peaks of the histogram, from the highest to the lowest. Between a peak and a higher peak lies a valley.
+  // If a peak rises above the lowest value of this valley by less than 40 % of the peak's own height, it counts as part
+  // of the higher peak.
   struct Hill {
     int top;
     double pass = 0;
@@ -114,7 +114,8 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       merged.push_back(mine);
     } else if (left < 0 || right < 0 || left == right) {
       mine = left >= 0 ? left : right;
-      // two peaks meet at this bin: the lower one ends, and counts as a peak of its own or as a part of the higher peak
+      // Two peaks meet at this bin, which is the lowest bin of the valley between them. The lower peak ends here: it
+      // becomes part of the higher peak, or counts as a peak of its own.
     } else {
       const bool left_higher = h[static_cast<std::size_t>(hills[static_cast<std::size_t>(left)].top)] >=
                                h[static_cast<std::size_t>(hills[static_cast<std::size_t>(right)].top)];
@@ -129,7 +130,8 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       mine = high;
     }
     flooded[static_cast<std::size_t>(bin)] = mine;
-    // The voxels of a bin belong to the peak that is reached by climbing the histogram from this bin.
+    // The voxels of a bin belong to a peak: the one at which a path ends that starts at this bin and always climbs the
+    // histogram.
     int climb = bin;
     while (true) {
       const double here = h[static_cast<std::size_t>(climb)];
@@ -172,17 +174,18 @@ struct HounsfieldScale {
   std::string source;  // text for the user that states how the scale was found
 };
 
-/// Finds the scale from the peaks of air and soft tissue, which are about 1000 apart. Returns no value if there are no
-/// such peaks.
+/// Finds the scale from the peaks of air and soft tissue, which are about 1000 apart. If there are no such peaks, the
+/// scale is found from the smallest grey value `lo` and the largest grey value `hi`: they may be plain Hounsfield
+/// units. Otherwise returns no value.
 std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, double lo, double hi) {
   constexpr double kAir = -1000, kLeastApart = 880, kMostApart = 1100;
-  // Difference from the grey value of water. The brightest voxel of the scan must be between these limits: kLeastBone,
-  // because there is bone; kMost, because even metal is not brighter.
+  // Hounsfield units. The brightest voxel of the scan must be at least kLeastBone brighter than water, because the scan
+  // contains bone, and at most kMost brighter, because even metal is not brighter.
   constexpr double kLeastBone = 300, kMost = 8000;
-  // smallest size of the peak of air and of the peak of soft tissue, as a fraction of all voxels
+  // fraction of all voxels; the peak of air and the peak of soft tissue must each contain at least this fraction
   constexpr double kLeastMass = 0.01;
-  // kUsual: grey values of 0 Hounsfield units in common scanners, the most frequent first. kNear: tolerance. Both in
-  // Hounsfield units.
+  // kUsual: grey values that mean 0 Hounsfield units in common scanners, the most frequent first. kNear: if the value
+  // that was found differs by less than this from one of them, the one in kUsual is used.
   constexpr double kUsual[] = {0, 1024, 1000, -24}, kNear = 60;
   std::optional<HounsfieldScale> found;
   for (const Peak& air : peaks) {
@@ -215,8 +218,9 @@ std::optional<double> hill_between(const std::vector<Peak>& peaks, double low, d
   return best ? std::optional(best->level) : std::nullopt;
 }
 
-/// Uses the thresholds that the user gave for the surface and for the denser tissue. The threshold of the surface is
-/// used unchanged. The grey values on both sides of it come from the peaks of the histogram, if there are such peaks.
+/// Applies the thresholds that the user gave for the surface and for the denser tissue. The surface lies exactly at the
+/// user's threshold. The grey values on both sides of the surface come from the peaks of the histogram, if there are
+/// such peaks.
 void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& peaks, const ImportOptions& options,
                     double brightest, Levels& levels) {
   if (options.surface_grey) {
@@ -226,10 +230,11 @@ void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& 
           file.string(), "--thresholds", fmt::format("{:g} for the surface", surface),
           fmt::format("a grey above the surround's {:.6g} and below the brightest, {:.6g}", levels.outside, brightest));
     }
-    // The material next to the tissue is the brightest of the materials that are darker than the threshold: soft tissue
-    // in a CT of a head, air around an extracted tooth.
+    // The material next to the tissue is soft tissue in a CT of a head, and air around an extracted tooth. It has the
+    // peak with the most voxels of all peaks between the surroundings and the threshold. If there is no such peak, the
+    // surroundings lie next to the tissue.
     if (const auto below = hill_between(peaks, levels.outside, surface)) levels.outside = *below;
-    // grey value that the tissue would have if the user's threshold were halfway between tissue and surroundings
+    // grey value that the tissue has if the user's threshold is halfway between the tissue and the surroundings
     const double even = 2 * surface - levels.outside;
     const double reach = 0.5 * (even - surface);
     const bool fits = even < most && hill_between(peaks, even - reach, std::min(even + reach, most));
@@ -266,7 +271,7 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
     throw Error(file.string(), "greys", fmt::format("the same value {:g} everywhere", *lo),
                 "tissue in a darker surround");
   }
-  // If the grey values are Hounsfield units plus a constant, they identify the tissues.
+  // If the grey values are Hounsfield units plus a constant, each tissue has a known grey value.
   std::optional<HounsfieldScale> hounsfield;
   if (options.hounsfield)
     hounsfield = {*options.hounsfield, "as was said"};
@@ -277,8 +282,8 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   for (const Peak& p : peaks) {
     if (std::abs(p.level - middle) < std::max(3 * levels.smoothed_noise, 0.03 * range)) levels.outside = p.level;
   }
-  // Selects the peaks that are brighter than the surroundings. A peak that is much nearer to the surroundings than to
-  // the brightest peak is soft tissue or pulp, and is omitted.
+  // Selects the peaks that are brighter than the surroundings. A peak is omitted if it is much nearer to the
+  // surroundings than to the brightest peak, because it is soft tissue or pulp.
   std::vector<Peak> tissues;
   double bright = 0, top = levels.outside;
   for (const Peak& p : peaks) {
@@ -305,8 +310,8 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   std::sort(tissues.begin(), tissues.end(), [](const Peak& a, const Peak& b) { return a.level < b.level; });
 
   if (hounsfield && !options.surface_grey) {
-    // Initial values in Hounsfield units: soft tissue at 0, cancellous bone at 600, and so the surface at 300.
-    // segment() then improves the surface with the grey values nearby.
+    // In Hounsfield units: initial grey values of soft tissue and of cancellous bone. The surface is then initially at
+    // 300, halfway between these values. segment() improves it with the grey values nearby.
     constexpr double kSoftTissue = 0, kCancellous = 600;
     levels.outside = hounsfield->offset + kSoftTissue;
     levels.soft = hounsfield->offset + kCancellous;

@@ -15,22 +15,25 @@ struct Levels {
   double soft = 0;     // grey value of the softer tissue (dentin, cancellous bone)
   // grey value of the denser tissue (enamel, cortical bone); no value if there is only one tissue
   std::optional<double> dense;
-  bool fixed_dense = false;  // true if the user gave the threshold between the two tissues
-  // true: a thin layer on the tissue that is as bright as `outside` counts as surroundings (soft tissue on a bone)
+  // true if the threshold between the two tissues is known: the user gave it, or the grey values are Hounsfield units
+  // plus a constant
+  bool fixed_dense = false;
+  // true if a thin layer on the tissue that is as bright as `outside` (soft tissue on a bone) counts as surroundings,
+  // although the material beyond the layer is darker (air)
   bool fixed_surround = false;
-  // grey value above which a voxel belongs to a tooth. If a scan contains several bodies, the body with teeth is
-  // imported, even if a body without teeth (a spine) is larger. No value: the largest body is imported.
+  // Grey value above which a voxel belongs to a tooth. If a scan contains several bodies, the largest body with teeth
+  // is imported, even if another body (a spine) is larger. If there is no value, the largest body is imported.
   std::optional<double> tooth;
-  // m³; a body counts as a body with teeth only if its voxels brighter than `tooth` have at least this volume together
+  // m³; a body has teeth only if all its voxels brighter than `tooth` together have at least this volume
   static constexpr double kLeastTeeth = 8e-9;
-  // position of the surface threshold on a scale from the grey value `outside` (0) to the grey value `soft` (1)
+  // threshold of the surface on a scale of grey values: 0 is the grey value `outside`, 1 is the grey value `soft`
   double height = 0.5;
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; no value if it is unknown
   double noise = 0;                  // standard deviation of the grey values in the surroundings
   double smoothed_noise = 0;         // standard deviation of the grey values in the surroundings after smoothing
 
-  /// Returns the grey value of the surface. At the true position of a blurred edge, the grey value is halfway between
-  /// both sides.
+  /// Returns the grey value at the surface. The true position of a blurred edge is where the grey value is halfway
+  /// between both sides, so `height` is 0.5 unless the user gives the threshold.
   double surface() const { return outside + height * (soft - outside); }
   double denser() const { return 0.5 * (soft + *dense); }
   double top() const { return dense.value_or(soft); }
@@ -40,8 +43,8 @@ struct Peak {
   double level;  // grey value of the peak
   double mass;   // fraction of all voxels between the valleys on both sides of the peak
 };
-/// Returns the peaks of the histogram that rise clearly above their valleys, from dark to bright. `blur`: width of the
-/// noise in grey values.
+/// Returns the peaks of the histogram that rise clearly above the valleys beside them, from dark to bright. `blur` is
+/// the standard deviation of the noise in grey values.
 std::vector<Peak> peaks_of(const Grid<float>& greys, double blur);
 
 /// Finds the grey values of the surroundings and of the tissues. `smoothed` contains the values of `grey` after slight

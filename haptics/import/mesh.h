@@ -22,7 +22,7 @@ struct Mesh {
 struct MeshRepairs {
   std::size_t collapsed = 0;  // number of removed triangles with two equal corners
   std::size_t welded = 0;     // number of corners that were merged with another corner at almost the same position
-  std::size_t copies = 0;     // number of removed second copies of triangles
+  std::size_t copies = 0;     // number of triangles that were removed because they were copies of other triangles
   std::size_t turned = 0;     // number of triangles that were reversed to agree with their neighbours
   // number of shells (connected surfaces) that were reversed because they were inside out
   std::size_t shells_turned = 0;
@@ -32,17 +32,17 @@ struct MeshRepairs {
   std::vector<std::string> in_words() const;
 };
 
-/// Two points count as equal if they are closer than a tolerance. The tolerance is kWeldShare times the mesh's
-/// diagonal, but at most kWeldMost (m).
+/// kWeldShare and kWeldMost limit the distance (m) at which two points of a mesh count as equal. Points count as equal
+/// if they are closer than kWeldShare times the mesh's diagonal, and closer than kWeldMost.
 inline constexpr double kWeldShare = 1e-5, kWeldMost = 1e-6;
 
 /// Reads a surface, which may be open. `unit` is the length in m of one unit of the file. Corners at equal or almost
 /// equal positions become one point. Counts removed triangles and merged corners in `repairs`.
 Mesh read_surface(const std::filesystem::path& file, double unit, MeshRepairs& repairs);
 
-/// Reads a surface and makes it closed and oriented. Second copies of triangles are removed, triangles are reversed to
-/// agree with their neighbours, and small holes are closed. Shells face outward, and shells within another shell face
-/// inward. Throws Error if the surface is still open.
+/// Reads a surface and makes it closed and oriented. Second copies of triangles are removed. Triangles are reversed if
+/// they do not agree with their neighbours. Small holes are closed. Outer shells face outward, and the shells of
+/// hollows face inward. Throws Error if the surface is still open.
 Mesh read_mesh(const std::filesystem::path& file, double unit, MeshRepairs& repairs);
 
 }  // namespace typodont::haptics::importing

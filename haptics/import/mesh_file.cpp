@@ -35,8 +35,8 @@ std::uint8_t color_byte(double share) {
   return static_cast<std::uint8_t>(std::clamp(share, 0.0, 1.0) * 255 + 0.5);
 }
 
-// Reads PLY files, both text and binary. The library assimp is not used for PLY, because it does not check counts and
-// indices, so that damaged files make it crash or block it for minutes.
+// Reads PLY files, both text and binary. The library assimp is not used for PLY, because assimp does not check counts
+// and indices. So a damaged file could make assimp crash or run for minutes.
 class PlyReader {
  public:
   explicit PlyReader(const std::filesystem::path& file)
@@ -323,7 +323,8 @@ Mesh read_surface(const std::filesystem::path& file, double unit, MeshRepairs& r
 }
 
 Mesh read_mesh(const std::filesystem::path& file, double unit, MeshRepairs& repairs) {
-  constexpr double kSmallHole = 6e-3;  // m, largest length of a border that is closed; such a hole is about 2 mm wide
+  // m; a hole is closed if its border is at most this long; such a hole is at most about 2 mm wide
+  constexpr double kSmallHole = 6e-3;
   Mesh mesh = read_surface(file, unit, repairs);
   drop_copies(mesh, repairs);
   orient(mesh, repairs);

@@ -12,11 +12,11 @@ namespace {
 
 using glm::dvec3;
 
-constexpr int kInside = 3;  // a sample is inside if its winding number, multiplied by six, is at least this
+constexpr int kInside = 3;  // smallest winding number, multiplied by six, of a sample inside a part
 
-/// Collects the triangles that form the outer surface of the body. Triangles completely within the body, where parts of
-/// the mesh overlap or touch, are omitted. Triangles partly within the body are split, down to a size of about one
-/// voxel.
+/// Collects the triangles that form the outer surface of the body. A triangle completely within the body is omitted;
+/// such triangles exist where parts of the mesh overlap or touch. A triangle partly within the body is split into
+/// triangles, down to a size of about one voxel.
 class Skin {
  public:
   Skin(std::span<const std::vector<Triangle>> parts, const Mask& part) : part_(part) {
@@ -36,7 +36,8 @@ class Skin {
   }
 
  private:
-  /// Adds those parts of a triangle that belong to the outer surface. Returns true if this is the whole triangle.
+  /// Adds to `skin` those parts of a triangle that belong to the outer surface. Returns true if the whole triangle
+  /// belongs to it.
   bool add(const Triangle& t, std::vector<Triangle>& skin) {
     constexpr double kSmall = 2;  // voxels; a triangle whose longest edge is at most this long is not split
     const dvec3* p[3] = {&t.a, &t.b, &t.c};
@@ -63,10 +64,10 @@ class Skin {
     if (!(size > 0)) return false;
     // The test point is not the triangle's centre, because the centres of opposite faces can coincide on a diagonal.
     const dvec3 at = 0.3371 * t.a + 0.3187 * t.b + 0.3442 * t.c, n = normal / size;
-    // A triangle belongs to the outer surface if at least one of its two sides lies outside the body. First, the
-    // samples at the distance kAround on both sides are tested, because their winding numbers are already known. If
-    // both lie in the same part, the winding numbers at the distance kBeside on both sides are computed. Both distances
-    // are in voxels.
+    // A triangle belongs to the outer surface if at least one of its two sides lies outside the body. First, one sample
+    // on each side is tested, at the distance kAround; its part is already known. If both samples lie in the same part,
+    // the winding numbers are computed much nearer to the triangle, at the distance kBeside on both sides. Both
+    // distances are in voxels.
     constexpr double kAround = 1.5, kBeside = 1e-3;
     const auto part_at = [&](const dvec3& q) {
       const glm::ivec3 i(glm::round(q));
@@ -74,8 +75,7 @@ class Skin {
     };
     const std::uint8_t one = part_at(at + kAround * n), other = part_at(at - kAround * n);
     if (one == 0 || other == 0) return false;
-    // The two samples lie in different parts of the mesh. The triangle is buried between these
-    // parts.
+    // The samples on the two sides lie in different parts of the mesh, so the triangle is buried between these parts.
     if (one != other) return true;
     if (!tree_) tree_ = std::make_unique<TriangleTree>(mesh_);
     return tree_->winding_sixths(at + kBeside * n) >= kInside && tree_->winding_sixths(at - kBeside * n) >= kInside;
@@ -86,9 +86,9 @@ class Skin {
   std::unique_ptr<TriangleTree> tree_;  // created on first use
 };
 
-/// Closes cracks. A sample is in a crack if it lies outside, on a grid line between two different parts that are at
-/// most three voxels apart. The sample is then added to one of the two parts, the one with the larger coordinate on
-/// this line.
+/// Closes cracks between parts. A sample outside is in a crack if it lies on a grid line between two different parts
+/// that are at most three voxels apart. The sample is then added to one of these parts: the part in the positive
+/// direction of the line.
 void close_cracks(Mask& part) {
   const Mask before = part;
   constexpr int kReach = 2;
@@ -114,10 +114,10 @@ void close_cracks(Mask& part) {
   });
 }
 
-/// Finds the samples where inside and outside meet although no triangle is near. There the mesh has an opening, which
-/// is closed by a cap.
+/// Finds neighbouring samples of which one is inside and the other outside although no triangle is near. There the mesh
+/// has an opening, which is closed by a cap.
 std::vector<glm::ivec3> find_cap(const Mask& part, const Sparse<float>& distance) {
-  // voxels; if a sample is nearer to the mesh than this, there is a triangle beside it, and no opening
+  // voxels; if a sample is at most this far from the mesh, a triangle lies beside it, and there is no opening
   constexpr float kOnMesh = 1;
   std::vector<std::vector<glm::ivec3>> found(static_cast<std::size_t>(part.size.x));
   for_each_slab(part.size.x, [&](int x) {
@@ -230,7 +230,8 @@ void spread_parts(FilledMesh& filled, double reach) {
 }
 
 double memory_of_filling(std::span<const std::vector<Triangle>> parts, const glm::ivec3& size, double band) {
-  // Bytes per stored sample (distance, nearest triangle, two marks), per sample of the box (part), and per grid line.
+  // Memory in bytes. kStored: per stored sample (distance, nearest triangle, two marks). kPart: per sample of the box
+  // (its part). kLine: per grid line.
   constexpr double kStored = 14, kPart = 1, kLine = 24;
   std::vector<Triangle> all;
   for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());

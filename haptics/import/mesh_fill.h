@@ -15,13 +15,14 @@ struct FilledMesh {
   bool sheet = false;  // true if the mesh encloses no volume; it then becomes a shell with a thickness of two voxels
 };
 
-/// Fills the parts of a mesh. A sample is inside a part if its generalized winding number is 0.5 or more (3 sixths, see
-/// winding_sixths()). The body is the union of all parts; where parts overlap, the later part is used. Cracks of up to
-/// three voxels between parts are filled. Triangles within the body do not count for the distance. The triangles are in
-/// the index space of the grid, and `band` is in voxels.
+/// Fills the parts of a mesh. A sample is inside a part if its generalized winding number is at least 0.5 (that is, at
+/// least 3 if the number is multiplied by six as in WindingNumbers). The body is the union of all parts. A sample in
+/// several parts belongs to the last of these parts. Cracks of up to three voxels between parts are filled. Triangles
+/// within the body do not count for the distance. The triangles are in the index space of the grid, and `band` is in
+/// voxels.
 FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::ivec3& size, double band);
 
-/// Assigns a part to each sample that is up to `reach` voxels outside the body: the nearest part. So labels can be read
+/// Extends the parts by `reach` voxels outside the body: each sample there gets the nearest part. So labels can be read
 /// at the surface.
 void spread_parts(FilledMesh& filled, double reach);
 

@@ -81,8 +81,8 @@ void drop_copies(Mesh& mesh, MeshRepairs& repairs) {
 }
 
 void orient(Mesh& mesh, MeshRepairs& repairs) {
-  // The triangle on the other side of an edge that has exactly two triangles. It also states whether both triangles
-  // list the edge in the same direction.
+  // An edge with exactly two triangles makes each triangle a neighbour of the other. `same_way` is true if both
+  // triangles list the edge in the same direction.
   struct Neighbour {
     std::size_t triangle;
     bool same_way;
@@ -120,7 +120,7 @@ void orient(Mesh& mesh, MeshRepairs& repairs) {
 }
 
 std::vector<Border> borders(const Mesh& mesh) {
-  // The edges of borders with their direction, from each point to the next point.
+  // The edges of all borders: for each edge, its first point and its second point.
   std::multimap<int, int> next;
   const std::vector<EdgeUse> edges = edges_of(mesh);
   for_each_edge(edges, [&](std::size_t first, std::size_t end) {
@@ -257,8 +257,8 @@ void turn_shells(Mesh& mesh, MeshRepairs& repairs) {
   for (std::size_t s = 0; s < shells.volume.size(); ++s) {
     const bool hollow = shells.depth[s] % 2 == 1;
     if ((shells.volume[s] < 0) == hollow) continue;
-    // Only an outer shell counts as repaired. In many files, the triangles of hollows face outward, so a reversed
-    // hollow is no repair.
+    // Only a reversed outer shell counts as a repair. A reversed hollow does not count, because in many files the
+    // triangles of hollows face outward.
     repairs.shells_turned += !hollow;
     for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
       if (shells.of_triangle[t] == static_cast<int>(s)) turn(mesh.corners[t]);

@@ -32,8 +32,8 @@ class MeshSolid : public Solid {
 std::unique_ptr<Solid> read_mesh_solid(const std::filesystem::path& file, double unit) {
   importing::MeshRepairs repairs;
   const importing::Mesh mesh = importing::read_mesh(file, unit, repairs);
-  // A hole is an error here, because the user would not be told that it was closed. The command `typodont import` can
-  // close holes, because it reports its repairs.
+  // A closed hole is an error here, because the user would not learn that the hole was closed. The command `typodont
+  // import` reports its repairs, so it can close holes.
   if (repairs.holes > 0) {
     throw Error(file.string(), "", fmt::format("{} holes with {} edges in all", repairs.holes, repairs.hole_edges),
                 "a closed surface; typodont import closes small holes");

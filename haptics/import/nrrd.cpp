@@ -33,8 +33,8 @@ static std::string place_of(const std::filesystem::path& file, const std::string
   return "header";
 }
 
-// Rejects headers with very long lines. For its messages, teem 1.12 copies lines of a damaged header into buffers of
-// fixed size, which longer lines would overflow.
+// Rejects headers with very long lines. When a header is damaged, teem 1.12 copies a line into a buffer of fixed size
+// for an error message, and a longer line would overflow this buffer.
 static void check_header(const std::filesystem::path& file) {
   constexpr std::size_t kLongest = 700, kLongestText = 100000;
   std::ifstream in(file, std::ios::binary);
@@ -60,8 +60,8 @@ static void check_header(const std::filesystem::path& file) {
   }
 }
 
-// Rejects text data with very long words. teem 1.12 copies each number into a buffer of fixed size on its stack, which
-// longer words would overflow.
+// Rejects text data with very long words. teem 1.12 copies each word (a number) into a buffer of fixed size on its
+// stack, and a longer word would overflow this buffer.
 static void check_words(const std::filesystem::path& file, bool after_header) {
   constexpr std::size_t kLongest = 100;
   std::ifstream in(file, std::ios::binary);
@@ -156,7 +156,8 @@ static RawScan read_nrrd(const ScanRequest& request) {
   std::string data = "data";
   bool known = true;
   if (state->dataFNFormat) {
-    // The data are in numbered files, so the size is not known. If a file is missing or too short, teem reports it.
+    // The data are in numbered files, so their size is not known here. If a file is missing or too short, teem reports
+    // an error later.
     known = false;
   } else if (state->dataFNArr->len > 0) {
     for (unsigned i = 0; i < state->dataFNArr->len; ++i) {

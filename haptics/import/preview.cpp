@@ -64,8 +64,8 @@ dvec3 color_of(Tissue tissue) {
   }
 }
 
-// Draws the surface from four sides and from both ends, side by side, with light from above. The picture shows whether
-// the surface is smooth, complete and upright.
+// Draws six views of the surface side by side: from four sides and from both ends, with light from above. The user can
+// see whether the surface is smooth, complete and upright.
 Picture shaded(const Imported& imported) {
   const DenseTissue& t = imported.tissue;
   const dvec3 lo = t.frame.to_voxels(imported.report.lo), hi = t.frame.to_voxels(imported.report.hi);

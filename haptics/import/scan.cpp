@@ -94,7 +94,7 @@ void check_sizes(const std::filesystem::path& file, std::string_view place, cons
     throw Error(file.string(), place, fmt::format("{} = {:.3g} voxels", text, product),
                 fmt::format("at most {:.3g} voxels", kMostVoxels));
   }
-  // bytes per voxel: one copy of the scan as it is in the file, and one copy with exchanged axes
+  // bytes per voxel for two copies of the scan: one as it is in the file, and one with exchanged axes
   constexpr double kBytesPerVoxel = 8;
   if (const double free = free_memory(); product * kBytesPerVoxel > free) {
     throw Error(file.string(), place,
@@ -190,8 +190,8 @@ static RawScan read_any(const ScanRequest& request) {
 }
 
 // Exchanges and reverses the axes, so that each axis runs nearly along an axis of the file's space. The result is never
-// a mirror image, so the left side of the patient stays left. An oblique rotation that remains is stored in
-// world_rotation.
+// a mirror image, so the left side of the patient stays left. If the scan is oblique, a rotation between its axes and
+// the axes of the space remains; it is stored in world_rotation.
 static Scan align(RawScan&& raw) {
   Scan scan;
   scan.format = raw.format;
@@ -243,15 +243,16 @@ static Scan align(RawScan&& raw) {
                                      sign.z < 0 ? "-" : "+", from.z));
   }
   scan.grey = Grid<float>(size);
-  // For each axis of the result: offset of its first voxel in the file's data, and step to the next voxel.
+  // Position of the result's first voxel in the file's data, and for each axis of the result the step to the next
+  // voxel.
   const std::ptrdiff_t file_step[3] = {1, raw.size.x, static_cast<std::ptrdiff_t>(raw.size.x) * raw.size.y};
   std::ptrdiff_t first_voxel = 0, next[3];
   for (int a = 0; a < 3; ++a) {
     next[a] = sign[a] * file_step[from[a]];
     if (sign[a] < 0) first_voxel += (size[a] - 1) * file_step[from[a]];
   }
-  // The copy works in slabs of slices, because a voxel should be written soon after it was read, while it is in the
-  // cache.
+  // Along x, the voxels are copied in slabs of kSlab samples, so that memory that was read or written recently is still
+  // in the cache.
   constexpr int kSlab = 16;
   for_each_slab((size.x + kSlab - 1) / kSlab, [&](int slab) {
     const int x_end = std::min((slab + 1) * kSlab, size.x);
@@ -301,8 +302,8 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
     return b + 0.5F * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
   };
   for_each_slab(raw.size.z, [&](int k) {
-    // In slice k: value(i, j) = old(i + base[0] − shift[0]·k, j + base[1] − shift[1]·k). Interpolates first along the
-    // rows, then along the columns.
+    // Computes slice k of the result: value(i, j) = old(i + base[0] − shift[0]·k, j + base[1] − shift[1]·k).
+    // Interpolates first along the rows of the slice, then along its columns.
     const double fx = base[0] - shift[0] * k, fy = base[1] - shift[1] * k;
     const int ix = static_cast<int>(std::floor(fx)), iy = static_cast<int>(std::floor(fy));
     const float tx = static_cast<float>(fx - ix), ty = static_cast<float>(fy - iy);
@@ -386,8 +387,8 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
   }
   for (int a = 0; a < 3; ++a) {
     if (length[a] * kMillimetre >= limits.smallest && length[a] * kMillimetre <= limits.largest) continue;
-    // If the file states both spacing and unit, the spacing is assumed to be correct. So the scan really is too coarse,
-    // and a wrong unit is not the cause.
+    // If the file states both spacing and unit, they are assumed to be correct. Then voxels that seem too large really
+    // are too large, and a wrong unit is not the cause.
     const bool coarse = !spacing && raw.has_unit && length[a] * kMillimetre > limits.largest;
     throw Error(
         file.string(), spacing ? "--spacing-mm" : raw.spacing_place,

@@ -29,9 +29,9 @@ struct RawScan {
   glm::dvec3 origin{0};              // mm, position of the first voxel
 };
 
-/// A scan whose axes run nearly along the axes of the scan's own space. For this, the file's axes were exchanged and
-/// reversed, but never mirrored. A point p of the scan (m) has the position world_rotation · p in that space, so an
-/// oblique scan keeps its own axes.
+/// A scan whose axes run nearly along the axes of the scan's own space. To get such a scan, the axes of the file were
+/// exchanged and reversed, but the scan was never mirrored. An oblique scan keeps its own axes: a point p of the scan
+/// (m) has the position world_rotation · p in the space.
 struct Scan {
   std::string format;
   Grid<float> grey;
@@ -54,14 +54,15 @@ struct ScanFormat {
   std::string name;                             // for example "NRRD"
   std::vector<std::string> endings;             // extensions shown to users, lower case: ".nrrd"
   std::vector<std::string> further_extensions;  // other extensions that are accepted, too
-  /// Returns true if a file that begins with these bytes has this format, whatever its name is. If this function is
-  /// null, the extension decides.
+  /// Returns true if a file that begins with these bytes has this format; the name of the file does not matter. If
+  /// `begins` is null, the file's extension decides.
   bool (*begins)(std::string_view first_bytes);
   RawScan (*read)(const ScanRequest& request);  // throws Error
 };
 const std::vector<ScanFormat>& scan_formats();
 
-/// Smallest and largest voxel edge, in m, with which the tissues can be distinguished.
+/// Smallest and largest voxel edge, in m, that a scan may have. With larger voxels, the tissues cannot be
+/// distinguished.
 struct SpacingLimits {
   double smallest, largest;
   std::string_view of;       // body to which the limits apply, for messages: "a tooth"
@@ -73,9 +74,9 @@ struct SpacingLimits {
 Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spacing,
                const std::optional<double>& nan_grey, const SpacingLimits& limits);
 
-/// Corrects a scan whose third axis is not perpendicular to the other two (a tilted gantry). Each slice is shifted
-/// within its plane by cubic interpolation. The first two axes must be perpendicular to each other. Returns the
-/// corrected angle in rad.
+/// Corrects a scan whose third axis is not perpendicular to the other two axes, because the gantry was tilted. Each
+/// slice is shifted within its plane, by cubic interpolation. The first two axes must be perpendicular to each other.
+/// Returns the angle, in rad, by which the third axis was corrected.
 double undo_shear(const std::filesystem::path& file, RawScan& raw);
 
 // Largest number of voxels of a scan. This limit and the functions below are used by the readers of several formats.

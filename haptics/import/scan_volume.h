@@ -30,14 +30,14 @@ class ScanVolume {
   /// Returns the grey value at p by trilinear interpolation. Outside the scan, the value at its nearest wall is
   /// returned.
   double grey(const dvec3& p) const;
-  // The grey value that a picture shows as black, and the grey value that it shows as white. 2 % of the voxels are
-  // darker than black(), and 0.3 % are brighter than white().
+  // Grey values for pictures: a picture shows black() as black and white() as white. 2 % of the voxels are darker than
+  // black(), and 0.3 % are brighter than white().
   double black() const { return black_; }
   double white() const { return white_; }
 
-  /// Imports options.region of the scan, or all of it, with the same result as import_tissue() with these options. With
-  /// a larger options.voxel, the import is fast enough for a preview. Several threads may call this function at the
-  /// same time. Throws Error, and exceptions of the progress function.
+  /// Imports options.region of the scan, or the whole scan if the options have no region. The result is that of
+  /// import_tissue() with the same options. With a larger options.voxel, the import is fast enough for a preview.
+  /// Several threads may call this function at the same time. Throws Error, and exceptions of the progress function.
   Imported import(const ImportOptions& options) const;
 
  private:

@@ -14,8 +14,8 @@ constexpr double kStep = 0.5;  // voxels, length of the steps along rays
 const std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
                                           {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
 
-// The contacts of a part with the materials around it: for each material, the number of the part's voxel faces that
-// have this material on their other side.
+// The contacts of a part with its surroundings: for each kind of neighbour, the number of the part's voxel faces that
+// have a voxel of this kind on their other side.
 struct Contacts {
   std::size_t mouth = 0, wall = 0, dense = 0, cavity = 0;
 };
@@ -63,13 +63,13 @@ class Hollows {
   double largest_;
 };
 
-// Finds the cavities of the solid. A cavity is a space that is not connected to the surroundings, or only through a
-// narrow mouth. In a bone, a closed space that contains air or is larger than any marrow space (the maxillary sinus,
-// the skull) is not a cavity but `hollow`, so it does not become bone. A ball rolls in from the walls of the box, and
-// its radius increases step by step up to `widest_mouth` (voxels). A pocket into which the ball does not fit is a
-// cavity if its mouth is small compared to its wall (a root canal). Otherwise it counts as outside (a fissure, the
-// gap between two roots). In `set`, blocks that are not stored and not connected to the walls are then marked as
-// inside.
+// Finds the cavities of the solid. A cavity is a space that is not connected to the surroundings, or is connected to
+// them only through a narrow mouth. In a bone, a closed space that contains air or is larger than any marrow space (the
+// maxillary sinus, the skull) is not a cavity but a `hollow`, so it does not become bone. A ball rolls in from the
+// walls of the box, and its radius increases step by step up to `widest_mouth` (voxels). If the ball does not fit into
+// a pocket, the size of the pocket's mouth decides. If the mouth is small compared to the pocket's wall, the pocket is
+// a cavity (a root canal). Otherwise the pocket counts as outside (a fissure, the gap between two roots). In `set`,
+// blocks that are not stored and not connected to the walls are then marked as inside.
 SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, double widest_mouth, bool tooth,
                          const std::shared_ptr<BlockSet>& set, const Hollows& hollows, SparseMask& hollow) {
   SparseMask outside, cavity(set, 0, 1);
@@ -134,7 +134,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       const Contacts& f = faces[id];
       const bool narrow =
           parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
-      // True if this pocket only fills the mouth of a cavity that was found before with a smaller ball.
+      // True if this pocket is only the mouth of a cavity that a smaller ball has already found.
       const bool plug = 2 * f.cavity > f.mouth;
       if ((narrow || plug) && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }
@@ -195,9 +195,9 @@ glm::dvec3 unit(const glm::dvec3& v) {
   return l > 1e-12 ? v / l : glm::dvec3(0);
 }
 
-// Finds the grey value of the surroundings near a sample. It is the mean over cells of 4³ samples, smoothed over about
-// four samples. If hardly any samples nearby belong to the surroundings (in a fissure), the mean of the whole scan is
-// used.
+// Finds the grey value of the surroundings near a sample: the mean over cells of 4³ samples, which is then smoothed. If
+// hardly any samples nearby belong to the surroundings (in a fissure), it is the mean grey value of the surroundings in
+// the whole scan.
 class Surround {
  public:
   template <class Counts>
@@ -219,8 +219,8 @@ class Surround {
   }
   double at(const glm::ivec3& p) const {
     const glm::dvec3 q = (glm::dvec3(p) - 1.5) / 4.0;
-    // Weight of the mean of the whole scan, relative to the weight of a neighbourhood that belongs completely to the
-    // surroundings.
+    // Weight of the grey value of the surroundings in the whole scan. The weight 1 would be that of a neighbourhood
+    // that belongs completely to the surroundings.
     constexpr double kOfEverywhere = 0.02;
     return everywhere_ +
            static_cast<double>(sample(sum_, q)) / (static_cast<double>(sample(weight_, q)) + kOfEverywhere);
@@ -316,8 +316,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   report(0.25);
 
   // In voxels. kWidestShell: largest distance from the surface at which the blurred edge is assumed to change grey
-  // values; kUsualShell: distance that this rarely exceeds. kFirstExact: distance up to which distances are exact, as
-  // the measurement of the edges' width needs.
+  // values. kUsualShell: the edge of most scans changes grey values only up to this distance. kFirstExact: distances
+  // are exact up to this one, because the measurement of the edges' width needs exact distances.
   constexpr double kWidestShell = 6, kUsualShell = 3.5, kFirstExact = 1.5;
   DistanceField first = signed_distance(over, size, {}, kUsualShell + 0.5, kFirstExact);
   report(0.45);

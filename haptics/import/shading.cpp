@@ -14,10 +14,10 @@ namespace {
 constexpr std::size_t kUnknowns = Shading::kTerms - 1;  // the gradient does not determine the constant term
 using Unknowns = std::array<double, kUnknowns>;
 
-/// A cell of the scan with uniform regions.
+/// A cubic part of the scan that contains enough uniform samples (samples with a small gradient of the grey value).
 struct Cell {
-  glm::dvec3 at;     // mean position of the uniform samples; -1 and 1 are the ends of the scan on each axis
-  glm::dvec3 slope;  // median of the gradient of the grey values, per voxel
+  glm::dvec3 at;     // mean position of the uniform samples; the scan extends from -1 to 1 on each axis
+  glm::dvec3 slope;  // median of the gradient of the grey values at the uniform samples, per voxel
   double samples;
 };
 
@@ -36,12 +36,13 @@ double value(const Shading& s, const glm::dvec3& p) {
   return sum;
 }
 
-/// Finds the cells with uniform regions. A sample belongs to a uniform region if the gradient of the grey value is less
-/// than `steepest` per voxel, and less than twice `steepest` at a distance of two voxels.
+/// Divides the scan into cells, and returns the cells with enough uniform samples. A sample is uniform if two
+/// conditions hold: the gradient of the grey value is less than `steepest` per voxel at the sample, and less than twice
+/// `steepest` at a distance of two voxels from it.
 std::vector<Cell> uniform_cells(const Grid<float>& g, const glm::dvec3& spacing, double steepest) {
-  // kCell: m, edge of a cell; kMostCells: largest number of cells along an axis; kSamples: number of samples of a cell
-  // that are examined along an axis; kReach: voxels, half of the distance between the two samples of a central
-  // difference
+  // kCell: m, edge of a cell. kMostCells: largest number of cells along an axis. kSamples: largest number of samples of
+  // a cell that are examined along an axis. kReach: voxels; the gradient at a sample is computed from two samples at
+  // this distance on both sides.
   constexpr double kCell = 2.4e-3;
   constexpr int kMostCells = 24, kSamples = 8, kReach = 2;
   constexpr std::size_t kLeast = 20;  // smallest number of uniform samples in a cell that is used
@@ -126,8 +127,8 @@ Unknowns solved(std::array<Unknowns, kUnknowns> a, Unknowns b) {
 /// from the residuals (Cauchy's function).
 Unknowns fitted(const std::vector<Cell>& cells, const glm::dvec3& voxels) {
   constexpr int kRounds = 8;
-  // kLimit: residual at which the weight is a half, in standard deviations. kLeastSpread: grey values per voxel,
-  // smallest standard deviation. kRegular: relative size of the regularization.
+  // kLimit: number of standard deviations; a residual of this size gets half the weight. kLeastSpread: grey values per
+  // voxel, smallest value of this standard deviation. kRegular: relative size of the regularization.
   constexpr double kLimit = 1.5, kLeastSpread = 0.3, kRegular = 1e-9;
   struct Row {
     Unknowns of;
@@ -213,10 +214,11 @@ void Shading::remove_from(Scan& scan) const {
 }
 
 std::optional<Shading> find_shading(const Scan& scan, const Grid<float>& smooth, double noise) {
-  // kLeastRange: grey values, smallest shading that is removed. kSteepest and kPerNoise: the largest gradient of a
-  // uniform region per voxel, as a grey value and as a multiple of the noise. kLeastCells: smallest number of cells for
-  // a fit. kOuter: distance from the scan's centre at which the outer part of the scan begins, as a fraction of half
-  // the scan's extent. kDarkest: fraction of the cells that is excluded at each end when the range is computed.
+  // kLeastRange: grey values, smallest shading that is removed. kSteepest and kPerNoise: the gradient of a uniform
+  // sample is less than a limit per voxel; the limit is kSteepest grey values, or kPerNoise times the noise if this is
+  // larger. kLeastCells: smallest number of cells for a fit. kOuter: fraction of half the scan's extent; the outer part
+  // of the scan begins at this distance from the centre. kDarkest: fraction of the cells at each end, the darkest and
+  // the brightest, that are ignored when the range is computed.
   constexpr double kLeastRange = 100, kSteepest = 40, kPerNoise = 0.6, kOuter = 0.7, kDarkest = 0.02;
   constexpr std::size_t kLeastCells = 100;
   const std::vector<Cell> cells = uniform_cells(smooth, scan.spacing, std::max(kSteepest, kPerNoise * noise));

@@ -23,10 +23,11 @@ class TriangleTree {
   /// Returns the squared distance from p to the nearest triangle.
   double distance_squared(const glm::dvec3& p) const;
   /// Returns the winding number of a closed mesh at p: 1 inside, 0 outside, 2 where two parts overlap, negative where
-  /// the triangles face inward. It is the median of three rays, so that a ray that hits an edge has no effect.
+  /// the triangles face inward. It is the median of the winding numbers of three rays. So one ray that hits an edge of
+  /// the mesh does not change the result.
   int winding(const glm::dvec3& p) const;
-  /// Returns the winding number of an open mesh at p, multiplied by six, from rays in the six axis directions. See
-  /// winding_sixths() in distance.h.
+  /// Returns six times the winding number of a mesh at p, which may be open. It is computed from rays in the six axis
+  /// directions. See WindingNumbers in distance.h.
   int winding_sixths(const glm::dvec3& p) const;
 
   const glm::dvec3& lo() const { return nodes_[0].lo; }

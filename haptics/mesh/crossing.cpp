@@ -16,8 +16,8 @@ double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
   return glm::dot(a - d, glm::cross(b - d, c - d));
 }
 
-/// Continues passes_through() after its first test. The arguments are the volumes of the tetrahedra formed by the two
-/// ends and the face.
+/// Completes the test of passes_through(). `s` and `e` are six times the volumes of the tetrahedra that the triangle a,
+/// b, c forms with `from` and with `to`; they have different signs.
 bool passes_between(const dvec3& from, const dvec3& to, double s, double e, const dvec3& a, const dvec3& b,
                     const dvec3& c) noexcept {
   constexpr double kTouches = 1e-12;  // m; a point closer to a triangle's plane than this counts as in the plane
@@ -27,7 +27,7 @@ bool passes_between(const dvec3& from, const dvec3& to, double s, double e, cons
   return (ab > 0 && bc > 0 && ca > 0) || (ab < 0 && bc < 0 && ca < 0);
 }
 
-/// Returns true if all corners of one triangle are clearly on the same side of the plane of another one.
+/// Returns true if all corners of the triangle `from` are clearly on the same side of the plane of the triangle `t`.
 bool is_beside(const Corners& from, const Corners& t) noexcept {
   // m; if a point is farther than this from a triangle's plane, rounding errors cannot change its side
   constexpr double kClear = 1e-10;
@@ -39,11 +39,12 @@ bool is_beside(const Corners& from, const Corners& t) noexcept {
 }
 
 constexpr std::size_t kBatch = 8;
-// m. Triangles count as not crossing if the gap between their bounding boxes is larger than this, which is more than
-// any rounding error.
+// m; two triangles certainly do not cross if the gap between their bounding boxes is larger than this, which is more
+// than any rounding error
 constexpr double kApart = 1e-9;
 
-/// The corners of eight triangles, one array for each coordinate of each corner; or one triangle in all lanes.
+/// The corners of eight triangles: for each coordinate of each corner, a vector with one lane per triangle. Or one
+/// triangle, the same in all lanes.
 struct Eight {
   D8 p[3][3];
 };
@@ -58,15 +59,15 @@ TYPODONT_KERNEL void volumes(const Eight& from, int i, const Eight& t, D8& v) {
   v = a[0] * (b[1] * c[2] - c[1] * b[2]) + a[1] * (b[2] * c[0] - c[2] * b[0]) + a[2] * (b[0] * c[1] - c[0] * b[1]);
 }
 
-/// Sets `some` for each lane in which an edge of `from` has its ends on different sides of the plane of `t`.
+/// Sets `some` in those lanes where an edge of `from` goes from one side of the plane of `t` to the other side.
 TYPODONT_KERNEL void edges_between_sides(const Eight& from, const Eight& t, L8& some) {
   D8 v[3];
   for (int i = 0; i < 3; ++i) volumes(from, i, t, v[i]);
   some |= (v[0] * v[1] < 0.0) | (v[1] * v[2] < 0.0) | (v[2] * v[0] < 0.0);
 }
 
-/// Keeps the triangles that may cross t: an edge of the triangle passes through the plane of t, or an edge of t passes
-/// through the triangle's plane.
+/// Keeps the triangles of the list `at` that may cross t. A triangle may cross t if one of its edges passes through the
+/// plane of t, or if an edge of t passes through the triangle's plane. Returns the number of kept triangles.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t keep_straddling(const TriangleTable::Entry* entries, const dvec3* t, std::uint32_t* at, std::size_t count) {
   std::size_t kept = 0;
@@ -126,8 +127,8 @@ bool cross_each_other(const Corners& a, const Corners& b) noexcept {
     }
   }
   if (shared >= 2 || is_beside(a, b) || is_beside(b, a)) return false;
-  // The volumes of each corner of one triangle with the whole other triangle are computed once, and each is used for
-  // two edges.
+  // Each corner of one triangle forms a tetrahedron with the other triangle. The volume of each tetrahedron is computed
+  // once and used for the two edges that meet at the corner.
   const auto volumes = [](const Corners& from, const Corners& t, double(&v)[3]) {
     for (int i = 0; i < 3; ++i) v[i] = volume6(t.p[0], t.p[1], t.p[2], from.p[i]);
   };

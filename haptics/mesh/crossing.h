@@ -22,12 +22,12 @@ inline Corners corners(const EditableMesh& mesh, Index f) {
 /// Returns true if a point of the segment `from`–`to`, except its ends, lies in the interior of the triangle a, b, c.
 bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dvec3& b, const dvec3& c) noexcept;
 
-/// Returns true if two triangles cross each other at a point that is no common vertex. Triangles with a common edge
-/// never count as crossing.
+/// Returns true if two triangles cross each other. A common vertex does not count as a crossing, and triangles with a
+/// common edge never cross each other.
 bool cross_each_other(const Corners& a, const Corners& b) noexcept;
 
-/// A table of triangles, to find quickly those that cannot cross another triangle. Allocates memory only in the
-/// constructor.
+/// A table of triangles. With it, the triangles that cannot cross another triangle are found quickly. Allocates memory
+/// only in the constructor.
 class TriangleTable {
  public:
   explicit TriangleTable(std::size_t room = 0) : entries_(room) {}
@@ -35,9 +35,9 @@ class TriangleTable {
   std::size_t room() const noexcept { return entries_.size(); }
   /// Stores the triangle i of the table.
   void set(std::size_t i, const dvec3& a, const dvec3& b, const dvec3& c) noexcept;
-  /// Removes triangles that do not cross t from the list `at` of `count` indices, and keeps the order of the
-  /// others. Returns their number. Each removed triangle certainly does not cross t; a kept triangle may cross it
-  /// or not.
+  /// The list `at` has the indices of `count` triangles. Removes triangles from this list that certainly do not cross
+  /// t, and keeps the order of the others. A triangle that is kept may cross t or not. Returns the number of kept
+  /// triangles.
   std::size_t keep_possible(const Corners& t, std::uint32_t* at, std::size_t count) const noexcept;
 
   struct Entry {

@@ -160,8 +160,8 @@ TissueMesh EditableMesh::copy() const {
 // The following functions belong to the grid with which faces near a position are found.
 
 EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
-  // Tolerance of the positions of faces in the grid, as a fraction of the coordinates. It is larger than the rounding
-  // error of floats.
+  // tolerance of the positions in the grid, as a fraction of the coordinates; it is larger than the rounding error of
+  // floats
   constexpr float kRounding = 1e-6f;
   const dvec3 &a = point(f, 0), &b = point(f, 1), &c = point(f, 2);
   const dvec3 ab = b - a, bc = c - b, ca = a - c, g = (a + b + c) / 3.0;
@@ -441,8 +441,8 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
   for (const Index v : {c, d}) {
     if (valence(v) <= (vertices_[v].on_border() ? 1 : 3)) return false;
   }
-  // An edge may be collapsed only if its two vertices have no more than two common neighbours. Otherwise the surface
-  // would touch itself.
+  // An edge may be collapsed only if its two vertices have at most two common neighbours. With more common neighbours,
+  // the surface would touch itself after the collapse.
   Index beside[kMostAround];
   int count = 0;
   bool allowed = true;
@@ -482,8 +482,8 @@ bool EditableMesh::collapse(Index f, int i, bool keeps_first) noexcept {
     if (h != f && h != g) ring[count++] = h;
   });
   for (int k = 0; k < count; ++k) write_face(ring[k]).v[corner(ring[k], gone)] = kept;
-  // The outer neighbours of the two removed faces become neighbours of each other. The vertex `gone` was already
-  // replaced by `kept` in these faces.
+  // Two faces are removed. Their outer neighbours become neighbours of each other. In these outer neighbours, the
+  // vertex `gone` was already replaced by `kept`.
   const auto now = [&](Index v) { return v == gone ? kept : v; };
   replace_neighbour(f_bc, f, c, f_ca);
   replace_neighbour(f_ca, f, now(first), f_bc);

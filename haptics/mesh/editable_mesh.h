@@ -40,8 +40,8 @@ struct Face {
   Tissue tissue = Tissue::kAir;  // tissue below the face
 };
 
-/// A record of changes: the vertices and faces as they were before they changed. EditableMesh::exchange() exchanges
-/// them with those of the mesh.
+/// A record of changes: the vertices and faces as they were before they changed. EditableMesh::exchange() exchanges the
+/// recorded vertices and faces with the present ones.
 struct MeshRecord {
   std::vector<std::pair<Index, Vertex>> vertices;
   std::vector<std::pair<Index, Face>> faces;
@@ -63,7 +63,7 @@ class EditableMesh {
   EditableMesh& operator=(EditableMesh&&) noexcept = default;
   ~EditableMesh() = default;
 
-  // Access to vertices and faces. The index ranges include unused ones.
+  // Access to vertices and faces by index. Some indices belong to unused vertices or faces.
   const Vertex& vertex(Index v) const noexcept { return vertices_[v]; }
   const Face& face(Index f) const noexcept { return faces_[f]; }
   const dvec3& point(Index f, int corner) const noexcept { return vertices_[faces_[f].v[corner]].p; }
@@ -84,22 +84,24 @@ class EditableMesh {
   /// Undoes a move, including its flag. `before` is vertex(v) as it was before the move.
   void move_back(Index v, const Vertex& before) noexcept;
   void set_tissue(Index f, Tissue tissue) noexcept;
-  /// After move(), the grid must be updated: settle() for all faces around the vertex, settle_face() for one face.
+  /// After move(), the grid must be updated: by settle() for all faces around the vertex, or by settle_face() for each
+  /// of these faces.
   void settle(Index v) noexcept;
   void settle_face(Index f) noexcept { place(f); }
-  /// Splits edge i of face f at the point p. Returns the new vertex, or kNone if the edge is at a border or the pool is
-  /// empty.
+  /// Splits edge i of face f at the point p. Returns the new vertex, or kNone if the edge is at a border or no unused
+  /// vertex or face is left.
   Index split(Index f, int i, const dvec3& p) noexcept;
   /// Replaces edge i of face f by the other diagonal of the quad of its two faces. Returns false at a border, or if the
   /// other diagonal is already an edge.
   bool flip(Index f, int i) noexcept;
-  /// Removes the first vertex of edge i of face f, or the second one if `keeps_first` is true. Its faces are connected
-  /// to the other vertex of the edge. Returns false if the vertex is on the border, or if the surface would touch
-  /// itself.
+  /// Collapses edge i of face f: one end of the edge is removed, and its faces are connected to the other end. The
+  /// first end is removed, or the second one if `keeps_first` is true. Returns false if the end to remove is on the
+  /// border, or if the surface would touch itself.
   bool collapse(Index f, int i, bool keeps_first) noexcept;
   bool may_collapse(Index f, int i, bool keeps_first) const noexcept;
 
-  /// Calls fn(face, corner) for each face around the vertex v. Without a border, the order is counter-clockwise.
+  /// Calls fn(face, corner) for each face around the vertex v; `corner` is the face's corner at v. If v is not on a
+  /// border, the order is counter-clockwise.
   template <class Fn>
   void around(Index v, Fn&& fn) const noexcept(noexcept(fn(Index{}, 0))) {
     const Index first = vertices_[v].face;
@@ -147,7 +149,8 @@ class EditableMesh {
     near_in_part(search, left, fn);
   }
   /// Continues the search until it is complete or `left` is not positive. Subtracts from `left` the number of cells and
-  /// faces that it visited. Returns true if the search is complete. Until then, the mesh must not change.
+  /// faces that the search visited. Returns true if the search is complete. While a search is not complete, the mesh
+  /// must not change.
   template <class Fn>
   bool near_in_part(NearSearch& search, std::int64_t& left, Fn&& fn) const {
     const glm::vec3 lo(search.lo_W), hi(search.hi_W);
@@ -181,18 +184,17 @@ class EditableMesh {
     }
     return true;
   }
-  /// Returns false if near() would not visit face f for this box, because the ball that encloses the face lies outside
-  /// the box.
+  /// Returns false if the ball that encloses the face f lies outside the box. near() would then not visit this face.
   bool may_meet(Index f, const glm::vec3& lo, const glm::vec3& hi) const noexcept { return places_[f].meets(lo, hi); }
   /// Centre of a ball that encloses a face, in m.
   const glm::vec3& ball_center(Index f) const noexcept { return places_[f].center; }
   float ball_radius(Index f) const noexcept { return places_[f].radius; }
 
-  // Records changes: from this call on, the mesh stores each vertex and face in `record` before its first change. Null
-  // ends the recording. Allocates memory in `record`.
+  // Records changes: from this call on, the mesh stores each vertex and face in `record` before its first change. A
+  // null pointer ends the recording. Allocates memory in `record`.
   void record(MeshRecord* record);
-  /// Exchanges the vertices and faces in a finished record with the present ones of the mesh. The first call undoes the
-  /// changes, and the next call makes them again.
+  /// Exchanges the vertices and faces in a finished record with the vertices and faces that the mesh has now. So the
+  /// first call undoes the changes, and the next call repeats them.
   void exchange(MeshRecord& record);
   /// From this call on, the mesh lists the faces that change, including those that are removed. Allocates memory.
   void list_changes();
@@ -205,7 +207,7 @@ class EditableMesh {
  private:
   static constexpr int kLevels = 12;
   static constexpr int kLevelShift = 60;
-  // ratio of the edge of a grid cell to the longest edge of the faces in its level
+  // edge of a grid cell in a level, divided by the length of the longest edge of the faces in this level
   static constexpr double kCellOfSize = 2;
   struct Place {
     std::uint64_t key = 0;  // number that identifies the grid cell and its level
@@ -226,8 +228,8 @@ class EditableMesh {
   /// Returns the bucket of a cell. Cells that are neighbours along z have neighbouring buckets, so a search reads whole
   /// cache lines.
   std::size_t bucket_of(std::uint64_t key) const noexcept {
-    // The coordinates of a large flat surface lie on a regular grid. A hash of a single product would map many of them
-    // to the same buckets.
+    // The vertices of a large flat surface often lie on a regular grid. If the hash were a single product, many cells
+    // of such a surface would get the same bucket.
     std::uint64_t column = (key >> 20) * 0x9e3779b97f4a7c15u;
     column = (column ^ column >> 32) * 0xd6e8feb86659fd93u >> bucket_shift_;
     return static_cast<std::size_t>(column + (key & 0xfffff)) & (heads_.size() - 1);
@@ -263,7 +265,7 @@ class EditableMesh {
   // The following members are not copied with the mesh, because they belong to the recording of one particular mesh.
   MeshRecord* record_ = nullptr;
   std::uint32_t stroke_ = 0;
-  // for each vertex and each face: number of the last stroke whose record stored it
+  // for each vertex and each face: number of the last recording that stored it
   std::vector<std::uint32_t> vertex_stroke_, face_stroke_;
   bool lists_changes_ = false;
   std::vector<Index> changed_;

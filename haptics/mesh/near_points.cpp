@@ -12,7 +12,8 @@ namespace typodont::haptics::mesh {
 namespace {
 
 constexpr std::size_t kBatch = 8;
-// Upper bound, in m, of the rounding error of floats for points within a centimetre of the head's centre.
+// m; points within a centimetre of the head's centre have a smaller rounding error than this when they are stored as
+// floats
 constexpr double kRounding = 1e-8;
 
 /// Finds the points whose squared distance to `p` is at most `square`. Writes their indices to `at` and returns their
@@ -32,8 +33,8 @@ std::size_t list_within(const float* x, const float* y, const float* z, std::siz
       at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
     }
   }
-  // Removes indices beyond the last point. They come from the unused lanes in the last batch of eight
-  // points.
+  // The last batch of eight points may have unused lanes, whose indices are beyond the last point. Such indices are
+  // removed.
   while (found > 0 && at[found - 1] >= count) --found;
   return found;
 }

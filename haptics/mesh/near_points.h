@@ -10,8 +10,8 @@
 
 namespace typodont::haptics::mesh {
 
-/// A list of points. They are stored as doubles and also as arrays of floats, so that eight points can be tested at
-/// once. Servo thread; allocates only at construction. Equal calls give equal bits on every processor.
+/// A list of points. Each point is stored as doubles and also as floats, so that eight points can be tested at once.
+/// Servo thread; allocates only at construction. Equal calls give equal bits on every processor.
 class NearPoints {
  public:
   /// `most` is the largest number of points.
@@ -24,10 +24,11 @@ class NearPoints {
   /// Adds a point whose distance (m) from the head at listed_at() is known. Returns false if the list is full.
   bool add(const dvec3& p_W, double distance) noexcept;
   /// Removes the points from index `first` to the end, except those whose indices are in `kept` (in increasing order).
-  /// `distances`: m, distance of each kept point from the head at the pose listed_at(); they are stored.
+  /// `distances` has the distance (m) of each kept point from the head at the pose listed_at(). The list stores these
+  /// distances.
   void keep(std::size_t first, std::span<const std::uint32_t> kept, std::span<const double> distances) noexcept;
 
-  /// Returns the number of this list, which counts the calls of clear(), so that different lists have different
+  /// Returns the number of this list. Each call of clear() increases the number, so different lists have different
   /// numbers.
   std::uint64_t number() const noexcept { return number_; }
   std::size_t size() const noexcept { return points_.size(); }
@@ -52,7 +53,8 @@ class NearPoints {
   // Coordinates in m relative to the position of listed_at_. The arrays are longer than `points_`, because the last
   // batch is read completely.
   std::vector<float> x_, y_, z_;
-  // m, stored distance from the head at listed_at_; a large negative value: no distance is stored
+  // m, distance of each point from the head at the pose listed_at_; a large negative value means that the distance is
+  // not known
   std::vector<float> distance_;
   std::vector<std::uint32_t> at_;  // indices of the points that the last search found
 };

@@ -17,8 +17,8 @@ dvec3 area_normal(const EditableMesh& mesh, Index f) {
   return glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
 }
 
-/// Returns the edge (m) of a grid cell that contains about the wanted number of faces. The faces in one cell form a
-/// piece.
+/// Returns the edge (m) of the cubic cells that divide the surface into pieces: the faces in one cell form a piece.
+/// With this edge, a cell contains about the wanted number of faces.
 double cell_for(const EditableMesh& mesh, const PieceParameters& parameters) {
   double area = 0;
   for (Index f = 0; f < mesh.face_range(); ++f)
@@ -64,7 +64,8 @@ void SurfacePieces::mark(std::uint32_t piece) {
   dirty_.push_back(piece);
 }
 
-/// Assigns a face that was added, removed or changed to the piece that now contains it.
+/// Assigns the face f to the piece that now contains it, after f was added or changed. If f was removed, it belongs to
+/// no piece.
 void SurfacePieces::put(Index f) {
   const std::uint32_t before = piece_of_[f];
   mark(before);
@@ -99,8 +100,8 @@ std::vector<SurfacePiece> SurfacePieces::take_changed() {
   return pieces;
 }
 
-/// Computes the normals at the vertex v for all faces around it. Faces between the same two creases (sharp edges) have
-/// one normal.
+/// Computes, for each face around the vertex v, the normal of the face's corner at v. Creases (sharp edges) divide
+/// these faces into groups, and all faces of a group have the same normal.
 void SurfacePieces::look_around(Index v) {
   struct Around {
     Index face;
@@ -167,8 +168,8 @@ SurfacePiece SurfacePieces::make(Piece& piece) {
   made.indices.reserve(3 * piece.faces.size());
   for (const Index f : piece.faces) {
     const Face& face = mesh_.face(f);
-    // Counts the faces of each tissue around each corner. The border between two tissues is drawn where the
-    // interpolated counts of both are equal.
+    // Counts the faces of each tissue around each corner. These counts are interpolated over the face. The border
+    // between two tissues is drawn where the counts of these two tissues are equal.
     std::array<std::array<float, kTissueCount>, 3> shares{};
     std::array<float, kTissueCount> all{};
     for (std::size_t c = 0; c < 3; ++c) {

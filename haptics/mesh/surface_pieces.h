@@ -11,10 +11,11 @@
 
 namespace typodont::haptics::mesh {
 
-/// Parameters that determine the size of the pieces.
+/// Parameters of the pieces: their size, and the angle from which an edge is drawn as sharp.
 struct PieceParameters {
   double faces = 256;  // wanted mean number of faces per piece
-  // m, smallest edge of the cubic cell whose faces form a piece; it limits the number of pieces that are drawn
+  // m, smallest edge of the cubic cells (the faces in one cell form a piece); it limits the number of pieces that are
+  // drawn
   double least = 1.5e-3;
   // m, largest edge of the cubic cell of a piece; it limits the number of faces to generate again after a small cut
   double most = 3e-3;
@@ -30,8 +31,8 @@ struct PieceParameters {
 /// a sphere). So round surfaces look round at any resolution, and edges stay sharp.
 class SurfacePieces final : public TissueSurface {
  public:
-  /// Makes the pieces. `labels` is the volume that labels() returns; positions of corners are relative to the origin of
-  /// its frame. From now on, the mesh lists its changes.
+  /// Makes the pieces. `labels` is the volume that the function labels() returns. The positions of the pieces' corners
+  /// are relative to the origin of this volume's frame. From now on, the mesh lists its changes.
   SurfacePieces(EditableMesh& mesh, const TissueVolume& labels, const PieceParameters& parameters = {});
 
   bool open() const override { return open_; }
@@ -48,18 +49,20 @@ class SurfacePieces final : public TissueSurface {
   struct KeyHash {
     std::size_t operator()(const glm::ivec3& k) const noexcept;
   };
-  /// The normal of one face's corner at a vertex.
+  /// The normal of a face's corner at a vertex. Different faces can have different normals at the same vertex.
   struct CornerNormal {
     Index face = kNone;
     glm::vec3 n{0};
   };
   /// Data of a vertex while a piece is generated.
   struct Local {
-    std::uint32_t stamp = 0;             // number of the last piece that contained the vertex
+    // value of stamp_ when these data were computed; they are valid if it is equal to the present stamp_
+    std::uint32_t stamp = 0;
     std::uint32_t first = 0, count = 0;  // range of the vertex's normals in normals_
-    std::uint32_t copy = 0;              // index of the newest corner of the piece at this vertex
+    // index of the newest corner of the piece at this vertex; older corners follow by Copy::older
+    std::uint32_t copy = 0;
   };
-  /// A corner of the piece, with a link (index) to the previous corner at the same vertex.
+  /// A corner of the piece. `older` is the index of the corner that was made before it at the same vertex.
   struct Copy {
     std::uint32_t older;
   };
@@ -82,7 +85,8 @@ class SurfacePieces final : public TissueSurface {
   std::vector<std::uint32_t> dirty_;
   std::vector<Index> changes_;
 
-  // number of the piece that is being generated; it marks the vertices whose data in locals_ are valid
+  // Counts the pieces that were generated. The data of a vertex in locals_ are valid only if their stamp has this
+  // value.
   std::uint32_t stamp_ = 0;
   std::vector<Local> locals_;  // data of each vertex
   std::vector<CornerNormal> normals_;

@@ -38,7 +38,7 @@ struct Slice {
   std::uint64_t instance = 0;
 };
 
-/// Slices that can belong to one scan because series, size and orientation are equal.
+/// Slices with equal series, size and orientation. Such slices can belong to one scan.
 struct Stack {
   DicomHeader head;  // header of the first file; its list of frames contains only the frame of the first slice
   std::vector<Slice> slices;
@@ -83,7 +83,7 @@ std::optional<fs::path> referenced(const fs::path& folder, const std::string& na
     if (part == ".." || part == "." || part.has_root_path()) return std::nullopt;
     const std::string lower = lower_case(part.string());
     std::error_code code;
-    // Both upper and lower case are tried, because discs are often mounted with lower-case names.
+    // Both upper-case and lower-case names are tried, because systems often show the names on a disc in lower case.
     at = fs::exists(at / part, code) ? at / part : at / lower;
     if (fs::is_symlink(at, code)) return std::nullopt;
   }
@@ -210,16 +210,16 @@ const Stack& chosen(const std::vector<Stack>& stacks, const ScanRequest& request
   return stacks[0];
 }
 
-/// The positions at which slices are wanted. They are evenly spaced. Each one is given as an index into the stack's
-/// slices; it has a fraction if it lies between two slices.
+/// The evenly spaced positions of the slices of the result. Each position is given as an index into the stack's slices.
+/// An index with a fraction means a position between two slices of the stack.
 struct SliceLevels {
   std::vector<double> at;
-  dvec3 step{0}, origin{0};  // mm, vector from one wanted slice to the next, and position of the first wanted slice
+  dvec3 step{0}, origin{0};  // mm, vector from one slice of the result to the next, and position of the first one
 };
 
-/// Computes the positions at which slices are wanted. Distances between slices that differ by at most 2 % count as
-/// even. If they differ more, but are at most 1.5 times the median, the slices are interpolated to even distances. A
-/// larger distance is an error, because slices are missing.
+/// Computes the positions of the slices of the result. If the distances between the stack's slices differ by at most 2
+/// %, the slices are used as they are. If the distances differ more, slices at even distances are interpolated. If a
+/// distance is more than 1.5 times the median, slices are missing, and the function throws Error.
 SliceLevels levels_of(const std::string& name, const Stack& stack, std::vector<std::string>& notes) {
   constexpr double kEven = 0.02, kMissing = 1.5;
   const std::vector<Slice>& s = stack.slices;
@@ -301,7 +301,8 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
     levels = levels_of(name, stack, scan.notes);
     scan.space = "LPS";
   } else {
-    // If the frames state no positions, the slices have the order and the spacing that the file states.
+    // If the file states no positions, its frames are the slices in the same order, at the distance that the file
+    // states.
     for (std::size_t k = 0; k < stack.slices.size(); ++k) levels.at.push_back(static_cast<double>(k));
     levels.step = axes.normal * (first.has_gap ? first.gap : 1.0);
     if (stack.slices[0].placed) levels.origin = stack.slices[0].position;
@@ -316,7 +317,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   if (placed && std::abs(file.tilt) > 0.5) {
     const double lean =
         std::acos(std::clamp(glm::dot(glm::normalize(levels.step), axes.normal), -1.0, 1.0)) * 180 / kPi;
-    // degrees, largest allowed difference between the computed tilt of the gantry and the tilt that the file states
+    // degrees; largest allowed difference between two tilts of the gantry: the computed one and the one in the file
     constexpr double kAgree = 1;
     if (std::abs(lean - std::abs(file.tilt)) > kAgree) {
       scan.notes.push_back(
@@ -358,7 +359,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
       const auto from = bytes.begin() + static_cast<std::ptrdiff_t>(s.frame * slice_bytes);
       const std::vector<char> own(from, from + static_cast<std::ptrdiff_t>(slice_bytes));
       std::vector<float> grey = decode(own, area, element, false);
-      // In the format MONOCHROME1, the smallest value is white.
+      // In the format MONOCHROME1, the smallest value is white, so the sign of the values is changed.
       const double sign = pixels.inverted ? -1 : 1;
       for (std::size_t i = 0; i < area; ++i)
         raw[k * area + i] = static_cast<float>(sign * (s.slope * static_cast<double>(grey[i]) + s.intercept));
@@ -366,7 +367,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   });
   if (lossy) scan.notes.emplace_back("the slices were compressed with loss: fine detail may be missing");
 
-  // If the slices are not evenly spaced, each wanted slice is interpolated between the two slices next to it.
+  // If the slices are not evenly spaced, each slice of the result is interpolated between two slices of the stack.
   scan.size = {static_cast<int>(file.columns), static_cast<int>(file.rows), static_cast<int>(levels.at.size())};
   if (std::ranges::all_of(levels.at, [](double a) { return a == std::floor(a); })) {
     scan.grey = std::move(raw);

@@ -21,9 +21,9 @@ struct DicomHeader {
 /// other files are still read.
 std::vector<DicomHeader> read_dicom_headers(std::span<const std::filesystem::path> files);
 
-/// Decodes the pixels of each file, one after another, and passes them to `take`. `largest` and `total` are the sizes
-/// in bytes of the largest file and of all files, as their headers state. Throws Error with `name` if a file cannot be
-/// decoded.
+/// Decodes the pixels of the files, one file after another, and passes them to `take`. `largest` is the size in bytes
+/// of the pixels of the largest file, and `total` is that of all files; both come from the headers. Throws Error with
+/// `name` if a file cannot be decoded.
 void read_dicom_pixels(const std::string& name, std::span<const std::filesystem::path> files, std::uint64_t largest,
                        std::uint64_t total,
                        const std::function<void(const DicomPixels& pixels, std::vector<char>& bytes)>& take);

@@ -96,8 +96,8 @@ std::uint64_t hash_of(const std::string& text) {
   return hash.value;
 }
 
-/// Reads the data of a frame from a data set, which is the data set of the file or an item of the frame's functional
-/// groups.
+/// Reads the data of one frame. The data set `set` is either that of the whole file or an item of the frame's
+/// functional groups.
 void read_frame(const gdcm::DataSet& set, DicomFrame& f) {
   if (numbers_of(set, gdcm::Tag(0x0020, 0x0032), f.position, 3)) f.has_position = 1;
   if (numbers_of(set, gdcm::Tag(0x0020, 0x0037), f.orientation, 6)) f.has_orientation = 1;
@@ -180,7 +180,8 @@ void headers(const std::string& name, std::uint32_t number) {
     if (per_frame && k < per_frame->GetNumberOfItems())
       read_groups(per_frame->GetItem(k + 1).GetNestedDataSet(), frame);
     else if (k > 0)
-      // If the file contains many frames but states only one position, this is the position of the first frame only.
+      // The file states only one position for all frames. This position is valid only for the first frame, so all other
+      // frames count as frames without a position.
       frame.has_position = 0;
     say(DicomRecord::kFrame, frame);
   }
@@ -213,8 +214,8 @@ bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& 
     inflateEnd(&z);
     return state != Z_STREAM_END;
   }
-  // Searches for the element that contains the pixels; its tag and the form of its length depend on the transfer
-  // syntax. Compares the stated length with the number of bytes that follow.
+  // Finds the element that contains the pixels, and compares the length that the element states with the number of
+  // bytes that follow. The element's tag and the form of its length depend on the transfer syntax.
   const gdcm::ByteValue* value = image.GetDataElement().GetByteValue();
   if (!value) return true;
   const std::uint32_t length = value->GetLength();
@@ -292,8 +293,8 @@ int main(int argc, char** argv) {
     // File names may contain line ends, so each name ends with a zero byte.
     for (std::string name; std::getline(list, name, '\0');) names.push_back(name);
   }
-  // Limits of this process. Memory in bytes: kBase for the libraries, and kCopies times the size of the image for its
-  // copies (file, decoded pixels, buffers of the codec). kSeconds is the limit of the processor time.
+  // Limits of this process. Its memory is kBase bytes for the libraries, and kCopies times the size of the image for
+  // the copies of the image (file, decoded pixels, buffers of the codec). Its processor time is kSeconds.
   constexpr std::uint64_t kBase = 768ull << 20, kCopies = 5, kSeconds = 300;
   limit_process({.seconds = kSeconds,
                  .memory = kBase + kCopies * std::strtoull(argv[3], nullptr, 10),
@@ -303,7 +304,8 @@ int main(int argc, char** argv) {
   gdcm::Trace::ErrorOff();
   gdcm::Trace::DebugOff();
   for (std::uint32_t number = 0; number < names.size(); ++number) {
-    // an empty name: an earlier process has already read this file, and then crashed on another file
+    // An empty name stands for a file that an earlier process has already handled. That process then crashed, and this
+    // process continues with the next files.
     if (names[number].empty()) continue;
     say(DicomRecord::kBegins, number);
     try {

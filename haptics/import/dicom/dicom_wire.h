@@ -8,7 +8,8 @@ namespace typodont::haptics::importing {
 
 /// Type of a record. Every record begins with its type.
 enum class DicomRecord : std::uint32_t {
-  // Announces the reading of a file: uint32 index of the file. If no record follows, the process crashed on this file.
+  // Announces that the process begins to read a file: uint32 index of the file. If no record follows this one, the
+  // process crashed while it read the file.
   kBegins = 0x44420001,
   kFile,       // followed by a DicomFile
   kFrame,      // followed by a DicomFrame, the data of one frame of the file

@@ -8,11 +8,11 @@
 
 namespace typodont::haptics::importing {
 
-/// Returns a DICOM file with one binary segment per tissue that occurs. `labels` has the number of a tissue for each
-/// voxel of `imported` (0 outside the body), with x as the fastest index. The position of the voxel p is step · p +
-/// origin, in mm in the space LPS. The file contains no data of a person: the elements that the standard demands are
-/// empty, and all identifiers are new random numbers. Throws Error if the format cannot hold the labels; the message
-/// names `file`.
+/// Returns a DICOM file with one binary segment for each tissue that occurs in `labels`. `labels` has the number of a
+/// tissue for each voxel of `imported` (0 outside the body), with x as the fastest index. The voxel with the indices p
+/// has the position step · p + origin, in mm in the space LPS. The file contains no data of a person: the elements for
+/// such data, which the standard demands, are empty, and all identifiers are new random numbers. Throws Error if the
+/// format cannot hold the labels; the message names `file`.
 std::string dicom_segmentation(const std::string& file, const Imported& imported, const std::string& labels,
                                const glm::dmat3& step, const glm::dvec3& origin);
 
