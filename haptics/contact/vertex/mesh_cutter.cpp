@@ -694,9 +694,9 @@ bool MeshCutter::merge_into_any_neighbour(EditableMesh& mesh, const Placed& head
                                           CutDone& done) noexcept {
   struct Neighbour {
     bool inside;
-    double far2;  // m², square of the distance from the vertex
-    Index face;   // face in which the edge from the vertex to the neighbour begins
-    int i;        // index of this edge
+    double far2;  // m², square of the distance between v and the neighbour
+    Index face;   // face that contains the edge from v to the neighbour
+    int i;        // index of this edge in `face`
     bool operator<(const Neighbour& other) const noexcept {
       return inside != other.inside ? other.inside : far2 < other.far2;
     }

@@ -250,7 +250,7 @@ class MeshCutter {
 
   SharedLabels labels_;
   bool accepts_bad_faces_ = true;  // true: an edge may be collapsed if a face next to it keeps a bad shape
-  bool follows_laws_12_ = true;    // true: rules of force laws 12 (CutParameters::laws_12)
+  bool follows_laws_12_ = true;    // true: the rules that CutParameters::laws_12 describes apply
   std::uint32_t look_ = 0;
   // for each vertex and for each face: value of look_ (number of the search) when a search last visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
@@ -266,7 +266,7 @@ class MeshCutter {
   int slice_axis_ = 0;                                    // axis along which the balls are sorted into slices
   float slice_lo_ = 0, slices_per_m_ = 0;
   float widest_ = 0;                                      // m, largest radius of a ball in the slices
-  std::array<std::uint32_t, kSlices + 2> slice_start_{};  // for each slice, and for the large balls: its first ball
+  std::array<std::uint32_t, kSlices + 2> slice_start_{};  // first ball of each slice, and then of the large balls
   // balls that overlap the bounding ball of the face under test
   std::vector<std::uint32_t> overlapping_;
   // The corners of the faces in near_, in the order of the bounding balls. The table is filled only if very many
@@ -286,7 +286,7 @@ class MeshCutter {
   Placed head_;                            // head of the present step
   mesh::EditableMesh::NearSearch search_;  // search for the faces near head_
   double margin_ = 0;                      // m, distance from the head within which faces are gathered
-  bool takes_known_ = false;               // true if the faces come from an earlier search with the number known_
+  bool takes_known_ = false;               // true if the faces come from the list of an earlier search (number known_)
   std::uint64_t known_ = 0;
   Stage stage_ = Stage::kDone;
   Effort left_ = 0;               // computing effort that the present call of work() may still spend

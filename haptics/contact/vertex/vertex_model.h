@@ -134,19 +134,19 @@ class VertexModel final : public ContactModel {
     glm::dmat3 R_WT{1};
     double margin = 0;  // m, distance from the head within which points are listed
     mesh::EditableMesh::NearSearch search;
-    bool searches = false;     // true if the search has begun
+    bool searches = false;     // true if the search for faces near the head has begun
     std::size_t at = 0;        // index in near_ at which the present stage continues
-    std::size_t vertices = 0;  // number of points that are vertices
+    std::size_t vertices = 0;  // number of listed points that are vertices of the mesh
   };
   /// Sums over the springs of the vertices that push the head. constrain_as_printed() computes sums without the area:
   /// its `force` is in N, its `torque` in N·m and its `tissue` in m.
   struct Springs {
     dvec3 force{0}, torque{0};  // sums of force (N) and torque (N·m), each multiplied by the vertex's area (m²)
     double area = 0;            // m², area that the vertices represent
-    double across = 0;   // m², area that the vertices represent, projected along the pull (from the head to the hand)
-    double sum = 0;      // N·m², sum of (area × magnitude of the force) over the vertices
-    double weight = 0;   // m³, sum of (area × depth) over the vertices in contact
-    PerTissue tissue{};  // m³, sum of (area × depth) over the vertices in contact, for each tissue
+    double across = 0;          // m², projection of `area` onto a plane perpendicular to the pull (from head to hand)
+    double sum = 0;             // N·m², sum of (area × magnitude of the force) over the vertices
+    double weight = 0;          // m³, sum of (area × depth) over the vertices in contact
+    PerTissue tissue{};         // m³, sum of (area × depth) over the vertices in contact, for each tissue
     int count = 0;
   };
 
@@ -231,7 +231,7 @@ class VertexModel final : public ContactModel {
     CutDone done;
     bool finished = false;  // true if the mesh has been cut
     bool lists = false;     // true if the list of points after the cut has been begun
-    bool advances = false;  // true if the head will move to the end of the cut; valid only if `lists` is true
+    bool advances = false;  // true if the head will move to the pose `to`; valid only if `lists` is true
     int ticks = 0;          // number of ticks that the cut took
     int rest = 0;           // number of ticks since the cut was finished
   } part_;
