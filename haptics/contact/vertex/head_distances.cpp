@@ -14,15 +14,15 @@ namespace {
 
 constexpr std::size_t kBatch = HeadDistances::kBatch;
 
-/// Arrays for eight points at a time: their positions relative to the head (input), and their distances from it with
-/// the gradients (results).
+/// Arrays that are read and written in batches of eight points. Input: positions of the points relative to the head's
+/// centre. Results: signed distance of each point from the head, and the gradient of this distance.
 struct Lanes {
   double *x, *y, *z;
   double *distance, *n_x, *n_y, *n_z;
 };
 
-/// Computes the signed distance from a ball of this radius to each point, and its gradient, with the same result as
-/// HeadField::distance(p, n).
+/// Computes the signed distance of each point from a ball of this radius, and the gradient of the distance. The results
+/// are the same as those of VertexHead::distance(p, n).
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_ball(double radius, std::size_t count, const Lanes& columns) {
   for (std::size_t k = 0; k < count; k += kBatch) {
@@ -38,8 +38,9 @@ void evaluate_ball(double radius, std::size_t count, const Lanes& columns) {
   }
 }
 
-/// Computes the signed distance from a head with these pieces of the meridian to each point, and its gradient, with the
-/// same result as HeadField::distance(p, n). `R`: rotation from T to W, column by column.
+/// Computes the signed distance of each point from a head whose outline (meridian) consists of the given pieces, and
+/// the gradient of the distance. The results are the same as those of HeadField::distance(p, n). `R`: rotation from T
+/// to W, column by column.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double* R, std::size_t count,
                    const Lanes& columns) {
@@ -99,7 +100,7 @@ void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double
   }
 }
 
-/// Distances of points from a head at one pose, as arrays for eight points at a time.
+/// Distances of points from a head at one pose, as arrays that are read in batches of eight points.
 struct KnownDistances {
   const float *x, *y, *z;  // m, frame T, positions of the points
   const float* distance;
@@ -107,10 +108,11 @@ struct KnownDistances {
   std::size_t count;
 };
 
-/// Extrapolates the distances of points p that are displaced by change·p + shift (frame T). From each distance, the
-/// positive component of `motion` along the gradient is subtracted. Writes the indices and extrapolated distances of
-/// the points for which the difference is at most `far` metres. Returns their number. `change`: 3 × 3 matrix, column by
-/// column.
+/// Extrapolates the distance of each point after a motion of the head. Relative to the head, a point p is displaced by
+/// change·p + shift (frame T). Writes the extrapolated distances of those points that the head can touch: a point
+/// qualifies if its distance, minus the component of `motion` along the gradient, is at most `far` metres (a negative
+/// component counts as 0). Also writes the indices of these points, and returns their number. `change`: 3 × 3 matrix,
+/// column by column.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t extrapolate_near(const KnownDistances& known, const float* change, const float* shift, const float* motion,
                              float far, std::uint32_t* at, double* distance) {
@@ -132,12 +134,13 @@ std::size_t extrapolate_near(const KnownDistances& known, const float* change, c
       distance[found++] = static_cast<double>(d[lane]);
     }
   }
-  // Removes the results of unused lanes of the last batch.
+  // The last batch of eight may contain fewer than eight points. Removes the results of its unused lanes.
   while (found > 0 && at[found - 1] >= known.count) --found;
   return found;
 }
 
-/// Rotates the gradients of the points `at` to frame W. `R`: rotation from T to W, column by column.
+/// Rotates the gradients of the points with the indices `at` from frame T to frame W. `R`: rotation from T to W, column
+/// by column.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void rotate_gradients(const KnownDistances& known, const double* R, std::size_t count, const std::uint32_t* at,
                       const Lanes& columns) {
@@ -169,7 +172,8 @@ void HeadDistances::find(const VertexHead& head, mesh::NearPoints& points, const
     know(head, points, X_WG);
     return extrapolate(X_WG, far, dvec3(0));
   }
-  // The distance of a point from the head changes by no more than the head moves.
+  // If the head is not a ball: the distance of a point from the head changes by no more than the head has moved since
+  // the points were listed. So points whose stored distance is larger than `far` plus this motion are skipped.
   const std::span<const std::uint32_t> listed =
       head.is_ball() ? points.within(X_WG.p, head.reach() + far)
                      : points.listed_within(far + displacement_bound(points.listed_at(), X_WG, head.reach()));
@@ -184,7 +188,8 @@ void HeadDistances::find_pushed(const VertexHead& head, const mesh::NearPoints& 
   extrapolate(X_WG, 0, motion_W);
 }
 
-/// Computes the distances from which find() extrapolates, unless they were computed at a pose near the present one.
+/// Computes the distances from which find() extrapolates. Does nothing if they were already computed for the same list
+/// and for a pose of the head near X_WG.
 void HeadDistances::know(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept {
   if (known_list_ == points.number() && known_ == points.size() &&
       displacement_bound(known_at_, X_WG, head.reach()) <= reuse_ * head.radius()) {
@@ -193,7 +198,7 @@ void HeadDistances::know(const VertexHead& head, const mesh::NearPoints& points,
   compute_all(head, points, X_WG);
 }
 
-/// Computes the distances of all listed points from a head at X_WG, for extrapolation.
+/// Computes and stores the distances of all listed points from a head at X_WG. extrapolate() starts from them.
 void HeadDistances::compute_all(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG) noexcept {
   const glm::dmat3 R_WT(glm::mat3_cast(X_WG.R)), R_TW = glm::transpose(R_WT);
   clear();
@@ -209,8 +214,8 @@ void HeadDistances::compute_all(const VertexHead& head, const mesh::NearPoints& 
   computed_ += size_;
 }
 
-/// Extrapolates the stored distances. Finds the points that are at most `far` metres from a head at X_WG, or from the
-/// same head after a further motion `motion_W`.
+/// Extrapolates the stored distances to a head at X_WG. Finds the points that are at most `far` metres from this head
+/// after a further motion `motion_W` (m; 0: no further motion).
 void HeadDistances::extrapolate(const Pose& X_WG, double far, const dvec3& motion_W) noexcept {
   const glm::dmat3 R_WT(glm::mat3_cast(X_WG.R)), R_TW = glm::transpose(R_WT);
   const glm::mat3 change(R_TW * glm::dmat3(glm::mat3_cast(known_at_.R)) - glm::dmat3(1));
@@ -219,7 +224,7 @@ void HeadDistances::extrapolate(const Pose& X_WG, double far, const dvec3& motio
                              g_x_.data(), g_y_.data(), g_z_.data(), known_};
   size_ = extrapolate_near(known, &change[0][0], &shift.x, &motion.x, static_cast<float>(far), index_.data(),
                            distance_.data());
-  for (std::size_t i = size_; i < size_ + kBatch; ++i) index_[i] = 0;  // the last batch reads these indices, too
+  for (std::size_t i = size_; i < size_ + kBatch; ++i) index_[i] = 0;  // the last batch of eight reads these indices
   rotate_gradients(known, &R_WT[0][0], size_, index_.data(),
                    {x_.data(), y_.data(), z_.data(), distance_.data(), n_x_.data(), n_y_.data(), n_z_.data()});
 }
@@ -241,7 +246,7 @@ void HeadDistances::keep_within(const VertexHead& head, mesh::NearPoints& points
 
 void HeadDistances::evaluate(const VertexHead& head, const glm::dmat3& R_WT, double far) noexcept {
   const std::size_t count = size_;
-  // The last batch reads positions beyond the last point, so these must contain valid numbers.
+  // The last batch of eight reads array elements beyond the last point, so these elements must contain valid numbers.
   for (std::size_t k = count; k < count + kBatch; ++k) x_[k] = y_[k] = z_[k] = 0;
   const Lanes columns{x_.data(), y_.data(), z_.data(), distance_.data(), n_x_.data(), n_y_.data(), n_z_.data()};
   if (head.is_ball()) {

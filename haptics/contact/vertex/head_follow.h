@@ -14,31 +14,35 @@ namespace typodont::haptics::vertex {
 
 /// Parameters for the motion of a head among contact points. Lengths are ratios to the head's radius.
 struct FollowParameters {
-  // Longest displacement of the head in one iteration, as a ratio to the head's radius. It is short, because each
-  // contact point limits the displacement only by a linear approximation.
+  // Longest displacement of the head in one iteration, as a ratio to the head's radius. It is short, because the limit
+  // that a contact point sets is only a linear approximation, which is inaccurate for long displacements.
   static constexpr double step = 0.15;
-  static constexpr int looks = 2;  // number of iterations after which the near points are listed again
-  // Largest number of times that points are listed in one tick; it limits the head's motion to 4.8 radii per tick.
+  // Number of iterations in one round. After a round, the points near the head are listed again if the head has moved
+  // farther than `kept`.
+  static constexpr int looks = 2;
+  // Largest number of rounds in one tick. Near contact points, the head moves at most 16 × 2 × 0.15 = 4.8 radii in a
+  // tick.
   static constexpr int rounds = 16;
-  // Convergence tolerance: the iterations end when a displacement is shorter than this fraction of
-  // `step`.
+  // Convergence tolerance: the iterations end when the displacement in one iteration is shorter than this fraction of
+  // the longest displacement that is allowed in this iteration.
   static constexpr double settled = 0.2;
-  // If head and points overlap by more than this (as a ratio to the head's radius), the head counts as inside the
-  // tissue and is moved out.
+  // Limit of the depth of a contact point inside the head, as a ratio to the head's radius. If a point is deeper, the
+  // head counts as inside the tissue and is moved out.
   static constexpr double led_out = 0.05;
-  /// When the head has moved farther than this, as a ratio to its radius, the near points are listed again.
+  /// Ratio to the head's radius. When the head has moved farther than this since the points near it were listed, they
+  /// are listed again.
   static constexpr double kept = 0.15;
   /// Distance from the head within which points are listed, as a ratio to the head's radius.
   static constexpr double margin = kept + looks * step;
-  /// Returns the longest displacement in one iteration, m. `left`: distance to the hand, m.
+  /// Returns the longest allowed displacement in one iteration, m. `left`: distance from the head to the hand, m.
   static double longest_step(double radius, double left) noexcept {
     return std::clamp(left, 0.01 * radius, step * radius);
   }
 };
 
-/// Moves a head towards `to` until points are near. A step is at most as long as the search distance for points, so
-/// that the head cannot jump through a thin wall. `list(p)` must list the points around p, unless the present list is
-/// still valid.
+/// Moves a head from `from` towards `to` until contact points are near it. A step is never longer than the distance
+/// within which points are listed, so the head cannot jump through a thin wall. `list(p)` is called after each step. It
+/// must list the points around p if the present list is no longer valid. Returns the head's position.
 template <class List>
 dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, double radius, List&& list) noexcept {
   constexpr int kMostHops = 64;  // largest number of steps without contact in one tick
@@ -56,27 +60,30 @@ dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, 
 /// constructor.
 class HeadFollower {
  public:
-  /// A contact point that holds the head at its final position.
+  /// A contact point that prevents the head from coming nearer to the hand.
   struct Hold {
     std::uint32_t point;  // index of the point
     dvec3 n;              // unit direction in which the point pushes the head
     double push;          // m, distance by which the point holds the head back from the hand
   };
 
-  /// `distances` is a buffer of the caller; it must exist as long as this object. follow() overwrites its contents.
+  /// `distances` is a buffer of the caller. It must exist as long as this object. follow() overwrites its contents.
   explicit HeadFollower(HeadDistances& distances) : distances_(distances) {
     gaps_.resize(distances.most() + HeadDistances::kBatch);
   }
 
-  /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. Returns the final position. Each
-  /// near point gives a linear bound on a step. The distance to a convex head is a convex function; so after a step
-  /// that satisfies all bounds, no point is inside the head. `slack`: allowed overlap, m. `give`: a point that is
-  /// already inside the head only prevents a deeper overlap. `list(p)` must list the points around p, unless the
-  /// present list is still valid. A fast head needs several lists in one tick; otherwise it would lag behind the hand.
-  /// `complete(p, far)` must add the points within the distance `far` (m) of the head at p that the list lacks, and
-  /// return `far`. Or it returns a shorter step for which the present list is complete; if this step is 0, the head
-  /// stops. If `may_go_on()` returns false, no further list is made in this tick, and the head stops where its last
-  /// list is no longer valid.
+  /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. Returns the final position.
+  ///
+  /// Each near point limits a step of the head by a linear bound. The distance from a convex head is a convex function,
+  /// so after a step that satisfies all bounds, no point is inside the head.
+  ///
+  /// `slack`: allowed overlap of head and points, m. `give`: true: a point that is already inside the head does not
+  /// push the head out, but only prevents a deeper overlap. `list(p)` must list the points around p if the present list
+  /// is no longer valid. A fast head needs several lists in one tick; otherwise it would lag behind the hand.
+  /// `complete(p, far)` must add the points that the list lacks within the distance `far` (m) of the head at p, and
+  /// return `far`. Alternatively, complete() may return a shorter length (m) for which the present list is complete.
+  /// The head then moves at most this length; with 0, it stops. If `may_go_on()` returns false, no further round begins
+  /// in this tick, so the head stops.
   template <class List, class Complete, class MayGoOn>
   dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double slack, bool give,
                List&& list, Complete&& complete, MayGoOn&& may_go_on) noexcept {
@@ -96,9 +103,9 @@ class HeadFollower {
     return from;
   }
 
-  /// Returns true if a point was deep inside the head in the last follow().
+  /// Returns true if, in the last follow(), a point was deeper inside the head than FollowParameters::led_out allows.
   bool led_out() const noexcept { return led_out_; }
-  /// Returns true if there were points near the head in the last follow().
+  /// Returns true if there were points near the head at its last step.
   bool bounded() const noexcept { return bounded_; }
   int count() const noexcept { return active_.count; }
   const Hold& hold(int i) const noexcept { return holds_[i]; }

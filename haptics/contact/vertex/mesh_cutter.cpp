@@ -25,22 +25,23 @@ namespace {
 
 // m, upper bound of the rounding error of the bounding balls, which are stored as floats
 constexpr double kRounding = 1e-6;
-// Upper limit of the number of rounds in which vertices are moved back to make the mesh valid. If the mesh is still not
-// valid then, the whole step is cancelled.
+// Largest number of rounds in which vertices are moved back, because faces fold or intersect. If the mesh is still not
+// valid after these rounds, all vertices are moved back to the positions before the step.
 constexpr int kMostRounds = 8;
-// Limit of the cosine between a face's normal and the direction from the head's centre to the face. Above it, the face
-// may be on the far side of a thin wall.
+// Limit of the cosine between a face's outer normal and the direction from the head's centre to the face. If the cosine
+// is above this limit, the face does not face the head, so it may be on the far side of a thin wall.
 constexpr double kLooksAway = -0.2;
 
-// Ratio to |a.x| + |a.y| + |a.z|: if the scalar product of a unit vector with the vector a is below minus this value,
-// it is certainly negative, whatever the rounding.
+// Bound of the rounding error of the scalar product of a unit vector and a vector a, as a ratio to |a.x| + |a.y| +
+// |a.z|. If the computed product is below minus this bound, the exact product is negative, too.
 constexpr double kClearlyInward = 1e-12;
-// Quick tests compare squares. kLarger excludes cases that rounding could decide; kTiny2 (m⁴) excludes squares that may
-// be denormal.
+// Limits of quick tests, which compare squares. A quick test decides only if one square is larger than kLarger × the
+// other, because rounding could change the result of a closer comparison. It also does not decide if a square is below
+// kTiny2 (m⁴), because such a small number may have lost digits (denormal numbers).
 constexpr double kLarger = 1 + 1e-12, kTiny2 = 1e-100;
 
-/// Efforts of one face, one vertex or one test in the loops of a cut, in units of 10 ns. The values come from
-/// measurements.
+/// Estimated computing times of the loops of a cut, for one face, one vertex or one test, in units of 10 ns. The values
+/// come from measurements.
 struct Costs {
   static constexpr Effort kGather = 2, kSort = 1, kVisit = 2, kRefine = 1, kDistance = 5, kSplit = 40, kFind = 1,
                           kDistances = 2, kPush = 10, kCollect = 6, kUnfold = 2, kSettle = 4, kSelect = 2, kBall = 1,
@@ -58,7 +59,8 @@ double edge2(const EditableMesh& mesh, Index f, int i) noexcept {
   const dvec3 way = mesh.point(f, (i + 1) % 3) - mesh.point(f, i);
   return glm::dot(way, way);
 }
-/// Returns the height of a triangle over its longest edge, divided by this edge; 0 for a degenerate triangle.
+/// Returns a triangle's height above its longest edge, divided by the length of this edge. Returns 0 for a triangle
+/// without area.
 double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
   const dvec3 ab = b - a, bc = c - b, ca = a - c;
   const double longest2 = std::max({glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});
@@ -66,8 +68,8 @@ double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
 }
 
 constexpr std::size_t kBatch = 8;
-// If more bounding balls than this overlap, the faces are first compared in the table crowd_. A usual cut has at most
-// about 60 overlapping balls.
+// Number of bounding balls that overlap the ball of the tested face. If there are more than this, the table crowd_
+// first excludes faces that cannot intersect the tested face. In a usual cut, there are at most about 60.
 constexpr std::size_t kCrowd = 100;
 // Largest number of faces in the table crowd_, which is used only if very many bounding balls overlap.
 constexpr std::size_t kMostInCrowd = 1 << 15;
@@ -95,7 +97,7 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
   return found;
 }
 
-/// Returns the limit of the number of faces near a head: edges are split only while there are fewer faces.
+/// Returns the largest number of faces near a head up to which edges are split.
 std::size_t most_faces(const VertexHead& head, double edge) noexcept {
   const dvec3 half = head.half_box({0, 0, 1});
   const double area = 4 * kPi * half.x * (head.is_ball() ? half.x : 0.5 * half.x + half.z);
@@ -138,7 +140,7 @@ void MeshCutter::begin_search(const Placed& head, double margin) noexcept {
   near_.clear();
 }
 
-/// Takes a face into the list of near faces if it is within the margin of the head.
+/// Adds a face to the list of near faces if its bounding ball may be within the distance margin_ of the head.
 void MeshCutter::add_if_near(const EditableMesh& mesh, Index f) noexcept {
   const float far = static_cast<float>(margin_) + mesh.ball_radius(f);
   if (head_.head->may_be_within(mesh.ball_center(f) - glm::vec3(head_.X_W.p), glm::vec3(head_.R_WT[2]), far)) {
@@ -146,11 +148,13 @@ void MeshCutter::add_if_near(const EditableMesh& mesh, Index f) noexcept {
   }
 }
 
-/// Returns true if the faces that an earlier search found (`known`) include all faces within the margin of the head.
+/// Returns true if the faces that an earlier search found (`known`) include all faces within the distance margin_ of
+/// the head at its present pose.
 bool MeshCutter::covers(const KnownFaces& known) const noexcept {
-  // When the head moves, its distance from a bounding ball nearby decreases by at most this factor times the largest
-  // displacement of a point of the head. The factor is above 1, because the ball may be farther from the head's centre
-  // than all points of the head, so that a rotation moves it more.
+  // Ratio of two lengths: the largest decrease of the distance between the head and a bounding ball near it, and the
+  // largest displacement of a point of the head. The ratio is above 1, because the bounding ball may be farther from
+  // the head's centre than any point of the head. Relative to the head, a rotation then displaces the ball more than
+  // any point of the head.
   constexpr double kMotion = 1.5;
   const double reach = head_.head->is_ball() ? 0 : head_.head->reach();
   const double moved = displacement_bound(known.X_W, head_.X_W, reach);
@@ -178,8 +182,8 @@ bool MeshCutter::gather_in_part(const EditableMesh& mesh, const KnownFaces& know
   return complete;
 }
 
-/// Sorts the faces near the head by their index. The order is then independent of the position of the mesh in the
-/// search grid. Uses a radix sort, because a comparison sort would take a third of the time of a cut.
+/// Sorts the faces near the head by their index. Otherwise their order would depend on the cells of the search grid.
+/// Uses a radix sort, because a comparison sort would take a third of the time of a cut.
 void MeshCutter::sort_near() noexcept {
   constexpr int kDigit = 9;  // number of bits of the index by which one pass of the radix sort sorts
   constexpr Index kMask = (1u << kDigit) - 1;
@@ -194,7 +198,8 @@ void MeshCutter::sort_near() noexcept {
   }
 }
 
-/// Splits the long edges of faces that the head can touch. This does not change the shape of the surface.
+/// Splits the long edges of faces that the head may touch. The splits do not change the shape of the surface. Returns
+/// false if the allowed effort is used up before the last face.
 bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double longest2 = P::longest * P::longest * edge * edge;
   const std::size_t room = near_.capacity(),
@@ -244,15 +249,16 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
   return true;
 }
 
-/// Computes the target position of a vertex inside the head. In general, the vertex moves in the direction `n` out of
-/// the head, into the solid. If it would move outward through a face around the vertex, the outward component of the
-/// direction is removed.
+/// Computes the target position `to` of a vertex inside the head. In general, the vertex moves by the length `depth` in
+/// the direction `n`: out of the head, and into the solid. If this motion would leave the solid through a face around
+/// the vertex, the component along the face's outer normal is removed. Returns false if there is no direction into the
+/// solid.
 bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, Index v, const dvec3& n, double depth,
                                 dvec3& to) const noexcept {
   constexpr int kMostFaces = 32;
   dvec3 areas[kMostFaces], normals[kMostFaces], sum(0);
   int count = 0;
-  bool inward = true;  // true if the direction certainly points inwards through all faces
+  bool inward = true;  // true if the direction certainly points into the solid at every face around the vertex
   mesh.around(v, [&](Index f, int) {
     const dvec3 area = normal2(mesh, f);
     if (!(glm::dot(area, area) > 0) || count == kMostFaces) return;
@@ -296,7 +302,7 @@ bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, In
   return true;
 }
 
-/// Computes the target positions of the vertices whose distances were collected.
+/// Computes the target positions of the vertices that find_inside() has collected in distances_.
 void MeshCutter::find_targets(const EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double most2 = P::farthest * P::farthest * edge * edge;
   left_ -= Costs::kDistances * static_cast<Effort>(distances_.size());
@@ -341,7 +347,8 @@ bool MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
   return true;
 }
 
-/// Lists the faces around a vertex that will move, with their volume and normal before the motion.
+/// Lists the faces around vertex v, which will move. Stores for each face its normal before the motion, and the volume
+/// of the tetrahedron that it forms with the head's centre.
 void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head, Index v) noexcept {
   mesh.around(v, [&](Index f, int) {
     if (!see_face(f)) return;
@@ -350,8 +357,8 @@ void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head, 
   });
 }
 
-/// Moves the vertices of face f back to the positions that they had before the step. Returns false if none of them had
-/// moved.
+/// Moves the vertices of face f back to the positions that they had before the step. Returns false if no vertex of this
+/// face had moved.
 bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   bool any = false;
   for (const Index v : mesh.face(f).v) {
@@ -365,7 +372,8 @@ bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   return any;
 }
 
-/// Returns true if a face has folded: if it has rotated far, and is not parallel to the head's surface.
+/// Returns true if a face has folded. A face has folded if it has rotated far in this step and does not face the head
+/// now (limits: CutParameters::least_turn, faces_head).
 bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affected& a) const noexcept {
   const dvec3 now = normal2(mesh, a.f);
   const double along = glm::dot(now, a.normal), now2 = glm::dot(now, now), before2 = glm::dot(a.normal, a.normal);
@@ -382,8 +390,9 @@ bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affec
   return glm::dot(now, n) > -P::faces_head * length;
 }
 
-/// Prevents folds: a face that rotates far in one step folds over, so its vertices are moved back. Exception: any
-/// face may rotate far if it ends parallel to the head's surface, because a narrow face can become a part of a wall.
+/// Prevents folds: moves the vertices of each folded face back. A face that rotates far in one step counts as folded
+/// over, except if it faces the head after the step: a narrow face may rotate far when it becomes a part of the cut
+/// wall. Returns false if the allowed effort is used up before the last face.
 bool MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept {
   for (;;) {
     if (!each(affected_.size(), Costs::kUnfold, [&](std::size_t i) {
@@ -400,8 +409,9 @@ bool MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept 
   return true;
 }
 
-/// Copies the bounding balls of the faces near the head into arrays, sorted into slices along the longest side of their
-/// box. A ball then overlaps only balls in a few slices. Balls of large faces follow after all slices.
+/// Copies the bounding balls of the faces near the head into arrays. Sorts the balls into slices along the longest side
+/// of the box around them, so that a ball can overlap only balls in a few slices. The balls of large faces follow after
+/// all slices.
 void MeshCutter::list_balls(const EditableMesh& mesh, double edge) noexcept {
   glm::vec3 lo(1e30f), hi(-1e30f);
   for (const Index f : near_) lo = glm::min(lo, mesh.ball_center(f)), hi = glm::max(hi, mesh.ball_center(f));
@@ -461,8 +471,9 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t slot = from + overlapping_[i];
-      // Skips a face that was already tested in this round and crossed no other face, because that test included f.
-      // After a face was moved back (held_), this is not certain: its bounding ball may have changed.
+      // If the other face was already tested in this round and crossed no face, that test included the pair with f. So
+      // the pair is skipped. If vertices were moved back in this round (held_), bounding balls may have changed, and
+      // the pair is tested again.
       if (!held_ && tested_in_[near_[ball_at_[slot]]] == edge_look_) continue;
       overlapping_[kept++] = static_cast<std::uint32_t>(slot);
     }
@@ -476,8 +487,8 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
       const std::uint32_t k = ball_at_[overlapping_[i]];
       const Index g = near_[k];
       if (k > first || g == f || !(changed || face_seen_[g] == look_)) continue;
-      // Skips two faces that share a vertex and are nearly coplanar. They intersect only if the surface folds, and then
-      // other pairs of faces intersect too.
+      // Skips two faces that share a vertex if they have nearly the same normal. Such faces intersect only if the
+      // surface folds. At a fold, other pairs of faces intersect too, so the fold is found without this pair.
       const mesh::Face& other = mesh.face(g);
       bool shares = false;
       for (const Index v : corners.v) shares |= v == other.v[0] || v == other.v[1] || v == other.v[2];
@@ -498,14 +509,16 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   return kNone;
 }
 
-/// Lists face f if it may intersect others. While all faces near the head face its centre, the surface is star-shaped
-/// and cannot intersect itself. So only faces that face away (the far side of a thin wall, or an undercut) are listed.
+/// Lists face f for the intersection test if it may intersect other faces. If all faces near the head face the head's
+/// centre, the surface is star-shaped and cannot intersect itself. So only faces that face away from the centre are
+/// listed (the far side of a thin wall, or an undercut).
 void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, double edge, Index f) noexcept {
   const glm::vec3 axis(head.R_WT[2]);
-  // Moved vertices are on the head or near it, so an unchanged face matters only if it is near the head.
+  // Moved vertices are on the head's surface or near it. So a face without a moved vertex can intersect a changed face
+  // only if it is very near the head.
   const bool changed = face_seen_[f] == look_;
   const double within = mesh.ball_radius(f) + (changed ? edge : kRounding);
-  // A quick test with the bounding ball, before the corners are read.
+  // Quick test: if the bounding ball of the face is far from the head, the corners are not read.
   if (!head.head->may_be_within(mesh.ball_center(f) - glm::vec3(head.X_W.p), axis,
                                 static_cast<float>(within + kRounding))) {
     return;
@@ -521,16 +534,17 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
   dvec3 out;  // direction from the nearest point of the head to the face
   if (!head.head->is_ball() && head.distance(way + head.X_W.p, out) > within) return;
   thin_ = true;
-  // From the centre of a long head, the direction to the walls of the hole is oblique, so the test above is not
-  // conclusive. The direction from the nearest point of the head decides.
+  // In a long head, the direction from the head's centre to the wall of the hole can be nearly parallel to the wall.
+  // The test above may then fail although the wall faces the head. So the direction from the nearest point of the head
+  // decides.
   if (follows_laws_12_ && !head.head->is_ball() && glm::dot(n, out) < kLooksAway * glm::length(n)) return;
   suspects_.push_back(f);
   for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
 }
 
-/// Tests a face that may intersect others, and moves the vertices of intersecting faces back.
+/// Tests whether face f intersects another face. If it does, moves the vertices of both faces back.
 void MeshCutter::test_suspect(EditableMesh& mesh, Index f) noexcept {
-  if (!held_ && tested_in_[f] == edge_look_) return;  // the face is listed twice
+  if (!held_ && tested_in_[f] == edge_look_) return;  // the face is listed twice and was already tested
   const Index g = crossed_near(mesh, f);
   if (g == kNone) return;
   held_ |= hold_back(mesh, f);
@@ -557,8 +571,9 @@ void MeshCutter::account(EditableMesh& mesh, const Placed& head, const Affected&
   mesh.set_tissue(a.f, tissue_under(mesh, a.f));
 }
 
-/// Collapses an edge unless a face would rotate too far or become too large or too flat, or the volume would change too
-/// much. Returns true if the edge was collapsed.
+/// Collapses an edge unless this would make the mesh worse: a face would rotate too far, become too small or too flat,
+/// get a too long edge or intersect another face, or the volume would change too much. Returns true if the edge was
+/// collapsed.
 bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, int i, bool keeps_first, double edge,
                                double longest, double most_volume, CutDone& done) noexcept {
   const Index first = mesh.face(f).v[i], second = mesh.face(f).v[(i + 1) % 3];
@@ -566,9 +581,9 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   if (mesh.vertex(kept).on_border() || !mesh.may_collapse(f, i, keeps_first)) return false;
   const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
   const double longest2 = longest * longest * edge * edge;
-  // Limits of the shape of the faces after the collapse. If the collapsed edge is tiny, a face that already exceeds a
-  // limit may stay about as bad as it is. Otherwise tiny faces would never be removed once they have collected in one
-  // place.
+  // The next functions return limits of the shape of the faces after the collapse. If the collapsed edge is tiny, the
+  // limits are weaker for a face that already exceeds them: its shape may stay about as bad as it is. Without this
+  // exception, tiny faces that have collected in one place could never be removed.
   const bool accepts_bad = accepts_bad_faces_ && glm::dot(to - from, to - from) < P::tiny * P::tiny * edge * edge;
   const auto least_area = [&](const dvec3& before) {
     const double least = P::least_area * edge * edge;
@@ -615,8 +630,8 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
   return mesh.collapse(f, i, keeps_first);
 }
 
-/// Flips an edge between two nearly coplanar faces if this improves the shape of the thinner face: the smaller
-/// roundness() of the two faces then increases. Returns true if the edge was flipped.
+/// Flips the edge between two nearly coplanar faces if this improves their shape: the smaller roundness() of the two
+/// faces must increase. Returns true if the edge was flipped.
 bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& done) noexcept {
   const Index g = mesh.face(f).n[i];
   if (g == kNone) return false;
@@ -660,7 +675,7 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
   }
   if (length2[shortest] < shortest2) {
     left_ -= thin_ ? Costs::kThinCollapse : Costs::kCollapse;
-    // Prefers to keep the vertex that the head has not moved.
+    // The collapse keeps one of the two vertices of the edge: if possible, a vertex that no cut has moved.
     const bool first = !mesh.vertex(mesh.face(f).v[shortest]).was_moved();
     if (collapse_edge(mesh, head, f, shortest, first, edge, P::longest, P::most_volume, done) ||
         collapse_edge(mesh, head, f, shortest, !first, edge, P::longest, P::most_volume, done)) {
@@ -673,16 +688,15 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
   }
 }
 
-/// Removes a vertex that could not leave the head by merging it into a neighbour: into the nearest suitable neighbour
-/// outside the head, or if there is none, into the nearest suitable neighbour. Returns false if no neighbour is
-/// suitable.
+/// Removes a vertex that could not leave the head: merges it into a neighbouring vertex. Neighbours outside the head
+/// are tried first, and among them the nearest one first. Returns false if no neighbour is suitable.
 bool MeshCutter::merge_into_any_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
                                           CutDone& done) noexcept {
   struct Neighbour {
     bool inside;
-    double far2;  // m², square of the distance from the vertex
-    Index face;   // face in which the edge from the vertex to the neighbour begins
-    int i;        // index of this edge
+    double far2;  // m², square of the distance between v and the neighbour
+    Index face;   // face that contains the edge from v to the neighbour
+    int i;        // index of this edge in `face`
     bool operator<(const Neighbour& other) const noexcept {
       return inside != other.inside ? other.inside : far2 < other.far2;
     }
@@ -706,8 +720,8 @@ bool MeshCutter::merge_into_any_neighbour(EditableMesh& mesh, const Placed& head
   return false;
 }
 
-/// Removes a vertex that could not leave the head by merging it into a neighbour, if possible one on the head's
-/// surface. Returns false if there is no suitable neighbour.
+/// Removes a vertex that could not leave the head: merges it into a neighbouring vertex, if possible one that is not
+/// inside the head. Returns false if no neighbour is suitable.
 bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
                                       CutDone& done) noexcept {
   if (follows_laws_12_) return merge_into_any_neighbour(mesh, head, v, edge, done);
@@ -744,8 +758,8 @@ CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& 
 void MeshCutter::begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept {
   constexpr double kMostSteps = 100'000;
   const double way = displacement_bound(X_WA, X_WB, head.reach());
-  // The servo's longest cut has exactly the length of one step. The factor below 1 prevents that rounding makes two
-  // steps of it.
+  // The longest cut of the servo (FeelParameters::stride) has exactly the length of one step. Without the factor below
+  // 1, a rounding error could divide this cut into two steps.
   const double steps = way / (P::step * edge) * (follows_laws_12_ ? 1 - 1e-6 : 1);
   job_ = {&head, X_WA, X_WB, edge, static_cast<int>(std::min(std::ceil(steps), kMostSteps)), 0};
   done_ = {};
@@ -759,8 +773,8 @@ bool MeshCutter::work(EditableMesh& mesh, const KnownFaces& known, Effort& left)
   return stage_ == Stage::kDone;
 }
 
-/// Returns the approximate computing effort of the stages that run next without an interruption, 0 if it is counted
-/// elsewhere. The unit is the test of the vertices of one face.
+/// Returns the approximate computing effort of the next stages, up to the place where work_in_stages() may stop again.
+/// The unit is the effort of testing the vertices of one face. Returns 0 if work_in_stages() counts the effort itself.
 std::size_t MeshCutter::effort_of_stage() const noexcept {
   switch (stage_) {
     case Stage::kFind:
@@ -826,7 +840,8 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       const double part = static_cast<double>(i) / job_.steps;
       begin_search(place(*job_.head, i == job_.steps ? job_.X_WB : interpolate(job_.X_WA, job_.X_WB, part)),
                    P::longest * edge);
-      // The faces of an earlier search are used only in the first step, because each step changes the mesh.
+      // The faces that an earlier search found are used only in the first step of the cut, because each step changes
+      // the mesh.
       takes_known_ = i == 1 && covers(known), known_ = known.number;
       if (follows_laws_12_) return go_to(Stage::kSearch);
       const Effort left = std::exchange(left_, kNoLimit);
@@ -880,8 +895,8 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       list_balls(mesh, edge);
       return go_to(Stage::kSelectChanged);
     case Stage::kSelectChanged:
-      // At a fold, a face that faces the head may intersect a face that faces away. So the changed faces that share a
-      // vertex with a face that faces away are tested too.
+      // At a fold, a face that faces away from the head may intersect a face that faces the head. So a changed face is
+      // also tested if it shares a vertex with a face that faces away from the head.
       if (!each(affected_.size(), Costs::kSelectChanged, [&](std::size_t i) {
             const Index* const v = mesh.face(affected_[i].f).v;
             if (edge_seen_[v[0]] == edge_look_ || edge_seen_[v[1]] == edge_look_ || edge_seen_[v[2]] == edge_look_) {

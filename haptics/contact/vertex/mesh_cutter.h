@@ -20,57 +20,65 @@
 
 namespace typodont::haptics::vertex {
 
-/// Parameters of a cut, with their reasons. Lengths are ratios to the target edge length of the cut surface, which
-/// depends on the head.
+/// Parameters of a cut, with their reasons. Most lengths are ratios to the target edge length: the wanted length of
+/// mesh edges on the cut surface, which depends on the head.
 struct CutParameters {
   // Longest allowed edge, in target edge lengths; a longer edge is split (Botsch & Kobbelt 2004).
   static constexpr double longest = 4.0 / 3;
   static constexpr double shortest = 0.35;  // shortest allowed edge in target edge lengths; a shorter edge is collapsed
-  // Longest step of the head, in target edge lengths. It is so short that no face rotates far in one step.
+  // Longest motion of the head in one step of a cut, in target edge lengths. It is so short that no face rotates far in
+  // one step.
   static constexpr double step = 0.5;
-  // Largest displacement of a vertex in one step, in target edge lengths. A vertex that would move farther belongs to
-  // another wall, and does not move.
+  // Largest displacement of a vertex in one step, in target edge lengths. A vertex that would have to move farther
+  // belongs to another wall, so it is not moved at all.
   static constexpr double farthest = 3;
-  // smallest allowed cosine between the normals of a face before and after a step
+  // smallest allowed cosine between the normal of a face before a step and the normal of this face after the step
   static constexpr double least_turn = 0.2;
-  // Exception to `least_turn` for faces that end parallel to the head: if the cosine between the face's normal and the
-  // reversed normal of the head is above this limit, the face may rotate farther.
+  // Exception to `least_turn`: a face may rotate farther if it faces the head after the step. It faces the head if the
+  // cosine between the face's normal and the reversed normal of the head is at least this limit.
   static constexpr double faces_head = 0.3;
-  // if the cosine between the normals of two faces that share a vertex is above this limit, the faces are not tested
-  // for intersection
+  // Two faces that share a vertex are not tested for intersection if the cosine between their normals is above this
+  // limit.
   static constexpr double same_way = 0.6;
-  // smallest ratio of a triangle's height to its longest edge; a flatter triangle is a sliver
+  // Limit of the ratio of a triangle's height to its longest edge. A triangle with a smaller ratio is a sliver.
   static constexpr double flattest = 0.12;
-  // In target edge lengths: a shorter edge is tiny. It may be collapsed even if a face next to it keeps a bad shape.
+  // Length limit, in target edge lengths. An edge shorter than this may be collapsed even if a face next to it keeps a
+  // bad shape.
   static constexpr double tiny = 0.1;
-  // smallest allowed area of a face after an edge is collapsed, as a ratio to half the square of the edge length
+  // smallest allowed area of a face after an edge is collapsed, as a ratio to half the square of the target edge length
   static constexpr double least_area = 1e-6;
   // first version of the servo's force laws in which an edge next to a face of bad shape may be collapsed
   static constexpr std::uint32_t laws_of_bad_faces = 11;
-  // First version of the force laws with these rules: a vertex that cannot leave the head is merged even if this makes
-  // edges longer than `longest`. A face that faces the nearest point of the head is not tested for intersection. The
-  // search for the faces near the head is divided between ticks. `most_faces` limits the number of faces near the head.
+  // First version of the force laws with four new rules. A vertex that cannot leave the head is merged into a neighbour
+  // even if edges get longer than `longest`. A face that faces the nearest point of the head is not tested for
+  // intersection. The search for the faces near the head may be divided over several ticks. `most_faces` limits the
+  // number of faces near the head.
   static constexpr std::uint32_t laws_12 = 12;
-  // longest edge, in target edge lengths, after a vertex was merged into a neighbour; the next cut splits it
+  // Longest allowed edge after a vertex was merged into a neighbour, in target edge lengths. The next cut splits edges
+  // longer than `longest`.
   static constexpr double longest_merged = 2;
-  // Since version 12: edges are split only while the number of faces near the head is below this ratio × the number of
-  // faces of the target edge length that cover the head's surface. A usual cut reaches a ratio of about two. More faces
-  // collect only at the rim of a membrane, where each split would be followed by others.
+  // Largest ratio of two numbers of faces: the faces near the head, and equilateral faces of the target edge length
+  // that would cover the head's surface. At this ratio, edges are no longer split (since force laws 12). In a usual
+  // cut, the ratio is about two. It gets larger only at the rim of a membrane, where each split makes further splits
+  // necessary.
   static constexpr double most_faces = 4;
-  // m, tolerance: a vertex that overlaps the head by less than this counts as on its surface
+  // m, tolerance: a vertex that is less than this deep inside the head counts as lying on the head's surface
   static constexpr double overlap = 1e-10;
-  // the common edge of two faces may be flipped only if the cosine between their normals is larger than this
+  // Limit for flipping the common edge of two faces: the cosine between the normal of each new face and the mean normal
+  // of the two old faces (weighted by area) must be larger than this.
   static constexpr double same_plane = 0.9;
-  // Smallest allowed cosine between the normals of a face before and after the repair of a sliver.
+  // Smallest allowed cosine between the normal of a face before an edge is collapsed and its normal afterwards. A face
+  // that faces the head (`faces_head`) may rotate farther.
   static constexpr double least_turn_in_mending = 0.5;
-  // largest allowed change of volume when a vertex inside the head is merged into a neighbour, as a ratio to the cube
-  // of the edge length
+  // largest allowed change of the solid's volume when a vertex inside the head is merged into a neighbour, as a ratio
+  // to the cube of the target edge length
   static constexpr double most_given = 0.2;
-  // largest allowed change of volume when a sliver is repaired, as a ratio to the cube of the edge length
+  // largest allowed change of the solid's volume when a short edge is collapsed or an edge of a sliver is flipped, as a
+  // ratio to the cube of the target edge length
   static constexpr double most_volume = 0.02;
 };
 
-/// The tissue labels of the volume before the first cut; null if there is only one tissue.
+/// The tissue of every voxel of the volume before the first cut. Null if the volume contains only one tissue.
 using SharedLabels = std::shared_ptr<const DenseTissue>;
 
 struct CutDone {
@@ -79,8 +87,8 @@ struct CutDone {
   bool held = false;     // true if some vertices had to stay inside the head, because of a thin wall or an open border
 };
 
-/// Approximate computing time, in units of 10 ns, computed from the numbers of faces and vertices. It is not measured,
-/// so it is the same in every replay.
+/// Approximate computing time in units of 10 ns. It is computed from the numbers of processed faces and vertices, and
+/// not measured, so it is the same in every replay.
 using Effort = std::int64_t;
 inline constexpr Effort kNoLimit = std::numeric_limits<Effort>::max();
 
@@ -104,22 +112,23 @@ class MeshCutter {
     accepts_bad_faces_ = laws >= CutParameters::laws_of_bad_faces;
     follows_laws_12_ = laws >= CutParameters::laws_12;
   }
-  /// Moves the head from A to B in straight steps and cuts the mesh. At A the head must not overlap tissue. `edge`:
-  /// edge length of the cut surface, m.
+  /// Moves the head from A to B in straight steps and cuts the mesh. The head at A must not overlap the solid. `edge`:
+  /// m, target edge length, that is, the wanted length of mesh edges on the cut surface.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
-  /// Makes the same cut as cut(), but in parts: call begin(), then work() until it returns true, then done(). `head`
-  /// must exist until then, and nothing else may change the mesh. work() subtracts its computing effort from `left`,
-  /// and stops when `left` is not positive. Between the parts, the mesh is connected correctly, but vertices may have
-  /// moved too far. Neither the division into parts nor `known`, which saves a search, changes the result.
+  /// Makes the same cut as cut(), but in parts: call begin(), then work() until it returns true, then done(). Until the
+  /// cut is finished, `head` must exist, and nothing else may change the mesh. work() subtracts its computing effort
+  /// from `left`, and stops when `left` is not positive. Between two parts, the faces of the mesh are connected
+  /// correctly, but some vertices may have moved too far. `known`: faces near the head that an earlier search found;
+  /// they save a search. Neither `known` nor the division into parts changes the result.
   void begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept;
   bool work(mesh::EditableMesh& mesh, const KnownFaces& known, Effort& left) noexcept;
-  /// Continues the cut like work(), but stops only between its stages, as force laws 9 and 10 do. Stops before the
-  /// effort exceeds `most`. The unit of this effort is the test of the vertices of one face.
+  /// Continues the cut like work(), but stops only between the stages of the cut. Used for force laws 9 and 10. Stops
+  /// before the computing effort exceeds `most`; its unit is the effort of testing the vertices of one face.
   bool work_in_stages(mesh::EditableMesh& mesh, const KnownFaces& known, std::size_t most) noexcept;
   const CutDone& done() const noexcept { return done_; }
-  /// Makes a cut by the algorithm that is printed in paper S4: vertices inside the head at B move away from its centre
-  /// or axis. No face is split or repaired.
+  /// Makes a cut by the algorithm that is printed in paper S4: vertices inside the head at B move away from the head's
+  /// centre or axis, to the head's surface. No face is split or repaired.
   CutDone cut_as_printed(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept;
 
  private:
@@ -156,9 +165,10 @@ class MeshCutter {
     const VertexHead* head = nullptr;
     Pose X_WA, X_WB;
     double edge = 0;          // m, edge length of the cut surface
-    int steps = 0, step = 0;  // total number of straight steps, and number of steps that have begun
+    int steps = 0, step = 0;  // number of straight steps of the cut; number of steps begun so far
   };
-  /// The parts into which each step of a cut is divided. A step passes through all stages from kRefine to kRepair.
+  /// The stages of a step of a cut, in their order. kUnfoldAgain is followed by kSelect. kDone: the whole cut is
+  /// finished.
   enum class Stage : std::uint8_t {
     kNextStep,
     kSearch,
@@ -181,7 +191,7 @@ class MeshCutter {
   void run_stage(mesh::EditableMesh& mesh, const KnownFaces& known) noexcept;
   std::size_t effort_of_stage() const noexcept;
   /// Calls fn(i) for the indices from at_ to `count` - 1, until the computing effort left_ is used up. `cost`: effort
-  /// of one call. Returns true after the last index.
+  /// of one call of fn. Returns true if fn was called for the last index.
   template <class Fn>
   bool each(std::size_t count, Effort cost, Fn&& fn) noexcept {
     for (; at_ < count; ++at_) {
@@ -240,13 +250,14 @@ class MeshCutter {
 
   SharedLabels labels_;
   bool accepts_bad_faces_ = true;  // true: an edge may be collapsed if a face next to it keeps a bad shape
-  bool follows_laws_12_ = true;    // true: rules of force laws 12 (CutParameters::laws_12)
+  bool follows_laws_12_ = true;    // true: the rules that CutParameters::laws_12 describes apply
   std::uint32_t look_ = 0;
-  // for each vertex or face: number of the last search that visited it
+  // for each vertex and for each face: value of look_ (number of the search) when a search last visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
   std::vector<std::uint32_t> place_of_;  // for each vertex that moves in the present step: its index in moved_
   std::uint32_t edge_look_ = 0;
-  // for each vertex: last round of the intersection test in which one of its faces faced away from the head
+  // for each vertex: number of the last round of the intersection test (edge_look_) in which a face around the vertex
+  // faced away from the head
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, sorted_, suspects_;
   HeadDistances distances_{kMostTogether};
@@ -255,16 +266,17 @@ class MeshCutter {
   int slice_axis_ = 0;                                    // axis along which the balls are sorted into slices
   float slice_lo_ = 0, slices_per_m_ = 0;
   float widest_ = 0;                                      // m, largest radius of a ball in the slices
-  std::array<std::uint32_t, kSlices + 2> slice_start_{};  // for each slice, and for the large balls: its first ball
+  std::array<std::uint32_t, kSlices + 2> slice_start_{};  // first ball of each slice, and then of the large balls
   // balls that overlap the bounding ball of the face under test
   std::vector<std::uint32_t> overlapping_;
-  // The corners of the faces in near_, sorted into slices. The table is filled only if very many balls overlap. This
-  // happens at the rim of a hole, where many tiny faces collect, because a cut cannot remove the membrane between the
-  // two sides of a sheet.
+  // The corners of the faces in near_, in the order of the bounding balls. The table is filled only if very many
+  // bounding balls overlap. This happens at the rim of a hole through a sheet. A cut cannot remove the membrane that
+  // remains between the two sides of the sheet, so many tiny faces collect there.
   mesh::TriangleTable crowd_;
-  bool crowded_ = false;                // true if crowd_ was filled in this round
+  bool crowded_ = false;                // true if crowd_ was filled in this round of the test
   std::vector<std::uint32_t> slot_of_;  // for each face: its index in crowd_; valid only if the face is in crowd_
-  // for each face: number of the last round in which it was tested and crossed no other face
+  // for each face: number of the last round of the intersection test in which the face was tested and crossed no other
+  // face
   std::vector<std::uint32_t> tested_in_;
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
@@ -274,7 +286,7 @@ class MeshCutter {
   Placed head_;                            // head of the present step
   mesh::EditableMesh::NearSearch search_;  // search for the faces near head_
   double margin_ = 0;                      // m, distance from the head within which faces are gathered
-  bool takes_known_ = false;               // true if the faces come from an earlier search with the number known_
+  bool takes_known_ = false;               // true if the faces come from the list of an earlier search (number known_)
   std::uint64_t known_ = 0;
   Stage stage_ = Stage::kDone;
   Effort left_ = 0;               // computing effort that the present call of work() may still spend

@@ -14,11 +14,12 @@ using mesh::kNone;
 namespace {
 
 constexpr int kEdge = 8, kApron = kEdge + 2;
-// voxels, threshold; if a sample is nearer to a face, its value is computed from the face
+// voxels, limit of the distance between a sample and the nearest face; the value of a sample is computed from this face
+// only if the distance is smaller
 constexpr double kNear = 2.5;
 
-/// The point of a face nearest to p, and the feature on which this point lies: a corner (0 to 2), an edge (3 to 5) or
-/// the interior (6) (Ericson 2005, section 5.1.5).
+/// The point of a face that is nearest to a given point. `feature` says on which part of the face this nearest point
+/// lies: a corner (0 to 2), an edge (3 to 5) or the interior (6) (Ericson 2005, section 5.1.5).
 struct Closest {
   dvec3 p;
   int feature;
@@ -49,8 +50,8 @@ dvec3 unit_normal(const EditableMesh& mesh, Index f) {
   return length > 0 ? n / length : dvec3(0);
 }
 
-/// Returns the pseudonormal at a corner, an edge or the interior of a face. Its direction decides whether a point is
-/// inside or outside (Baerentzen & Aanaes 2005).
+/// Returns the pseudonormal at a corner, an edge or the interior of a face (`feature`). A point is outside the mesh if
+/// it lies on the side to which the pseudonormal points (Baerentzen & Aanaes 2005).
 dvec3 pseudonormal(const EditableMesh& mesh, Index f, int feature) {
   if (feature == 6) return unit_normal(mesh, f);
   if (feature >= 3) {
@@ -81,7 +82,8 @@ std::size_t at(int x, int y, int z) {
 }
 using Blocks = std::map<glm::ivec3, Block, KeyLess>;
 
-/// Computes the values of those samples of the block that are near a face of the mesh.
+/// For each sample of the block that is near a face of the mesh (kNear), computes the side (inside or outside), and the
+/// value if a cut has moved the nearest face.
 void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3& key, Block& block) {
   struct Nearest {
     double distance2 = 1e300;
@@ -122,7 +124,8 @@ void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3
   }
 }
 
-/// Gives samples far from all faces the side (inside or outside) of their neighbours.
+/// Determines the side (inside or outside) of the samples that are far from all faces: they get the side of a neighbour
+/// whose side is known.
 void spread_sides(Blocks& blocks) {
   struct Place {
     glm::ivec3 key, v;
@@ -145,7 +148,7 @@ void spread_sides(Blocks& blocks) {
   for (auto& [key, block] : blocks) {
     each([&](const glm::ivec3& v) {
       std::int8_t& side = block.side[at(v.x, v.y, v.z)];
-      // Samples outside the updated blocks have not changed, so their sign is still correct.
+      // Neighbours outside the updated blocks have not changed, so the sign of their old value is still correct.
       for (const glm::ivec3& step : kSteps) {
         const glm::ivec3 n = v + step;
         if (side != 0 ||
@@ -171,7 +174,8 @@ void spread_sides(Blocks& blocks) {
       if (other != 0) continue;
       other = side;
       float& value = found->second.value[at(to.v.x, to.v.y, to.v.z)];
-      // The sample was inside the tissue before the cut, and is outside now.
+      // The sample was inside the tissue before the cut and is outside now. No face is near, so it gets a positive
+      // limit value instead of a distance.
       if (side > 0 && value < 0) value = static_cast<float>(kNear);
       queue.push_back(to);
     }

@@ -5,9 +5,10 @@
 
 namespace typodont::haptics::vertex {
 
-/// Computes the distance field in `blocks`. If a cut has moved the face nearest to a sample, the value of the sample is
-/// the distance to this face; otherwise the original value is kept. Samples far from all faces get the sign of their
-/// neighbours.
+/// Computes the distance field in `blocks`. If a sample is near the mesh, and a cut has moved the face nearest to it,
+/// the new value is the signed distance to this face, but never less than the value before all cuts. Any other sample
+/// keeps the value that it had before all cuts. Exception: a sample far from all faces that was inside the tissue, and
+/// is now outside, gets a positive value.
 std::vector<RasterBlock> field_of(const mesh::EditableMesh& mesh, const FieldBlocks& blocks,
                                   const TissueVolume& untouched, const TissueVolume& now);
 

@@ -9,9 +9,9 @@ namespace typodont::haptics::vertex {
 
 namespace {
 
-/// Returns the index of the bound that a step violates most, by more than `tolerance` (m), or -1. If several bounds are
-/// violated equally, returns the first. `only_no_deeper`: true: a point that overlaps the head limits only a deeper
-/// overlap.
+/// Returns the index of the bound that the step violates most, or -1 if it violates no bound by more than `tolerance`
+/// (m). If several bounds are violated equally, returns the first of them. `only_no_deeper`: true: if a point is
+/// already inside the head, its bound only prevents a deeper overlap.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int find_worst(const StepBounds& bounds, const double* step, bool only_no_deeper, double tolerance) {
   constexpr std::size_t kBatch = 8;
@@ -37,15 +37,15 @@ int find_worst(const StepBounds& bounds, const double* step, bool only_no_deeper
   return worst;
 }
 
-/// Presents the bounds on a step of the head to the active-set solver, in metres.
+/// Passes the bounds on a step of the head to the active-set solver, as planes (lengths in metres).
 class BoundPlanes {
  public:
   struct Plane {
     dvec3 n;  // unit direction in which the point pushes the head
     double gap;
   };
-  // Lower limits for the linear systems of the solver; below them, a system counts as singular. The values suit
-  // neighbouring vertices of a fine mesh.
+  // Limits below which the solver treats the normals of planes as linearly dependent. They are very small, because
+  // neighbouring vertices of a fine mesh have nearly equal normals.
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-9, .least_rest = 1e-8};
 
   BoundPlanes(const StepBounds& bounds, bool only_no_deeper) : bounds_(bounds), only_no_deeper_(only_no_deeper) {}
@@ -58,7 +58,7 @@ class BoundPlanes {
     return glm::dot(plane.n, step) + (only_no_deeper_ ? std::max(plane.gap, 0.0) : plane.gap);
   }
   int worst(const dvec3& step, const int* active, int count) const noexcept {
-    constexpr double kTolerance = 1e-12;  // m, tolerance by which a bound may be violated
+    constexpr double kTolerance = 1e-12;  // m, largest violation of a bound that is ignored
     const int worst = find_worst(bounds_, &step.x, only_no_deeper_, kTolerance);
     return std::find(active, active + count, worst) == active + count ? worst : -1;
   }

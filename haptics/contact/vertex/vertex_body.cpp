@@ -18,7 +18,7 @@ double finest_edge(std::span<const Tool> tools, const Parameters& parameters) {
   return CutParameters::longest * finest;
 }
 
-/// Returns the labels of the whole volume, or null if there is only one tissue.
+/// Returns the tissue of every voxel of the volume, or null if the volume contains only one tissue.
 SharedLabels labels_of(const TissueVolume& volume) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
@@ -77,8 +77,8 @@ void VertexBody::carve(const Cut& cut, bool) {
   if (remembers_) written_.push_back(cut);
   if (!done.changed) return;
   for (std::size_t t = 0; t < done.removed.size(); ++t) removed_[t] += done.removed[t];
-  // Computes the box of the region that the head may have passed, enlarged by the samples whose distance may have
-  // changed.
+  // Computes the box of blocks in which the cut may have changed the distance field. The box contains both end poses of
+  // the head, with a margin of one edge length and four voxels.
   const VoxelFrame frame = volume_.frame();
   const double reach = heads_[cut.tool].reach() + edges_[cut.tool] + 4 * frame.voxel;
   const glm::ivec3 lo(glm::floor(frame.to_voxels(glm::min(cut.X_WA.p, cut.X_WB.p) - reach) / 8.0));
@@ -98,8 +98,9 @@ void VertexBody::fill(const Cut&) {
   TYPODONT_CHECK(false);
 }
 
-/// Adds new brush strokes (tissue that the user painted) to the list of strokes. Brush strokes exist only in the field
-/// (rasterize()); in the list they are placed between the strokes of the mesh, for undo.
+/// Adds new brush strokes (tissue that the user painted) to the list of strokes. A brush stroke changes only the
+/// distance field (rasterize()), not the mesh. The list contains brush strokes and cutting strokes in the order in
+/// which they were made, so that undo() reverts the latest one.
 void VertexBody::count_painted() {
   const std::size_t kept = volume_.strokes().done - strokes_before_;
   auto known = static_cast<std::size_t>(std::ranges::count_if(done_, &Stroke::painted));
@@ -108,7 +109,7 @@ void VertexBody::count_painted() {
     undone_.clear();
     for (; known < kept; ++known) done_.emplace_back().painted = true;
   }
-  // removes brush strokes from the list that changed no voxel
+  // If the volume no longer contains a brush stroke at the end of the list, removes it from the list.
   while (known > kept && done_.back().painted) done_.pop_back(), --known;
 }
 
@@ -184,7 +185,8 @@ void VertexBody::cut_out(Snapshot& snapshot) {
   auto& fresh = static_cast<VertexSnapshot&>(snapshot);
   fresh.mesh = mesh_;
   if (fresh.sample_of.size() == mesh_.vertex_room()) return;
-  // The first snapshot that comes from the servo's model has no buffers for cutting yet.
+  // The first snapshot that the servo hands back is the empty one with which its model started. It has no buffers for
+  // cutting, so they are allocated here.
   fresh.cutter = new_cutter();
   fresh.sample_of.resize(mesh_.vertex_room());
 }
@@ -194,8 +196,8 @@ void VertexBody::remember_writes(bool wanted) {
   written_.clear();
 }
 
-/// Repeats the recorded cuts on the mesh of the snapshot, in their original order, so that this mesh gets the same bits
-/// as the carver's mesh.
+/// Repeats on the mesh of the snapshot, in their original order, the cuts made since remember_writes(true). The mesh of
+/// the snapshot then has the same bits as the carver's mesh.
 void VertexBody::bring_up_to_date(Snapshot& snapshot) {
   auto& copy = static_cast<VertexSnapshot&>(snapshot);
   for (const Cut& cut : written_) make(copy.mesh, copy.cutter, cut);

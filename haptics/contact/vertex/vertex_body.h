@@ -31,8 +31,8 @@ struct KeyLess {
 /// Blocks of 8³ samples of the distance field. A block is identified by its index along each axis.
 using FieldBlocks = std::set<glm::ivec3, KeyLess>;
 
-/// The tissue as a mesh, and the distance field that is computed from it. Carver thread only. Cuts change only the
-/// mesh; the distance field is updated on request.
+/// The tissue as a mesh, and the distance field that is computed from the mesh. Carver thread only. A cut changes only
+/// the mesh. The distance field is updated when rasterize() is called.
 class VertexBody final : public TissueBody {
  public:
   VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<const Tool> tools, const Parameters& parameters);
@@ -58,7 +58,7 @@ class VertexBody final : public TissueBody {
   std::uint64_t elements() const override { return mesh_.vertex_count(); }
 
   const mesh::EditableMesh& mesh() const { return mesh_; }
-  /// Returns the volume of each tissue that all cuts have removed, m³. Undone cuts count too.
+  /// Returns the volume (m³) of each tissue that was removed by all cuts together, including cuts that were undone.
   const PerTissue& removed() const { return removed_; }
 
  private:
@@ -74,8 +74,7 @@ class VertexBody final : public TissueBody {
   void count_painted();
 
   TissueVolume volume_;
-  // number of earlier strokes, which the volume already contained at the start; the list of strokes does not contain
-  // them
+  // number of strokes that the volume already contained when this object was constructed; they are not in `done_`
   std::size_t strokes_before_;
   TissueVolume untouched_;
   Parameters parameters_;
@@ -83,7 +82,7 @@ class VertexBody final : public TissueBody {
   std::vector<double> edges_;  // m, for each head: wanted length of mesh edges on the surfaces that it cuts
   mesh::EditableMesh mesh_;
   MeshCutter cutter_;
-  std::uint32_t laws_ = kServoLaws;  // version of the force laws of the servo whose cuts are repeated
+  std::uint32_t laws_ = kServoLaws;  // version of the servo's force laws; the carver repeats the servo's cuts
   SharedLabels labels_;
   std::deque<Stroke> done_, undone_;
   bool in_stroke_ = false;

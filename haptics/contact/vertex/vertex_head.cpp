@@ -13,8 +13,9 @@ VertexHead::VertexHead(const Tool& tool)
       reach_(tool.reach()),
       half_(tool.half()) {}
 
-/// Computes the distance by Newton's method. Along a line the distance from the head is a convex function. So an
-/// iteration that starts outside converges to the surface without overshooting.
+/// Computes the distance from p to the head's surface along the direction `way`, by Newton's method. Along this line,
+/// the signed distance from the head is a convex function. So an iteration that starts outside the head converges to
+/// the surface without overshooting.
 double VertexHead::distance_to_surface(const dvec3& p, const dvec3& way) const noexcept {
   if (ball_) {
     const double b = glm::dot(p, way), c = glm::dot(p, p) - radius_ * radius_;

@@ -26,9 +26,9 @@ class VertexHead {
     return ball_ ? dvec3(radius_)
                  : half_ * glm::abs(axis_W) + radius_ * glm::sqrt(glm::max(1.0 - axis_W * axis_W, 0.0));
   }
-  /// Quick test, which is cheaper than distance(). Returns false if a point at `off` from the head's centre is
-  /// certainly farther than `far` from the head. If it returns true, the point may be near or far. `off` may be up to 1
-  /// cm long.
+  /// Quick test, which is cheaper than distance(). `off`: m, vector from the head's centre to a point, at most 1 cm
+  /// long. Returns false if the point is certainly farther than `far` (m) from the head. A result of true proves
+  /// nothing: the point may be near or far.
   bool may_be_within(const glm::vec3& off, const glm::vec3& axis, float far) const noexcept {
     constexpr float kRounding = 1e-8f;  // m, upper bound of the rounding error of floats
     const float room = far + kRounding, square = glm::dot(off, off), reach = static_cast<float>(reach_) + room;
@@ -50,9 +50,10 @@ class VertexHead {
   }
   /// Returns the distance from a point inside the head to the surface along the unit direction `way_T`, m.
   double distance_to_surface(const dvec3& p_TQ, const dvec3& way_T) const noexcept;
-  /// Returns the position to which the rule printed in paper S4 moves a point inside the head. Inside a ball (3.1), or
-  /// inside the lower half ball of a round-ended head, the point moves away from the centre. Otherwise it moves away
-  /// from the axis and stays at its height (3.3), (3.6).
+  /// Returns the position on the head's surface to which the rules printed in paper S4 move a point inside the head. In
+  /// a ball (equation 3.1), the point moves away from the ball's centre. In the half ball at the end of a round-ended
+  /// head, it moves away from the centre of the half ball. In all other cases, it moves away from the head's axis and
+  /// keeps its height along the axis (equations 3.3 and 3.6).
   dvec3 as_printed(const dvec3& p_TQ) const noexcept;
 
  private:

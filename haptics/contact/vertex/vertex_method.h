@@ -12,7 +12,7 @@ namespace typodont::haptics::vertex {
 inline constexpr std::string_view kName = "vertex";
 
 struct Parameters {
-  double edge = 0;          // m, edge length of the cut surface; 0: a sixth of the head's radius
+  double edge = 0;          // m, wanted length of mesh edges on a cut surface; 0: a sixth of the head's radius
   bool as_printed = false;  // true: uses the rules that are printed in paper S4 (README.md)
   // parameters of the force filter of paper S4, figure 5; empty: the force is not filtered
   std::optional<ForceFilterLaw> filter;

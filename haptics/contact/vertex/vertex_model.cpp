@@ -18,16 +18,18 @@ using P = FeelParameters;
 namespace {
 
 constexpr std::size_t kMostFaces = 1 << 17;  // upper limit of the number of faces near the head
-// first version of the servo's force laws that extrapolates the distances of points
+// first version of the servo's force laws in which distances of points from the head are extrapolated
 constexpr std::uint32_t kLawsOfReuse = 11;
-// efforts of the loops that list points, for one face or point, in units of 10 ns; the values come from measurements
+// estimated computing times of the loops that list points, for one face or one point, in units of 10 ns; the values
+// come from measurements
 constexpr Effort kFaceEffort = 2, kVisitEffort = 2, kVertexEffort = 2, kDistanceEffort = 2, kAreaEffort = 3,
                  kPartEffort = 2;
 // computing effort of the contact with one listed point, in units of 5 ns (half the usual unit of an effort)
 constexpr Effort kContactEffort = 3;
-// computing effort of a distance that is computed instead of extrapolated, in units of 10 ns
+// computing effort of one distance that cannot be extrapolated, but must be computed, in units of 10 ns
 constexpr Effort kFreshEffort = 2;
-constexpr double kNextShell = 4;  // ratio of the widths of two successive search shells
+// ratio of the search distance in one round of clearance() to the search distance in the round before
+constexpr double kNextShell = 4;
 // upper limit of the number of parts into which an edge of a face is divided
 constexpr int kMostParts = 64;
 
@@ -36,8 +38,8 @@ dvec3 normal2(const EditableMesh& mesh, Index f) noexcept {
   return glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
 }
 
-/// Returns the number of parts into which the edges of a face are divided. A part is not longer than the longest edge
-/// that a cut would leave unsplit.
+/// Returns the number of parts into which each edge of a face is divided. It is large enough that no part is longer
+/// than CutParameters::longest, the length above which a cut would split an edge.
 int parts_of(const EditableMesh& mesh, Index f, double edge) noexcept {
   // A quick test: if the bounding ball of the face is small, the face needs no division.
   const double longest = CutParameters::longest * edge;
@@ -77,8 +79,8 @@ void VertexModel::forget() noexcept {
 
 void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<VertexSnapshot&>(snapshot);
-  // The new mesh lacks the cuts that the servo made after it was copied, so these cuts are repeated in it. After an
-  // undo, they may remove another volume than before.
+  // The new mesh lacks the cuts that the servo has made since the carver copied it, so these cuts are repeated on the
+  // new mesh. If the carver has undone a stroke, a repeated cut may remove another volume than before.
   const bool first = snapshot_.number == 0;
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
@@ -95,8 +97,8 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   part_.open = false;  // an unfinished cut is discarded: it existed only in the old mesh
 }
 
-/// Lists the vertices within `margin` of a head. For faces larger than `edge`, also lists the vertices that a
-/// refinement would add.
+/// Lists the vertices within the distance `margin` (m) of a head, at once. If a face is so large that a cut would split
+/// its edges, additional points on this face are also listed (parts_of()).
 void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
   // Versions 9 and 10 of the force laws finish a cut in progress before they read the mesh.
   if (Effort left = kNoLimit; part_.open && !divides_anywhere()) continue_cut(left);
@@ -118,13 +120,14 @@ void VertexModel::begin_list(const VertexHead& head, double edge, const Pose& X,
 }
 
 /// Continues to list points until the list is complete or `left` is not positive. Subtracts its computing effort from
-/// `left`. Returns true if the list is complete. The list does not depend on the number of calls.
+/// `left`. Returns true if the list is complete. The division into several calls does not change the list.
 bool VertexModel::list_points(PointList& list, Effort& left) noexcept {
   Listing& now = listing_;
   while (left > 0 && now.stage != Listing::Stage::kDone) {
     if (now.stage == Listing::Stage::kFaces) {
       const bool divides = divides_search() && left < kNoLimit;
-      // A search that cannot be divided begins only in a tick that has enough computing effort left.
+      // If the search cannot be divided over several ticks, it begins only in a tick in which at least half of the
+      // computing effort is left.
       if (!divides && left < P::most_effort_before / 2) return false;
       if (!std::exchange(now.searches, true)) {
         list.points.clear(now.X);
@@ -212,13 +215,14 @@ void VertexModel::add_proposed(PointList& list) noexcept {
 void VertexModel::list_vertices(PointList& list, Index f) noexcept {
   const EditableMesh& mesh = snapshot_.mesh;
   for (const Index v : mesh.face(f).v) {
-    if (mesh.vertex(v).face != f) continue;  // lists each vertex once, for the face that the vertex stores
+    if (mesh.vertex(v).face != f) continue;  // the vertex is listed only once, with the face stored in it
     propose(list, mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
   }
 }
 
-/// Adds the area of a face to the points that represent it. A face with longer edges than a cut would leave unsplit is
-/// divided (parts_of), and the points of the division are also listed, so that the points lie close enough together.
+/// Distributes the area of a face over the listed points on this face. If the face is so large that a cut would split
+/// its edges, the face is divided into smaller triangles (parts_of()). Their corners are listed as additional points,
+/// so that neighbouring points are close enough together.
 void VertexModel::list_area(PointList& list, Index f) noexcept {
   const EditableMesh& mesh = snapshot_.mesh;
   std::vector<Sample>& samples = list.samples;
@@ -271,9 +275,9 @@ double VertexModel::short_list_length() const noexcept {
   return std::min(soon, complete_list_length());
 }
 
-/// Lists the points near the head at X, unless the present list is still valid. A head that `cuts` gets a short list
-/// (only points very near the head), because it moves little before it changes the mesh. If the short list is empty, a
-/// complete list is made.
+/// Lists the points near the head at X, unless the present list is still valid. While the head cuts (`cuts`), only the
+/// points very near to it are listed (short list). A short list is enough, because each cut changes the mesh, and the
+/// points are then listed again. If the short list is empty, a complete list is made.
 void VertexModel::list_where_needed(const Pose& X, bool cuts) noexcept {
   const double radius = head().radius();
   if (found_ && moved_since_listing(X) <= FollowParameters::kept * radius) return;
@@ -292,8 +296,9 @@ void VertexModel::complete_list(const Pose& X, double far) noexcept {
   gather(head(), edge(), Pose(list_.points.listed_at()), complete);
 }
 
-/// Returns the distance (m) from the head at X within which the list contains all points, without the length of the
-/// virtual motion (P::probe) that the springs need.
+/// Returns how far the head at X may still move with the present list, m. This is the distance from the head within
+/// which the list contains all points, minus the length of the virtual motion (P::probe) for which the springs are
+/// computed.
 double VertexModel::room_in_list(const Pose& X) const noexcept {
   return list_.within - moved_since_listing(X) - P::probe * head().radius();
 }
@@ -329,7 +334,7 @@ double VertexModel::clearance(const Pose& X_WG) noexcept {
     const double touches = P::touches * head().radius();
     const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X_WG.R)));
     double room = listed;
-    // Tests the nearest points first, then those in wider and wider shells around the head.
+    // Examines the points nearest to the head first, then those within larger and larger distances.
     for (double within = touches;; within = std::min(kNextShell * within, listed)) {
       for (const std::uint32_t i : list_.points.within(X_WG.p, reach + within)) {
         room = std::min(room, head().distance(R_TW * (list_.points[i] - X_WG.p)));
@@ -338,8 +343,8 @@ double VertexModel::clearance(const Pose& X_WG) noexcept {
       if (room <= within || within >= listed) return room;
     }
   }
-  // No listed point is near. The bounding balls of the faces then give a clearance that may be larger than the range of
-  // the list.
+  // The list contains no point near the head. The clearance may be larger than the distance within which points are
+  // listed, so it is computed from the bounding balls of the faces.
   const EditableMesh& mesh = snapshot_.mesh;
   double room = P::look_ahead;
   const dvec3 far(reach + P::look_ahead);
@@ -359,11 +364,11 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
   forget();
 }
 
-/// Computes the springs of the vertices that a virtual motion of the head would push (paper S4, section 4.2). The head
-/// at X moves by the probe length along the unit vector `pull`. If the head is a ball, the depth of each vertex is
-/// computed for the ball's new position. For any other head, it is extrapolated linearly from the distance and the
-/// normal at X: if the head were moved, a part that is thinner than the probe length (the tip of a cone) could pass a
-/// vertex completely and would then push it out on the wrong side.
+/// Computes the springs of the vertices that a virtual motion of the head would push (paper S4, section 4.2). The
+/// virtual motion moves the head from X by the probe length (P::probe) along the unit vector `pull`. For a ball, the
+/// depth of each vertex inside the head is computed at the end of the virtual motion. For any other head, the depth is
+/// extrapolated linearly from the distance and the normal at X. The reason: a part of the head that is thinner than the
+/// probe length (the tip of a cone) could pass a vertex completely, and would then push the vertex to the wrong side.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const double probe = P::probe * head().radius(), stiffness = settings_.stiffness / 1000;
   const bool is_ball = head().is_ball();
@@ -400,9 +405,10 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   return sum;
 }
 
-/// Returns the force after a limit of its rate of change. The limit prevents a force step when a bur loses contact far
-/// from the hand, or continues where the mesh could not yield. In contact, the force may change by the amount that the
-/// hand's motion alone causes (stiffness × motion), plus a small amount (rate P::ease × time).
+/// Limits the rate of change of a bur's force, and returns the limited force. Without the limit, the force would jump
+/// in two cases: the bur loses contact while the proxy is far from the hand, or the bur moves on after the mesh could
+/// not be cut. In contact, the force may change in one tick by stiffness × the hand's motion, plus P::ease × the tick's
+/// duration. Without contact, it may change only by P::ease × the tick's duration.
 dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
   const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
@@ -415,8 +421,9 @@ dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   return eased_;
 }
 
-/// Writes the result to `out`: the force and torque of the springs (`force`, `torque`), plus a damper (paper S4, 4.1,
-/// 4.4, 4.5). The damper acts along the force and never pulls.
+/// Writes the result to `out`: the force and torque of the springs (`force`, `torque`), changed by a damper (paper S4,
+/// equations 4.1, 4.4 and 4.5). The damper acts along the force and never reverses it, so the tissue never pulls the
+/// hand.
 void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& torque, Contact& out) noexcept {
   out.gives_force = true;
   out.area = springs_.area;
@@ -447,11 +454,12 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
-  // The slack is the allowed overlap. With zero slack, a head with a rim could not re-enter the hole that it has cut.
-  // If a bur overlaps tissue because the mesh could not yield, this tissue only prevents a deeper overlap.
+  // The slack is the depth by which a head that is not a ball may overlap the mesh. With zero slack, a head with a rim
+  // could not re-enter the hole that it has cut. If a bur overlaps the mesh because the cut could not move some
+  // vertices, these vertices do not push the bur out, but only prevent a deeper overlap (in.cuts below).
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
-  // While a cut or the next list is in progress, a head that cuts moves only where the present list is valid. Otherwise
-  // this tick would have to make a list at once.
+  // While a cut is in progress or the next list is being made, a cutting head moves only as far as the present list is
+  // valid. If it moved farther, a complete list would have to be made in this tick, which takes too long.
   const bool keeps_list = lists_ahead() && in.cuts && found_ && !list_.points.empty() && (part_.open || ahead_);
   const auto list = [&](const dvec3& p) {
     if (!keeps_list) list_where_needed({p, in.X_WT.R}, in.cuts);
@@ -472,7 +480,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const auto may_go_on = [&] { return !divides_anywhere() || listed_ + last_list_ <= P::most_listed; };
   out.p_WG = follower_.follow(head(), list_.points, in.X_WG.p, in.X_WT, slack, in.cuts, list, complete, may_go_on);
   // In force laws 11 only: if vertices stayed inside the head in the previous cut, the head does not move while the
-  // next cut is in progress. The head can get stuck by this rule, because the next cut meets the same vertices.
+  // next cut is in progress. With this rule the head can get stuck, because the next cut cannot move the same vertices
+  // either.
   const bool stops = divides_anywhere() && !moves_on();
   if (stops && part_.open && part_.stayed && out.p_WG != in.X_WT.p) out.p_WG = in.X_WG.p;
   out.leading_out = !list_.points.empty() && follower_.led_out();
@@ -487,9 +496,9 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const dvec3 way = pull / depth;
   if (!keeps_list) complete_list({out.p_WG, in.X_WT.R}, P::probe * head().radius());
   springs_ = springs_at({out.p_WG, in.X_WT.R}, way);
-  // The springs determine only the direction of the force and the stiffness of the tissue. If the sides of a head are
-  // nearly parallel to the direction from the head to the hand (a cone), the springs push in opposite directions, and
-  // their sum would be too small.
+  // The springs determine only the direction of the force and the stiffness of the tissue. The sum of the springs is
+  // not used as the magnitude of the force: if the sides of a head are nearly parallel to the direction from the head
+  // to the hand (a cone), the springs push in opposite directions, and their sum is too small.
   const double along = -glm::dot(springs_.force, way);
   if (!(along > 0)) return give(in, dvec3(0), dvec3(0), out);
   const double stiffness = springs_.sum / springs_.weight, share = along / springs_.sum;
@@ -498,7 +507,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   give(in, stiffness * depth * (aside - way), share * stiffness * depth / along * springs_.torque, out);
 }
 
-/// Called without contact: lets the force of the last contact decrease to zero, if a bur caused it.
+/// Called if the head has no contact. If a bur's last contact force has not yet decreased to zero, continues to reduce
+/// it.
 void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   filtered_ = dvec3(0);
   if (parameters_.as_printed || eased_ == dvec3(0)) return;
@@ -522,7 +532,7 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
     const Sample& sample = list_.samples[i];
     const dvec3 off_T = R_TW * (list_.points[i] - in.X_WT.p);
     if (sample.v == mesh::kNone || !(head().distance(off_T) < 0)) continue;
-    // vector from the target position of the vertex to its old position
+    // m, vector from the position to which the paper's rule moves the vertex, to the vertex's present position
     const dvec3 way = in.X_WT.R * (off_T - head().as_printed(off_T));
     const auto tissue = static_cast<std::size_t>(sample.tissue);
     const dvec3 push = settings_.stiffness * settings_.materials[tissue].stiffness / 1000 * way;
@@ -573,8 +583,8 @@ bool VertexModel::is_ahead(const dvec3& proxy, const ContactInput& in) const noe
   return glm::distance(part_.to.p, in.X_WT.p) < glm::distance(proxy, in.X_WT.p);
 }
 
-/// Chooses the displacement of the head that the energy pays for, and begins to cut. Returns false if there is nothing
-/// to cut.
+/// Computes how far the head can advance with the energy that is available, and begins the cut. Returns false if no cut
+/// can begin in this tick.
 bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noexcept {
   if (!(in.cuts && !in.must_earn && contact.touching && springs_.count > 0)) return false;
   Pose from{contact.p_WG, in.X_WT.R}, to = in.X_WT;
@@ -611,7 +621,8 @@ bool VertexModel::continue_cut(Effort& left) noexcept {
   return part_.finished = true;
 }
 
-/// Returns the largest effort (amount of computation) of a cut in this tick, if this tick lists no contact points.
+/// Returns the computing effort that a cut may spend in this tick. The effort of lists made in this tick is not yet
+/// subtracted.
 Effort VertexModel::effort_for_cut() const noexcept {
   if (divides_search()) {
     const Effort fresh = kFreshEffort * static_cast<Effort>(distances_.computed());
@@ -626,7 +637,7 @@ Effort VertexModel::effort_for_cut() const noexcept {
 bool VertexModel::work_on_cut(const ContactInput& in, const Pose& proxy) noexcept {
   const bool divides = divides_anywhere() && !parameters_.as_printed;
   Effort left = divides ? effort_for_cut() - listed_ : kNoLimit;
-  if (left <= 0) return false;  // the lists of this tick have used up the computing effort
+  if (left <= 0) return false;  // lists made in this tick have used up the computing effort
   if (divides_in_stages() && !part_.finished) {
     if (!snapshot_.cutter.work_in_stages(snapshot_.mesh, known_faces(), P::most_faces)) return false;
     part_.done = snapshot_.cutter.done();
@@ -660,7 +671,8 @@ void VertexModel::feel(const ContactInput&, Contact& out) noexcept {
   out.known_tissue = true;
 }
 
-/// Returns the tissue on the inner side of the nearest face.
+/// Returns the tissue of the nearest face that has the point on its inner side, or air if there is no such face within
+/// two edge lengths.
 Tissue VertexModel::tissue_at(const dvec3& p_W) const noexcept {
   const double reach = 2 * edge();
   const EditableMesh& mesh = snapshot_.mesh;

@@ -1,6 +1,7 @@
 // The part of the contact model "vertex" that runs on the servo thread. README.md of this folder has an overview and
 // defines the terms. The vertices of the tissue's mesh keep the tool's head outside the tissue. To compute the force,
-// the model imagines a small motion of the head (virtual motion). Each vertex that it would push gives a spring.
+// the model imagines a small motion of the head (virtual motion). Each vertex that this motion would push gives a
+// spring.
 #pragma once
 
 #include <array>
@@ -17,57 +18,65 @@ namespace typodont::haptics::vertex {
 
 /// Parameters of contact and force. Most of them are ratios to the head's radius.
 struct FeelParameters {
-  // Length of the virtual motion for which the springs are evaluated, as a ratio to the head's radius. It is large
-  // enough to include many vertices, and small enough that no vertex passes the head's centre.
+  // Length of the virtual motion of the head for which the springs are computed, as a ratio to the head's radius. It is
+  // long enough that the virtual motion pushes many vertices, and short enough that no vertex passes the head's centre.
   static constexpr double probe = 0.2;
   static constexpr double slack = 0.01;  // allowed overlap of a head that is not a ball, as a ratio to its radius
-  // largest transverse force of the springs, as a ratio to their force along the pull (direction from the head to the
-  // hand)
+  // Limit of the force across the pull (the direction from the head to the hand), as a ratio to the force along the
+  // pull.
   static constexpr double most_aside = 0.25;
-  // N/s, largest rate of change of a bur's force while the hand does not move; `ease_before`: before force laws 12
+  // N/s, largest rate of change of a bur's force while the hand does not move; `ease_before`: the same limit before
+  // force laws 12
   static constexpr double ease = 6.5, ease_before = 15;
-  // Shortest displacement of the head that is cut in one step, as a ratio to the edge length of the mesh. Shorter
-  // displacements are collected; otherwise every tick would cut.
+  // Shortest distance by which a cut advances the head, as a ratio to the target edge length. Until the energy is
+  // enough for this distance, it is collected. Otherwise there would be a cut in every tick.
   static constexpr double sweep = 0.04;
-  // Shortest displacement that is cut in one step by an edge that the hand draws without rotation, as a ratio to the
-  // edge length of the mesh. It is very short, because a dragged edge stores little energy.
+  // Shortest distance by which a cut advances a cutting edge that the hand drags without rotation, as a ratio to the
+  // target edge length. It is very short, because a dragged edge stores little energy.
   static constexpr double scrape = 2e-5;
-  // longest displacement of the head that is cut in one step, as a ratio to the edge length of the mesh
+  // longest distance by which a cut advances the head, as a ratio to the target edge length
   static constexpr double stride = 0.5;
   // In one tick, the cutting edge of a hand instrument advances by less than the height differences between
-  // neighbouring vertices. So it meets only a fraction of the area that the springs represent. The model measures this
-  // fraction as a running mean: met_weight is the weight of a new measurement, and least_met is the smallest allowed
-  // fraction.
+  // neighbouring vertices. So it cuts only a fraction of the area that the vertices in contact represent. The model
+  // measures this fraction after each cut and keeps a running mean. `met_weight`: weight of the newest measurement in
+  // the mean; `least_met`: smallest allowed mean.
   static constexpr double met_weight = 0.1, least_met = 0.01;
-  // If the distance between head and nearest point, divided by the head's radius, is smaller than this, the head cannot
-  // move freely.
+  // Ratio to the head's radius. If the distance between the head and the nearest contact point is smaller than this,
+  // the head counts as touching (clearance 0).
   static constexpr double touches = 0.01;
   static constexpr double look_ahead = 0.5e-3;  // m, search distance around a head without contact
-  // While the head cuts, only the points very near to it are listed (short list), because it moves little until the
-  // next list. When it has moved by this ratio of its radius, the list must be completed.
+  // While the head cuts, only the points very near to it are listed (short list), because the head moves little until
+  // the next list is made. This is the motion for which a short list is valid, as a ratio to the head's radius.
   static constexpr double short_list = 0.05;
-  // When the head has used this fraction of the motion for which a list is valid, the next list is begun.
+  // A list of points is valid until the head has moved by a certain distance. When the head has moved by this fraction
+  // of the distance, the model begins to make the next list.
   static constexpr double begin_next = 0.3;
-  // If a head that waits for its next list has moved farther than the present list allows by more than this (negative
-  // ratio to its radius), a list is made at once.
+  // Limit of room_in_list(), as a ratio to the head's radius. A head that waits for its next list stops when its room
+  // in the present list is used up (0). A fast rotation can make the room negative; below this limit, a list is made at
+  // once.
   static constexpr double least_room = -0.1;
-  // Distances of points are extrapolated until the head has moved by this ratio of its radius.
+  // Ratio to the head's radius. Distances of points from the head are extrapolated until the head has moved by more
+  // than this since they were computed.
   static constexpr double reuse = 0.02;
-  // After a cut, the next cut waits for up to `rest` times as many ticks as the cut took, so that most ticks do not
-  // cut. The larger the displacement that the energy pays for, the shorter is the wait. It is zero at a displacement of
-  // `hurry` × (cut area / radius²) edge lengths. This limit is small for a thin head, which would slide between the
-  // vertices if it advanced far at once.
+  // After a cut that took n ticks, the next cut waits for up to `rest` × n ticks, so that most ticks do not cut. The
+  // farther the head could advance with the collected energy, the shorter is the wait. There is no wait if this
+  // distance is at least `hurry` × (cut area / radius²) edge lengths. A thin head has a small cut area, so it waits
+  // less and advances in short cuts. If it advanced far at once, it would slide between the vertices.
   static constexpr double rest = 3, hurry = 0.08;
-  // Largest effort of the contact and a cut in one tick, in units of 10 ns. A longer cut is divided over several ticks.
+  // Largest computing effort of the contact and a cut together in one tick, in units of 10 ns. A cut that needs more is
+  // divided over several ticks.
   static constexpr Effort most_effort = 6000;
-  // Since force laws 13, a cut or a list may use at least this effort in a tick, also if the contact takes longer.
+  // Smallest computing effort (unit: 10 ns) that a cut or a list may use in a tick, since force laws 13. So the cut
+  // still makes progress if the contact has used up most of `most_effort`.
   static constexpr Effort least_effort = 2000;
-  // largest effort (unit: 10 ns) of a cut in a tick, force laws 11; `more`: after vertices stayed inside the head
+  // Largest computing effort (unit: 10 ns) of a cut in one tick, for force laws 11. `more_effort_before` is used if
+  // vertices stayed inside the head in the previous cut.
   static constexpr Effort most_effort_before = 6000, more_effort_before = 8000;
   // Limit of the computing effort of all lists of contact points in one tick, in units of 10 ns. A fast head needs
   // several lists. If the next list would exceed the limit, the head continues its motion in the next tick.
   static constexpr Effort most_listed = 15000;
-  // largest size of a cut in one tick for force laws 9 and 10, counted in faces whose vertices are tested once
+  // Largest computing effort of a cut in one tick, for force laws 9 and 10. Unit: effort of testing the vertices of one
+  // face.
   static constexpr std::size_t most_faces = 2000;
 };
 
@@ -94,17 +103,17 @@ class VertexModel final : public ContactModel {
  private:
   static constexpr std::size_t kMostSamples = 1 << 16;
   static constexpr std::size_t kMostProposed = 64;  // largest number of points whose distances are computed at once
-  // first versions of the force laws that divide a long cut over several ticks: only between its stages (kStages), and
-  // anywhere (kFineParts)
+  // First versions of the force laws that divide a long cut over several ticks. Since kStages, a cut can be interrupted
+  // only between its stages. Since kFineParts, it can be interrupted anywhere.
   static constexpr std::uint32_t kStages = 9, kFineParts = 11;
-  // First version in which vertices that stay inside the head during a cut neither stop the head nor cancel the wait
-  // before the next cut. The force also changes more slowly, and the search for the faces near a head is divided over
-  // several ticks.
+  // First version of the force laws with these rules. If vertices stay inside the head during a cut, the head still
+  // moves on, and the next cut still waits. The force changes more slowly (`ease` instead of `ease_before`). The search
+  // for the faces near a head is divided over several ticks.
   static constexpr std::uint32_t kMovesOn = 12;
-  // first version that lists the points around a moving head before they are needed, in parts, and that makes no list
-  // while a cut is in progress
+  // First version of the force laws with these rules. The points around a moving head are listed before they are
+  // needed, in parts. While a cut is in progress, no list is made at once, except after a fast rotation of the head.
   static constexpr std::uint32_t kListsAhead = 13;
-  /// A contact point near the head: a vertex, or a point that a refinement of a large face would add.
+  /// A contact point near the head: a vertex, or an additional point on a large face.
   struct Sample {
     double area;    // m², area that the point represents, a third of the area of the triangles around it
     mesh::Index v;  // index of the vertex; kNone: the point is not a vertex
@@ -125,18 +134,19 @@ class VertexModel final : public ContactModel {
     glm::dmat3 R_WT{1};
     double margin = 0;  // m, distance from the head within which points are listed
     mesh::EditableMesh::NearSearch search;
-    bool searches = false;     // true if the search has begun
+    bool searches = false;     // true if the search for faces near the head has begun
     std::size_t at = 0;        // index in near_ at which the present stage continues
-    std::size_t vertices = 0;  // number of points that are vertices
+    std::size_t vertices = 0;  // number of listed points that are vertices of the mesh
   };
-  /// The springs of the vertices that push the head, summed over these vertices.
+  /// Sums over the springs of the vertices that push the head. constrain_as_printed() computes sums without the area:
+  /// its `force` is in N, its `torque` in N·m and its `tissue` in m.
   struct Springs {
     dvec3 force{0}, torque{0};  // sums of force (N) and torque (N·m), each multiplied by the vertex's area (m²)
     double area = 0;            // m², area that the vertices represent
-    double across = 0;   // m², area that the vertices represent, projected along the pull (from the head to the hand)
-    double sum = 0;      // N·m², sum of (area × magnitude of the force) over the vertices
-    double weight = 0;   // m³, sum of (area × depth) over the vertices in contact
-    PerTissue tissue{};  // m³, sum of (area × depth) over the vertices in contact, for each tissue
+    double across = 0;          // m², projection of `area` onto a plane perpendicular to the pull (from head to hand)
+    double sum = 0;             // N·m², sum of (area × magnitude of the force) over the vertices
+    double weight = 0;          // m³, sum of (area × depth) over the vertices in contact
+    PerTissue tissue{};         // m³, sum of (area × depth) over the vertices in contact, for each tissue
     int count = 0;
   };
 
@@ -192,24 +202,25 @@ class VertexModel final : public ContactModel {
   std::uint32_t tool_ = 0;
   Springs springs_;
   dvec3 filtered_{0};              // N, force of the last tick after the filter
-  bool eases_ = false;             // true if the bur has cut since it last lost contact; eased() then limits its force
-  dvec3 eased_{0};                 // N, force of the last tick before the filter
+  bool eases_ = false;             // true: eased() limits the force: a bur cuts, or its last force still fades
+  dvec3 eased_{0};                 // N, force that eased() returned in the last tick
   dquat last_R_{1, 0, 0, 0};       // orientation of the hand in the last tick
   std::vector<mesh::Index> near_;  // faces near the head in the last search for points
   PointList list_;
-  PointList next_list_;  // list in progress: for the mesh after the cut in progress, or for the moving head (ahead_)
-  bool ahead_ = false;   // true while list_ahead() makes next_list_
-  bool near_changed_ = false;  // true if near_ belongs to next_list_ and not to list_
+  PointList next_list_;        // list that is being made: for the mesh after a cut, or for a moving head (ahead_)
+  bool ahead_ = false;         // true while list_ahead() makes next_list_
+  bool near_changed_ = false;  // true if near_ contains the faces for next_list_, not for list_
   Listing listing_;
-  Effort listed_ = 0, last_list_ = 0;  // computing effort of all undivided lists in this tick, and of the last list
-  bool found_ = false;                 // true if the mesh has not changed since list_ was made
+  Effort listed_ = 0, last_list_ = 0;  // computing effort of all lists made at once in this tick; of the last one
+  bool found_ = false;                 // true if list_ was made for the present mesh and tool
   bool touching_ = false;              // true if the last constrain() found contact, at position touching_at_
   dvec3 touching_at_{0};               // m, position of the proxy at which the last constrain() found contact
   HeadDistances distances_, proposed_{kMostProposed};
   std::array<std::pair<dvec3, Sample>, kMostProposed> proposals_;
   HeadFollower follower_{distances_};
-  double met_ = 1;  // for an edge that the hand drags: low-pass filtered ratio of removed volume to (area × path)
-  /// A cut that may take several ticks. Until it is finished, the contact is computed from the points listed before it.
+  double met_ = 1;  // for an edge that the hand drags: running mean of the cut fraction of the area (see met_weight)
+  /// A cut that may take several ticks. Until the cut is finished, the contact is computed from the points that were
+  /// listed before the cut began.
   struct PartialCut {
     bool open = false;  // true from the start of the cut until cut() has returned its result
     bool scrapes = false;
@@ -219,8 +230,8 @@ class VertexModel final : public ContactModel {
     double estimated = 0;  // m³, removed volume that was expected when the cut began
     CutDone done;
     bool finished = false;  // true if the mesh has been cut
-    bool lists = false;     // true if the new list of points has been begun
-    bool advances = false;  // true if the head will move to the end of the cut; valid only if `lists` is true
+    bool lists = false;     // true if the list of points after the cut has been begun
+    bool advances = false;  // true if the head will move to the pose `to`; valid only if `lists` is true
     int ticks = 0;          // number of ticks that the cut took
     int rest = 0;           // number of ticks since the cut was finished
   } part_;
