@@ -85,7 +85,8 @@ struct Contact {
   // Orientation of the proxy, used only if `holds_turn` is true. The rotation from the hand's orientation to R_WG
   // determines `torque` and `stored`.
   dquat R_WG{1, 0, 0, 0};
-  dvec3 spindle_torque{0};  // N·m, torque of the spindle's work on the tool; used only if `holds_turn` is true
+  // N·m, torque that the cutting by the rotating spindle exerts on the tool; used only if `holds_turn` is true
+  dvec3 spindle_torque{0};
 
   // The following members are results of feel(). There are `count` contacts. Contact i pushes the tool at the point x_i
   // along the unit vector n_i with the weight w_i (a length). The first `own` contacts belong to the head. The other
