@@ -85,19 +85,20 @@ struct Contact {
   // Orientation of the proxy, used only if `holds_turn` is true. The rotation from the hand's orientation to R_WG
   // determines `torque` and `stored`.
   dquat R_WG{1, 0, 0, 0};
-  dvec3 spindle_torque{0};  // N·m, torque of the spindle's work on the tool; used only if `holds_turn` is true
+  // N·m, torque that the cutting by the rotating spindle exerts on the tool; used only if `holds_turn` is true
+  dvec3 spindle_torque{0};
 
   // The following members are results of feel(). There are `count` contacts. Contact i pushes the tool at the point x_i
   // along the unit vector n_i with the weight w_i (a length). The first `own` contacts belong to the head. The other
-  // contacts belong to the shank or to the end that does not cut.
+  // contacts belong to the shank or to the safe end (a smooth pin at the tool's tip, which does not cut).
   int count = 0, own = 0;
   bool turns_tool = false;  // true if `lever` and `turn` are valid
   double unit = 1;          // m, length that the comments below call `unit`: 1 m, or the size of a voxel
   dvec3 lever{0};    // mean lever arm of the contacts, Σ w (x - c) / Σ w, in `unit`; c: position of the head's centre
   dvec3 turn{0};     // moment of all contacts, Σ w (x - c) × n, in `unit` squared
   dvec3 on_head{0};  // sum Σ w n over the contacts of the head, in `unit`
-  // Sum Σ w n over the contacts of the shank and of the end that does not cut, in `unit`. on_head + on_shank is the
-  // displacement from the hand to the proxy that the contacts cause.
+  // Sum Σ w n over the contacts of the shank and of the safe end (smooth pin at the tip), in `unit`. on_head + on_shank
+  // is the displacement from the hand to the proxy that the contacts cause.
   dvec3 on_shank{0};
   bool known_tissue = false;  // true: `tissue` is valid; false: the servo keeps the fractions of the last tick
   PerTissue tissue{};         // fraction of each tissue below the contacts; the sum is 1

@@ -205,7 +205,8 @@ struct Wiring {
   /// From the carver thread to the computing thread of LiveViews: number that increases whenever the tissue changes
   std::atomic<std::uint64_t> tissue_version{0};
   std::atomic<std::uint32_t> saved{0},
-      /// from the thread that saves the tissue to the user interface: number of successful and of failed saves
+      /// Number of successful and of failed saves of the tissue. The saving thread writes these numbers, and the user
+      /// interface reads them.
       not_saved{0};
   // From the render thread to the carver thread: tolerance of the tissue's mesh, voxels (picture/detail.h)
   std::atomic<float> tolerance{0.1f};

@@ -40,8 +40,9 @@ constexpr int kSteps = 24;  // largest number of steps of one search; almost eve
 constexpr float kBesideSlip = 0.5f;
 
 /// Restricts the range `lowest` .. `highest` of z coordinates in a column of blocks of samples. It keeps the blocks
-/// that are nearer than `far` (voxels) to the head's axis. The blocks' centres have the offset `off` (x, y) from a
-/// point of the axis at the z coordinate `height`. Returns false if no block of samples remains.
+/// that are nearer than `far` (voxels) to the head's axis. `off`: x and y coordinates of the blocks' centres, relative
+/// to a point of the axis. `height`: z coordinate of this point of the axis, minus the offset of a block's centre from
+/// its first sample. Returns false if no block of samples remains.
 bool column_beside_axis(const glm::vec2& off, const glm::vec3& axis, float far, float height, int& lowest,
                         int& highest) {
   // the condition |d|² - (d·a)² <= far² with d = (off, z) is quadratic in z; a: unit vector of the head's axis
@@ -322,9 +323,8 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
   found->at = p, found->rho = rho;
 }
 
-/// Computes AtStart::recedes for eight centres at once. Like advance_beside(), it bounds n·w, where n is the head's
-/// normal and w the motion, but computes only the smallest value. `rounding`: voxels, rounding error of a path's
-/// component along a normal.
+/// Computes AtStart::recedes for eight centres at once. For this, the function computes a lower bound of n·w, where n
+/// is the head's normal and w the motion. `rounding`: voxels, rounding error of a path's component along a normal.
 TYPODONT_KERNEL I8 receding(const Straight& way, const AtStart& at, float rounding) {
   const F8 x = at.at.x, y = at.at.y, none = {};
   const auto [wx, wy, wz] = paths_from(way, at.at);

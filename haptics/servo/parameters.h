@@ -80,11 +80,11 @@ struct LimitParameters {
   // First version of the force laws in which a drilling tool meets tissue without force steps (landing_fraction in
   // limits.cpp)
   static constexpr std::uint32_t laws_of_landing = 8;
-  // Ratio of the force that the hand feels to the coupling's force. If the ratio stays below this limit for rest_time,
-  // the felt force no longer presses the cutting edges.
+  // Limit of the ratio "force that the hand feels / force of the coupling". If the ratio stays below this limit for
+  // rest_time, a force that rises to the coupling's full force presses the cutting edges, instead of the felt force.
   static constexpr double little_felt = 0.5;
-  // s; if a hand has felt little of the coupling's force for this time, the coupling's force presses the cutting edges
-  // instead of the felt force; the pressing force also rises within this time
+  // s; if the hand has felt less than the fraction little_felt of the coupling's force for this time, the force on the
+  // cutting edges begins to rise. Within the same time, it rises from the felt force to the coupling's force.
   static constexpr double rest_time = 0.1;
   // When the hand retreats, the proxy moves, too, and the force of the spring changes. This change, multiplied by this
   // factor, is subtracted from the rise that the slew limit allows.

@@ -84,9 +84,11 @@ struct Servo::State {
   };
   /// State of the spindle, and of the energy that may be spent on the removal of tissue.
   struct Cutting {
-    double speed = 0;   // rad/s, speed of the spindle without load
-    double phase = 0;   // rad, angle of the spindle
-    double budget = 0;  // J, energy that may be spent on removal; negative: tissue was removed in advance
+    double speed = 0;  // rad/s, speed of the spindle without load
+    double phase = 0;  // rad, angle of the spindle
+    // J, energy that may be spent on the removal of tissue; negative: the removal has used more energy than the spindle
+    // has supplied
+    double budget = 0;
     // 0..1, power at a wall of harder tissue in the last tick, divided by the head's full power; 0: no wall
     double wall = 0;
     double wall_budget = 0;   // J, the part of the budget that may be spent at a wall of harder tissue

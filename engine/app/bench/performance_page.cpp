@@ -70,8 +70,8 @@ std::vector<Plot> growth(const std::vector<BenchRow>& rows) {
   return out;
 }
 
-/// Plots the rows that have no time: the measured quantity against the size. Example: the critical stiffness against
-/// the servo rate.
+/// Plots the rows whose measured quantity is not a time: the measured quantity against the size. Example: the critical
+/// stiffness against the servo rate.
 std::vector<Plot> laws(const std::vector<BenchRow>& rows) {
   std::map<std::pair<std::string, std::string>, Plot> plots;
   for (const BenchRow& r : rows) {

@@ -96,8 +96,9 @@ struct Joining {
                           // Cosines of the angle between two consecutive strokes. If the cosine is above straight_on,
                           // the hand keeps its full speed. If it is below `turn`, the hand slows down most.
       turn = 0.3;
-  // m/s, speeds of the hand where one stroke ends and the next begins. aside_pace: if the cosine of the angle between
-  // the strokes lies between `turn` and `straight_on`; turn_pace: if the cosine is smaller than `turn`.
+  // m/s, speeds of the hand where one stroke ends and the next begins. The speed depends on the cosine of the angle
+  // between the strokes: it is aside_pace if the cosine lies between `turn` and `straight_on`, and turn_pace if the
+  // cosine is smaller than `turn`.
   static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;
   static constexpr double coarse_haste = 2.5;  // with a coarse tool, aside_pace and turn_pace are multiplied by this
   // m; two strokes with a gap smaller than this count as one continuous stroke

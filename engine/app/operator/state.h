@@ -161,7 +161,7 @@ struct ScanForm {
   // the labels spread from the clicked point (seed) up to these limits of distance and of grey difference
   float reach_mm = 5, tolerance = 0.3f;
   glm::ivec3 walls{0};  // dragged face of the region's box per axis: −1 lower, +1 upper, 0 none
-  dvec3 mouse_F{0};     // m, frame of the scan, position of the brush in the last frame
+  dvec3 mouse_F{0};     // m, in the scan's coordinate frame F: the point up to which the brush has painted
   ScanPlanes planes;
   std::array<const gpu::Image*, kScanSections> pictures{};  // pictures of the sections; null until they are drawn
   std::uint64_t drawn = 0;                                  // number of times that the sections were drawn

@@ -152,8 +152,8 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
           if (canal.path_W.size() > 1) length += glm::distance(canal.path_W.back(), canal.path_W.end()[-2]);
         }
         if (length < kShortestCanal) continue;
-        // Computes the mean cross-section of the canal: the volume between the first and the last centre of a section,
-        // divided by the length between these centres.
+        // Computes the mean cross-section of the canal. Each section has one centre. The cross-section is the volume
+        // between the centres of the first and of the last section, divided by the canal's length between them.
         double samples = 0;
         for (const double count : counts) samples += count >= whole ? count : 0;
         const auto used = static_cast<double>(canal.path_W.size());

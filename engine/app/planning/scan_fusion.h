@@ -20,7 +20,8 @@ namespace typodont {
 
 struct ScanRegistration {
   calibration::RegistrationResult start;  // initial registration of the scan, by the points that the user picked
-  /// registration by the surfaces; its result X_DS is the pose X_CS of the scan in frame C
+  /// Registration by the surfaces. The solver calls the CT's frame D; this frame is frame C here. So the solver's
+  /// result X_DS is the pose X_CS of the scan in the CT's frame.
   calibration::SurfaceRegistration fine;
 };
 

@@ -385,9 +385,10 @@ void Contourer::Scratch::find_crossings(std::vector<BrickContour::Edge>& edges) 
   }
 }
 
-// Returns the number of a cell's shape. The surface in this cell and the surface in a neighbouring cell must not be
-// joined along two arcs of the common face, because an edge of the mesh would then have four polygons. In this case the
-// function returns another shape, whose arcs connect the four crossings on this face in the other way (see CellShapes).
+// Returns the number of a cell's shape. With the usual shapes, the surface in this cell and the surface in a
+// neighbouring cell can meet in two arcs on their common face. An edge of the mesh would then have four polygons. If
+// the surfaces would meet in two arcs, the function returns another shape. The arcs of this other shape connect the
+// four crossings on the common face in the other way (see CellShapes).
 int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   const int doubtful = shapes.flippable_faces(config);
   if (doubtful == 0) return config;

@@ -1,4 +1,4 @@
-// The tool voxels at the front of a tool's end, and the sums of the cutting law over them for one pose of the tool.
+// The tool voxels on the front of a tool's end, and the sums of the cutting law over them for one pose of the tool.
 #pragma once
 
 #include <cstddef>
@@ -12,12 +12,14 @@
 
 namespace typodont::haptics::implant {
 
-/// The tool voxels at the front of the tool's end (the first ToolVoxels::ahead elements of ToolVoxels::outer), stored
-/// as one array per property. Padding voxels, which never touch bone, fill the last block.
+/// The tool voxels on the front of the tool's end, which is the side that moves into the bone. These voxels are the
+/// first ToolVoxels::ahead elements of ToolVoxels::outer. This struct stores one array per property. Padding voxels,
+/// which never touch bone, fill the last block.
 struct EndVoxels {
   static constexpr std::size_t kBlock = 32;  // number of voxels that are evaluated together
 
-  /// Copies all tool voxels at the front of the end, in their original order.
+  /// Copies all tool voxels on the front of the tool's end (the side that moves into the bone), in their original
+  /// order.
   explicit EndVoxels(const ToolVoxels& voxels) : EndVoxels(voxels, 0) {}
   /// On flat parts of the end, merges each square of four voxels into one voxel if the edge of the merged voxel is at
   /// most `coarsest` (m). The field is linear within a voxel of the tissue, so a finer sampling would not improve the

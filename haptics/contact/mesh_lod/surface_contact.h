@@ -53,7 +53,8 @@ class SurfaceContact {
   /// own list.
   virtual void use_prepared(HeadPoints* /*points*/) noexcept {}
 
-  /// Starts a contact with the centre of the ball or other head at p. Returns false if the tool overlaps tissue there.
+  /// Starts a contact. The centre of the contact shape (ball or other head) is at p. Returns false if the tool overlaps
+  /// tissue there.
   virtual bool put(const TriangleGrid& grid, const dvec3& p) noexcept = 0;
   /// Moves the centre of the contact shape (ball or other head) to p. The tool must have no contact there.
   virtual void put_free(const dvec3& p) noexcept = 0;

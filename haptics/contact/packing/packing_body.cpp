@@ -138,8 +138,8 @@ void PackingBody::changed(int i, const CutSphere& before) {
   }
   if (remembers_) written_.push_back(i);
   const CutSphere& now = spheres_.sphere(i);
-  // A new cut of the sphere from another side begins. So the end of the previous cut is stored first, as a note from
-  // which the field will be updated.
+  // A new cut of the sphere from another side begins. So the final state of the previous cut is stored first, as a
+  // note. The field is updated later from this note.
   if (before.overlap > 0 && now.base != before.base && ball_of(before) != last_noted_[k]) note(i, before);
   const double moved = glm::distance(ball_of(now), last_noted_[k]);
   if (!(moved < kNoteEvery * volume_.frame().voxel) || !(spheres_.tree().radius(i) > 0)) note(i, now);

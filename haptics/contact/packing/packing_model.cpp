@@ -18,7 +18,8 @@ constexpr double kLook = 10e-3;  // m, largest distance that clearance() can ret
 constexpr double kNearby = 0.2e-3;
 // largest number of cost computations by which the length of one step of a cut is determined
 constexpr int kTrials = 8;
-// the search for the length of a cut's step ends when the step needs at least this fraction of the energy budget
+// Fraction of the energy budget. A search determines the length of one step of a cut. The search ends when the step
+// fits into the energy budget and uses at least this fraction of it.
 constexpr double kWellSpent = 0.85;
 constexpr double kPathUnit = 0.1e-3;    // m, unit of length of the stored path of the tool
 constexpr int kPositionsCompared = 16;  // number of tool positions at which the times of GPU and CPU are compared

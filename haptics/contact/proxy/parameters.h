@@ -147,8 +147,8 @@ struct NonCuttingPartParameters {
   static constexpr double spacing = 0.25e-3;  // m, sample spacing of the coarse patch (field around the shank)
   // Coarse voxels, upper bound of the error by which linear interpolation overestimates the distance.
   static constexpr double overestimate = 0.5;
-  // Coarse voxels, rounding tolerance: a distance that is this close to the largest stored distance (band) counts as
-  // equal to it.
+  // Coarse voxels. The patch stores no distance larger than a limit (band). If a stored distance differs from the limit
+  // by at most this much, it counts as equal to the limit, because distances are rounded.
   static constexpr double at_band = 1e-3;
   // Coarse voxels; a nearest point is computed from value and gradient of the field. If it is farther than this from
   // the surface, the field there is not a true distance (as for an intersection of solids).
