@@ -177,8 +177,8 @@ void measure(std::vector<BenchRow>& rows, const std::string& name, const std::st
   row.name = name;
   row.knob = knob;
   row.error = bytes * 1e-6;
-  row.error_unit = fmt::format("MB at most (estimated before: {:.0f}); CPU time {:.1f} s, duration {:.1f} s", estimate * 1e-6,
-                               seconds, wall);
+  row.error_unit = fmt::format("MB at most (estimated before: {:.0f}); CPU time {:.1f} s, duration {:.1f} s",
+                               estimate * 1e-6, seconds, wall);
   row.time_ns = seconds * 1e9 / voxels;
   row.per = "voxel";
   row.size = voxels;
