@@ -12,6 +12,7 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "engine/display/keys.h"
+#include "haptics/solid.h"
 #include "tests/support/mouse_user.h"
 
 namespace typodont::test {
@@ -45,6 +46,39 @@ TEST(MouseHand, AButtonReleasedAfterALongPressStopsTheDrillImmediately) {
   for (int i = 1; i < 8; ++i) EXPECT_EQ(pointer.follow(input, i * kFrame).pedal, 1);
   input.left = false;
   EXPECT_EQ(pointer.follow(input, 8 * kFrame).pedal, 0);
+}
+
+TEST(MouseHand, TheToolStartsInFrontOfTissueThatWouldHideItAndElsewhereItStaysAtItsStart) {
+  const auto block = [](double y_mm) {
+    return haptics::TissueVolume(
+        haptics::read_solids(Json::parse(fmt::format(R"({{"voxel_mm": 0.2, "solids": [{{"tissue": "enamel",
+          "solid": {{"box": {{"center_mm": [6.8, {}, 18], "size_mm": [6, 3, 12]}}}}}}]}})",
+                                                     y_mm),
+                                         "test")));
+  };
+  const display::DisplayRig rig = rig_named("window.json");
+  const dvec3 start(6.8_mm, 14.0_mm, 18.0_mm);
+  const dvec3 eye = rig.head.eye_center;
+  // The user sits at smaller y. A block between the eye and the tool hides it; a block behind the tool does not.
+  for (const double y_mm : {6.0, 26.0}) {
+    Pointer pointer(rig, start, 0.15_mm);
+    const dvec3 before = pointer.follow({}, 0).X_WT.p;
+    pointer.come_into_sight(block(y_mm));
+    const dvec3 after = pointer.follow({}, 0).X_WT.p;
+    if (y_mm > 14) {
+      EXPECT_EQ(after, before);
+      continue;
+    }
+    EXPECT_LT(glm::distance(eye, after), glm::distance(eye, before));
+    EXPECT_NEAR(glm::dot(glm::normalize(eye - after), glm::normalize(eye - before)), 1, 1e-9) << "on the line of sight";
+    // The nearest point of the block is within 2 mm along the line of sight (a voxel is 0.2 mm).
+    const dvec3 way = glm::normalize(after - eye), entered = after + 2.2_mm * way, outside = after + 1.7_mm * way;
+    const auto inside = [](const dvec3& p) {
+      return glm::all(glm::lessThan(glm::abs(p - dvec3(6.8_mm, 6.0_mm, 18.0_mm)), dvec3(3.0_mm, 1.5_mm, 6.0_mm)));
+    };
+    EXPECT_TRUE(inside(entered));
+    EXPECT_FALSE(inside(outside));
+  }
 }
 
 TEST(MouseHand, TheToolIsUnderThePointerAtAnyDepth) {

@@ -21,6 +21,9 @@ constexpr double kLeastStep = 0.005e-3, kMostStep = 2e-3;  // m, limits of the t
 // smooth
 constexpr double kFollowTime = 15e-3;
 constexpr double kMostDepth = 30e-3;  // m, largest distance of the tool from the screen's plane
+// m, initial distance of the tool in front of tissue that would hide it, along the line of sight. The tilted head of a
+// bur is then clear of a tooth's oblique surface.
+constexpr double kInFront = 2e-3;
 // ns, shortest duration of a press as the servo receives it, so that a short click is not lost
 constexpr Nanos kShortestPress = 50'000'000;
 // rad, initial tilt of the tool away from the user, so that the bur is visible
@@ -77,6 +80,24 @@ Pointer::Pointer(const display::DisplayRig& rig, const dvec3& start_W, double wh
     : rig_(rig), wheel_step_(wheel_step), lean_(kRestingLean) {
   const View seen = view();
   depth_ = glm::dot(start_W - seen.middle, seen.toward_eye);
+}
+
+void Pointer::come_into_sight(const haptics::TissueVolume& tissue) {
+  const View seen = view();
+  const double distance = glm::dot(seen.eye - seen.middle, seen.toward_eye);
+  const VoxelFrame& frame = tissue.frame();
+  glm::ivec3 lo, hi;
+  tissue.bounds(lo, hi);
+  for (double depth = std::min(kMostDepth, 0.9 * distance); depth > depth_; depth -= frame.voxel) {
+    const dvec3 p = seen.middle + depth / distance * (seen.eye - seen.middle);
+    const glm::ivec3 at(glm::round(frame.to_voxels(p)));
+    if (glm::any(glm::lessThan(at, lo)) || glm::any(glm::greaterThan(at, hi))) continue;
+    float outside = 0;  // voxels, distance from the surface
+    tissue.copy(at, glm::ivec3(1), &outside, nullptr);
+    if (outside > 0) continue;
+    depth_ = depth + kInFront;
+    return;
+  }
 }
 
 Pointer::View Pointer::view() const {

@@ -10,6 +10,7 @@
 #include "engine/display/display_rig.h"
 #include "engine/display/output.h"
 #include "haptics/haptic_device.h"
+#include "haptics/tissue_volume.h"
 
 namespace typodont {
 
@@ -22,6 +23,9 @@ class Pointer {
  public:
   /// `wheel_step`: motion of the tool per notch of the wheel, m.
   Pointer(const display::DisplayRig& rig, const dvec3& start_W, double wheel_step);
+  /// If the tissue hides the tool in the middle of the picture, moves the tool in front of the tissue. Called before
+  /// the session, because the volume belongs to the carver.
+  void come_into_sight(const haptics::TissueVolume& tissue);
   /// Replaces the display rig after the size or shape of the picture has changed.
   void follow_rig(const display::DisplayRig& rig) { rig_ = rig; }
   /// Computes the hand's next sample from the window's input. `t`: time of this input, on any steady clock.

@@ -75,8 +75,10 @@ void draw_actions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const bool course = any && s.sessions[static_cast<std::size_t>(s.session)].recorded;
   const bool can_course = course && !s.busy, can_any = any && !s.busy;
   const ImVec2 across{-1, 0};
-  ask_button(s, Ask::kSessionReport, shortcut(Ask::kSessionReport), s.text("op.open_report"), across, can_course);
-  ask_button(s, Ask::kLearningCurve, shortcut(Ask::kLearningCurve), s.text("op.learning_curve"), across, can_course);
+  const ImVec2 half{0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x), 0};
+  ask_button(s, Ask::kSessionReport, shortcut(Ask::kSessionReport), s.text("op.open_report"), half, can_course);
+  ImGui::SameLine();
+  ask_button(s, Ask::kLearningCurve, shortcut(Ask::kLearningCurve), s.text("op.learning_curve"), half, can_course);
   ask_button(s, Ask::kFilm, shortcut(Ask::kFilm), s.text("op.make_film"), across, can_course);
   ask_button(s, Ask::kWatch, shortcut(Ask::kWatch), s.text("op.watch"), across, can_course);
   ask_button(s, Ask::kExpert, shortcut(Ask::kExpert), s.text("op.make_expert"), across, can_course);
@@ -87,8 +89,9 @@ void draw_actions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::SameLine();
   ImGui::SetNextItemWidth(format);
   ImGui::Combo("##format", &s.mesh_format, kFormats.data(), static_cast<int>(kFormats.size()));
-  ask_button(s, Ask::kGoOnFrom, shortcut(Ask::kGoOnFrom), s.text("op.go_on_from"), across, can_any);
-  if (ImGui::Button(s.text("op.open_folder"), {-1, 0})) s.ask(Ask::kOpenFolder);
+  ask_button(s, Ask::kGoOnFrom, shortcut(Ask::kGoOnFrom), s.text("op.go_on_from"), half, can_any);
+  ImGui::SameLine();
+  if (ImGui::Button(s.text("op.open_folder"), half)) s.ask(Ask::kOpenFolder);
   end_panel();
 }
 
@@ -153,7 +156,7 @@ void draw_archive_page(OperatorState& s, InterfaceWindow& w) {
   draw_sessions(s, w, {body.x - side - gap.x, height});
   ImGui::SameLine();
   begin_column("side", {side, height});
-  const float actions = 18.6f * u;
+  const float actions = 15.1f * u;  // the form below must show its button without scrolling
   draw_actions(s, w, {0, actions});
   draw_import(s, w, {0, height - actions - gap.y});
   ImGui::EndChild();

@@ -33,6 +33,11 @@ void draw_phase(const OperatorState& s, const ImplantStatus& implant) {
   ImGui::PopStyleColor();
 }
 
+/// Returns true if the page must explain the mouse: an exercise without steps, such as an imported scan, does not.
+bool explains_mouse(const OperatorState& s) {
+  return s.steps.count() == 0 && s.device.address == "mouse:";
+}
+
 void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("exercise", s.text("op.exercise"), size, w);
   ImGui::PushTextWrapPos(0);
@@ -40,6 +45,10 @@ void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::PopTextWrapPos();
   dim_wrapped(s.scene_goal);
   if (s.status.implant) draw_phase(s, *s.status.implant);
+  if (explains_mouse(s)) {
+    ImGui::Spacing();
+    dim_wrapped(s.text("op.mouse_help"));
+  }
   const int count = s.steps.count(), current = s.steps.current();
   if (count > 0) {
     ImGui::Spacing();
@@ -182,7 +191,11 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
                                              corner(-1, -1));
     ImGui::SetCursorPos(at);
     ImGui::InvisibleButton("over", fit, ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
-    s.live_hovered = ImGui::IsItemHovered() || ImGui::IsItemActive();
+    // ImGui ignores the mouse after a key for navigation, such as Page up, until the mouse moves. The wheel must still
+    // move the tool then, so the rectangle of the picture decides.
+    const bool over = ImGui::IsMouseHoveringRect(ImGui::GetItemRectMin(), ImGui::GetItemRectMax()) &&
+                      !ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup);
+    s.live_hovered = over || ImGui::IsItemActive();
     const ImGuiIO& io = ImGui::GetIO();
     if (s.own_view) {
       turn(s, ImGui::IsItemHovered(), ImGui::IsItemActive());
@@ -378,7 +391,8 @@ void draw_session_page(OperatorState& s, InterfaceWindow& w) {
   const float side = std::clamp(0.21f * room.x, 14 * u, 20 * u);
 
   begin_column("left", {side, room.y});
-  const float removed = 7.5f * u, exercise = s.steps.count() > 0 ? 0.45f * room.y : 9 * u;
+  const float removed = 7.5f * u;
+  const float exercise = s.steps.count() > 0 ? 0.45f * room.y : explains_mouse(s) ? 17 * u : 9 * u;
   draw_exercise(s, w, {0, exercise});
   draw_score(s, w, {0, room.y - exercise - removed - 2 * gap.y});
   draw_removed(s, w, {0, removed});

@@ -361,12 +361,13 @@ constexpr Entry kOperator[] = {
     {"op.key_move", {"move; Space or Enter chooses", "bewegen; Leertaste oder Eingabe wählt", "移动；空格或回车选择"}},
     {"op.key_quit", {"quit", "Programm beenden", "退出"}},
     {"op.mouse_help",
-     {"With the mouse as hand: move over the picture, left button drills, wheel moves in and out (Page up, Page down: "
-      "longer, shorter steps), right button or Shift tilts, middle button sets upright.",
-      "Mit der Maus als Hand: über das Bild bewegen, linke Taste bohrt, Rad bewegt hinein und heraus (Bild auf, Bild "
-      "ab: "
-      "größere, kleinere Schritte), rechte Taste oder Umschalt neigt, mittlere Taste stellt aufrecht.",
-      "以鼠标为手：在画面上移动，左键钻削，滚轮前后移动（Page Up、Page Down：增大、减小步长），右键或 Shift "
+     {"With the mouse as hand: move over the picture, left button drills, wheel towards you moves in, away from "
+      "you out (Page up, Page down: longer, shorter steps), right button or Shift tilts, middle button sets upright.",
+      "Mit der Maus als Hand: über das Bild bewegen, linke Taste bohrt, Rad zu Ihnen bewegt hinein, von Ihnen weg "
+      "heraus (Bild auf, Bild ab: größere, kleinere Schritte), rechte Taste oder Umschalt neigt, mittlere Taste stellt "
+      "aufrecht.",
+      "以鼠标为手：在画面上移动，左键钻削，滚轮向自己转为进，向外转为退（Page Up、Page Down：增大、减小步长），右键或 "
+      "Shift "
       "倾斜，中键恢复直立。"}},
     {"op.author",
      {"Make an exercise (paint, set the ideal)", "Übung erstellen (malen, Ideal vorgeben)",
