@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <span>
+#include <string>
 
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
@@ -36,54 +37,74 @@ constexpr double kDeep = 1.5e-3;    // m, depth below the surface to which the b
 constexpr double kSpeed = 2e-6;     // m per tick, speed of the bur
 constexpr double kWiden = 0.7e-3;   // m, radius to which the bur's circular path grows
 constexpr double kCircle = 0.5e-3;  // m; at this radius of its circular path, the bur has the speed kSpeed
+// mm, sides of two square blocks whose surfaces have 53,000 and 1,000,000 vertices
+constexpr double kSmallBlock = 12.7, kLargeBlock = 66.8;
+
+/// Returns a block of dentin, 4 mm high, whose top is at z = 0. `side`: mm.
+TissueVolume block(double side) {
+  return TissueVolume(read_solids(Json::parse(fmt::format(R"({{"voxel_mm": 0.1, "solids": [{{"tissue": "dentin",
+                                   "solid": {{"box": {{"center_mm": [0, 0, -2], "size_mm": [{0}, {0}, 4]}}}}}}]}})",
+                                                          side),
+                                              "bench")));
+}
+
+/// Measures a bur in a block. `place`: words for the names of the rows.
+void bur_rows(const char* model, const Bur& bur, const TissueVolume& tissue, const std::string& place, int ticks,
+              std::vector<BenchRow>& rows) {
+  ServoSettings settings;
+  settings.tool = head(bur.shape, bur.diameter, bur.length);
+  settings.spindle.free_speed = 300 * kKrpm;
+  settings.materials.fill({500, 8e9, 0.3, 0.22, 2150, dvec3(0.8)});
+  settings.method = contact_method(model, "bench");
+  std::uint64_t elements = 0;
+  const std::vector<double> times = least_of([&] {
+    LockStep steps(tissue.clone(), settings);
+    elements = steps.carver().body().elements();
+    std::vector<double> run;
+    ServoTick tick;
+    Cut cut;
+    HandSample hand;
+    hand.pedal = 1;
+    const double half = bur.length / 2;
+    const auto go = [&](const dvec3& p) {
+      hand.t += 1'000'000;
+      hand.X_WT.p = p;
+      steps.tick(hand, tick, cut);
+      run.push_back(static_cast<double>(tick.cpu_time));
+    };
+    for (double z = 0.05e-3; z > -kDeep; z -= kSpeed) go({0, 0, half + z});
+    run.clear();
+    for (int i = 0; i < ticks; ++i) {
+      const double angle = i * kSpeed / kCircle, radius = std::min(i * kSpeed / 10, kWiden);
+      go({radius * std::cos(angle), radius * std::sin(angle), half - kDeep});
+    }
+    return run;
+  });
+  const auto row = [&](const char* name, double ns) {
+    BenchRow r;
+    r.name = fmt::format("widen a cavity 1.5 mm deep{}, {}", place, name), r.knob = bur.name;
+    r.time_ns = ns, r.per = "tick";
+    r.size = static_cast<double>(elements), r.size_unit = "vertices";
+    rows.push_back(std::move(r));
+  };
+  row("median", quantile(times, 0.5));
+  row("99.9 %", quantile(times, 0.999));
+}
 
 }  // namespace
 
 void cavity_rows(const char* model, bool all_burs, bool quick, std::vector<BenchRow>& rows) {
-  const int ticks = quick ? 1500 : 6000;
+  const TissueVolume tissue = block(kSmallBlock);
   for (const Bur& bur : std::span(kBurs).first(all_burs ? std::size(kBurs) : kFewBurs)) {
-    ServoSettings settings;
-    settings.tool = head(bur.shape, bur.diameter, bur.length);
-    settings.spindle.free_speed = 300 * kKrpm;
-    settings.materials.fill({500, 8e9, 0.3, 0.22, 2150, dvec3(0.8)});
-    settings.method = contact_method(model, "bench");
-    std::uint64_t elements = 0;
-    const std::vector<double> times = least_of([&] {
-      // The surface of this block has a mesh with 53,000 vertices.
-      LockStep steps(TissueVolume(read_solids(Json::parse(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin",
-                       "solid": {"box": {"center_mm": [0, 0, -2], "size_mm": [12.7, 12.7, 4]}}}]})",
-                                                          "bench"))),
-                     settings);
-      elements = steps.carver().body().elements();
-      std::vector<double> run;
-      ServoTick tick;
-      Cut cut;
-      HandSample hand;
-      hand.pedal = 1;
-      const double half = bur.length / 2;
-      const auto go = [&](const dvec3& p) {
-        hand.t += 1'000'000;
-        hand.X_WT.p = p;
-        steps.tick(hand, tick, cut);
-        run.push_back(static_cast<double>(tick.cpu_time));
-      };
-      for (double z = 0.05e-3; z > -kDeep; z -= kSpeed) go({0, 0, half + z});
-      run.clear();
-      for (int i = 0; i < ticks; ++i) {
-        const double angle = i * kSpeed / kCircle, radius = std::min(i * kSpeed / 10, kWiden);
-        go({radius * std::cos(angle), radius * std::sin(angle), half - kDeep});
-      }
-      return run;
-    });
-    const auto row = [&](const char* name, double ns) {
-      BenchRow r;
-      r.name = fmt::format("widen a cavity 1.5 mm deep, {}", name), r.knob = bur.name;
-      r.time_ns = ns, r.per = "tick";
-      r.size = static_cast<double>(elements), r.size_unit = "vertices";
-      rows.push_back(std::move(r));
-    };
-    row("median", quantile(times, 0.5));
-    row("99.9 %", quantile(times, 0.999));
+    bur_rows(model, bur, tissue, "", quick ? 1500 : 6000, rows);
+  }
+}
+
+void large_cavity_rows(const char* model, std::vector<BenchRow>& rows) {
+  const TissueVolume tissue = block(kLargeBlock);
+  for (const Bur& bur : kBurs) {
+    if (bur.shape != HeadShape::kSphere && bur.shape != HeadShape::kCylinder && bur.shape != HeadShape::kCone) continue;
+    bur_rows(model, bur, tissue, ", 1,000,000 vertices", 6000, rows);
   }
 }
 

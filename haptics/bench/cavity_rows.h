@@ -11,4 +11,7 @@ namespace typodont::haptics::bench {
 /// true: burs of all seven shapes; false: of three shapes.
 void cavity_rows(const char* model, bool all_burs, bool quick, std::vector<BenchRow>& rows);
 
+/// Adds rows of the same kind for a block with 1,000,000 instead of 53,000 vertices, and burs of three shapes.
+void large_cavity_rows(const char* model, std::vector<BenchRow>& rows);
+
 }  // namespace typodont::haptics::bench

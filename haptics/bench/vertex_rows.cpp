@@ -91,6 +91,7 @@ std::vector<BenchRow> bench_vertex(const TissueMesh& arch, bool quick) {
     }
   }
   bench::cavity_rows("vertex", true, quick, rows);
+  if (!quick) bench::large_cavity_rows("vertex", rows);
   return rows;
 }
 

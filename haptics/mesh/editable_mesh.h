@@ -9,6 +9,7 @@
 // says so, because vertices and faces come from a pool of fixed size. Lengths are in m, in frame W.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -172,8 +173,9 @@ class EditableMesh {
       }
       for (; at.x <= b.x; ++at.x, at.y = a.y)
         for (; at.y <= b.y; ++at.y, at.z = a.z)
-          for (; at.z <= b.z; ++at.z) {
+          for (int fetched = at.z; at.z <= b.z; ++at.z) {
             if (left <= 0) return false;
+            if (at.z == fetched) fetched = fetch_cells(level, at, b.z);
             --left;
             const std::uint64_t key = key_of(level, at);
             for (Index f = heads_[bucket_of(key)]; f != kNone; f = places_[f].next) {
@@ -205,6 +207,27 @@ class EditableMesh {
   std::uint64_t hash() const noexcept;
 
  private:
+  /// Reads the lists of faces of several cells along z, from `at` up to `last`, so that they are in the cache when the
+  /// search visits them. A list is linked, and its faces are scattered in memory; the lists of several cells are read
+  /// in turn, so that the processor waits for several reads at once. Returns the z of the first cell that was not read.
+  int fetch_cells(int level, const glm::ivec3& at, int last) const noexcept {
+    constexpr int kCells = 8;
+    Index next[kCells];
+    const int count = std::min(last - at.z + 1, kCells);
+    for (int i = 0; i < count; ++i) next[i] = heads_[bucket_of(key_of(level, {at.x, at.y, at.z + i}))];
+    for (int open = count; open > 0;) {
+      int kept = 0;
+      for (int i = 0; i < open; ++i) {
+        if (next[i] == kNone) continue;
+        next[kept] = places_[next[i]].next;
+        if (next[kept] != kNone) __builtin_prefetch(&places_[next[kept]]);
+        ++kept;
+      }
+      open = kept;
+    }
+    return at.z + count;
+  }
+
   static constexpr int kLevels = 12;
   static constexpr int kLevelShift = 60;
   // edge of a grid cell in a level, divided by the length of the longest edge of the faces in this level
