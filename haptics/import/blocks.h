@@ -147,6 +147,8 @@ Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 /// deviation `blur`, voxels) displaces them by blur²·(mean curvature); the kernel moves them back: its second moment is
 /// −blur². The correction is exact to second order. c is at most 3: a larger c would increase the noise.
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
+/// Returns c in the kernel of smooth_in_place().
+double sharpening(double sigma, double blur);
 /// Returns the factor by which smooth_in_place() changes the standard deviation of white noise. It is the norm of the
 /// kernel.
 double noise_left(double sigma, double blur);
