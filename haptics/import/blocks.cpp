@@ -146,10 +146,6 @@ void smooth_blocks(const From& g, double sigma, Sparse<float>& out) {
   });
 }
 
-double sharpening(double sigma, double blur) {
-  return std::min(1 + blur * blur / (sigma * sigma), 3.0);
-}
-
 template <class Better>
 Sparse<float> ball_extreme(const Sparse<float>& g, double radius, const SparseMask& wanted, Better better) {
   const int r = static_cast<int>(radius), n = kEdge + 2 * r;
@@ -373,6 +369,10 @@ Sparse<float> gaussian(const Sparse<float>& g, double sigma) {
   Sparse<float> out(g.set, g.outside, g.inside);
   smooth_blocks(g, sigma, out);
   return out;
+}
+
+double sharpening(double sigma, double blur) {
+  return std::min(1 + blur * blur / (sigma * sigma), 3.0);
 }
 
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur) {

@@ -184,6 +184,84 @@ class LayerBound {
   std::array<double, kSteps + 1> sunk_{};
 };
 
+// Computes the grey value at the inner border of a canal in bone. Across the canal's bright wall, the grey value rises
+// from the canal (0) to the wall (1) and falls to the bone beyond the wall (`beyond`). Blur and smoothing make a thin
+// wall darker, and the grey value at its inner border is then less than halfway. The brightest grey value across the
+// wall gives the wall's thickness, and the thickness gives the grey value at the border. Without a wall, the grey value
+// at the border is halfway between the canal and the bone.
+class CanalBound {
+ public:
+  /// `blur`: voxels, standard deviation of the scan's blur. The grey values are smoothed by smooth_in_place(g, sigma,
+  /// blur). `radius`: voxels, radius of the canal. The smoothing leaves a curved iso-surface at its place only if the
+  /// grey values vary slowly; at the edge of a canal, its curvature makes the grey value at the border brighter.
+  CanalBound(double blur, double sigma, double beyond, double radius) {
+    constexpr double kStep = 0.1, kThickest = 6;  // voxels
+    // On a scale from the bone (0) to the wall (1), only a brighter value than this shows a wall. Smaller values are
+    // variations of the bone.
+    constexpr double kWall = 0.2;
+    least_ = glm::mix(beyond, 1.0, kWall);
+    const double c = sharpening(sigma, blur), once = std::hypot(blur, sigma), twice = std::hypot(once, sigma);
+    const auto step_at = [](double x, double width) { return 0.5 * std::erfc(-x / (std::sqrt(2.0) * width)); };
+    const auto curved = [](double x, double width) {
+      return width / std::sqrt(2 * kPi) * std::exp(-0.5 * x * x / (width * width));
+    };
+    // The image of an edge whose height is 1, and which is part of a cylinder.
+    const auto edge = [&](double x, double curvature) {
+      return (1 + c) * (step_at(x, once) + 0.5 * curvature * curved(x, once)) -
+             c * (step_at(x, twice) + 0.5 * curvature * curved(x, twice));
+    };
+    for (double thickness = 0; thickness <= kThickest; thickness += kStep) {
+      const auto across = [&](double x) {
+        return edge(x, 1 / radius) - (1 - beyond) * edge(x - thickness, 1 / (radius + thickness));
+      };
+      double most = beyond;
+      for (double x = 0; x <= thickness; x += kStep) most = std::max(most, across(x));
+      brightest_.push_back(std::max(most, brightest_.empty() ? 0 : brightest_.back()));
+      border_.push_back(across(0));
+    }
+  }
+  double operator()(double brightest) const {
+    if (brightest < least_) return border_[0];
+    const auto k = static_cast<std::size_t>(std::ranges::lower_bound(brightest_, brightest) - brightest_.begin());
+    if (k == 0) return border_[0];
+    if (k == border_.size()) return border_.back();
+    const double rise = brightest_[k] - brightest_[k - 1];
+    return glm::mix(border_[k - 1], border_[k], rise > 0 ? (brightest - brightest_[k - 1]) / rise : 1);
+  }
+
+ private:
+  double least_;                            // smallest brightest value that shows a wall
+  std::vector<double> brightest_, border_;  // for each thickness: the brightest value, and the value at the border
+};
+
+// Returns the median, or no value if there are too few values.
+std::optional<double> median_of(std::vector<float>& values) {
+  constexpr std::size_t kLeast = 20;  // smallest number of samples from which a grey value is measured
+  if (values.size() < kLeast) return std::nullopt;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return static_cast<double>(*middle);
+}
+
+// Returns the median of the grey values inside a soft tissue, at the depth from which on the blur hardly changes them.
+// The depth is about 2.5 standard deviations of the scan's blur (`blur`, voxels).
+std::optional<double> grey_inside(const Grid<float>& scan, const SparseMask& tissue, double blur) {
+  const std::shared_ptr<const BlockSet>& set = tissue.set;
+  const SparseMask around = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
+  const Sparse<float> into = distance_squared_to(around, 4);
+  for (const double squared : {12.0, 9.0, 6.0, 4.0}) {  // voxels², depths of 3.5, 3, 2.45 and 2 voxels
+    // The distance to the nearest sample outside is half a voxel larger than the distance to the border.
+    constexpr double kBlurs = 2.4;
+    if (std::sqrt(squared) < std::min(kBlurs * blur + 0.5, kBlurs)) break;
+    std::vector<float> greys;
+    for (std::size_t i = 0; i < into.v.size(); ++i) {
+      if (tissue.v[i] && into.v[i] >= static_cast<float>(squared)) greys.push_back(scan[set->place(i)]);
+    }
+    if (const std::optional<double> grey = median_of(greys)) return grey;
+  }
+  return std::nullopt;
+}
+
 // Finds dark tubes of about 2.5 mm width in cancellous bone (after Frangi 1998). Across a tube, the grey value rises
 // steeply in both directions; along the tube, it hardly changes.
 void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGreys& greys, double voxel,
@@ -267,15 +345,18 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
 // of dentin and pulp is the canal's volume in samples. For each sample near the border, this volume is computed in a
 // ball around the sample. Then the sample becomes pulp if fewer samples of the ball than this volume are darker than
 // the sample, and dentin otherwise. `scan` and `smooth` are the scan's grey values before and after smoothing, `tooth`
-// marks the teeth with their cavities, and `to_crown` is the squared distance to enamel.
+// marks the teeth with their cavities, and `to_crown` is the squared distance to enamel. `blur` is the standard
+// deviation of the scan's blur in voxels. `soft_elsewhere` is the grey value of soft tissue in the bone. It is used for
+// a pulp that is too narrow to measure its own grey value.
 void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const SparseMask& tooth,
-                    const Sparse<float>& to_crown, const JawGreys& greys, Sparse<Tissue>& tissue) {
-  // In voxels. kBlurred: the blur changes grey values up to this distance from the canal. kUnblurred: beyond this
-  // distance from the canal, grey values are certainly unchanged. kBall: radius of the ball, which reaches beyond the
-  // far side of a canal.
-  constexpr float kBlurred = 2.5, kUnblurred = 3;
+                    const Sparse<float>& to_crown, const JawGreys& greys, double blur, double soft_elsewhere,
+                    Sparse<Tissue>& tissue) {
+  // In voxels. kBlurred: the blur changes grey values up to this distance from the canal. kBall: radius of the
+  // ball, which reaches beyond the far side of a canal.
+  constexpr float kBlurred = 2.5;
   constexpr int kBall = 6;
-  constexpr std::size_t kLeast = 20;    // smallest number of samples from which a grey value is measured
+  // smallest number of samples from which a grey value is measured: near a sample, and in all teeth
+  constexpr std::size_t kLeast = 20, kEnough = 200;
   constexpr double kBrightest = -0.25;  // smallest fraction of pulp in a sample; negative because of noise and enamel
   constexpr double kDarkest = 1.25;
   const std::shared_ptr<const BlockSet>& set = tissue.set;
@@ -288,23 +369,27 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   const SparseMask no_pulp = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !pulp.v[i]; });
   const Sparse<float> to_pulp = distance_squared_to(pulp, kBall), to_other = distance_squared_to(others, 4),
                       into_pulp = distance_squared_to(no_pulp, 4);
-  const auto is_core = [&](std::size_t i) {
-    constexpr float kFar = kUnblurred * kUnblurred;
-    return tissue.v[i] == Tissue::kDentin && to_pulp.v[i] >= kFar && to_other.v[i] >= kFar && to_crown.v[i] >= kFar;
-  };
-  std::vector<float> dentin_greys, pulp_greys;
-  for (std::size_t i = 0; i < tissue.v.size(); ++i) {
-    if (!tooth.v[i]) continue;
-    if (is_core(i)) dentin_greys.push_back(scan[set->place(i)]);
-    if (pulp.v[i] && into_pulp.v[i] >= kBlurred * kBlurred - 0.25F) pulp_greys.push_back(scan[set->place(i)]);
+  // Finds dentin whose grey value the blur does not change, because it is farther than kUnblurred from other tissues.
+  // If the roots are too thin for it, less distance is required: dentin that is slightly too dark is a better reference
+  // than greys.hard, which is mostly bone.
+  constexpr double kUnblurred = 3, kLeastFar = 1.5;
+  SparseMask core_mask;
+  std::vector<float> dentin_greys;
+  for (double far = kUnblurred; far >= kLeastFar; far -= 0.5) {
+    const auto squared = static_cast<float>(far * far);
+    core_mask = where(set, false, false, [&](std::size_t i, const glm::ivec3&) {
+      return tooth.v[i] && tissue.v[i] == Tissue::kDentin && to_pulp.v[i] >= squared && to_other.v[i] >= squared &&
+             to_crown.v[i] >= squared;
+    });
+    dentin_greys.clear();
+    for (std::size_t i = 0; i < tissue.v.size(); ++i) {
+      if (core_mask.v[i]) dentin_greys.push_back(scan[set->place(i)]);
+    }
+    if (dentin_greys.size() >= kEnough) break;
   }
-  const auto median = [](std::vector<float>& values, double otherwise) {
-    if (values.size() < kLeast) return otherwise;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return static_cast<double>(*middle);
-  };
-  const double dentin = median(dentin_greys, greys.hard), soft = median(pulp_greys, greys.soft);
+  const auto is_core = [&](std::size_t i) { return core_mask.v[i] != 0; };
+  const double dentin = median_of(dentin_greys).value_or(greys.hard),
+               soft = grey_inside(scan, pulp, blur).value_or(soft_elsewhere);
   const auto near_canal = [&](std::size_t i) {
     return tooth.v[i] && (tissue.v[i] == Tissue::kPulp || tissue.v[i] == Tissue::kDentin) &&
            to_pulp.v[i] <= kBlurred * kBlurred && to_pulp.v[i] < to_other.v[i];
@@ -587,22 +672,78 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   constexpr int kCanalReach = 5;  // voxels, largest distance of a canal's samples from its middle
   const Sparse<float> to_canal = distance_squared_to(canal, kCanalReach);
 
-  // At the border of a canal, the grey value is halfway between the canal and the bone around it. If the canal has a
-  // bright wall, this wall is the bone around it.
-  const Sparse<float> brightest = ball_max(grey, 2, cancellous);
-  const SparseMask canal_core = mask([&](std::size_t i, const glm::ivec3&) {
+  // The core of a canal: dark samples that are connected to the canal's middle. Other dark samples are noise.
+  SparseMask core = mask([&](std::size_t i, const glm::ivec3&) {
     return cancellous.v[i] && to_canal.v[i] <= static_cast<float>(kCanalReach * kCanalReach) &&
            !brighter(i, greys.canal());
   });
-  const Sparse<float> to_core = distance_squared_to(canal_core, 2);
-  const auto in_canal = [&](std::size_t i) {
-    // On a scale from the grey value of cancellous bone (0) to that of cortical bone (1), a sample that is brighter
-    // than this belongs to the canal's wall.
-    constexpr double kWall = 0.25;
-    const auto wall = static_cast<double>(brightest.v[i]);
-    const double bound = wall > glm::mix(greys.cancellous, greys.hard, kWall) ? greys.bright() : greys.canal();
-    return canal_core.v[i] || (cancellous.v[i] && to_core.v[i] <= 2 && !brighter(i, bound));
-  };
+  SparseMask nerve(set, 0, 0), nerve_wall(set, 0, 0);
+  double soft = greys.soft;
+  if (!out.report.canals.empty()) {
+    const SparseComponents parts = components(core);
+    std::vector<bool> of_canal(parts.voxels.size(), false);
+    for (std::size_t i = 0; i < canal.v.size(); ++i) {
+      if (canal.v[i] && core.v[i]) of_canal[static_cast<std::size_t>(parts.label.v[i])] = true;
+    }
+    core = mask([&](std::size_t i, const glm::ivec3&) {
+      return core.v[i] && of_canal[static_cast<std::size_t>(parts.label.v[i])];
+    });
+    soft = grey_inside(scan, core, s.true_blur).value_or(greys.soft);
+    const Sparse<float> to_core = distance_squared_to(core, 3);
+    // The grey value of dense bone is measured far from teeth, because dentin may be brighter than bone.
+    std::vector<float> plate_greys;
+    for (std::size_t i = 0; i < plate.v.size(); ++i) {
+      if (plate.v[i] && s.surface.distance[set->place(i)] < -2) plate_greys.push_back(grey.v[i]);
+    }
+    const double dense = std::max(median_of(plate_greys).value_or(greys.hard), greys.bright());
+    std::vector<float> marrow_greys;
+    for (std::size_t i = 0; i < marrow.v.size(); ++i) {
+      if (marrow.v[i]) marrow_greys.push_back(grey.v[i]);
+    }
+    const double porous = std::clamp(median_of(marrow_greys).value_or(greys.cancellous), soft, dense);
+    const Sparse<float> exact = smooth_in_place(s.grey, kSmooth, s.true_blur);
+    const SparseMask beside = mask([&](std::size_t i, const glm::ivec3&) { return to_core.v[i] <= 9 && !in_tooth(i); });
+    double length = 0, volume = 0;  // of all canals, in voxels
+    for (const JawCanal& found : out.report.canals) {
+      for (std::size_t k = 1; k < found.centre.size(); ++k)
+        length += glm::length(found.centre[k] - found.centre[k - 1]);
+    }
+    for (const std::uint8_t in : core.v) volume += in;
+    const double radius = std::max(2.0, std::sqrt(volume / (kPi * std::max(length, 1.0))));
+    const CanalBound canal_bound(s.true_blur, kSmooth, (porous - soft) / (dense - soft), radius);
+    // The brightest grey value on a ray out of the canal. Bright bone in other directions is not the canal's wall. A
+    // ray is out of the canal if its opposite direction leads into the canal.
+    const double without_wall = glm::mix(soft, dense, canal_bound(0));
+    Sparse<float> brightest(set, 0, 0);
+    for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
+      if (!beside.v[i] || glm::any(glm::lessThan(p, glm::ivec3(1))) || glm::any(glm::greaterThan(p + 2, set->size)))
+        return;
+      constexpr double kLongest = 2.5, kStep = 0.5, kInto = 2;  // voxels
+      const glm::dvec3 slope(exact(p.x + 1, p.y, p.z) - exact(p.x - 1, p.y, p.z),
+                             exact(p.x, p.y + 1, p.z) - exact(p.x, p.y - 1, p.z),
+                             exact(p.x, p.y, p.z + 1) - exact(p.x, p.y, p.z - 1));
+      const double steep = glm::length(slope);
+      if (!(steep > 0)) return;
+      if (static_cast<double>(sample(exact, glm::dvec3(p) - kInto / steep * slope)) > without_wall) return;
+      for (double t = kStep; t <= kLongest; t += kStep)
+        brightest.v[i] = std::max(brightest.v[i], sample(exact, glm::dvec3(p) + t / steep * slope));
+    });
+    // The largest of several noisy grey values exceeds the true one by about this number of standard deviations.
+    constexpr double kMostOfNoise = 0.5;
+    const double excess = kMostOfNoise * noise * noise_left(kSmooth, s.true_blur);
+    const auto bound_at = [&](std::size_t i) {
+      return glm::mix(soft, dense, canal_bound((static_cast<double>(brightest.v[i]) - excess - soft) / (dense - soft)));
+    };
+    nerve = mask([&](std::size_t i, const glm::ivec3&) {
+      return beside.v[i] && cancellous.v[i] && to_core.v[i] <= 4 && static_cast<double>(exact.v[i]) < bound_at(i);
+    });
+    // A sample beside the nerve belongs to the wall if the wall is bright, although the sample's own grey value is
+    // between those of nerve and wall.
+    const Sparse<float> to_nerve = distance_squared_to(nerve, 1);
+    nerve_wall = mask([&](std::size_t i, const glm::ivec3&) {
+      return beside.v[i] && to_nerve.v[i] <= 1 && static_cast<double>(brightest.v[i]) - excess > greys.bright();
+    });
+  }
 
   // At the border of dentin, the grey value is halfway between dentin and soft tissue. If the soft layer is so thin
   // that the blur fills it, the grey value at the border is brighter than halfway.
@@ -633,19 +774,19 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     } else if (in_tooth(i) || (to_tooth.v[i] <= 1 && is_hard(i))) {
       const bool at_wall = tooth.v[i] && to_reached.v[i] <= 4;
       t = is_hard(i) ? Tissue::kDentin : at_wall ? Tissue::kGingiva : Tissue::kPulp;
-    } else if (brighter(i, greys.bright())) {
+    } else if (nerve.v[i]) {
+      t = Tissue::kPulp;
+    } else if (brighter(i, greys.bright()) || nerve_wall.v[i]) {
       t = Tissue::kCorticalBone;
     } else if (to_tooth.v[i] <= ligament && !is_hard(i)) {
       t = Tissue::kGingiva;
-    } else if (in_canal(i)) {
-      t = Tissue::kPulp;
     } else {
       t = Tissue::kCancellousBone;
     }
   });
 
   correct_canals(scan, grey, where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return in_tooth(i); }),
-                 to_crown, greys, out.tissue);
+                 to_crown, greys, s.true_blur, soft, out.tissue);
 
   // Estimates the uncertainty of each tissue's volume: the area of the tissue's border multiplied by the uncertainty of
   // the border's position, which comes from noise and from the uncertainty of the grey values. For teeth and bone, a

@@ -116,6 +116,18 @@ TEST(ImportJaw, PulpAndNerveHaveTheirVolumeWithinThreePercent) {
   EXPECT_NEAR(relative_error(usual(), usual_truth(), Tissue::kPulp), 0, 0.03);
 }
 
+TEST(ImportJaw, PulpAndNerveHaveTheirVolumeWithinThreePercentOnOtherPhantoms) {
+  for (const JawArtefacts& other :
+       {JawArtefacts{.fine = 6, .voxel = 0.2, .shift = 0.07, .seed = 2},
+        JawArtefacts{.fine = 6, .voxel = 0.26, .shift = 0.1, .seed = 5, .nerve = 1.45, .chamber = 1.3},
+        JawArtefacts{.noise = 200, .fine = 6}, JawArtefacts{.fine = 6, .seed = 10, .nerve_wall = 0},
+        JawArtefacts{.fine = 6, .voxel = 0.4, .shift = 0.13, .seed = 7}}) {
+    const JawPhantom jaw(other);
+    EXPECT_NEAR(relative_error(imported(jaw), jaw.volumes(), Tissue::kPulp), 0, 0.03)
+        << "voxel " << other.voxel << ", noise " << other.noise << ", wall " << other.nerve_wall;
+  }
+}
+
 TEST(ImportJaw, TheOuterSurfaceLiesWithinHalfAVoxel) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> place(3, 22);

@@ -28,14 +28,21 @@ struct JawArtefacts {
   double density_slope = 0;  // Hounsfield units per mm by which cancellous bone becomes denser along x; no error
   int fine = 3;              // Phantom::fine
   double texture = 60;       // Hounsfield units, variation of the cancellous bone, with a wavelength of 3 mm
+  double voxel = 0.3;        // mm
+  double shift = 0;          // mm, displacement of the voxels relative to the jaw, along all axes
+  unsigned seed = 1;         // of the noise
+  double nerve = 1.3;        // mm, radius of the nerve canal
+  double nerve_wall = 0.5;   // mm, thickness of the nerve canal's bright wall
+  double chamber = 1;        // size of the pulp chambers, as a factor of the usual size
+  double root_canal = 0.5;   // mm, radius of the root canals
 };
 
 class JawPhantom {
  public:
-  static constexpr double kVoxel = 0.3;  // mm
+  static constexpr double kVoxel = 0.3;  // mm, voxel size of the usual scan
   static constexpr std::array<double, 2> kTeeth{9.5, 20};
   static constexpr double kY = 12, kApex = 12, kNeck = 23.5, kTop = 31;
-  static constexpr double kCanal = 1.3;  // mm, radius of the nerve canal
+  static constexpr double kCanal = JawArtefacts{}.nerve;  // mm, radius of the usual nerve canal
 
   explicit JawPhantom(const JawArtefacts& artefacts) : a_(artefacts) {}
 
@@ -46,11 +53,12 @@ class JawPhantom {
       const double out = std::hypot(r.x, r.y);
       if (q.z >= kNeck) {
         if (crown_distance(k, r) >= 0) continue;
-        if (inside_ellipsoid(out, r.z - 25.5, 1.2, 2) || (out < 0.5 && r.z < 25)) return Tissue::kPulp;
+        if (inside_ellipsoid(out, r.z - 25.5, 1.2 * a_.chamber, 2 * a_.chamber) || (out < a_.root_canal && r.z < 25))
+          return Tissue::kPulp;
         if (inside_ellipsoid(out, r.z - 26, 2.7, 3.4)) return Tissue::kDentin;
         return a_.metal && k == 1 ? Tissue::kAmalgam : Tissue::kEnamel;
       }
-      if (out < root_radius(q.z)) return (out < 0.5 && q.z > kApex + 2) ? Tissue::kPulp : Tissue::kDentin;
+      if (out < root_radius(q.z)) return (out < a_.root_canal && q.z > kApex + 2) ? Tissue::kPulp : Tissue::kDentin;
     }
     if (!inside_bone(q, 0)) return Tissue::kAir;
     for (std::size_t k = 0; k < a_.teeth; ++k) {
@@ -60,8 +68,8 @@ class JawPhantom {
     }
     const double from_canal = glm::length(q - canal_centre(q.x));
     if (inside_bone(q, kShell)) {
-      if (from_canal < kCanal) return Tissue::kPulp;
-      if (from_canal < kCanal + 0.5) return Tissue::kCorticalBone;
+      if (from_canal < a_.nerve) return Tissue::kPulp;
+      if (from_canal < a_.nerve + a_.nerve_wall) return Tissue::kCorticalBone;
       return Tissue::kCancellousBone;
     }
     return Tissue::kCorticalBone;
@@ -110,12 +118,13 @@ class JawPhantom {
 
   Phantom phantom() const {
     Phantom p;
-    p.size = {100, 80, 112};
-    p.spacing = glm::dvec3(kVoxel);
+    p.size = glm::ivec3(glm::round(glm::dvec3(100, 80, 112) * (kVoxel / a_.voxel)));
+    p.spacing = glm::dvec3(a_.voxel);
     p.blur = a_.blur;
     p.noise = a_.noise;
     p.fine = a_.fine;
-    p.grey = [this](const glm::dvec3& q) {
+    p.grey = [this](const glm::dvec3& from_first) {
+      const glm::dvec3 q = from_first + a_.shift;
       if (a_.motion == 0) return hounsfield(q);
       return 0.5 *
              (hounsfield(q - glm::dvec3(0, 0.5 * a_.motion, 0)) + hounsfield(q + glm::dvec3(0, 0.5 * a_.motion, 0)));
@@ -126,12 +135,12 @@ class JawPhantom {
   /// Returns the grey values of phantom(), with texture and streaks.
   std::vector<double> scan() const {
     const Phantom p = phantom();
-    std::vector<double> greys = p.scan();
+    std::vector<double> greys = p.scan(a_.seed);
     std::size_t i = 0;
     for (int z = 0; z < p.size.z; ++z) {
       for (int y = 0; y < p.size.y; ++y) {
         for (int x = 0; x < p.size.x; ++x, ++i) {
-          const glm::dvec3 q = glm::dvec3(x, y, z) * kVoxel;
+          const glm::dvec3 q = glm::dvec3(x, y, z) * a_.voxel + a_.shift;
           if (tissue(q) == Tissue::kCancellousBone) {
             const glm::dvec3 w = q * (2 * M_PI / 3);
             greys[i] += a_.texture * std::sin(w.x) * std::sin(w.y + 1) * std::sin(w.z + 2);
@@ -151,14 +160,29 @@ class JawPhantom {
     return greys;
   }
 
-  /// Returns the volume (mm³) of each tissue; 0 for air.
-  PerTissue volumes() const {
-    constexpr double kStep = 0.125;
+  /// Returns the volume (mm³) of each tissue above the height `from` (mm) along z; 0 for air. Cells at a border between
+  /// tissues are sampled finely, because the root canals are only a few cells wide.
+  PerTissue volumes(double from = 0) const {
+    constexpr double kCell = 0.2;
+    constexpr int kFine = 6;
     PerTissue v{};
-    for (double x = kStep / 2; x < 30; x += kStep) {
-      for (double y = kStep / 2; y < 24; y += kStep) {
-        for (double z = kStep / 2; z < 33; z += kStep)
-          v[static_cast<std::size_t>(tissue({x, y, z}))] += kStep * kStep * kStep;
+    for (double x = 0; x < 30 - kCell / 2; x += kCell) {
+      for (double y = 0; y < 24 - kCell / 2; y += kCell) {
+        for (double z = from; z < 33 - kCell / 2; z += kCell) {
+          const glm::dvec3 q(x, y, z);
+          const Tissue middle = tissue(q + kCell / 2);
+          bool pure = true;
+          for (int k = 0; k < 8 && pure; ++k)
+            pure = tissue(q + kCell * glm::dvec3(k & 1, k >> 1 & 1, k >> 2)) == middle;
+          if (pure) {
+            v[static_cast<std::size_t>(middle)] += std::pow(kCell, 3);
+            continue;
+          }
+          for (int k = 0; k < kFine * kFine * kFine; ++k) {
+            const glm::dvec3 at(k % kFine, k / kFine % kFine, k / kFine / kFine);
+            v[static_cast<std::size_t>(tissue(q + kCell / kFine * (at + 0.5)))] += std::pow(kCell / kFine, 3);
+          }
+        }
       }
     }
     v[0] = 0;

@@ -111,15 +111,17 @@ double jaw_grey(const dvec3& q) {
   return q.z > 11 ? -1000 : 50;
 }
 
-/// Writes a cone beam CT of a lower jaw, with voxels of `voxel` mm and noise.
-void write_jaw(const fs::path& file, const glm::ivec3& size, double voxel) {
+/// Writes a CT with voxels of `voxel` mm and noise. `grey_at` returns the grey value at a position in mm, relative to
+/// the point `middle`, which is given as fractions of the scan's edges.
+template <class Grey>
+void write_scan(const fs::path& file, const glm::ivec3& size, double voxel, const dvec3& middle, Grey grey_at) {
   std::ofstream out(file, std::ios::binary);
   out << fmt::format(
       "NRRD0004\ntype: short\ndimension: 3\nsizes: {} {} {}\nspacings: {} {} {}\nendian: little\nencoding: raw\n\n",
       size.x, size.y, size.z, voxel, voxel, voxel);
   std::minstd_rand random(1);
   std::vector<std::int16_t> row(static_cast<std::size_t>(size.x));
-  const dvec3 centre(0.5 * size.x * voxel, 0.2 * size.y * voxel, 0.45 * size.z * voxel);
+  const dvec3 centre = middle * dvec3(size) * voxel;
   for (int z = 0; z < size.z; ++z) {
     for (int y = 0; y < size.y; ++y) {
       for (int x = 0; x < size.x; ++x) {
@@ -127,13 +129,40 @@ void write_jaw(const fs::path& file, const glm::ivec3& size, double voxel) {
         // (partial-volume effect)
         double sum = 0;
         for (int k = 0; k < 8; ++k)
-          sum += jaw_grey((dvec3(x, y, z) + 0.5 * dvec3(k & 1, k >> 1 & 1, k >> 2)) * voxel - centre);
+          sum += grey_at((dvec3(x, y, z) + 0.5 * dvec3(k & 1, k >> 1 & 1, k >> 2)) * voxel - centre);
         row[static_cast<std::size_t>(x)] =
             static_cast<std::int16_t>(std::lround(sum / 8) + static_cast<int>(random() % 140) - 70);
       }
       out.write(reinterpret_cast<const char*>(row.data()), static_cast<std::streamsize>(row.size() * sizeof row[0]));
     }
   }
+}
+
+/// Returns the grey value (Hounsfield units) of a hip. `q`: mm, relative to the centre of the joint. The femur's head
+/// (radius 23 mm) lies in the socket of the pelvis, with cartilage of 3 mm between them. Neck and shaft point downwards
+/// and outwards.
+double hip_grey(const dvec3& q) {
+  constexpr double kHead = 23,
+                   kPlate = 1.5;  // mm, radius of the head; thickness of the cortical plate of head and neck
+  const auto bone = [](double depth, double plate) { return depth < plate ? 1200.0 : 350.0; };
+  // Returns the depth in a rounded rod between two points, negative outside.
+  const auto rod = [&](const dvec3& a, const dvec3& b, double radius) {
+    const dvec3 along = b - a;
+    const double t = std::clamp(glm::dot(q - a, along) / glm::dot(along, along), 0.0, 1.0);
+    return radius - glm::length(q - a - t * along);
+  };
+  const double r = glm::length(q);
+  const double head = kHead - r, neck = rod(dvec3(0), dvec3(40, 0, -35), 14);
+  if (const double depth = std::max(head, neck); depth > 0) return bone(depth, kPlate);
+  if (const double shaft = rod(dvec3(45, 0, -35), dvec3(45, 0, -160), 15); shaft > 0)
+    return shaft < 5 ? 1500 : q.z > -60 ? 350 : -80;  // marrow of the shaft is fat
+  // The socket is the part of a thick shell around the head that is open downwards and outwards. The wing of the pelvis
+  // is a curved plate above it.
+  const double open = glm::dot(q, glm::normalize(dvec3(1, 0, -0.7)));
+  if (r > kHead + 3 && r < kHead + 15 && open < 8) return bone(std::min(r - kHead - 3, kHead + 15 - r), kPlate);
+  const double wing = std::abs(q.x + 12 - 0.004 * q.y * q.y);
+  if (wing < 6 && q.z > 25 && q.z < 95 && std::abs(q.y) < 60) return bone(6 - wing, kPlate);
+  return std::hypot(q.x / 110, q.y / 95) < 1 ? 50 : -1000;
 }
 
 /// Writes a mesh of a ball that is as large as a bone. `radius`: mm.
@@ -217,7 +246,7 @@ std::vector<BenchRow> bench_import(const BenchRun& run) {
     const fs::path file = folder / "jaw.nrrd";
     const glm::ivec3 size = run.quick ? glm::ivec3(96, 64, 48) : glm::ivec3(280, 190, 130);
     const double voxel = 0.25 * 280 / size.x;  // mm, voxel size
-    write_jaw(file, size, voxel);
+    write_scan(file, size, voxel, dvec3(0.5, 0.2, 0.45), jaw_grey);
     haptics::ImportOptions jaw;
     jaw.greys = false;
     jaw.preset = haptics::ImportPreset::kJaw;
@@ -236,6 +265,14 @@ std::vector<BenchRow> bench_import(const BenchRun& run) {
             [&] { return scan->import(review.request()->options); });
     measure(rows, "exact labels of the box", "a box of 40 %", all * std::pow(0.4, 3),
             [&] { return scan->import(review.options()); });
+  }
+  {
+    const fs::path file = folder / "hip.nrrd";
+    const glm::ivec3 size = run.quick ? glm::ivec3(64, 64, 80) : glm::ivec3(256, 256, 330);
+    const double voxel = 0.7 * 256 / size.x;  // mm, voxel size
+    write_scan(file, size, voxel, dvec3(0.4, 0.5, 0.6), hip_grey);
+    measure(rows, "CT of a hip", fmt::format("{} x {} x {}, {:.2g} mm", size.x, size.y, size.z, voxel),
+            static_cast<double>(size.x) * size.y * size.z, [&] { return haptics::import_tissue(file, bone); });
   }
   const fs::path ball = folder / "ball.obj";
   write_ball(ball, 40);
