@@ -126,6 +126,10 @@ struct TissueVolume::Impl {
   PerTissue taken_back{};  // m³, volume that all undos brought back, minus what redos removed again
 
   Impl() { openvdb::initialize(); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+  /// Allocates no memory, so the volume can also be destroyed after memory has run out.
+  ~Impl();
   void make_grids(float band_voxels) {
     distance = openvdb::FloatGrid::create(band_voxels);
     tissue = openvdb::Int32Grid::create(0);

@@ -34,6 +34,13 @@ std::vector<glm::ivec3> sorted(const KeySet& keys) {
 
 }  // namespace
 
+TissueVolume::Impl::~Impl() {
+  // The destructor of an OpenVDB tree frees the nodes in parallel. For this it allocates memory, and the program is
+  // terminated if there is none. So the nodes are freed one after the other here.
+  if (distance) distance->tree().root().clear();
+  if (tissue) tissue->tree().root().clear();
+}
+
 TissueVolume::TissueVolume(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 TissueVolume::~TissueVolume() = default;
 TissueVolume::TissueVolume(TissueVolume&&) noexcept = default;
