@@ -53,9 +53,10 @@ static void open_standard_streams() {
   }
 }
 
-int main(int argc, char** argv) {
+/// Runs the command that the command line names, or opens the operator's window. Returns the exit status. Throws Error
+/// for bad input, and any other exception for a failed run.
+static int run_program(int argc, char** argv) {
   using namespace typodont;
-  open_standard_streams();
   // If a file reaches its size limit, the system sends this signal, which would end a live session. If the signal is
   // ignored, the write fails instead, as on a full disk.
   std::signal(SIGXFSZ, SIG_IGN);
@@ -92,23 +93,29 @@ int main(int argc, char** argv) {
   add_window_drivers();
   program.footer("Without arguments, typodont opens the operator's window.");
   if (const auto kept = cache::folder(); !kept.empty()) gpu::keep_driver_cache(kept / "driver");
-  try {
-    if (argc == 1) {
-      try {
+  if (argc == 1) {
+    try {
 #ifdef TYPODONT_WINDOW
-        run_operator();
-        return 0;
+      run_operator();
+      return 0;
 #else
-        throw Error("this build", "", "no window support", "a build with TYPODONT_WINDOW=ON");
+      throw Error("this build", "", "no window support", "a build with TYPODONT_WINDOW=ON");
 #endif
-      } catch (const Error& e) {
-        log::error("The operator's window cannot be opened: {}", e.what());
-        std::fputs(program.help().c_str(), stderr);
-        return 2;
-      }
+    } catch (const Error& e) {
+      log::error("The operator's window cannot be opened: {}", e.what());
+      std::fputs(program.help().c_str(), stderr);
+      return 2;
     }
-    const int status = program.run(argc, argv).value_or(0);
-    return status == 0 ? written_out() : status;
+  }
+  const int status = program.run(argc, argv).value_or(0);
+  return status == 0 ? written_out() : status;
+}
+
+int main(int argc, char** argv) {
+  using namespace typodont;
+  open_standard_streams();
+  try {
+    return run_program(argc, argv);
   } catch (const Error& e) {
     log::error("{}", e.what());
     return 2;
