@@ -30,7 +30,8 @@ namespace {
 
 namespace {
 
-// first version of the force laws in which the depth below one line of the head's outline has a closed form
+// first version of the force laws that computes a sample's depth in the head by a formula where the depth depends on
+// one line of the head's outline only. Earlier versions search for the depth.
 constexpr std::uint32_t kLawsOfLines = 11;
 // limit of the tangent of half the angle between the normals at a corner of the outline; next to a sharper corner, the
 // depth is not computed from one line alone

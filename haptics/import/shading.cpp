@@ -17,7 +17,7 @@ using Unknowns = std::array<double, kUnknowns>;
 /// A cubic part of the scan that contains enough uniform samples (samples with a small gradient of the grey value).
 struct Cell {
   glm::dvec3 at;     // mean position of the uniform samples; the scan extends from -1 to 1 on each axis
-  glm::dvec3 slope;  // median of the gradient of the grey values at the uniform samples, per voxel
+  glm::dvec3 slope;  // grey values per voxel; median of the gradient at the uniform samples
   double samples;
 };
 

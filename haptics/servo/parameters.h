@@ -26,8 +26,8 @@ struct MotionParameters {
 
 /// Energy that a bur earns and spends (cutting.cpp).
 struct CuttingParameters {
-  // s. A bur saves energy until it can remove a voxel, or until it touches tissue again. It can save at most (present
-  // power × this time).
+  // s; while a bur has not enough energy to remove a voxel, and while it touches no tissue, it stores the energy of its
+  // motor. It stores at most the present power multiplied by this time.
   static constexpr double budget_time = 0.5;
   // s; replaces budget_time if the bur is at a border to harder tissue, or if the hand draws an edge over the tissue
   static constexpr double held_time = 0.05;
