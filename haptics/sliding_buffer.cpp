@@ -29,9 +29,9 @@ bool map_file(char* both, std::size_t size) {
   return mapped;
 }
 
-/// Throws std::bad_alloc, as operator new does: the program's handler for lack of memory is called first, and frees a
-/// reserve that the destructors need.
-[[noreturn]] void report_no_memory() {
+/// Calls the program's handler for failed allocations, as operator new does. The handler frees memory that destructors
+/// may need. Then throws std::bad_alloc.
+[[noreturn]] void throw_no_memory() {
   if (const std::new_handler handler = std::get_new_handler()) handler();
   throw std::bad_alloc();
 }
@@ -40,10 +40,10 @@ bool map_file(char* both, std::size_t size) {
 
 void* map_twice(std::size_t size) {
   void* const both = mmap(nullptr, 2 * size, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-  if (both == MAP_FAILED) report_no_memory();
+  if (both == MAP_FAILED) throw_no_memory();
   if (auto* const start = static_cast<char*>(both); !map_without_file(start, size) && !map_file(start, size)) {
     munmap(both, 2 * size);
-    report_no_memory();
+    throw_no_memory();
   }
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
   for (std::size_t at = 0; at < 2 * size; at += page) static_cast<volatile char*>(both)[at] = 0;

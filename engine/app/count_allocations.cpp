@@ -1,6 +1,7 @@
-// Replaces operator new in the program typodont. The replacement counts allocations, and keeps reserves of memory. They
-// are needed because some destructors allocate memory, for example those of OpenVDB's trees. If that fails, the program
-// is terminated. This file is not in the library, because the tests have their own operator new.
+// Replaces operator new in the program typodont. The replacement counts allocations, and keeps two reserves of memory.
+// Some destructors, for example those of OpenVDB's trees, allocate memory. If such an allocation fails while an
+// exception is handled, the C++ runtime aborts the program. With the reserves, the allocation succeeds. This file is
+// not in the library, because the tests have their own operator new.
 #include <atomic>
 #include <cstdlib>
 #include <exception>
@@ -17,17 +18,17 @@ namespace {
   std::free(p);
 }
 
-// Size of a reserve in bytes. A reserve is never written, so it uses only address space and no memory.
+// Size of a reserve in bytes. The program never writes to a reserve, so a reserve uses address space but no memory.
 constexpr std::size_t kReserve = 4 << 20;
 /// Freed when memory runs out for the first time.
 std::atomic<void*> g_reserve{std::malloc(kReserve)};
-/// Freed when memory runs out while destructors run because of an exception. Another thread may have used up g_reserve
-/// by then.
+/// Freed when memory runs out again, while destructors run because of an exception. Other threads may have used the
+/// memory of g_reserve by then.
 std::atomic<void*> g_reserve_for_destructors{std::malloc(kReserve)};
 
-/// Called when there is no memory (new_handler of the C++ standard). Frees a reserve, and throws std::bad_alloc.
-/// Returns only while destructors run because of another exception, because a second one would end the program: the
-/// caller then tries again.
+/// Handler for failed allocations (std::new_handler). Frees a reserve. Then throws std::bad_alloc, except while
+/// destructors run because of another exception: a second exception would end the program. In this case the function
+/// returns, and its caller tries to allocate again. Throws std::bad_alloc also if no reserve is left.
 void make_room() {
   const bool destructors_run = std::uncaught_exceptions() > 0;
   void* reserve = g_reserve.exchange(nullptr);
@@ -36,7 +37,8 @@ void make_room() {
   if (!reserve || !destructors_run) throw std::bad_alloc();
 }
 
-const std::new_handler g_handler_before = std::set_new_handler(make_room);
+// The library calls the handler where it requests memory from the operating system itself (map_twice()).
+[[maybe_unused]] const std::new_handler g_handler_before = std::set_new_handler(make_room);
 
 /// Returns the memory that `get` returns. Throws std::bad_alloc.
 template <class Get>

@@ -53,8 +53,8 @@ static void open_standard_streams() {
   }
 }
 
-/// Runs the command that the command line names, or opens the operator's window. Returns the exit status. Throws Error
-/// for bad input, and any other exception for a failed run.
+/// Runs the command that the command line names. Without a command, opens the operator's window. Returns the exit
+/// status. Throws Error if the input is bad, and another exception if the run fails.
 static int run_program(int argc, char** argv) {
   using namespace typodont;
   // If a file reaches its size limit, the system sends this signal, which would end a live session. If the signal is

@@ -30,8 +30,8 @@ namespace {
 
 namespace {
 
-// first version of the force laws that computes a sample's depth in the head by a formula where the depth depends on
-// one line of the head's outline only. Earlier versions search for the depth.
+// First version of the force laws that computes the depth of a block's centre in closed form (look_at_line()) where a
+// single line of the head's outline determines this depth. Earlier versions search for the largest depth on the path.
 constexpr std::uint32_t kLawsOfLines = 11;
 // limit of the tangent of half the angle between the normals at a corner of the outline; next to a sharper corner, the
 // depth is not computed from one line alone

@@ -26,8 +26,9 @@ struct MotionParameters {
 
 /// Energy that a bur earns and spends (cutting.cpp).
 struct CuttingParameters {
-  // s; while a bur has not enough energy to remove a voxel, and while it touches no tissue, it stores the energy of its
-  // motor. It stores at most the present power multiplied by this time.
+  // s; while a bur presses on tissue, it stores the energy of its motor until the energy is enough to remove a voxel.
+  // The stored energy grows up to the present power multiplied by this time. A tool that touches no tissue stores
+  // nothing.
   static constexpr double budget_time = 0.5;
   // s; replaces budget_time if the bur is at a border to harder tissue, or if the hand draws an edge over the tissue
   static constexpr double held_time = 0.05;

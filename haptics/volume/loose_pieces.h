@@ -39,7 +39,7 @@ class LoosePieces {
   ~LoosePieces();
 
   /// Returns the pieces that a cut separated; the volume still contains them. `written`: box of the voxels that the
-  /// cut wrote. `blocks`: the blocks in which samples may have become air, with all their samples (see Carved).
+  /// cut wrote. `blocks`: the blocks in which tissue may have become air; their bits mark the samples still in tissue.
   std::vector<TissuePiece> after_cut(const TissueVolume& volume, const VoxelBox& written,
                                      std::span<const BlockPart> blocks);
   /// Must be called if something other than a cut has changed the samples lo .. hi.

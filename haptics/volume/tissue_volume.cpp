@@ -35,8 +35,8 @@ std::vector<glm::ivec3> sorted(const KeySet& keys) {
 }  // namespace
 
 TissueVolume::Impl::~Impl() {
-  // The destructor of an OpenVDB tree frees the nodes in parallel. For this it allocates memory, and the program is
-  // terminated if there is none. So the nodes are freed one after the other here.
+  // The destructor of an OpenVDB tree frees the tree's nodes on several threads, and allocates memory to do this. If
+  // this allocation fails, the program is aborted. So this destructor frees the nodes first, on one thread.
   if (distance) distance->tree().root().clear();
   if (tissue) tissue->tree().root().clear();
 }

@@ -131,8 +131,8 @@ struct SharpEdgeParameters {
   static constexpr double farther = 1.5;
   // a groove's wall is flat if (1 - cosine between its normals at the two measured points) is less than this
   static constexpr double flat = 1e-10;
-  // voxels; a groove's wall is flat if its second measured point is nearer than this to the tangent plane at its first
-  // measured point. The limit covers rounding to floats.
+  // voxels; a groove's wall is flat if its second measured point, which lies in the tangent plane at the first one, is
+  // nearer than this to the surface. The limit allows for the rounding of the distances to floats.
   static constexpr double flat_distance = 2e-5;
   // if a groove's wall is missing in more than this number of directions, the search fails
   static constexpr int misses = 6;
