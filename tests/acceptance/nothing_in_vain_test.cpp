@@ -2,6 +2,7 @@
 // picture leaves out (mono, invisible bodies, untouched bricks, frames equal to the previous one) is tested in
 // unit/render_frame_test.cpp.
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -19,6 +20,28 @@
 
 namespace typodont {
 namespace {
+
+/// Restricts this process, and the programs that it starts meanwhile, to one processor. The library TBB then starts no
+/// threads. On several processors, the number of threads that it starts depends on the machine's load.
+class OnOneProcessor {
+ public:
+  OnOneProcessor() {
+    CPU_ZERO(&all_);
+    EXPECT_EQ(::sched_getaffinity(0, sizeof all_, &all_), 0);
+    int first = 0;
+    while (first < CPU_SETSIZE - 1 && !CPU_ISSET(first, &all_)) ++first;
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    CPU_SET(first, &one);
+    EXPECT_EQ(::sched_setaffinity(0, sizeof one, &one), 0);
+  }
+  ~OnOneProcessor() { ::sched_setaffinity(0, sizeof all_, &all_); }
+  OnOneProcessor(const OnOneProcessor&) = delete;
+  OnOneProcessor& operator=(const OnOneProcessor&) = delete;
+
+ private:
+  cpu_set_t all_;
+};
 
 constexpr double kEnamelDensity = 2.95;  // mg/mm³, as assets/materials/hard_tissue.json has it
 
@@ -101,6 +124,7 @@ TEST_F(Work, ANonCuttingToolIsFeltAndDoesNotChangeTheTissue) {
 }
 
 TEST_F(Work, OnlyTheChosenContactModelIsBuiltAndQueried) {
+  const OnOneProcessor makes_the_number_of_threads_constant;
   hand(200.8, 2, 0);
   const std::map<std::string, std::string> looks{
       {"packing", "sphere_looks"}, {"mesh_lod", "triangle_looks"}, {"vertex", "vertex_looks"}};
@@ -124,6 +148,7 @@ TEST_F(Work, OnlyTheChosenContactModelIsBuiltAndQueried) {
 }
 
 TEST_F(Work, SoundIsSynthesizedOnlyIfRequestedAndARecordingAddsOneThread) {
+  const OnOneProcessor makes_the_number_of_threads_constant;
   hand(210, 0, 0);
   const std::string a_file = "--audio wav:" + (folder / "s.wav");
   const Json silent = run(scene("\"haptics\""), 1, a_file),
