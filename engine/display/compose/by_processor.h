@@ -19,7 +19,7 @@ struct EyePixels {
 };
 
 /// Composes parts of a picture on the CPU, like shaders/compose.frag on the GPU. If the picture is stretched, the
-/// results differ by at most one or two steps of 255.
+/// colours differ from the shader's, and from exact bilinear interpolation, by at most two of 255 levels.
 class ProcessorComposer {
  public:
   /// Composes a part of the target. `part`: target pixels inside `place`, the eye's region. `eye`: the eye to draw; if

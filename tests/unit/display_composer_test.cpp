@@ -1,0 +1,55 @@
+// Tests the composition of the eyes' pictures on the CPU against exact bilinear interpolation.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <random>
+#include <vector>
+
+#include "engine/display/compose/by_processor.h"
+
+namespace typodont::display {
+namespace {
+
+/// Returns the value of a picture at the centre of pixel (x, y) of a target of the size `target`, by bilinear
+/// interpolation. Positions beyond the outermost pixel centres get the values at the edge.
+double exact(const std::vector<std::uint8_t>& rgba, const ivec2& size, const ivec2& target, int x, int y, int channel) {
+  const auto along = [](int pixel, int source_size, int target_size) {
+    return std::clamp((pixel + 0.5) * source_size / target_size - 0.5, 0.0, source_size - 1.0);
+  };
+  const double u = along(x, size.x, target.x), v = along(y, size.y, target.y);
+  const int left = static_cast<int>(u), top = static_cast<int>(v);
+  const auto at = [&](int px, int py) {
+    return static_cast<double>(
+        rgba[static_cast<std::size_t>(4 * (std::min(py, size.y - 1) * size.x + std::min(px, size.x - 1)) + channel)]);
+  };
+  const double a = u - left, b = v - top;
+  return (1 - b) * ((1 - a) * at(left, top) + a * at(left + 1, top)) +
+         b * ((1 - a) * at(left, top + 1) + a * at(left + 1, top + 1));
+}
+
+TEST(ProcessorComposer, AStretchedPictureDiffersFromExactInterpolationByAtMostTwoOf255Levels) {
+  std::mt19937 random(11);
+  double worst = 0;
+  for (const ivec2& target : {ivec2{256, 192}, ivec2{160, 120}, ivec2{97, 201}, ivec2{20, 13}}) {
+    const ivec2 size{64, 48};
+    std::vector<std::uint8_t> eye(static_cast<std::size_t>(4 * size.x * size.y));
+    for (std::uint8_t& byte : eye) byte = static_cast<std::uint8_t>(random());
+    std::vector<std::uint8_t> out(static_cast<std::size_t>(4 * target.x * target.y));
+    ProcessorComposer composer;
+    composer.compose({{eye.data(), eye.data()}, size}, Mix::kOneEye, {{0, 0}, target}, 0, {0, 0, target.x, target.y},
+                     out.data(), static_cast<std::size_t>(4 * target.x));
+    for (int y = 0; y < target.y; ++y)
+      for (int x = 0; x < target.x; ++x)
+        for (int channel = 0; channel < 3; ++channel) {
+          // The eyes' pictures are RGBA, the target is BGRA.
+          const std::uint8_t drawn = out[static_cast<std::size_t>(4 * (y * target.x + x) + 2 - channel)];
+          worst = std::max(worst, std::abs(drawn - exact(eye, size, target, x, y, channel)));
+        }
+  }
+  EXPECT_LE(worst, 2);
+}
+
+}  // namespace
+}  // namespace typodont::display
