@@ -169,7 +169,7 @@ bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float 
   const glm::vec3 down(data.cursor_down), q = center - glm::vec3(data.cursor);
   const float below = glm::dot(q, down);
   // surface.frag draws the cursor's ring at a distance of about one cursor radius from the cursor's line. The ring and
-  // its soft edge end before two cursor radii.
+  // its soft edge are nearer to this line than two cursor radii.
   return below + radius > -data.cursor.w && glm::length(q - below * down) - radius < 2 * data.cursor.w;
 }
 
