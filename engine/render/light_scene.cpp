@@ -63,8 +63,8 @@ class RayTree {
     std::uint32_t triangle = 0;
     bool back = false;
   };
-  /// Finds the triangle that a ray meets first, if its distance from the ray's start is below hit.way. `any`: true if it is sufficient to
-  /// know that the ray meets a triangle; then the search ends at the first triangle that is found.
+  /// Finds the triangle that a ray meets first, if it is nearer to the ray's start than hit.way. `any`: true if it is
+  /// sufficient to know that the ray meets a triangle; then the search ends at the first triangle that is found.
   bool cast(const glm::vec3& from, const glm::vec3& direction, Hit& hit, bool any) const {
     if (nodes_.empty()) return false;
     const glm::vec3 inverse = 1.0f / direction;
