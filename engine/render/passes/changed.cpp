@@ -80,7 +80,7 @@ std::vector<PixelBox> Tiles::boxes(bool marked, const PixelBox& within) const {
       const PixelBox run{x * kSide, y * kSide, std::min(end * kSide, size_.x) - x * kSide,
                          std::min((y + 1) * kSide, size_.y) - y * kSide};
       x = end;
-      // If the box above this one begins and ends at the same x, both are joined to one box.
+      // If the box directly above this one has the same left and right edges, both are joined to one box.
       const auto above = std::find_if(out.begin(), out.end(), [&](const PixelBox& b) {
         return b.x == run.x && b.width == run.width && b.y + b.height == run.y;
       });
