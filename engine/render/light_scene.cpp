@@ -23,8 +23,8 @@ constexpr double kInside = 0.25;
 constexpr float kMargin = 20e-6f;  // m, a ray starts this far outside a surface, so that the ray does not meet it
 constexpr int kLampRays = 4;
 // in grid spacings: margin of the box that contains the points at which the shaders look up a triangle's light. The
-// margin is needed because the drawn surface may be curved where the triangle is flat; then some of these points lie
-// beside the flat triangle's points.
+// margin is needed because the drawn surface may be curved where the triangle is flat. Some of these points then lie
+// outside the box of the points that belong to the flat triangle.
 constexpr float kCurved = 0.15f;
 // distance from a surface, in grid spacings, of the point at which the surface's light is looked up
 constexpr double kBegin = 0.5;
