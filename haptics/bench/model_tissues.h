@@ -12,7 +12,7 @@
 namespace typodont::haptics::bench {
 
 inline constexpr double kProbeRadius = 0.6e-3;  // m, radius of the ball that slides, taps and drills
-// m; the hand is this far inside the tissue, measured from the ball, which stays outside
+// m, depth of the hand below the centre of the ball; the hand is inside the tissue, and the ball stays outside
 inline constexpr double kHandDepth = 0.3e-3;
 
 /// A tissue on which every contact model is measured.
