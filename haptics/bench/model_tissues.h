@@ -12,7 +12,7 @@
 namespace typodont::haptics::bench {
 
 inline constexpr double kProbeRadius = 0.6e-3;  // m, radius of the ball that slides, taps and drills
-// m, depth of the hand below the centre of the ball; the hand is inside the tissue, and the ball stays outside
+// m, distance of the hand below the ball's centre; the ball stays outside the tissue while the hand pulls it inward
 inline constexpr double kHandDepth = 0.3e-3;
 
 /// A tissue on which every contact model is measured.
@@ -46,7 +46,7 @@ struct Course {
 };
 struct Slide {
   double radius = kProbeRadius;  // m, radius of the ball
-  double depth = kHandDepth;     // m, distance of the hand below the ball
+  double depth = kHandDepth;     // m, distance of the hand below the ball's centre
   double speed = 20e-3;          // m/s, speed of the hand
 };
 /// Returns the path of a hand that moves down onto the surface and slides over it.
