@@ -33,8 +33,8 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
       break;
     }
   }
-  // Neither the delayed force nor the present force is in contact any more. A debt in the energy ledger is cancelled,
-  // so that the next contact starts without debt.
+  // If both the delayed force and the present force are zero, the contact has ended. A debt in the energy ledger is
+  // then cancelled, so that the next contact starts without debt.
   if (wrench.f_T_W == dvec3(0) && tick.f_T_W == dvec3(0)) energy_ = std::max(energy_, 0.0);
   const double share =
       passive_fraction(law_, wrench.f_T_W, moved, wrench.tau_T_W, turned, dt > 0 ? dt : tick_, tick_, energy_, state_);

@@ -49,8 +49,8 @@ class HapticDevice {
   /// Sets force (N) and torque (N·m) on the hand, frame W. They stay constant until the next call. The destructor sends
   /// zero force.
   virtual void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept = 0;
-  /// Must be called before write(). The argument is true if the tool touches tissue, is inside tissue, or if nobody
-  /// knows whether it has contact, even if the force is zero. After a fault or a call of release(), the motors give no
+  /// Must be called before write(). The argument is true, even if the force is zero, in three cases: the tool touches
+  /// tissue, is inside tissue, or its contact is unknown. After a fault or a call of release(), the motors give no
   /// force until the argument has been false for some time. Servo thread only.
   virtual void contact(bool) noexcept {}
   /// Must be called after write(). Receives the servo's result for the last sample. Simulated hands use it to react to

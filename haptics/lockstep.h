@@ -43,7 +43,7 @@ class LockStep {
   const Carver& carver() const { return carver_; }
   Servo& servo() { return servo_; }
   const ServoSettings& settings() const { return settings_; }
-  /// Returns the use of the snapshot that the servo adopted just before the last tick; null if it adopted none.
+  /// Returns data about the snapshot that the servo adopted just before the last tick; null if it adopted none.
   const PatchUse* fresh_snapshot() const { return fresh_ ? &use_ : nullptr; }
 
  private:

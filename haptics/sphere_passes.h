@@ -101,7 +101,7 @@ class SpherePasses {
 
   /// Pass 1: finds the first contact on the path of the tool's spheres.
   virtual bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept = 0;
-  /// Pass 2: finds all pairs that overlap, with the volume of their lens. The list is valid until the next call.
+  /// Pass 2: finds all pairs of spheres that overlap, with the overlap's volume. The list is valid until the next call.
   virtual bool overlaps(std::span<const RestingBall> balls, std::span<const SphereShare>& found) noexcept = 0;
   /// Does the same as pass 3, but does not change the tissue: computes the volume that each tool sphere would remove
   /// from each tissue sphere. The tool spheres cut one after the other, so what one sphere removes is not counted again

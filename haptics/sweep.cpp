@@ -16,9 +16,9 @@ namespace {
 // such a step, the head at its end pose is cut first. Then a search finds the samples that were deeper inside the head
 // during the motion.
 constexpr double kShort = 3, kShortOfLaws4 = 1;
-// Voxels; a drill counts as moving along its axis if a step moves it sideways by at most this. Over a whole bed (the
-// drilled hole), the error by this sum of sideways motions is far below the tolerance kTop of the depths of samples
-// (5e-4 voxel).
+// Voxels; a drill counts as moving along its axis if a step moves it sideways by at most this. While a whole bed (hole)
+// is drilled, the sum of these sideways motions causes an error far below kTop (5e-4 voxel), the tolerance of the
+// samples' depths.
 constexpr double kAlongAxis = 1e-9;
 // first version of the force laws in which a drill that moves along its axis cuts only at its end
 constexpr std::uint32_t kLawsOfAxis = 7;

@@ -17,8 +17,8 @@ namespace {
 
 using glm::dvec2;
 
-// Ratio of the height above the free end to the head's diameter. The nearer to the free end, the larger is the density
-// of surface samples. Below this height, the density is constant.
+// Height above the free end, divided by the head's diameter. Below this height, the density of surface samples is
+// constant. Above it, the density is larger nearer to the free end.
 constexpr double kBluntEnd = 0.1;
 
 /// One piece of a head's meridian, in the half plane (ρ ≥ 0, z). A meridian is a convex chain of straight lines and
@@ -81,7 +81,7 @@ Meridian cone(const Tool& tool) {
   return m;
 }
 
-/// Returns the outline: a hemisphere of full width at the free end, then a tangent cone down to a neck half as wide.
+/// Returns the outline: a hemisphere of full width at the free end, then a tangent cone towards a neck half as wide.
 Meridian pear(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const dvec2 center(0, -half + r);

@@ -19,8 +19,8 @@ namespace typodont {
 /// to copy. Not for real-time loops. The functions throw Error.
 class Json {
  public:
-  /// States whether error messages contain line numbers. Use kUnknown for text that the program has built itself: it
-  /// has no file in which the user could find the line.
+  /// States whether error messages contain line numbers. Use kUnknown for text that the program has built itself:
+  /// there is no file in which the user could find the line.
   enum class Lines { kNamed, kUnknown };
 
   /// Reads a file. The following are errors: duplicate keys, the literal NaN, numbers outside the range of a double,

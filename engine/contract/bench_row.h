@@ -17,7 +17,7 @@ struct BenchRow {
   std::string error_unit{};  // unit of the error, and how it was computed, for example "degree, greatest"
   double time_ns = kNone;    // ns, thread CPU time for one unit of work (see `per`)
   std::string per{};         // the unit of work to which time_ns refers: "tick", "query", "brick", "sample" …
-  // name of another method, or of a measured lower limit; `ratio` compares time_ns with its time; empty: no comparison
+  // name of the method, or of the measured lower limit, with which this row's time is compared; empty: no comparison
   std::string baseline{};
   double ratio = kNone;  // time_ns divided by the time of the method `baseline`
   // size of the problem (number of voxels, triangles or touches), for rows that show how the time depends on the size;

@@ -56,9 +56,9 @@ constexpr std::uint32_t bits(Fault fault) {
 /// long search for the points around the head, can continue in the next tick. Between two cuts, most ticks of this
 /// model compute only the contact; while the head moves little, they extrapolate the distances of an earlier tick. In
 /// the models vertex and mesh_lod, a cut may collapse a tiny edge next to a face of bad shape, so that fewer tiny faces
-/// collect at the rim of a hole. In the packing model, a head with a large contact area saves energy until the energy
+/// collect at the rim of a hole. In the packing model, a head with a large contact area stores energy until the energy
 /// suffices for a cut of 1 µm. In this model, a proxy that does not move is projected onto its contacts once per tick.
-/// - 10: In the packing model, a head with a large contact area saves the energy of up to 5 ms for one cut. Each cut
+/// - 10: In the packing model, a head with a large contact area stores the energy of up to 5 ms for one cut. Each cut
 /// processes thousands of spheres, but the energy of a single tick would move the head by only some ten nanometres.
 /// - 9: After a jump of the hand's pose, the proxy of the offset model follows the hand at once, also while the proxy
 /// returns from the plane that replaced a missing tissue copy. A long cut of the vertex model takes several ticks.

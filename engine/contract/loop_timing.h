@@ -56,7 +56,7 @@ struct LoopTiming {
   Nanos worst_tick = 0;
   Nanos worst_jitter = 0;
   DurationHistogram jitter;  // ns, absolute difference between the period and the time from one wake-up to the next
-  DurationHistogram work;    // time from the device's sample to the writing of the force
+  DurationHistogram work;    // ns, time from the device's sample (end of read()) to the force's output (end of write())
   Nanos last_woke = 0;
 
   /// Records one tick. `woke` is the time at which read() returned, and `done` is the time at which write() returned.

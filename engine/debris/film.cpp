@@ -160,8 +160,8 @@ void Film::State::link(std::int32_t i) {
   const glm::dvec3 n(cell.n);
   const glm::dvec3 e = glm::normalize(glm::cross(n, std::abs(n.x) < 0.8 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0))),
                    f = glm::cross(n, e);
-  // for each neighbour k: the products x², xy and y² of the components of d_k in the tangent plane; the unit of x and y
-  // is the spacing of the grid
+  // for each neighbour k: the products x², xy and y², where x and y are the components, in the tangent plane, of the
+  // vector d_k to this neighbour; their unit is the spacing of the grid
   std::array<glm::dvec3, kMostNeighbours> products;
   double squares = 0;
   glm::ivec3 d;

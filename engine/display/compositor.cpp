@@ -18,7 +18,7 @@ namespace typodont::display {
 
 namespace {
 constexpr int kSlots = gpu::FrameRing::kSlots;
-// number of frames in the history; larger than the number of images of a window
+// number of frames whose changes are stored; larger than the number of images of a window
 constexpr std::size_t kHistoryFrames = 6;
 
 bool same(const VkRect2D& a, const VkRect2D& b) {

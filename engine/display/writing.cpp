@@ -293,7 +293,7 @@ double readable_letters(const DisplayRig& rig) {
   const dvec3 up = screen.upper_left - screen.lower_left;
   const dvec3 middle = 0.5 * (screen.upper_left + screen.lower_right), sight = middle - rig.head.eye_center;
   const double distance = glm::length(sight);
-  // component of `up` that is perpendicular to the line of sight
+  // m, component of `up` (from the picture's lower edge to its upper edge) that is perpendicular to the line of sight
   const dvec3 seen = up - sight * (glm::dot(up, sight) / (distance * distance));
   // rad, angle that half the picture's height subtends at the eye
   const double half_height = 0.5 * glm::length(seen) / distance;

@@ -22,9 +22,9 @@ constexpr std::int32_t kBack = -2;     // value in `met` if the ray meets the ba
 constexpr double kInside = 0.25;
 constexpr float kMargin = 20e-6f;  // m, a ray starts this far outside a surface, so that the ray does not meet it
 constexpr int kLampRays = 4;
-// in grid spacings: margin of the box that contains the points at which a triangle's light is looked up. The drawn
-// surface may be curved where the triangle is flat, so the shaders may look up the light up to this far outside the box
-// without the margin.
+// in grid spacings: margin of the box that contains the points at which the shaders look up a triangle's light. The
+// margin is needed because the drawn surface may be curved where the triangle is flat. Some of these points then lie
+// outside the box of the points that belong to the flat triangle.
 constexpr float kCurved = 0.15f;
 // distance from a surface, in grid spacings, of the point at which the surface's light is looked up
 constexpr double kBegin = 0.5;
@@ -63,8 +63,8 @@ class RayTree {
     std::uint32_t triangle = 0;
     bool back = false;
   };
-  /// Finds the nearest triangle along a ray, if its distance is less than hit.way. `any`: true if it is sufficient to
-  /// know that the ray meets a triangle; then the search ends at the first triangle that is found.
+  /// Finds the triangle that a ray meets first, if it is nearer to the ray's start than hit.way. `any`: true if it is
+  /// sufficient to know that the ray meets a triangle; then the search ends at the first triangle that is found.
   bool cast(const glm::vec3& from, const glm::vec3& direction, Hit& hit, bool any) const {
     if (nodes_.empty()) return false;
     const glm::vec3 inverse = 1.0f / direction;

@@ -20,7 +20,7 @@ struct CloudLaw {
   std::size_t capacity = 100'000;
   glm::dvec3 gravity{0, 0, -9.81};                   // m/s², acceleration of gravity
   double air_density = 1.2, air_viscosity = 1.8e-5;  // kg/m³ and Pa·s
-  // ratios of a particle's speeds after and before a bounce: normal, and tangential to the surface
+  // ratios of a particle's speed after a bounce to that before: normal to the surface, and tangential to the surface
   double restitution = 0.3, slide = 0.7;
   // s, time in which a particle's mass falls by a factor of e; age at which a particle is removed
   double decay_time = 2, lifetime = 6;

@@ -84,8 +84,8 @@ Plane filtered(const Plane& in, const Weights& along_x, const Weights& along_y) 
   return out;
 }
 
-/// Contrast sensitivity of one channel: a sum of two Gaussians, amplitude a and width b, deg² (Andersson et al. 2020,
-/// Table 1).
+/// Contrast sensitivity of one channel: a sum of two Gaussians with the amplitudes a1 and a2 and the widths b1 and b2
+/// (deg²; Andersson et al. 2020, Table 1).
 struct Sensitivity {
   double a1, b1, a2, b2;
 };

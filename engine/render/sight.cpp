@@ -61,7 +61,7 @@ double pixel_nearest(const Frame& frame, const BoxInWorld& box, std::uint32_t pi
       closest = std::min(closest, (clip * glm::dvec4(corner & 1 ? box.hi.x : box.lo.x, corner & 2 ? box.hi.y : box.lo.y,
                                                      corner & 4 ? box.hi.z : box.lo.z, 1))
                                       .w);
-    // m, width of the scene that fills the picture at the distance `closest`
+    // m, width of the area that the picture shows at the distance `closest` from the eye
     const double wide = 2 * std::max(closest, kNearest) / std::abs(eye.projection[0][0]);
     least = std::min(least, wide / pixels_across);
   }

@@ -32,8 +32,8 @@ void add_arc(std::vector<dvec2>& profile, double radius, double z0, double a, do
   }
 }
 
-/// Adds a surface of revolution: rings of corners along a profile. `cut` maps (radius, z, angle) to the fluted radius.
-/// `marked` returns true if a ring at z is dark.
+/// Adds a surface of revolution: rings of corners along a profile. `cut` returns the radius of the surface with flutes,
+/// for the profile's radius, z and an angle. `marked` returns true if a ring at z is dark.
 template <class Cut, class Marked>
 void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_count, float rough, Finish finish,
                Cut&& cut, Marked&& marked) {

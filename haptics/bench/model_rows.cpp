@@ -44,7 +44,7 @@ constexpr int kBreakThroughTicks = 1500;
 // m; if the bur is deeper than this below the surface, it has fallen through the tissue
 constexpr double kFallen = 8e-3;
 constexpr double kDynamicFriction = 0.15;  // dynamic friction coefficient of every tissue in the bench
-// N; a hand has moved through a sheet. If the force on it is still at least this, the sheet holds the tool back.
+// N; if the force on a hand that has moved through a sheet is at least this, the sheet still holds the tool back
 constexpr double kHeld = 0.1;
 constexpr double kHostileForce = 8;                     // N, force limit for tests with erratic hands
 constexpr double kLedger = 1e-9;                        // J, a test passes if the ledger is at most this far below zero

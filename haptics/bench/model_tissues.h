@@ -12,7 +12,7 @@
 namespace typodont::haptics::bench {
 
 inline constexpr double kProbeRadius = 0.6e-3;  // m, radius of the ball that slides, taps and drills
-// m; the hand is this far inside the tissue, measured from the ball, which stays outside
+// m, distance of the hand below the ball's centre; the ball stays outside the tissue while the hand pulls it inward
 inline constexpr double kHandDepth = 0.3e-3;
 
 /// A tissue on which every contact model is measured.
@@ -46,13 +46,13 @@ struct Course {
 };
 struct Slide {
   double radius = kProbeRadius;  // m, radius of the ball
-  double depth = kHandDepth;     // m, distance of the hand below the ball
+  double depth = kHandDepth;     // m, distance of the hand below the ball's centre
   double speed = 20e-3;          // m/s, speed of the hand
 };
 /// Returns the path of a hand that moves down onto the surface and slides over it.
 Course slide_course(const ModelTissue& tissue, int ticks, const Slide& slide = {});
-/// Returns the path of a hand that taps on one point. It moves to kHandDepth below the surface and back, at 10, 30, 100
-/// and 200 mm/s.
+/// Returns the path of a hand that taps on one point. A ball centred at the hand would sink by kHandDepth into the
+/// surface. The hand moves there and back, at 10, 30, 100 and 200 mm/s.
 Course tap_course(const ModelTissue& tissue);
 
 /// The simulated hand of the drilling test: a mass of 0.15 kg that presses a ball onto the tissue with 1 N and moves it

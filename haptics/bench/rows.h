@@ -15,8 +15,8 @@ inline bool by_default(const BenchOptions& options) {
   return !options.method || options.method->name() == default_contact_method()->name();
 }
 
-/// Adds rows for a hand that slides on a ball. They compare the method "voxel penalty", field queries with both orders
-/// of interpolation, the servo, and methods of other programs (penalty with OpenVDB's field, point proxy on an enlarged
+/// Adds rows for a hand that slides on a ball. They compare the method "voxel penalty", field queries (trilinear and
+/// cubic), the servo, and methods of other programs (penalty with OpenVDB's field, point proxy on an enlarged
 /// mesh). Also adds rows for single queries.
 void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 

@@ -270,7 +270,7 @@ class Stress {
     add(kCampaign, "came through", worst.holes, "hands", 0);
   }
 
-  /// Tests a head of 20 mm on a ball of bone. A hand of 1 kg presses it with 200 N. The head rests, slides, and reams.
+  /// Tests a head of Ø20 mm on a ball of bone. A hand of 1 kg presses it with 200 N. The head rests, slides, and reams.
   void heavy() {
     constexpr const char* kCampaign = "200 N";
     constexpr double kPush = 200, kRadius = 30e-3, kHead = 20e-3;

@@ -51,7 +51,7 @@ struct BlockSlack {
   // voxels, input: `live` marks the samples that may change before the head has moved this far
   float ahead = 0;
   float slack = kNoEnd;  // voxels; while the head moves less than this, no processed sample of the block changes
-  // output, may be null: for each row, y fastest, one bit per sample, which is 1 if the sample may change
+  // output, may be null: for each row (y is the fastest index), one bit per sample; it is 1 if the sample may change
   std::uint64_t* live = nullptr;
   int shift = 0;         // position of the row's first bit in `live`
   bool emptied = false;  // true if a sample became air

@@ -32,8 +32,8 @@ struct BallFront {
   glm::ivec3 origin;
   float* distance;  // pointer to the distance of the sample at the origin
   struct {          // tables of terms that depend only on the z coordinate of a sample; this coordinate is the index
-    // voxels, distance along z from A (the start of the sweep); if the ball at B (the end) covers everything: squared
-    // distance along z from B
+    // voxels, distance along z from A (the start of the sweep); if the ball at B (the end) covers everything ahead of
+    // A: voxels², squared distance along z from B
     float* apart;
     // voxels², distance from A (the start of the sweep) along z, multiplied by the z component of the motion
     float* ahead;

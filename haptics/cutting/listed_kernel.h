@@ -116,7 +116,7 @@ TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, RemovedVolu
 }
 
 /// Input of may_be_deeper(), which tests whether samples may have been deeper in the head during the motion than at the
-/// motion's end. The structs after Passed compute the depth below one kind of meridian piece each, for consecutive
+/// motion's end. Each of the structs after Passed computes the depth below one kind of meridian piece, for consecutive
 /// groups of samples.
 struct Passed {
   Floats way_rho, way_z, least;

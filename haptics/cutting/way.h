@@ -56,8 +56,8 @@ inline constexpr float kTop = 5e-4f;  // voxels, tolerance of the computed large
 // voxels; for a motion of at most this length, a cut uses only the head's final pose, which saves a seventh of the
 // time
 inline constexpr float kSlow = 0.05f;
-// voxels; nearer to a corner of the head's outline than this, rounding errors dominate the direction from the
-// corner
+// voxels; if a point is nearer than this to a corner of the head's outline, rounding errors dominate the computed
+// direction from the corner to the point
 inline constexpr float kNear = 0.01f;
 
 /// Returns the distance r from the axis beyond which the maximum of a sample's depth on its path need not be searched.

@@ -67,8 +67,8 @@ WatchdogProcess::WatchdogProcess(int descriptor, std::span<const std::uint8_t> z
   priority.sched_priority = 85;
   ::sched_setscheduler(0, SCHED_FIFO, &priority);  // has no effect if the permission is missing
 
-  // ns; if the parent stops writing, zero force is sent only once. This is the time of the parent's last write before
-  // the zero force was sent; -1: zero force has not been sent yet.
+  // ns, time of the parent's last write before this process last sent zero force; -1: it has not sent zero force yet.
+  // If the parent has written nothing since then, zero force is not sent again.
   Nanos silent_since = -1;
   for (;;) {
     pollfd parent{ends[0], POLLIN, 0};

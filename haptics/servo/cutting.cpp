@@ -48,8 +48,8 @@ void Servo::State::earn(ContactTick& now) noexcept {
       budget = std::max(budget, -std::max(power * P::held_time, owed * in.specific_energy));
     }
   } else if (coupling.normal_force <= 0) {
-    // If no part of the tool touches tissue, the energy that was saved for cutting is lost. If only the shank touches
-    // tissue, the head keeps its saved energy.
+    // If no part of the tool touches tissue, the energy that was stored for cutting is lost. If only the shank touches
+    // tissue, the head keeps its stored energy.
     budget = std::min(budget, 0.0);
   }
   cutting.wall_budget =

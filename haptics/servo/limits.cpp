@@ -18,10 +18,10 @@ dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
 }
 
 /// Returns the part (N) of a force change that must wait for later ticks. `change`: N, size of the change, which
-/// exceeds the limit drilling_slew. The hand's own displacement also changes the force, through the coupling's spring,
-/// even if only in direction. From version 8 of the force laws on, this change need not wait (except for at most
-/// lag_limit of it, while the hand advances). The reason: a force that lags behind the hand is too small on the way in
-/// and too large on the way back. Both reduce the ledger's energy.
+/// exceeds the limit drilling_slew. The hand's own displacement also changes the force (its size, its direction, or
+/// both) through the coupling's spring. From version 8 of the force laws on, this change need not wait. But while the
+/// hand advances, up to lag_limit of it may wait. The reason: a force that lags behind the hand is too small while the
+/// hand advances and too large while it retreats. Both errors reduce the ledger's energy.
 double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
   const double over = change - P::drilling_slew * now.dt;
   if (!lands(now)) return std::min(over, P::lag_limit);

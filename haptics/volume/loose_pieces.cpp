@@ -202,7 +202,7 @@ class LoosePieces::KnownBlocks {
   }
   /// Returns the number of separate flood fills. Flood fills that have met count as one.
   std::size_t apart() const { return roots_.size(); }
-  /// Returns the tissue of each remaining flood fill, sorted by size. The last and largest may be incomplete.
+  /// Returns the tissue of each remaining flood fill, sorted by size. The last one, the largest, may be incomplete.
   std::vector<TissuePiece> pieces() const {
     std::vector<const Flood*> order;
     for (const int i : roots_) order.push_back(&floods_[static_cast<std::size_t>(i)]);

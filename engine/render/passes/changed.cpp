@@ -80,7 +80,7 @@ std::vector<PixelBox> Tiles::boxes(bool marked, const PixelBox& within) const {
       const PixelBox run{x * kSide, y * kSide, std::min(end * kSide, size_.x) - x * kSide,
                          std::min((y + 1) * kSide, size_.y) - y * kSide};
       x = end;
-      // If the box above this one begins and ends at the same x, both are joined to one box.
+      // If the box directly above this one has the same left and right edges, both are joined to one box.
       const auto above = std::find_if(out.begin(), out.end(), [&](const PixelBox& b) {
         return b.x == run.x && b.width == run.width && b.y + b.height == run.y;
       });
@@ -169,7 +169,7 @@ bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float 
   const glm::vec3 down(data.cursor_down), q = center - glm::vec3(data.cursor);
   const float below = glm::dot(q, down);
   // surface.frag draws the cursor's ring at a distance of about one cursor radius from the cursor's line. The ring and
-  // its soft edge end before two cursor radii.
+  // its soft edge are nearer to this line than two cursor radii.
   return below + radius > -data.cursor.w && glm::length(q - below * down) - radius < 2 * data.cursor.w;
 }
 

@@ -15,7 +15,7 @@ namespace typodont::render {
 // Format of the pictures. The GPU converts linear light to sRGB when it writes a pixel, and it averages the samples of
 // a pixel in linear light.
 inline constexpr VkFormat kColorFormat = VK_FORMAT_R8G8B8A8_SRGB;
-// format of the same pictures whose bytes are read without conversion from sRGB
+// format with which the bytes of the pictures are read unchanged, that is, without conversion from sRGB to linear light
 inline constexpr VkFormat kColorBytes = VK_FORMAT_R8G8B8A8_UNORM;
 inline constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 
