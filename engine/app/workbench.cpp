@@ -341,7 +341,7 @@ void Workbench::Impl::start() {
   if (headset) headset->start(began);
 }
 
-/// Reads the latest tick. Used only if nothing is drawn, because the drawing code also reads it.
+/// Reads the latest tick. Used only if nothing is drawn; otherwise the drawing code reads the latest tick.
 void Workbench::Impl::take_tick() {
   Latest<ServoTick>& newest = session->wiring.tick_to_render;
   if (newest.fetch()) tick = newest.front();
@@ -393,8 +393,8 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
     pressed = over.pressed;
     follow_keys(over);
-    // Every tick must reach `implant` if the score is computed (in the operator's window; `meter` exists);
-    // score_ticks() passes these ticks. Without a score, the newest tick is sufficient.
+    // If the score is computed (in the operator's window; `meter` exists), `implant` needs every tick, which it gets
+    // from score_ticks(). Without a score, the newest tick is sufficient.
     if (implant && !meter) implant->add({&tick, 1});
     edit_tissue(over);
     picture->draw(tick, hint(), summary.work);

@@ -20,8 +20,8 @@ constexpr float kUnchangedBand = 1.8f;
 /// Finds for every voxel its nearest seed, by passing seeds from voxel to neighbouring voxel. A seed is either a voxel
 /// whose closest surface point is known, or a marked voxel. There are eight passes over all voxels, one for each
 /// combination of ascending and descending axes. `closer(p, to, from)` compares the seeds of two neighbours: if the
-/// seed of the voxel `from` is nearer to the voxel `to` (at p) than the present seed of `to`, it becomes the seed of
-/// `to`.
+/// seed of the voxel `from` is nearer to the voxel `to` (at p) than the present seed of `to`, the voxel `to`
+/// gets the seed of `from`.
 template <class Closer>
 void sweep_all(const glm::ivec3& size, Closer&& closer) {
   const auto n = glm::ivec3(size);

@@ -502,7 +502,7 @@ void SessionReader::Impl::read_result() {
 }
 
 void SessionReader::Impl::find_gaps() {
-  // Checks for all ticks the columns by which gaps are recognised. The other columns are checked when they are read.
+  // Checks the columns in which gaps are visible, for all ticks. The other columns are checked when they are read.
   constexpr hsize_t kPiece = 1 << 16;
   const auto place_of = [](const char* name) {
     const auto names = names_of(tick_columns());

@@ -53,9 +53,9 @@ struct NewTooth {
 /// replace files of the same name. Returns the scene's file. Throws Error or Cancelled; then no file has changed.
 std::filesystem::path import_tooth(const NewTooth& tooth, Progress& progress);
 
-/// Does the same as import_tooth(), but for tissue that is already in memory. The caller must not have turned this
-/// tissue upright. `top`: m, point of the tissue that is moved to the point that the display rigs show; empty: the
-/// middle of the tissue's top.
+/// Does the same as import_tooth(), but for tissue that is already in memory. This function turns the
+/// tissue upright, so the caller must not do so. `top`: m, point of the tissue that is moved to the point that the
+/// display rigs show; empty: the middle of the tissue's top.
 std::filesystem::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Progress& progress,
                                         const std::optional<dvec3>& top = {});
 

@@ -70,8 +70,8 @@ Text rules_of(const std::vector<RuleChoice>& choices) {
   Text rules = Text::array();
   for (const RuleChoice& c : choices) {
     if (!c.counts) continue;
-    // Rounds a number to four digits, as the user typed it. Without this, the float 0.7 would be written with more
-    // digits.
+    // Rounds a number to four significant digits, so that the file contains the number as the user typed it. Without
+    // rounding, the float 0.7 would be written with more digits.
     const auto plain = [](float v) { return std::stod(fmt::format("{:.4g}", v)); };
     Text rule = {{"name", c.name}, {"tolerance", plain(std::max(c.tolerance, 1e-6f))}, {"weight", plain(c.weight)}};
     if (!c.from_ideal) rule["target"] = plain(c.target);

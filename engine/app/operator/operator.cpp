@@ -43,7 +43,7 @@ using namespace std::chrono_literals;
 constexpr double kIdleFrame = 60;  // s, time between two frames while nothing happens
 // ns, interval at which the loop checks for changes that the desktop does not report
 constexpr Nanos kIdleWait = 25'000'000;
-// ns, if input arrives after less than this time of waiting, the loop also sleeps, so that it uses less computing time
+// ns; if the loop waited for less than this time until input arrived, it then sleeps, which saves computing time
 constexpr Nanos kBriefWait = 4'000'000;
 constexpr double kSessionFrame = 0.05;  // s, time between two frames of this window during a session
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;

@@ -33,7 +33,7 @@ void draw_phase(const OperatorState& s, const ImplantStatus& implant) {
   ImGui::PopStyleColor();
 }
 
-/// Returns true if the page must explain the mouse: an exercise without steps, such as an imported scan, does not.
+/// Returns true if the page must explain the mouse. The steps of an exercise explain it, but a scan has no steps.
 bool explains_mouse(const OperatorState& s) {
   return s.steps.count() == 0 && s.device.address == "mouse:";
 }

@@ -32,7 +32,7 @@ class StepWatcher {
 
   /// Checks the user's actions since the current step began. Returns true if they have now completed the step.
   bool follow(const StepActions& now);
-  /// Completes the current step by a click of the user. back() marks the last completed step as not done.
+  /// Completes the current step after a click of the user. back() marks the last completed step as not done.
   void next();
   void back();
 

@@ -74,7 +74,7 @@ class LiveViews {
   struct Wish {
     Look look;
     glm::dvec4 plane{0};
-    /// counter that increases whenever another PictureStage begins to draw this picture
+    /// number that increases whenever another object of the class PictureStage begins to draw this picture
     int stage = 0;
     bool operator==(const Wish&) const = default;
     /// Returns true if the settings of the picture (its Look) request other bodies than the tooth's surface, for

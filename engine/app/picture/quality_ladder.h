@@ -17,8 +17,8 @@ class QualityLadder {
   /// reached. `first`: level at the start.
   explicit QualityLadder(double slow = kSlow, double quick = 1.0 / 90, std::size_t first = 1)
       : slow_(slow), quick_(quick), step_(first), mean_((slow + quick) / 2) {}
-  /// Makes a ladder for software rendering, which starts at a quality that a CPU can draw. The next better quality
-  /// takes up to twice as long. So the quality is raised only if the mean time of a frame is less than 1/75 s.
+  /// Makes a ladder for software rendering, which starts at a quality that a CPU can draw. A frame of the next better
+  /// quality takes up to twice as long. So the quality is raised only if the mean time of a frame is less than 1/75 s.
   static QualityLadder for_processor() { return QualityLadder(kSlow, 1.0 / 75, 3); }
   /// Makes a ladder that stays at the level with this name. `level` must be a name in render::kQualityLadder.
   static QualityLadder fixed_at(std::string_view level) {

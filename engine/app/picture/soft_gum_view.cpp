@@ -10,8 +10,8 @@ namespace typodont {
 
 namespace {
 
-// A point of the soft gum moves the vertices within this radius. The radius is a multiple of the distance between
-// neighbouring points.
+// Radius within which a point of the soft gum moves the vertices of the picture, divided by the distance between
+// neighbouring points of the gum.
 constexpr double kReach = 1.7;
 constexpr float kEdge = 0.3e-3f;    // m, triangles with edges longer than this are divided where the gum can move
 constexpr int kSplits = 4;          // largest number of times that an edge of the gum's triangles is halved

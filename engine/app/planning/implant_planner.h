@@ -85,8 +85,8 @@ class ImplantPlanner {
   NerveCanal canal_near(const session::ImplantPlan& plan) const;
 
   /// If the scene has a plan, returns this plan with the procedure's implant. Otherwise proposes a vertical implant at
-  /// the position with the largest fraction of its surface in bone. If several positions are equal, the one farthest
-  /// from canals and teeth is chosen.
+  /// the position with the largest fraction of its surface in bone. If several positions have this
+  /// fraction, the one farthest from canals and teeth is chosen.
   session::ImplantPlan proposal(const ImplantProcedure& procedure) const;
   PlanFindings findings(const session::ImplantPlan& plan) const;
 

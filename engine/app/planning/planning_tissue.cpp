@@ -127,7 +127,7 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
           }
         }
         if (in_bone <= 2 * in_tooth) continue;
-        // The search starts again at one end of the canal, so that the distances increase to its other end.
+        // The search starts again at one end of the canal, so that the distances increase from there to the other end.
         piece = distances_within_piece(piece.back().first);
         // The search counts steps from voxel to voxel through their faces. So its path can be √3 times as long as the
         // canal. The true length is computed below, from the centres of the sections.

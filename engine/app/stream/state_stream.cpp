@@ -114,8 +114,8 @@ struct Reader {
   std::string asked;     // the reader's request, as far as it has arrived
   std::string waiting;   // data that was not yet sent to the reader
   bool greeted = false;  // true: the WebSocket handshake is complete
-  // Time at which the reader's last progress ended: since this time, it has received no data or its request has stayed
-  // incomplete. Empty while the reader makes progress.
+  // Since this time, the reader has made no progress: it has received no data, or its request has stayed incomplete.
+  // Empty while the reader makes progress.
   std::optional<Nanos> stuck;
   bool gone = false;
 };

@@ -311,8 +311,8 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
     }
     ++body;
   };
-  // The surface of a neighbour that pictures show ends shortly below the gum's edge, because the gum hides the root. A
-  // section cuts the root open, so this function includes the root.
+  // In pictures, the surface of a neighbouring tooth ends shortly below the gum's edge, because the gum hides the root.
+  // A section cuts the root open, so this function includes the root.
   const auto with_root = [&](const Impl::Neighbour& n, const dvec3& p) {
     const double whole = shape.whole(n, p);
     return shape.plan.gum && whole < kToothFace ? std::min(shape.neighbour(n, p), std::max(whole, shape.gum(p)))

@@ -115,7 +115,7 @@ void reduce_below(const DenseCopy& copy, const session::DenseField& tooth, doubl
   }
 }
 
-/// Moves the surface of the field by `by` voxels; positive: away from the inside.
+/// Moves the surface of the field by `by` voxels; positive: out of the tissue, so that the tissue grows.
 session::DenseField moved(session::DenseField field, double by) {
   for (float& d : field.distance) d -= static_cast<float>(by);
   return session::redistanced(field);

@@ -232,7 +232,7 @@ bool read_text(const H5& dataset, std::string& text) {
   H5 space(H5Dget_space(dataset.get()), H5Sclose);
   H5 stored(H5Dget_type(dataset.get()), H5Tclose);
   std::size_t size = 0;
-  // A text cannot be longer than the file, because open_dataset() has checked the size.
+  // No size limit (SIZE_MAX) is needed, because open_dataset() has compared the size with the size of the file.
   if (H5Sget_simple_extent_npoints(space.get()) != 1 || !plausible_string(stored.get(), size, SIZE_MAX)) return false;
   H5 type = h5_string_type(size);
   std::string bytes(size, '\0');

@@ -36,7 +36,7 @@ constexpr float kGentleCosine = 0.44f;
 // the facet would lie about s²κ/4 below the surface. So the vertices are placed outside the surface by kLift·s²κ. Then
 // the facet's corners lie outside the surface by about as much as its middle lies inside. The remaining error is at
 // most kSag·s²κ. Each vertex is also moved along the surface towards the middle of its cell, by the fraction kCentre of
-// its distance, so that facets have similar sizes. All values were measured on spheres:
+// its distance from this middle, so that facets have similar sizes. All values were measured on spheres:
 // tests/property/surface_mesh_test.cpp.
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
