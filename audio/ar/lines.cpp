@@ -177,7 +177,7 @@ double LineTrack::mean_amplitude() const {
 }
 
 double LineTrack::amplitude_variance_of_noise() const {
-  // Power response of the smoothing filter: |H|² = 2^-(f/bandwidth)².
+  // Power of the noise in the band: `floor` times the integral of the filter's power response |H|² = 2^-(f/bandwidth)².
   const double mean = mean_amplitude();
   return mean > 0 ? floor * std::sqrt(kPi / std::log(2.0)) * bandwidth / (mean * mean) : 0.0;
 }
