@@ -73,7 +73,7 @@ void gather_few(const Sparse<T>& g, const glm::ivec3& lo, T* to) {
     }
     return;
   }
-  // samples of the two blocks along each axis (z fastest); null if the block is not stored
+  // for each of the 2 × 2 × 2 blocks (z fastest): pointer to its samples; null if the block is not stored
   const T* stored[8] = {};
   T common[8] = {};  // value of all samples of a block that is not stored
   for (int k = 0; k < 8; ++k) {
