@@ -23,8 +23,8 @@ struct DelayOptions {
 struct DelayResult {
   // s, delay; if the clocks have different rates, the delay at `reference_time` (the first time in both recordings)
   double delay = 0;
-  // s, standard deviation of the delay. If the motion does not determine the delay, it is that of a delay that is
-  // equally probable everywhere in the search range.
+  // s, standard deviation of the delay. If the motion does not determine the delay, `sigma` is the standard deviation
+  // of a number that is equally probable everywhere in the search range.
   double sigma = 0;
   bool ambiguous = false;
   std::string reason;              // the reason for an ambiguous result, as one sentence

@@ -177,7 +177,7 @@ double LineTrack::mean_amplitude() const {
 }
 
 double LineTrack::amplitude_variance_of_noise() const {
-  // Power response of the smoothing filter: |H|² = 2^-(f/bandwidth)².
+  // Power of the noise in the band: `floor` times the integral of the filter's power response |H|² = 2^-(f/bandwidth)².
   const double mean = mean_amplitude();
   return mean > 0 ? floor * std::sqrt(kPi / std::log(2.0)) * bandwidth / (mean * mean) : 0.0;
 }
@@ -219,12 +219,12 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency) 
 
 std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<TakenLine> lines;
-  // the frequencies already tried as spectral lines: frequency (Hz), and half the width of the line's band (Hz)
+  // the frequencies already tried as spectral lines: frequency (Hz), and full width of the line's band (Hz)
   std::vector<std::pair<double, double>> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
     if (lines.size() == kMostLines) break;
-    // A spectral line whose frequency fluctuates has several peaks in its band. So a peak in the band of a frequency
-    // that was already tried belongs to that line, and is skipped.
+    // A spectral line whose frequency fluctuates has several peaks. So a peak that is nearer to a tried frequency than
+    // the width of the tried line's band belongs to that line, and is skipped.
     const auto near = [&](const auto& other) { return std::abs(other.first - found.frequency) < other.second; };
     if (found.frequency < kBandwidths.front() || std::any_of(tried.begin(), tried.end(), near)) continue;
     const LineTrack track = follow_line(x, rate, found.frequency);

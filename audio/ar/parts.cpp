@@ -85,8 +85,8 @@ std::vector<SoundPart> parts_of(std::span<const double> x, double rate) {
   while (to > from && !even(to - 1)) --to;
   if (from == to) return {};
 
-  // The part between the first and the last frame of constant level is divided into idle and load, each of a minimum
-  // length.
+  // Divides the time between the first and the last frame of constant level into idle and load. A part that is shorter
+  // than kShortest becomes a part of its neighbour.
   const auto shortest = static_cast<std::ptrdiff_t>(std::lround(kShortest / kFrame));
   const auto limit = dividing_level({levels.begin() + from, levels.begin() + to}, static_cast<std::size_t>(shortest));
   std::vector<DrillPart> parts(static_cast<std::size_t>(count), DrillPart::kIdle);

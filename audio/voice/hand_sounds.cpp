@@ -14,7 +14,7 @@ constexpr double kJetFrom = 2500, kJetTo = 9000;  // Hz, limits of the band in w
 constexpr double kDropletsPerSecond = 500;
 constexpr float kDropletPower = 0.25f;  // fraction of the spray's power that comes from the droplets
 
-// amplitude of the white noise in the suction, as a ratio to the noise that excites its resonance
+// amplitude of the white noise that is added to the suction's resonance, as a ratio to the noise that excites it
 constexpr float kSuctionHiss = 1;
 
 constexpr double kAsperity = 20e-6;  // m, distance between the asperities of a tooth's surface
@@ -97,8 +97,8 @@ Scrape::Scrape(double sample_rate, std::uint64_t seed)
 }
 
 float Scrape::next(float slip, float level, Tissue tissue) noexcept {
-  // Two low-pass filters, one octave above (two poles) and one octave below the rate at which the tip meets asperities.
-  // Their difference is a band-pass.
+  // The difference of two low-pass filters is a band-pass. `rate`: Hz, rate at which the tip meets asperities. The
+  // cut-off frequencies lie one octave above `rate` (two poles) and one octave below it (one pole).
   const float rate = slip / static_cast<float>(kAsperity);
   const float upper = std::min(2 * rate * per_radian_, 0.9f), lower = std::min(0.5f * rate * per_radian_, 0.5f);
   high_[0] += upper * (noise_.next() - high_[0]);

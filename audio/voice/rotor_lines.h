@@ -37,7 +37,7 @@ class RotorLines {
   bool empty() const noexcept { return oscillators_.empty(); }
 
   /// Adds the next samples, at most kMost, to `out`. `speeds`: ratio of the spindle's speed to the recorded speed.
-  /// gains[t][i]: gain of tissue t's sound, read only if active[t]. The idle sound is that of tissue air.
+  /// gains[t][i]: gain of tissue t's sound at sample i, read only if active[t]. The idle sound is that of tissue air.
   static constexpr int kMost = 64;
   void add(const double* speeds, const float (*gains)[kMost], const bool* active, float* out, int count) noexcept;
 

@@ -142,9 +142,9 @@ class Consensus {
       const double dof = 3 * static_cast<double>(best.pairs.size()) - 6;
       const double variance = std::max(best.sse / dof, floor_ * floor_);
       const double farthest = r2[order[next - 1]];
-      // Compares the residual with two quantiles; it must exceed both. The F quantile is never below the chi-squared
-      // quantile. So it is computed only if the residual exceeds the chi-squared quantile, because computing it takes
-      // long.
+      // The search ends if the largest residual exceeds the F quantile. Computing this quantile takes long. It is never
+      // below the chi-squared quantile, so the residual is first compared with the chi-squared quantile, and the F
+      // quantile is computed only if the residual is larger.
       if (farthest > variance * surely_within &&
           farthest > 3 * variance * f_quantile(1 - kGrowthFalseAlarm / static_cast<double>(next), 3, dof)) {
         break;
@@ -346,8 +346,8 @@ class KnownNoise {
   /// pairs.
   Agreement find(const Fit& all, std::size_t least) const {
     Agreement best{grow(all, 0), 0};
-    // Largest number of triples. With this number, the probability of missing four good pairs among sixteen is 1e-9. If
-    // there are few pairs, all triples are tried.
+    // Largest number of random triples that are tried. With 3000 triples, the probability of missing four good pairs
+    // among sixteen is 1e-9. With few pairs, 4 n_³ random triples include practically every triple.
     const double most = std::min(3000.0, 4 * std::pow(static_cast<double>(n_), 3));
     double needed = needed_for(std::max(least, best.fit.pairs.size()));
     if (needed == 0 && cost(best.fit) > expected_) needed = needed_for(n_ / 2);

@@ -80,9 +80,9 @@ UserOffset user_offset_of(std::span<const SeenTouch> touches) {
     far[k] = glm::length(touches[k].touched_W - touches[k].shown_W - median);
   std::vector<double> sorted = far;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-  // An alignment with a residual above this limit is an outlier. The limit is 5.5 standard deviations. The standard
-  // deviation is estimated from the median residual: 1.5382 is the median of |x| for a normally distributed vector x in
-  // three dimensions with the standard deviation 1 per axis.
+  // A touch is an outlier if its offset is farther than this from the median offset. The limit is 5.5 standard
+  // deviations. The standard deviation is estimated from the median of these distances: 1.5382 is the median of |x| for
+  // a normally distributed vector x in three dimensions with the standard deviation 1 per axis.
   const double limit = std::max(1e-9, 5.5 * sorted[sorted.size() / 2] / 1.5382);
   UserOffset offset;
   offset.touches = static_cast<int>(touches.size());

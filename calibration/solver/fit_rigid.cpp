@@ -9,7 +9,7 @@ namespace typodont::calibration {
 namespace {
 
 // Computes the eigenvector for the largest eigenvalue of a symmetric 4×4 matrix by cyclic Jacobi rotations. Used only
-// if Newton's method has a double root, which is rare.
+// if the two largest eigenvalues are almost equal, which is rare.
 dquat largest_eigenvector(double K[4][4]) noexcept {
   double V[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
   for (int sweep = 0; sweep < 30; ++sweep) {
@@ -126,7 +126,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     R = glm::normalize(largest_eigenvector(K));
   }
 
-  // The polynomial does not give full precision. Two Newton steps on the rotation give it. The steps maximise
+  // The rotation from the polynomial does not have full precision, so two Newton steps improve it. They maximise
   // tr(exp(-[δ]) B) with B = M Rᵀ; the maximum fulfils (tr B - sym B) δ = axial(B).
   for (int polish = 0; polish < 2; ++polish) {
     const glm::dmat3 r = glm::mat3_cast(R);  // r[column][row]

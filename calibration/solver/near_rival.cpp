@@ -121,8 +121,8 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     if (glm::dot(r, dvec3(longest.x(), longest.y(), longest.z())) > 0) up.push_back(i);
   }
   if (up.size() >= kLeast) start_from(splitter.fit(up));
-  // Three pairs that follow the same motion determine it, and at least one of four triples of pairs consists of such
-  // pairs. If there are few pairs, all triples are tried; otherwise 48 random triples.
+  // Three pairs that follow the same motion determine it. At least a quarter of all triples of pairs are of this kind.
+  // If there are few pairs, all triples are tried; otherwise 48 random triples.
   const auto triple = [&](std::size_t a, std::size_t b, std::size_t c) {
     start_from(splitter.fit({looked_at[a], looked_at[b], looked_at[c]}));
   };

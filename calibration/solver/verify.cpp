@@ -62,8 +62,8 @@ VerifyResult verify(std::span<const dvec3> p_H, std::span<const dvec3> p_D, cons
       AA += b * b.transpose();
       AE += b * Eigen::RowVector3d(error[i].x, error[i].y, error[i].z);
     }
-    // The ridge term is far below the information of one touch. If all points lie in a plane, it prevents extreme
-    // values of the field outside this plane.
+    // If all points lie in a plane, the ridge term (1e-6) prevents extreme values of the field outside this plane. The
+    // term is far smaller than the information of one touch.
     inverse = (AA + 1e-6 * Eigen::MatrixXd::Identity(terms, terms)).inverse();
     field = inverse * AE;
     double squares = 0;

@@ -73,7 +73,7 @@ void gather_few(const Sparse<T>& g, const glm::ivec3& lo, T* to) {
     }
     return;
   }
-  // samples of the two blocks along each axis (z fastest); null if the block is not stored
+  // for each of the 2 × 2 × 2 blocks (z fastest): pointer to its samples; null if the block is not stored
   const T* stored[8] = {};
   T common[8] = {};  // value of all samples of a block that is not stored
   for (int k = 0; k < 8; ++k) {
@@ -117,7 +117,7 @@ void smooth_block(const From& g, const glm::ivec3& first, const Kernel& kernel, 
   b.resize(plane * row);
   gather(g, first - r, n, a.data());
   const float* w = kernel.weight.data();
-  // Computes `length` weighted sums. Their samples are `stride` apart in memory, and the results are contiguous.
+  // Computes `length` weighted sums. The samples of a sum are `stride` apart in memory; the results are contiguous.
   const auto line = [&](const float* from, std::size_t stride, std::size_t length, float* to) {
     for (std::size_t k = 0; k < length; ++k) to[k] = w[0] * from[k];
     for (int m = 1; m <= r; ++m) {

@@ -154,8 +154,8 @@ bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x)
       x += onto;
       return true;
     }
-    // If the surface's curvature times the distance of q is near one, the step in the tangent plane is too long, and
-    // the error hardly decreases. In this case, the step in the tangent plane is shortened.
+    // If q is almost as far from the surface as the surface's centre of curvature, the step in the tangent plane is too
+    // long, and the error hardly decreases. In this case, the step in the tangent plane is shortened.
     if (error > 0.9 * before) damping *= 0.6;
     before = error;
     glm::dvec3 step = onto + damping * along;

@@ -232,7 +232,7 @@ dvec3 away_from_base(const Mesh& mesh) {
     f.area *= static_cast<double>(every);
     return next++ % every != 0;
   });
-  // m; a triangle belongs to the base if its centre is at most this far inside the plane of the base (in a groove)
+  // m; a triangle belongs to the base if the distance of its centre from the plane of the base is at most this
   constexpr double kDeep = 1.5e-3;
   // smallest cosine of the angle between the normals of the base and of a triangle that belongs to it
   constexpr double kSlope = 0.9;

@@ -205,7 +205,7 @@ class CanalBound {
     const auto curved = [](double x, double width) {
       return width / std::sqrt(2 * kPi) * std::exp(-0.5 * x * x / (width * width));
     };
-    // The image of an edge whose height is 1, and which is part of a cylinder.
+    // Returns the grey value at the distance x from a cylindrical edge of height 1, after blur and smoothing.
     const auto edge = [&](double x, double curvature) {
       return (1 + c) * (step_at(x, once) + 0.5 * curvature * curved(x, once)) -
              c * (step_at(x, twice) + 0.5 * curvature * curved(x, twice));
@@ -230,7 +230,7 @@ class CanalBound {
   }
 
  private:
-  double least_;                            // smallest brightest value that shows a wall
+  double least_;                            // if the brightest value is smaller than this, there is no wall
   std::vector<double> brightest_, border_;  // for each thickness: the brightest value, and the value at the border
 };
 
@@ -250,7 +250,8 @@ std::optional<double> grey_inside(const Grid<float>& scan, const SparseMask& tis
   const SparseMask around = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
   const Sparse<float> into = distance_squared_to(around, 4);
   for (const double squared : {12.0, 9.0, 6.0, 4.0}) {  // voxels², depths of 3.5, 3, 2.45 and 2 voxels
-    // The distance to the nearest sample outside is half a voxel larger than the distance to the border.
+    // kBlurs: smallest depth below the border, in units of `blur`. 0.5 is added, because depths are measured from the
+    // nearest sample outside, half a voxel beyond the border. A depth of kBlurs voxels is always sufficient.
     constexpr double kBlurs = 2.4;
     if (std::sqrt(squared) < std::min(kBlurs * blur + 0.5, kBlurs)) break;
     std::vector<float> greys;
@@ -343,11 +344,11 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
 // narrow. But the blur does not change a canal's total deficit: the sum, over the samples in and around the canal, of
 // the grey value of dentin minus the sample's grey value. The deficit divided by the difference between the grey values
 // of dentin and pulp is the canal's volume in samples. For each sample near the border, this volume is computed in a
-// ball around the sample. Then the sample becomes pulp if fewer samples of the ball than this volume are darker than
-// the sample, and dentin otherwise. `scan` and `smooth` are the scan's grey values before and after smoothing, `tooth`
-// marks the teeth with their cavities, and `to_crown` is the squared distance to enamel. `blur` is the standard
-// deviation of the scan's blur in voxels. `soft_elsewhere` is the grey value of soft tissue in the bone. It is used for
-// a pulp that is too narrow to measure its own grey value.
+// ball around the sample. If the number of darker samples in the ball is smaller than this volume, the sample becomes
+// pulp, otherwise dentin. `scan` and `smooth` are the scan's grey values before and after smoothing, `tooth` marks the
+// teeth with their cavities, and `to_crown` is the squared distance to enamel. `blur` is the standard deviation of the
+// scan's blur in voxels. `soft_elsewhere` is the grey value of soft tissue in the bone. It is used for a pulp that is
+// too narrow to measure its own grey value.
 void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const SparseMask& tooth,
                     const Sparse<float>& to_crown, const JawGreys& greys, double blur, double soft_elsewhere,
                     Sparse<Tissue>& tissue) {
@@ -357,7 +358,7 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   constexpr int kBall = 6;
   // smallest number of samples from which a grey value is measured: near a sample, and in all teeth
   constexpr std::size_t kLeast = 20, kEnough = 200;
-  constexpr double kBrightest = -0.25;  // smallest fraction of pulp in a sample; negative because of noise and enamel
+  constexpr double kBrightest = -0.25;  // lower limit of a sample's fraction of pulp; negative due to noise and enamel
   constexpr double kDarkest = 1.25;
   const std::shared_ptr<const BlockSet>& set = tissue.set;
   const SparseMask pulp = where(
@@ -711,8 +712,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     for (const std::uint8_t in : core.v) volume += in;
     const double radius = std::max(2.0, std::sqrt(volume / (kPi * std::max(length, 1.0))));
     const CanalBound canal_bound(s.true_blur, kSmooth, (porous - soft) / (dense - soft), radius);
-    // The brightest grey value on a ray out of the canal. Bright bone in other directions is not the canal's wall. A
-    // ray is out of the canal if its opposite direction leads into the canal.
+    // From each sample, a ray runs in the direction in which the grey value rises, and the brightest grey value on it
+    // is found. If the opposite direction does not lead into the canal, bright bone on the ray is not the canal's wall.
     const double without_wall = glm::mix(soft, dense, canal_bound(0));
     Sparse<float> brightest(set, 0, 0);
     for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {

@@ -18,8 +18,8 @@ struct Levels {
   // true if the threshold between the two tissues is known: the user gave it, or the grey values are Hounsfield units
   // plus a constant
   bool fixed_dense = false;
-  // true if a thin layer on the tissue that is as bright as `outside` (soft tissue on a bone) counts as surroundings,
-  // although the material beyond the layer is darker (air)
+  // true: a thin layer on the tissue counts as surroundings if the layer is as bright as `outside` (soft tissue on a
+  // bone), although the material beyond the layer is darker (air)
   bool fixed_surround = false;
   // Grey value above which a voxel belongs to a tooth. If a scan contains several bodies, the largest body with teeth
   // is imported, even if another body (a spine) is larger. If there is no value, the largest body is imported.

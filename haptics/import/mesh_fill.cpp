@@ -65,9 +65,9 @@ class Skin {
     // The test point is not the triangle's centre, because the centres of opposite faces can coincide on a diagonal.
     const dvec3 at = 0.3371 * t.a + 0.3187 * t.b + 0.3442 * t.c, n = normal / size;
     // A triangle belongs to the outer surface if at least one of its two sides lies outside the body. First, one sample
-    // on each side is tested, at the distance kAround; its part is already known. If both samples lie in the same part,
-    // the winding numbers are computed much nearer to the triangle, at the distance kBeside on both sides. Both
-    // distances are in voxels.
+    // on each side is tested, at the distance kAround; the parts of all samples are already known. If both samples lie
+    // in the same part, the winding numbers are computed much nearer to the triangle, at the distance kBeside on both
+    // sides. Both distances are in voxels.
     constexpr double kAround = 1.5, kBeside = 1e-3;
     const auto part_at = [&](const dvec3& q) {
       const glm::ivec3 i(glm::round(q));

@@ -341,9 +341,9 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     for (double t = kStep; t <= depth; t += kStep) peak = std::max(peak, sample(smooth, from - t * n));
     return static_cast<double>(peak);
   };
-  // The first surface of a jaw lies far below the middle of the edge, because its threshold is based on cancellous bone
-  // and the plate is cortical bone. There, the edge is less steep than at its centre, so `widths` are too large. The
-  // stronger sharpening that follows from them keeps the ligament open. `true_widths` are corrected.
+  // In a jaw, the grey value at the first surface is far below the middle of the edge, because the threshold is based
+  // on cancellous bone, and cortical bone is brighter. There, the edge is less steep than at its centre, so `widths`
+  // are too large. They make the sharpening stronger, which keeps the ligament open. `true_widths` are corrected.
   std::vector<float> widths, true_widths;
   for (std::size_t i = 0; i < first.distance.v.size(); i += 3) {
     if (std::abs(first.distance.v[i]) > 0.5F) continue;
@@ -369,8 +369,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   if (!true_widths.empty()) {
     const auto middle = true_widths.begin() + static_cast<std::ptrdiff_t>(true_widths.size() / 2);
     std::nth_element(true_widths.begin(), middle, true_widths.end());
-    // The gradient is interpolated from differences of samples two voxels apart. This widens the edge by the variance
-    // 1/3 at a sample and hardly between samples; the mean is used.
+    // The gradient is interpolated from differences of samples two voxels apart. At a sample, this increases the
+    // variance σ² of the edge by 1/3; between samples, it hardly changes σ². The constant is the mean of both cases.
     constexpr double kInterpolation = 1.0 / 6;
     const auto width = static_cast<double>(*middle);
     s.true_blur = std::sqrt(std::max(0.0, width * width - kSmooth * kSmooth - kInterpolation));
