@@ -25,7 +25,7 @@ constexpr double kAround = 1.8;
 // As a multiple of the radius of the largest hole in the packing. A gap between spheres belongs to a sphere if its
 // distance from the sphere is at most this.
 constexpr double kGapsAround = 2;
-// first version of the force laws in which a cut also reduces the gaps that belong to the cut sphere
+// first version of the force laws in which a cut also reduces the range of the gaps around the cut sphere
 constexpr std::uint32_t kLawsOfReducedGaps = 7;
 // largest number of changes of spheres that may wait for the next update of the field; if there are more, the field is
 // updated at once
