@@ -33,10 +33,11 @@ constexpr Bur kBurs[] = {{"round 1.2 mm", HeadShape::kSphere, 1.2e-3, 1.2e-3},
                          {"cone 1.2 x 4 mm", HeadShape::kCone, 1.2e-3, 4e-3},
                          {"inverted cone 1.0 x 1.0 mm", HeadShape::kInvertedCone, 1.0e-3, 1.0e-3}};
 constexpr std::size_t kFewBurs = 3;
-constexpr double kDeep = 1.5e-3;    // m, depth below the surface to which the bur sinks
-constexpr double kSpeed = 2e-6;     // m per tick, speed of the bur
-constexpr double kWiden = 0.7e-3;   // m, radius to which the bur's circular path grows
-constexpr double kCircle = 0.5e-3;  // m, radius at which a bur on its circle has the speed kSpeed (its angular speed is constant)
+constexpr double kDeep = 1.5e-3;   // m, depth below the surface to which the bur sinks
+constexpr double kSpeed = 2e-6;    // m per tick, speed of the bur
+constexpr double kWiden = 0.7e-3;  // m, radius to which the bur's circular path grows
+constexpr double kCircle =
+    0.5e-3;  // m, radius at which a bur on its circle has the speed kSpeed (its angular speed is constant)
 // mm, sides of two square blocks whose surfaces have 53,000 and 1,000,000 vertices
 constexpr double kSmallBlock = 12.7, kLargeBlock = 66.8;
 

@@ -243,8 +243,8 @@ std::optional<double> median_of(std::vector<float>& values) {
   return static_cast<double>(*middle);
 }
 
-// Returns the median of the grey values deep inside a soft tissue, where the scan's blur hardly changes them: at a depth
-// of about 2.5 standard deviations of the blur (`blur`, voxels).
+// Returns the median of the grey values deep inside a soft tissue, where the scan's blur hardly changes them: at a
+// depth of about 2.5 standard deviations of the blur (`blur`, voxels).
 std::optional<double> grey_inside(const Grid<float>& scan, const SparseMask& tissue, double blur) {
   const std::shared_ptr<const BlockSet>& set = tissue.set;
   const SparseMask around = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
