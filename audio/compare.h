@@ -30,11 +30,11 @@ struct Comparison {
   double level_difference_dB = 0;  // dB, level of sound b minus level of sound a
   /// frequency of the strongest tone of sound b divided by that of sound a; 0 if one sound has no tone
   double tone_ratio = 0;
-  double up_to = 0;  // Hz, highest frequency that the distances include
+  double up_to = 0;  // Hz, the distances compare the spectra up to this frequency
 };
 
 struct CompareOptions {
-  double up_to = 16000;  // Hz, highest frequency that the distances include; 200 or more
+  double up_to = 16000;  // Hz, the distances compare the spectra up to this frequency; at least 200 Hz
   // true: changes of the spindle's speed are removed from each sound before the comparison; they are measured on a
   // steady spectral line of the sound
   bool constant_speed = false;

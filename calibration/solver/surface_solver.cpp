@@ -29,8 +29,8 @@ constexpr double kPerMedian = 1.4826;
 // After each round, the limit of the used residuals is at least this fraction of its value before the round
 constexpr double kShrink = 0.8;
 constexpr double kStill = 1e-7;  // m, if a step is shorter than this, the iteration ends
-// Ridge term for the offset between the two surfaces. Without this term, data in which no two parts of the surface face
-// each other would not determine the offset.
+// Weight of a penalty (ridge term) on the offset between the two surfaces. Without it, touches of the three walls of a
+// corner would not determine the offset, because a translation has the same effect.
 constexpr double kOffsetRidge = 1e-3;
 
 Eigen::Vector3d eigen(const dvec3& v) {

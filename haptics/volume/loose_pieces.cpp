@@ -177,8 +177,8 @@ class LoosePieces::KnownBlocks {
                [&](const Part& part) { return (part.shape.faces[face ^ 1] & faces[face]) != 0; });
     }
   }
-  /// Lets the flood fills spread; they started around the samples that the cut emptied. The search ends when at most
-  /// one flood fill can still spread. This flood fill must also be larger than each flood fill that has ended.
+  /// Lets the flood fills spread from the samples around the cut. Returns when no flood fill can still spread, or when
+  /// only one can and it is already larger than each flood fill that has ended.
   void run(const TissueVolume& volume) {
     roots_.resize(static_cast<std::size_t>(flood_count_));
     std::iota(roots_.begin(), roots_.end(), 0);

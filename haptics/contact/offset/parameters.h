@@ -160,7 +160,7 @@ struct RetreatParameters {
   // m; if the distance between hand and proxy exceeds this limit, the hand has certainly moved away, because at 1 N/mm
   // nobody presses so hard
   static constexpr double too_far = 5e-3;
-  static constexpr double patience = 0.3;    // s, time for which the proxy must be held before it retraces its path
+  static constexpr double patience = 0.3;    // s; if contacts hold the proxy for this time, it retraces its path
   static constexpr double report_after = 1;  // s, hold time after which a fault reports that no path back was found
   // m; a point of the recorded path is used only if it is nearer to the hand than the proxy is, by at least this
   // distance

@@ -97,7 +97,7 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
   return found;
 }
 
-/// Returns the largest number of faces near a head up to which edges are split.
+/// Returns the limit of the number of faces near a head; above this limit, edges are not split.
 std::size_t most_faces(const VertexHead& head, double edge) noexcept {
   const dvec3 half = head.half_box({0, 0, 1});
   const double area = 4 * kPi * half.x * (head.is_ball() ? half.x : 0.5 * half.x + half.z);
