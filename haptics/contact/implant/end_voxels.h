@@ -68,10 +68,10 @@ struct EndLook {
 };
 
 /// Computes the wrench of the cutting law and the free distance to obstacles, from the tool voxels on the front of the
-/// tool's end. `center_V`: centre of the head, in voxels; `R_WT`: orientation of the tool. The patch (copy of the field)
-/// must contain all samples up to two voxels beyond the end. The weight of a tool voxel is one if bone touches the
-/// tool's surface there, and decreases to zero at a distance of one patch voxel, so that forces change continuously.
-/// The result has the same bits on all processors, because the order of the sums is fixed.
+/// tool's end. `center_V`: centre of the head, in voxels; `R_WT`: orientation of the tool. The patch (copy of the
+/// field) must contain all samples up to two voxels beyond the end. The weight of a tool voxel is one if bone touches
+/// the tool's surface there, and decreases to zero at a distance of one patch voxel, so that forces change
+/// continuously. The result has the same bits on all processors, because the order of the sums is fixed.
 EndLook look_at_end(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
                     const dquat& R_WT) noexcept;
 
