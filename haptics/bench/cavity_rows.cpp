@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
@@ -49,47 +51,65 @@ TissueVolume block(double side) {
                                               "bench")));
 }
 
-/// Measures a bur in a block. `place`: words for the names of the rows.
-void bur_rows(const char* model, const Bur& bur, const TissueVolume& tissue, const std::string& place, int ticks,
-              std::vector<BenchRow>& rows) {
+/// One run: a bur sinks into a block and then widens the hole.
+struct Widening {
+  std::vector<double> times;   // ns, thread CPU time of each tick while the bur widens the hole
+  double removed = 0;          // m³, volume that the bur removed in the whole run
+  std::uint64_t elements = 0;  // number of vertices of the block's mesh
+};
+
+Widening widen(const char* model, const Bur& bur, const TissueVolume& tissue, int ticks) {
   ServoSettings settings;
   settings.tool = head(bur.shape, bur.diameter, bur.length);
   settings.spindle.free_speed = 300 * kKrpm;
   settings.materials.fill({500, 8e9, 0.3, 0.22, 2150, dvec3(0.8)});
   settings.method = contact_method(model, "bench");
-  std::uint64_t elements = 0;
-  const std::vector<double> times = least_of([&] {
-    LockStep steps(tissue.clone(), settings);
-    elements = steps.carver().body().elements();
-    std::vector<double> run;
-    ServoTick tick;
-    Cut cut;
-    HandSample hand;
-    hand.pedal = 1;
-    const double half = bur.length / 2;
-    const auto go = [&](const dvec3& p) {
-      hand.t += 1'000'000;
-      hand.X_WT.p = p;
-      steps.tick(hand, tick, cut);
-      run.push_back(static_cast<double>(tick.cpu_time));
-    };
-    for (double z = 0.05e-3; z > -kDeep; z -= kSpeed) go({0, 0, half + z});
-    run.clear();
-    for (int i = 0; i < ticks; ++i) {
-      const double angle = i * kSpeed / kCircle, radius = std::min(i * kSpeed / 10, kWiden);
-      go({radius * std::cos(angle), radius * std::sin(angle), half - kDeep});
-    }
-    return run;
-  });
-  const auto row = [&](const char* name, double ns) {
-    BenchRow r;
-    r.name = fmt::format("widen a cavity 1.5 mm deep{}, {}", place, name), r.knob = bur.name;
-    r.time_ns = ns, r.per = "tick";
-    r.size = static_cast<double>(elements), r.size_unit = "vertices";
-    rows.push_back(std::move(r));
+  LockStep steps(tissue.clone(), settings);
+  Widening run;
+  run.elements = steps.carver().body().elements();
+  ServoTick tick;
+  Cut cut;
+  HandSample hand;
+  hand.pedal = 1;
+  const double half = bur.length / 2;
+  const auto go = [&](const dvec3& p) {
+    hand.t += 1'000'000;
+    hand.X_WT.p = p;
+    steps.tick(hand, tick, cut);
+    run.times.push_back(static_cast<double>(tick.cpu_time));
   };
-  row("median", quantile(times, 0.5));
-  row("99.9 %", quantile(times, 0.999));
+  for (double z = 0.05e-3; z > -kDeep; z -= kSpeed) go({0, 0, half + z});
+  run.times.clear();
+  for (int i = 0; i < ticks; ++i) {
+    const double angle = i * kSpeed / kCircle, radius = std::min(i * kSpeed / 10, kWiden);
+    go({radius * std::cos(angle), radius * std::sin(angle), half - kDeep});
+  }
+  run.removed = std::accumulate(tick.removed.begin(), tick.removed.end(), 0.0);
+  return run;
+}
+
+/// Measures a bur in a block. `place`: words for the names of the rows. One row compares the removed volume with that
+/// of the model "offset" with the same hand and motor, because a model that cuts too little would need less time.
+void bur_rows(const char* model, const Bur& bur, const TissueVolume& tissue, const std::string& place, int ticks,
+              std::vector<BenchRow>& rows) {
+  Widening run;
+  const std::vector<double> times = least_of([&] {
+    run = widen(model, bur, tissue, ticks);
+    return run.times;
+  });
+  const double reference = widen("offset", bur, tissue, ticks).removed;
+  const auto row = [&](const char* name) -> BenchRow& {
+    BenchRow& r = rows.emplace_back();
+    r.name = fmt::format("widen a cavity 1.5 mm deep{}, {}", place, name), r.knob = bur.name;
+    return r;
+  };
+  for (const auto& [name, part] : {std::pair("median", 0.5), std::pair("99.9 %", 0.999)}) {
+    BenchRow& r = row(name);
+    r.time_ns = quantile(times, part), r.per = "tick";
+    r.size = static_cast<double>(run.elements), r.size_unit = "vertices";
+  }
+  BenchRow& r = row("removed volume");
+  r.error = 100 * std::abs(run.removed / reference - 1), r.error_unit = "% difference from `offset`";
 }
 
 }  // namespace

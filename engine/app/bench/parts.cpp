@@ -117,12 +117,13 @@ constexpr BenchPart kParts[] = {
      [](const BenchRun& run) { return haptics::bench_packing(run.quick); }},
     {"mesh_lod", "Triangle meshes",
      "The tip of an explorer (a probe) slides over a dental arch at 30 mm/s, 0.3 mm deep, on meshes with increasing "
-     "numbers of vertices. Then burs cut into a cusp, and widen a cavity 1.5 mm deep.",
+     "numbers of vertices. Then burs cut into a cusp, and widen a cavity 1.5 mm deep. The removed volume is compared "
+     "with that of the model `offset` with the same hand.",
      mesh_lod},
     {"vertex", "Vertex deformation",
      "In one test, a round bur slides over the dental arch, and in another test, it carves the arch, with meshes of "
-     "increasing size. The "
-     "time of a tick depends on the part of the mesh near the head. Then burs widen a cavity 1.5 mm deep.",
+     "increasing size. The time of a tick depends on the part of the mesh near the head. Then burs widen a cavity 1.5 "
+     "mm deep. The removed volume is compared with that of the model `offset` with the same hand.",
      vertex},
     {"implant", "Implant surgery",
      "The table gives the times of ticks of the contact model `implant`, with tool voxels of 0.06 mm and bone voxels "
