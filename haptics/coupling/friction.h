@@ -9,7 +9,7 @@ struct FrictionLaw {
   double static_coefficient = 0.2;
   double dynamic_coefficient = 0.15;
   double stiffness = 1000;  // N/m, stiffness of the tangential spring
-  /// below this fraction of z_max (break-away displacement), the displacement does not move the adhesion point
+  /// if the displacement is less than this fraction of the break-away displacement z_max, the adhesion point stays
   double stick_fraction = 0.5;
 };
 

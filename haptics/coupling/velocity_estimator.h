@@ -65,8 +65,8 @@ class VelocityEstimator {
   const Sample& back(std::size_t n) const noexcept { return ring_[(head_ + kPast + 1 - n) % kPast]; }
 
   std::size_t longest(int axis, std::size_t most) const noexcept {
-    // Slopes (m/s) of lines through the newest sample. A line with a slope between `low` and `high` passes all samples
-    // examined so far at a distance within the noise.
+    // Slopes (m/s) of lines through the newest sample. If the slope of a line is between `low` and `high`, no sample
+    // examined so far is farther from this line than the noise.
     double low = -1e300, high = 1e300;
     std::size_t best = 1;
     for (std::size_t n = 1; n <= most; ++n) {

@@ -26,7 +26,7 @@ bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dv
 /// common edge never cross each other.
 bool cross_each_other(const Corners& a, const Corners& b) noexcept;
 
-/// A table of triangles. With it, the triangles that cannot cross another triangle are found quickly. Allocates memory
+/// A table of triangles. It quickly finds those of its triangles that cannot cross a given triangle. Allocates memory
 /// only in the constructor.
 class TriangleTable {
  public:

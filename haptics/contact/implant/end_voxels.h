@@ -29,7 +29,7 @@ struct EndVoxels {
   std::vector<float> x, y, z;  // m, positions of the voxels in frame T
   std::vector<float> outside;  // m, signed distance from the head's surface (ToolVoxel::outside)
   std::vector<float> area;     // m², surface area that the voxel represents
-  // cosine of the angle between the outward normal and the feed direction -z
+  // cosine of the angle between the head's outward normal at the voxel and the feed direction -z
   std::vector<float> facing;
   std::vector<float> inverse_r;                 // 1/m, mean of 1/r over the voxel (ToolVoxel::inverse_r)
   std::vector<float> ability, inverse_ability;  // ability to drill, 0..1, and its reciprocal (0 for ability 0)
@@ -67,11 +67,11 @@ struct EndLook {
   PerTissue hardness{};      // m², for each tissue: the area that touches it, multiplied by the tissue's hardness
 };
 
-/// Computes the wrench of the cutting law and the free distance to obstacles, from the tool voxels on the front of the
-/// tool's end. `center_V`: centre of the head, in voxels; `R_WT`: orientation of the tool. The patch (copy of the
-/// field) must contain all samples up to two voxels beyond the end. The weight of a tool voxel is one if bone touches
-/// the tool's surface there, and decreases to zero at a distance of one patch voxel, so that forces change
-/// continuously. The result has the same bits on all processors, because the order of the sums is fixed.
+/// Sums the cutting law over the tool voxels on the front of the tool's end, and looks for obstacles ahead of them.
+/// `center_V`: centre of the head, in voxels; `R_WT`: orientation of the tool. The patch (copy of the field) must
+/// contain all samples up to two voxels beyond the end. A tool voxel at which bone touches the tool's surface has the
+/// weight one in the sums. The weight decreases to zero while the bone's distance from this surface grows to one patch
+/// voxel, so that forces change continuously. All processors give the same bits, because the sums have a fixed order.
 EndLook look_at_end(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
                     const dquat& R_WT) noexcept;
 

@@ -27,8 +27,8 @@ struct Parameters {
   // m, edge length of a tool voxel; Zhao 2020 (S1) uses 0.06 mm for a tool of 4.2 × 12 mm
   double tool_voxel = 0.06e-3;
   int layers = 2;  // thickness of the tool's outer layer, in tool voxels (Zhao 2020: "1~2")
-  // m; largest distance at which a tool may enter a bed (Zhao 2020, "implant criteria"): the distance of its tip from
-  // the bed's axis, and also the depth of its tip below the bed's entry
+  // m; criterion 1 for entering a bed (Zhao 2020, "implant criteria") is met if the distance of the tool's tip from the
+  // bed's axis and the depth of the tip below the bed's entry are both less than this
   double centre_tolerance = 0.5e-3;
   // m; the tool may also enter while its tip is still in front of the entry, by at most this. The reason: a wide tool
   // touches a sloping rim before its tip has arrived at the entry.
@@ -40,7 +40,7 @@ struct Parameters {
   // m, largest amount by which a tool's radius may be smaller than the bed's radius; a narrower tool moves freely in
   // the bed
   double loose = 0.75e-3;
-  // rad (10 degrees), largest angle between the axes of tool and bed at which the tool may enter
+  // rad (10 degrees), largest angle between the axes of tool and bed at which the tool may enter the bed
   double axis_tolerance = 0.175;
   // N; criterion 4 for entering a bed is met if the force along the tool's axis is larger than this
   double enter_force = 0.3;
@@ -54,7 +54,7 @@ struct Parameters {
   // rad/s, largest rate of change of the orientation after the tool has entered or left a bed
   double turn_slew = 0.5;
   double sliding_drag = 2;  // N·s/m, viscous friction of a tool that slides in the bed
-  double steps = 1;         // largest advance per tick in voxels of the tissue (Zhao 2020, eq. 9)
+  double steps = 1;         // voxels of the tissue, largest advance of the tool per tick (Zhao 2020, eq. 9)
   // true: eq. (7) of Zhao 2020 as printed; a tool in a bed then moves only if there is an obstacle. false: the
   // corrected equation (README.md).
   bool as_printed = false;

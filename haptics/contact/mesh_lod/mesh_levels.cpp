@@ -192,8 +192,8 @@ TissueMesh without_double_faces(const TissueMesh& mesh) {
     std::ranges::sort(v);
     return v;
   };
-  // true if the face lists its corners in increasing order of their indices, when the list starts at the smallest
-  // index; of two faces with the same corners, one is true and the other false if their orientations are opposite
+  // true if the indices of the face's corners increase when they are read from the smallest index on; of two faces with
+  // the same corners and opposite orientations, one gives true and the other gives false
   const auto rises = [&](std::size_t i) {
     const glm::uvec3& t = mesh.triangles[i];
     return (t.x < t.y && t.y < t.z) || (t.y < t.z && t.z < t.x) || (t.z < t.x && t.x < t.y);

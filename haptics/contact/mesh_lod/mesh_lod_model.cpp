@@ -21,9 +21,9 @@ constexpr double kNearby = 0.2e-3;
 constexpr double kLeastStep = 1e-9;  // m, smallest step of a cut; a smaller step is skipped
 // weight of a new measurement in the low-pass filter of the ratio of measured to estimated removed volume
 constexpr double kMeasuredShare = 0.3;
-// While the snapshot lacks cuts of the servo, the bur sinks into faces of the snapshot that are already cut. Upper
-// limits of this, as ratios to the bur's radius. kMostSunk: overlap of head and faces. kMostSunkAlong: distance that
-// the bur may cut without a new snapshot.
+// While the snapshot lacks cuts of the servo, the bur sinks into faces of the snapshot that are already cut. The two
+// limits are ratios to the bur's radius. kMostSunk: largest overlap of head and faces. kMostSunkAlong: largest distance
+// that the bur may cut without a new snapshot.
 constexpr double kMostSunk = 0.5, kMostSunkAlong = 2;
 constexpr double kFastestCut = 0.02;  // m/s, largest speed at which a bur may sink into the tissue
 // smallest and largest allowed ratio of measured to estimated removed volume

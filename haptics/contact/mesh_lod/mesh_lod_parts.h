@@ -50,7 +50,7 @@ struct LocalParameters {
   static constexpr double travel = 2e-3;  // m, distance that the tool may move before the next snapshot is due
   // m, additional width of a snapshot, beyond the tool's size and its allowed motion `travel`
   static constexpr double margin = 0.5e-3;
-  // displacement of the head for which contact points from the carver thread are valid, as a ratio to its radius
+  // ratio to the head's radius; contact points from the carver thread are valid up to this displacement of the head
   static constexpr double listed = 0.45;
   // ns, time between two updates of the geometry (30 Hz, as in paper S3)
   static constexpr Nanos interval = 33'000'000;

@@ -14,7 +14,7 @@ struct Plane {
   dvec3 n{0};               // unit normal
   double room = 0;          // m, distance that the point may move from c in the direction opposite to n
   dvec3 p{0};               // m, point of the surface that this plane represents
-  std::uint64_t order = 0;  // rank of the plane; of two planes that are violated equally, the lower rank comes first
+  std::uint64_t order = 0;  // rank of the plane; of two equally violated planes, the one with the lower rank is chosen
   std::uint32_t face = 0;   // index of the face to which the plane belongs
   // if the plane is a wall between tissues: index of the face's edge at the wall; -1: not a wall
   std::int8_t wall = -1;

@@ -24,8 +24,8 @@ constexpr double kMostKept = 0.3e-3;
 // Upper limit of the search distance for faces while the bur cuts, or while the mesh still contains faces that it has
 // cut away; as a ratio to the bur's radius.
 constexpr double kReachInCut = 0.5;
-// displacement of the bur up to which the collected faces are reused, in the same situation as for kReachInCut; as a
-// ratio to the bur's radius
+// Ratio to the bur's radius. While the bur cuts, or while the mesh still contains faces that it has cut away, the
+// collected faces are reused up to this displacement of the bur.
 constexpr double kKeptInCut = 0.15;
 constexpr double kLeastInCut = 50e-6;  // m, lower limit of (kReachInCut × the bur's radius)
 // search distance for the next iteration, as a ratio to the length of the last step; below 1, because the steps become
@@ -39,10 +39,10 @@ constexpr float kClear = 2e-9f;
 constexpr double kWallSkin = 1e-7;  // m, smallest distance that the ball keeps from a wall between tissues
 constexpr double kMapReach = 2e-3;  // m, search distance for the surface after a change of the mesh
 constexpr int kMostLifts = 16;
-// round_edge() extends a step only if the cosine between the plane's normal and the direction to the hand is at least
-// this
+// round_edge() extends a step along a plane only if the cosine of the angle between the plane's normal and the
+// direction from the plane's face to the hand is larger than this
 constexpr double kLeastAlong = 0.3;
-// m, threshold; if the ball's centre is nearer to a face, the contact direction is the normal of the face
+// m; if the distance of the ball's centre from a face is less than this, the contact direction is the face's normal
 constexpr double kNoDirection = 1e-13;
 
 /// Finds the bounding boxes of faces within the distance `far` of p. Writes their indices to `at` and returns their

@@ -134,7 +134,7 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
   }
 }
 
-/// Finds an order of the faces in which faces near each other are near in memory: block by block of the grid.
+/// Sorts the faces by the blocks of the grid, so that faces that are near each other are also near in memory.
 void TriangleGrid::sort_faces(const TissueMesh& mesh) {
   constexpr double kBlock = 4;         // edge of a block, in cells
   constexpr double kMostBlocks = 1e6;  // upper limit of the number of blocks

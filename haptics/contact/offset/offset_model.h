@@ -51,7 +51,7 @@ class OffsetModel : public PatchModel {
     double slack = 0;
     double slack_at_walls = 0;  // at a wall of harder tissue, the head may sink only by this fraction of `slack`
     double overlap_before = 0;
-    // voxels; if the proxy moves by this in one tick, the force changes at a rate of 1 N/s
+    // voxels; if the proxy moves by this relative to the hand in one tick, the force changes at a rate of 1 N/s
     double pace_per_slew = 0;
     bool paced = false;  // true if the proxy's speed relative to the hand is limited in this tick
     // unit vector opposite to the hand's acceleration during a fall (the hand accelerates because the tissue under the

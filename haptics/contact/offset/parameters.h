@@ -160,7 +160,7 @@ struct RetreatParameters {
   // m; if the distance between hand and proxy exceeds this limit, the hand has certainly moved away, because at 1 N/mm
   // nobody presses so hard
   static constexpr double too_far = 5e-3;
-  static constexpr double patience = 0.3;    // s; if contacts hold the proxy for this time, it retraces its path
+  static constexpr double patience = 0.3;    // s, time for which contacts must hold the proxy before it is led back
   static constexpr double report_after = 1;  // s, hold time after which a fault reports that no path back was found
   // m; a point of the recorded path is used only if it is nearer to the hand than the proxy is, by at least this
   // distance
@@ -199,8 +199,8 @@ struct FillingParameters {
   static constexpr double least_step = 1e-3;
   // if the free fraction of the surface of a dome of filling is at most this, the dome stops growing
   static constexpr double buried = 0.01;
-  // Voxels, smallest distance from tissue, from the head and from the limit of the search at which a place is open for
-  // filling.
+  // Voxels. A place is open for filling if its distances from tissue, from the head and from the solid that
+  // limits the filling are all at least this.
   static constexpr double open = 0.5;
   // largest search distance for a place that is open for filling, as a ratio to the instrument's reach
   static constexpr double flows_on = 3;

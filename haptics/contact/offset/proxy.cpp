@@ -32,10 +32,10 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   return target + lag;
 }
 
-/// Limits the proxy's speed relative to the hand. If the proxy were rigidly connected to the hand, it would reach the
-/// point start + `shift`. Returns how far its new position may be from this point. Usually the result is `pace`. If
-/// even the point of `step` nearest to it is farther away than `pace`, the result is slightly more than the distance of
-/// that point. So a head that is stuck in its hole can sink even while the hand moves fast sideways.
+/// Limits the proxy's speed relative to the hand. `step`: displacement of the proxy without this limit. `shift`: its
+/// displacement if it were rigidly connected to the hand. Returns how far the proxy may be from the end of `shift`:
+/// usually `pace`, but slightly more than the distance from `shift` to the nearest point of `step` if this distance is
+/// larger than `pace`. So a head that is stuck in its hole can sink even while the hand moves fast sideways.
 double farthest(const dvec3& step, const dvec3& shift, double pace) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;

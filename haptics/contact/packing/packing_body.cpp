@@ -22,8 +22,8 @@ constexpr double kNoteEvery = 0.03;
 // voxels; when a sphere is cut, the field is updated up to this distance beyond the sphere and its gaps, because
 // interpolation also reads neighbouring voxels
 constexpr double kAround = 1.8;
-// Ratio to the radius of the largest hole in the packing. A gap between spheres belongs to a sphere if the distance
-// between gap and sphere is at most this.
+// Ratio to the radius of the largest hole in the packing. A gap between spheres belongs to a sphere if the distance of
+// the gap from the sphere is at most this.
 constexpr double kGapsAround = 2;
 // first version of the force laws in which a cut also reduces the range of the gaps around the cut sphere
 constexpr std::uint32_t kLawsOfReducedGaps = 7;

@@ -25,9 +25,9 @@ constexpr double kPathUnit = 0.1e-3;    // m, unit of length of the stored path 
 constexpr int kPositionsCompared = 16;  // number of tool positions at which the times of GPU and CPU are compared
 // rad, largest rotation in one cut; the chord then deviates from the arc by less than 5e-5 of the head's reach
 constexpr double kLargestTurn = 0.02;
-// N, force limit of a typical dental scene. It decides how fast the force may change while a tool is led back along its
-// path: up to this force limit, as fast as with the model "offset"; in scenes with a larger force limit, faster in
-// proportion to it.
+// N, force limit of a typical dental scene. While a tool is led back along its path, the force may change as fast as
+// with the model "offset" if the scene's force limit is at most this. If the scene's force limit is larger, the force
+// may change faster, in proportion to the limit.
 constexpr double kDentalForces = 20;
 // first version of the force laws in which the limit of the force's rate of change grows with the force limit
 constexpr std::uint32_t kLawsOfLargeForces = 7;

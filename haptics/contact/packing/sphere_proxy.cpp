@@ -24,7 +24,7 @@ constexpr int kRounds = 60;         // largest number of iterations in one proje
 constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projection onto the contact planes
 // m, tolerance: the proxy has reached its goal if the remaining displacement is smaller than this
 constexpr double kArrived = 1e-10;
-// rad, largest rotation in one step; the chord of the step then deviates from the arc by less than 5e-5 of the reach
+// rad, largest rotation in one step; its chord then deviates from the arc by less than 5e-5 of the tool's reach
 constexpr double kLargestTurn = 0.02;
 constexpr double kMargin = 60e-6;          // m, smallest margin of near lists (mean over the tool's spheres)
 constexpr double kLargestMargin = 300e-6;  // m, largest margin of near lists (mean over the tool's spheres)
@@ -52,12 +52,12 @@ constexpr double kReduced = 0.8;       // if a Verlet list would be too long, it
 // (prepare_lists). The margins of the lists differ (spread_margin), so these limits apply to their mean.
 // m, largest margin of a near list that is made in advance (mean over the tool's spheres)
 constexpr double kLargestPrepared = 0.5e-3;
-constexpr double kTicksAhead = 10;  // ratio of the margin of such a near list to the tool sphere's motion per tick
+constexpr double kTicksAhead = 10;  // ratio of a prepared near list's margin to the tool sphere's motion per tick
 constexpr std::size_t kLeavesATick = 320;  // smallest number of leaves of the sphere tree that one tick searches
 // if a near list (spheres near a tool sphere) is too long for its memory, it is made again after this many searches
 constexpr int kNotAgain = 64;
 
-/// Returns the mean margin of a long list of spheres near a tool sphere. `way`: motion of the tool sphere per tick, m.
+/// Returns the margin (m) of long near lists, a mean over the tool's spheres. `way`: m, a sphere's motion per tick.
 double prepared_margin(double way) {
   return std::clamp(kTicksAhead * way, kMargin, kLargestPrepared);
 }
@@ -418,9 +418,9 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
       move = by, turn = turned;
       return first.ball < 0 ? 1 : part;
     }
-    // Adds this contact as a constraint and repeats the search. (If a contact of the head stops the proxy earlier,
-    // follow() does not find this contact.) The contact may already be a constraint. The motion then reached it only
-    // because the rotation curves the path, so the gap of the constraint is reduced accordingly.
+    // Adds this contact as a constraint and repeats the search. follow() did not find this contact if a contact of the
+    // head stopped the proxy earlier. If the contact is already a constraint, the motion reached it only because the
+    // rotation curves the path, so the gap of the constraint is reduced accordingly.
     const auto ball = static_cast<std::size_t>(first.ball);
     const std::size_t listed = contact_of(first.ball, first.sphere);
     const dvec3 moved = goal * tool_.center_T[ball] - X_W_ * tool_.center_T[ball];

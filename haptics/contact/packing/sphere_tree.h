@@ -88,7 +88,7 @@ class SphereTree {
   /// `found` has no space.
   std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<Place> found) const noexcept;
 
-  /// State of a search around a point that is computed in parts. Between the parts, spheres may change.
+  /// State of a search for the spheres around a point. The search is made in parts, between which spheres may change.
   class PartSearch {
    public:
     bool done() const { return depth_ == 0; }

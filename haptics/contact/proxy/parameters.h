@@ -114,14 +114,14 @@ struct SharpEdgeParameters {
   // voxels; largest allowed difference between the depth that the field gives at a point below a face, and the depth of
   // this point below the face
   static constexpr double depth_tolerance = 0.05;
-  // If the cosine between the normals of two faces is larger than this, the second face is a duplicate of the first and
-  // is not stored.
+  // If the cosine between the normals of two faces is larger than this, and the second face is near other faces (see
+  // depth_clean), the second face counts as a duplicate of the first and is not stored.
   static constexpr double alike = 0.98;
   // Two faces can be the same plane only if (1 - cosine between their normals) is less than this; the limit covers the
   // interpolation error.
   static constexpr double same_face = 1e-5;
-  // voxels; faces enclose a convex solid if no face has a point that lies above the plane of another face by more than
-  // this; a concave crease is tested with the same limit, below the planes
+  // Voxels. Faces enclose a convex solid if the measured point of each face is at most this far above the planes of the
+  // other faces. They form a concave crease if this point is at most this far below the planes of the other faces.
   static constexpr double convex = 0.02;
   // Voxels; largest allowed difference, at the head's centre, between the field and the distance that is computed from
   // the faces.
@@ -160,7 +160,7 @@ struct NonCuttingPartParameters {
   static constexpr double close_room = 0.8;
   // If the cosine between two contact normals at the same place is larger than this, the contacts are merged.
   static constexpr double same_direction = 0.985;
-  // Voxels of the patch of this part; two contacts nearer to each other than this count as being at the same place.
+  // Voxels (coarse for the shank). Two contacts that are nearer to each other than this count as at the same place.
   static constexpr double same_place = 2;
   // Voxels of the fine patch (field around the head), largest overlap that one search corrects. A part that is deeper
   // in tissue is moved out gradually.

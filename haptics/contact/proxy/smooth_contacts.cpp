@@ -74,7 +74,7 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
     // the radius `band` above the chord between two neighbouring samples.
     const double blurred = around > wide.band - P::at_band ? 3 / (8 * wide.band) : P::overestimate;
     const double clear = (around - blurred) * every_ - radius;
-    // At a point farther along the shank's axis by s, the shank's distance from tissue is at least clear - s (1 +
+    // At the distance s beyond p on the shank's axis, the shank's distance from tissue is at least clear - s (1 +
     // slope), where `slope` is the growth of the shank's radius per length. This bound becomes far too small for long
     // steps, so a step is only about a third of the distance at which the bound becomes zero.
     const double step = std::max(0.3 * clear / (1 + slope), least_step);

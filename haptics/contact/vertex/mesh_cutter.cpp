@@ -572,7 +572,7 @@ void MeshCutter::account(EditableMesh& mesh, const Placed& head, const Affected&
 }
 
 /// Collapses an edge unless this would make the mesh worse: a face would rotate too far, become too small or too flat,
-/// get a too long edge or intersect another face, or the volume would change too much. Returns true if the edge was
+/// get too long an edge or intersect another face, or the volume would change too much. Returns true if the edge was
 /// collapsed.
 bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, int i, bool keeps_first, double edge,
                                double longest, double most_volume, CutDone& done) noexcept {

@@ -97,7 +97,7 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   part_.open = false;  // an unfinished cut is discarded: it existed only in the old mesh
 }
 
-/// Lists the vertices within the distance `margin` (m) of a head, at once. If a face is so large that a cut would split
+/// Lists all vertices within `margin` (m) of a head in one call. If a face is so large that a cut would split
 /// its edges, additional points on this face are also listed (parts_of()).
 void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
   // Versions 9 and 10 of the force laws finish a cut in progress before they read the mesh.

@@ -111,7 +111,7 @@ class VertexModel final : public ContactModel {
   // for the faces near a head is divided over several ticks.
   static constexpr std::uint32_t kMovesOn = 12;
   // First version of the force laws with these rules. The points around a moving head are listed before they are
-  // needed, in parts. While a cut is in progress, no list is made at once, except after a fast rotation of the head.
+  // needed, in parts. While a cut is in progress, lists are made only in parts, except after a fast head rotation.
   static constexpr std::uint32_t kListsAhead = 13;
   /// A contact point near the head: a vertex, or an additional point on a large face.
   struct Sample {
@@ -162,7 +162,7 @@ class VertexModel final : public ContactModel {
   bool lists_ahead() const noexcept { return settings_.laws >= kListsAhead && !parameters_.as_printed; }
   bool divides_anywhere() const noexcept { return settings_.laws >= kFineParts; }
   /// Returns true if a cut is divided only between its stages: in versions 9 and 10 of the force laws, unless the hand
-  /// draws the cutting edge, or vertices stayed inside the head in the previous cut.
+  /// drags the cutting edge, or vertices stayed inside the head in the previous cut.
   bool divides_in_stages() const noexcept {
     return settings_.laws >= kStages && !divides_anywhere() && !parameters_.as_printed && !part_.scrapes &&
            !part_.stayed;
@@ -211,14 +211,14 @@ class VertexModel final : public ContactModel {
   bool ahead_ = false;         // true while list_ahead() makes next_list_
   bool near_changed_ = false;  // true if near_ contains the faces for next_list_, not for list_
   Listing listing_;
-  Effort listed_ = 0, last_list_ = 0;  // computing effort of all lists made at once in this tick; of the last one
+  Effort listed_ = 0, last_list_ = 0;  // effort of all lists made without division in this tick; of the last one
   bool found_ = false;                 // true if list_ was made for the present mesh and tool
   bool touching_ = false;              // true if the last constrain() found contact, at position touching_at_
   dvec3 touching_at_{0};               // m, position of the proxy at which the last constrain() found contact
   HeadDistances distances_, proposed_{kMostProposed};
   std::array<std::pair<dvec3, Sample>, kMostProposed> proposals_;
   HeadFollower follower_{distances_};
-  double met_ = 1;  // for an edge that the hand drags: running mean of the cut fraction of the area (see met_weight)
+  double met_ = 1;  // for a cutting edge that the hand drags: running mean of the fraction that met_weight describes
   /// A cut that may take several ticks. Until the cut is finished, the contact is computed from the points that were
   /// listed before the cut began.
   struct PartialCut {

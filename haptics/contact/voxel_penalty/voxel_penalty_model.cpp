@@ -32,8 +32,8 @@ double spring_scale(const std::vector<HeadSample>& samples, double reach, int sh
     double below = 0;
     int count = 0;
     for (const HeadSample& s : samples) {
-      // The depth of the sample below the wall. The model measures a sample's depth along the sample's own normal. The
-      // depth below the wall is the component of this measured depth along the wall's normal.
+      // Depth of the sample below the wall. The model measures a depth along the sample's own normal; the component of
+      // the measured depth along the wall's normal is equal to the depth below the wall.
       const double h = depth - (lowest - glm::dot(in, s.p_TQ));
       if (h > 0) below += h, ++count;
     }
@@ -57,7 +57,7 @@ VoxelPenaltyModel::VoxelPenaltyModel(const ServoSettings& settings, const Parame
 }
 
 double VoxelPenaltyModel::clearance(const Pose& X_WG) noexcept {
-  // voxels; a point farther than this from the centre of a full voxel is not inside this voxel (at least √3/2)
+  // voxels; a point farther than this from the centre of a full voxel is not inside it; must be at least √3/2
   constexpr double kCorner = 0.9;
   const dvec3 c = settings_.frame.to_voxels(X_WG.p);
   if (!patch_.holds(c, head().reach + 1)) return 0;
