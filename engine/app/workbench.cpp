@@ -478,7 +478,7 @@ std::string Workbench::Impl::hint() const {
   return fmt::format("{}", fmt::join(parts, kHudGap));
 }
 
-/// Handles the keys. 1 … 9 select a tool of the tool set. Space and Esc switch the emergency stop.
+/// Handles the keys. 1 … 9 select a tool of the tool set. Space and Esc begin the emergency stop; kGoOnKey ends it.
 void Workbench::Impl::follow_keys(const display::UserInput& input) {
   for (const int key : input.pressed) {
     if (key == kHoldKey || key == display::keys::kEscape) hold(true);

@@ -44,7 +44,7 @@ glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p);
 /// Computes the generalized winding number (Jacobson et al. 2013) of a mesh at the samples of a grid, multiplied by
 /// six. It is the sum of the signed crossings of rays in the six axis directions, whereas Jacobson et al. take the mean
 /// over all directions. The value is 6 inside a closed mesh, 0 outside, and between 0 and 6 near the holes of an open
-/// mesh. The memory is proportional to the area of the surface and of the grid's walls.
+/// mesh. The memory is proportional to the area of the surface and of the grid's outer faces.
 class WindingNumbers {
  public:
   WindingNumbers(std::span<const Triangle> mesh, const glm::ivec3& size);

@@ -231,7 +231,7 @@ class CanalBound {
 
  private:
   double least_;                            // if the brightest value is smaller than this, there is no wall
-  std::vector<double> brightest_, border_;  // for each thickness: the brightest value, and the value at the border
+  std::vector<double> brightest_, border_;  // grey values, for walls of increasing thickness: brightest; at the border
 };
 
 // Returns the median, or no value if there are too few values.
@@ -250,8 +250,8 @@ std::optional<double> grey_inside(const Grid<float>& scan, const SparseMask& tis
   const SparseMask around = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
   const Sparse<float> into = distance_squared_to(around, 4);
   for (const double squared : {12.0, 9.0, 6.0, 4.0}) {  // voxels², depths of 3.5, 3, 2.45 and 2 voxels
-    // kBlurs: smallest depth below the border, in units of `blur`. 0.5 is added, because depths are measured from the
-    // nearest sample outside, half a voxel beyond the border. A depth of kBlurs voxels is always sufficient.
+    // Samples are used if they are at least kBlurs × `blur` voxels, or at least kBlurs voxels, below the border. 0.5 is
+    // added, because the depth is measured from the nearest sample outside, half a voxel beyond the border.
     constexpr double kBlurs = 2.4;
     if (std::sqrt(squared) < std::min(kBlurs * blur + 0.5, kBlurs)) break;
     std::vector<float> greys;

@@ -110,9 +110,9 @@ struct Servo::State {
     // (see lands()). With these limits, the value is the fraction of the last tick's force that remained after them, or
     // more if the hand has felt little force for a long time (press_teeth). Without these limits it is 1.
     double teeth_fraction = 1;
-    // s, time for which the limits for drills that meet tissue (see lands()) have reduced the felt force below the
-    // fraction LimitParameters::little_felt of the coupling's force. It decreases again when the hand feels more, and
-    // is at most twice LimitParameters::rest_time.
+    // s, time for which the hand has felt less than the fraction LimitParameters::little_felt of the coupling's force,
+    // because the limits for drills that meet tissue apply (see lands()). It decreases again when the hand feels more,
+    // and is at most twice LimitParameters::rest_time.
     double unfelt_for = 0;
     FrictionState friction;
     TipState tip;

@@ -100,7 +100,7 @@ TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const
 
 /// The distance field around the head. Its coordinates are relative to the same voxel as those of FlatHead.
 struct FlatField {
-  const float* samples;  // sample at the origin of these coordinates, which may lie outside the stored field
+  const float* samples;  // address that the sample (0,0,0) would have; this sample may lie outside the stored field
   int sx, sy;
   float lo[3], hi[3];  // voxels, bounds of the region in which the field may be sampled
 };

@@ -758,8 +758,8 @@ CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& 
 void MeshCutter::begin(const VertexHead& head, const Pose& X_WA, const Pose& X_WB, double edge) noexcept {
   constexpr double kMostSteps = 100'000;
   const double way = displacement_bound(X_WA, X_WB, head.reach());
-  // The longest cut of the servo (FeelParameters::stride) has exactly the length of one step. Without the factor below
-  // 1, a rounding error could divide this cut into two steps.
+  // The longest cut of the servo (FeelParameters::stride) has exactly the length of one step. Without the factor 1 -
+  // 1e-6, a rounding error could divide this cut into two steps.
   const double steps = way / (P::step * edge) * (follows_laws_12_ ? 1 - 1e-6 : 1);
   job_ = {&head, X_WA, X_WB, edge, static_cast<int>(std::min(std::ceil(steps), kMostSteps)), 0};
   done_ = {};
