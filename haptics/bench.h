@@ -58,19 +58,20 @@ std::vector<BenchRow> bench_models(const ModelBenchOptions& options);
 struct StressBenchOptions {
   bool quick = false;               // true: few ticks, for an overview; a complete test needs false
   std::vector<std::string> models;  // names of the models to use; empty: all
-  // additional meshes for the test with a fast probe, which also uses built-in edges and a groove
+  // meshes for the test with a fast probe, in addition to the built-in edges and the built-in groove
   std::vector<ModelAnatomy> meshes;
 };
-/// Tests the safety of every contact model: motions faster than a human's, invalid input, late carvers, irregular
-/// clocks, a push of 200 N, fast probes and thin walls. The name of a row consists of the kind of test, the model and
-/// the measured quantity. The ratio of a row is the measured value divided by the largest permitted value.
+/// Tests the safety of every contact model: motions faster than a human's, invalid input, a carver thread that is late,
+/// an irregular clock, a push of 200 N, fast probes and thin walls. The name of a row consists of the kind of test, the
+/// model and the measured quantity. The ratio of a row is the measured value divided by the largest permitted value.
 std::vector<BenchRow> bench_stress(const StressBenchOptions& options);
 
 struct MotionBenchOptions {
   std::filesystem::path tools;     // folder of tool files
   std::vector<std::string> names;  // names of the tools to use; empty: all
   double voxel_mm = 0.1;
-  int ticks = 1000;  // number of ticks per tool and motion; ticks count after the tool has sunk into the tissue
+  // number of measured ticks per tool and motion; the measurement begins when the tool has sunk into the tissue
+  int ticks = 1000;
 };
 /// Measures the thread CPU time of a servo tick for every tool and every hand motion (up to 20 rad/s and 0.5 m/s).
 std::vector<BenchRow> bench_motions(const MotionBenchOptions& options);

@@ -64,8 +64,9 @@ struct Contact {
   // true: the servo must call cut() although the tool does not cut, because the model inserts an implant into the
   // tissue, or because it must finish a cut of an earlier tick
   bool places = false;
-  // Vector from the hand's head centre to the position at which the contacts would hold the head if its speed had no
-  // limit. Only the direction is used. Zero without contact.
+  // Direction in which the contacts push the head; zero without contact. It is the vector from the head's centre at the
+  // hand's pose to the position where the contacts stop the head. The limit of the proxy's speed is ignored. The length
+  // of the vector has no meaning.
   dvec3 contact_direction{0};
   double area = 0;            // m², area of the head in contact with tissue; 0: none
   bool own_friction = false;  // true: p_WG already includes friction, so the servo must not add friction
@@ -105,9 +106,9 @@ struct Contact {
   bool graded = false;        // true: `hardness` is valid; false: every tissue has its full hardness
   PerTissue hardness{};       // 0..1, mean hardness of each tissue below the contacts (hardness.h)
 
-  // The following members are results of feel() of a penalty method, whose force replaces the force of the coupling.
-  // Another method that holds the tool's orientation (`holds_turn`) sets `torque` and `stored` in constrain(), to the
-  // values of the spring between the two orientations.
+  // Results of feel() for a penalty method: its own force, which replaces the force of the coupling. A method with a
+  // proxy that holds the tool's orientation (`holds_turn`) also sets `torque` and `stored`, in constrain(): they are
+  // those of the spring between the orientations of hand and proxy.
   dvec3 force{0};     // N, force on the tool, including the damper's force
   dvec3 torque{0};    // N·m, torque on the tool about the head's centre
   double stored = 0;  // J, energy stored in the springs of the method

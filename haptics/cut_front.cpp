@@ -151,8 +151,9 @@ int CutFront::renewed_early(double way) const noexcept {
   if (outdated() > 0 || !(way > 0)) return -1;
   std::array<double, kMostParts> ticks_left;
   for (std::size_t i = 0; i < parts_.size(); ++i) ticks_left[i] = (parts_[i].until - way_) / way;
-  // In each tick, one part of the lists of samples can be renewed. All parts can be renewed in time if, for every n, at
-  // most n parts expire within the next n ticks. If this is not so, the part that expires first is renewed now.
+  // One part of the lists of samples can be renewed early per tick. If at most n parts expire within the next n ticks,
+  // for every n, then all parts can be renewed in time. If this condition fails, the part that expires first is renewed
+  // now.
   const auto end = ticks_left.begin() + static_cast<std::ptrdiff_t>(parts_.size());
   const auto soonest = std::min_element(ticks_left.begin(), end);
   const std::ptrdiff_t part = soonest - ticks_left.begin();

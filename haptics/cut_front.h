@@ -154,7 +154,8 @@ class CutFront {
   /// voxels.
   int renewed_early(double way) const noexcept;
 
-  /// Returns table number `k`. The tables contain terms that depend only on a sample's z coordinate.
+  /// Returns the table with the index `k`. The tables contain the terms of the distance from the head that depend only
+  /// on a sample's z coordinate.
   float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kDeep + kBeyond); }
 
   // Number of additional entries at the end of each table of z-dependent terms. They are needed because a group may

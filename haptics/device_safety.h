@@ -9,7 +9,8 @@
 
 namespace typodont::haptics {
 
-/// emergency_stop_all() begins the emergency stop of every guarded device; the next function ends it. For any thread.
+/// Begins the emergency stop of every guarded device. clear_emergency_all() ends the emergency stop. Both functions may
+/// be called from any thread.
 void emergency_stop_all() noexcept;
 void clear_emergency_all() noexcept;
 

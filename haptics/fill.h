@@ -33,10 +33,10 @@ class FreshLabels {
   int count_ = 0;
 };
 
-/// The shape of the filling that is added in one tick: a ball, without the space of the head that presses the filling,
-/// and without the path on which the head leaves the filling along the tool's axis. If the tool's filling is limited by
-/// a solid, only the part inside this solid is added. The filling keeps a clearance of half a voxel (kClear) from the
-/// head and from its exit path, so that the filling exerts no force on the hand.
+/// The shape of the filling that is added in one tick: a ball, from which two shapes are subtracted. One is the head
+/// that presses the filling. The other is the head's exit path along the tool's axis. The filling keeps a clearance of
+/// half a voxel (kClear) from both, so that it exerts no force on the hand. If a solid limits the tool's filling, only
+/// the part inside this solid is added.
 class Fill {
  public:
   Fill(const Tool& tool, const dvec3& center_W, double radius, const Pose& X_WT, const VoxelFrame& frame);

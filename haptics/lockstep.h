@@ -52,7 +52,7 @@ class LockStep {
   Servo servo_;
   std::unique_ptr<Snapshot> spare_;
   std::deque<Cut> waiting_;  // cuts of the servo that the carver has not repeated yet
-  ServoTick placed_;         // of the last tick: only the time and the poses of hand and proxy
+  ServoTick placed_;         // the last tick; only its time and the poses of hand and proxy are set
   std::uint64_t ticks_ = 0;
   bool stalled_ = false, fresh_ = false;
   PatchUse use_;

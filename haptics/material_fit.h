@@ -25,8 +25,9 @@ struct FitOptions {
   /// Step size η of eq. 14 in paper S2, in density per newton. 0: for each moment (interval of the curve), η is chosen
   /// such that one step removes the fraction `relaxation` of the difference between simulated and measured force.
   double eta = 0;
-  // Fraction of the difference between simulated and measured force that one step removes; it is η g Σw² in eq. 14 of
-  // paper S2. The iteration converges for values between 0 and 2.
+  // Fraction of the difference between simulated and measured force that one step removes. In eq. 14 of paper S2, it is
+  // η g Σw² (η: step size; g: simulated force per mean density; w: weights of the spheres in the mean). The iteration
+  // converges for values between 0 and 2.
   double relaxation = 0.3;
   int rounds = 60;    // number of iterations over the whole curve
   int moments = 300;  // number of intervals (moments) into which the curve is divided; each has its mean force
@@ -52,7 +53,8 @@ struct MaterialFit {
 /// spheres. Returns the simulated force before the change, N.
 double adjust_densities(std::span<const std::pair<int, double>> overlap, double gain, double eta, double measured,
                         std::span<double> rho) noexcept;
-/// Returns η g Σw² (paper S2, eq. 14) for one moment (interval of the curve). One step removes this fraction of the
+/// Returns η g Σw² of eq. 14 in paper S2, for one moment (interval of the curve). η: step size `eta`; g: simulated
+/// force per mean density, `gain`; w: weights of the spheres in the mean. One step removes this fraction of the
 /// difference between simulated and measured force. The iteration is stable if the value is below 2.
 double stability_of(std::span<const std::pair<int, double>> overlap, double gain, double eta) noexcept;
 

@@ -100,7 +100,8 @@ class SlidingBuffer {
 
   T* memory_ = nullptr;
   std::size_t count_ = 0;  // number of elements
-  std::size_t ring_ = 0;   // number of elements in the ring; after so many elements the same memory follows again
+  // number of elements in the ring; after so many elements, the same memory is mapped a second time
+  std::size_t ring_ = 0;
   std::size_t first_ = 0;  // position of the array's first element in the ring
 };
 

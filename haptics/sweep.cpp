@@ -12,12 +12,12 @@ namespace typodont::haptics {
 
 namespace {
 
-// Voxels, longest path that is cut in one step; kShortOfLaws4 is the value for versions 1 to 4 of the force laws. In
-// such a step, the head at its end pose is cut first. Then a search finds the samples that were deeper inside the head
-// during the motion.
+// Voxels, longest path that is cut in one step; kShortOfLaws4 is the value for versions 1 to 4 of the force laws. Such
+// a step first cuts with the head at its end pose. Then a search finds the samples that were deeper inside the head
+// during the motion than at its end.
 constexpr double kShort = 3, kShortOfLaws4 = 1;
-// Voxels; a drill counts as moving along its axis if a step moves it sideways by at most this. While a whole bed (hole)
-// is drilled, the sum of these sideways motions causes an error far below kTop (5e-4 voxel), the tolerance of the
+// Voxels; a drill counts as moving along its axis if a step moves it sideways by at most this. When a whole bed (hole)
+// is drilled, the error from all these sideways motions together is far below kTop (5e-4 voxel), the tolerance of the
 // samples' depths.
 constexpr double kAlongAxis = 1e-9;
 // first version of the force laws in which a drill that moves along its axis cuts only at its end
@@ -41,13 +41,12 @@ bool moves_along_axis(const Tool& tool, const Pose& A, const Pose& B, double rea
   return along >= 0 && glm::length(way - along * axis) + turned <= kAlongAxis;
 }
 
-// Voxels; a curved path of a sample is divided into straight segments, which may deviate from the path by at most this.
-// kBendOfLaws4 is the value for versions 1 to 4 of the force laws. With the larger value kBend, a fast rotation needs
-// only half as many segments.
+// Voxels, largest deviation between the curved path of a sample and the straight segments that replace it. kBendOfLaws4
+// is the value for versions 1 to 4 of the force laws. With the larger value kBend, a fast rotation needs only half as
+// many segments.
 constexpr double kBend = 0.01, kBendOfLaws4 = 0.0025;
-// Voxels; for a head with a round end: a curved path of a sample is divided into parts that deviate from a straight
-// line by at most this. With a second-order correction (Straight::bend_turn), the error is much smaller than this
-// deviation.
+// Voxels; for a head with a round end: the curved path of a sample is divided into parts that deviate from a straight
+// line by at most this. A second-order correction (Straight::bend_turn) makes the remaining error much smaller.
 constexpr double kMostBend = 0.03;
 // first version of the force laws in which the path of a head with a round end has a second-order term
 constexpr std::uint32_t kLawsOfBends = 11;

@@ -19,9 +19,9 @@ void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>
                              scene.carver.take_snapshot(scene.last.X_WG.p, fresh);
                            }),
                   "patch"});
-  // The tool may move by the distance travel() within one patch (copy of the field around the tool). In a session, a
-  // new patch is taken after half of this distance. Two patches are used in turn, so between two uses of the same
-  // patch, its centre moves by the whole distance. This is measured here.
+  // Measures a patch (copy of the field around the tool) whose centre has moved by travel() since this patch was last
+  // filled. In a session, a new patch is due after half of this distance. Two patches are used in turn, so each patch
+  // moves by the whole distance.
   const dvec3 step(scene.carver.body().travel(), 0, 0);
   rows.push_back(
       {"patch cut-out, moved by its travel along x", size, BenchRow::kNone, "",

@@ -67,7 +67,9 @@ struct Case {
   double pedal;
   double bed_mm;  // mm, depth of the bed (drilled hole) at the start; 0 if there is none
   Motion state;   // state of the contact that the hand's motion must produce, for example drilling
-  dvec3 (*hand)(int tick, const ServoTick& last, double half);  // returns the position of the head's centre in m
+  // returns the position of the head's centre in tick `tick`, in m. `last`: result of the last tick; `half`: m, half
+  // the length of the head.
+  dvec3 (*hand)(int tick, const ServoTick& last, double half);
 };
 
 std::vector<double> times_of(const Case& now, int count) {

@@ -51,8 +51,9 @@ struct Slide {
 };
 /// Returns the path of a hand that moves down onto the surface and slides over it.
 Course slide_course(const ModelTissue& tissue, int ticks, const Slide& slide = {});
-/// Returns the path of a hand that taps on one point. A ball centred at the hand would sink by kHandDepth into the
-/// surface. The hand moves there and back, at 10, 30, 100 and 200 mm/s.
+/// Returns the path of a hand that taps on one point of the surface: at 10, 30, 100 and 200 mm/s, it moves down to the
+/// point and back up. At the lowest position of the hand, a ball centred at the hand would sink by kHandDepth into the
+/// surface.
 Course tap_course(const ModelTissue& tissue);
 
 /// The simulated hand of the drilling test: a mass of 0.15 kg that presses a ball onto the tissue with 1 N and moves it

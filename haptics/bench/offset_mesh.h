@@ -28,7 +28,7 @@ class OffsetMesh {
   struct Hit {
     std::uint32_t face;
     double part;  // position of the hit as a fraction of the segment
-    double u, v;  // weights of the face's second and third corner at the hit
+    double u, v;  // barycentric weights of the face's second and third corner at the hit
   };
   std::optional<Hit> first_hit(const dvec3& from, const dvec3& to) const noexcept;
 

@@ -286,7 +286,8 @@ class Rows {
   bool differ_ = false;
 };
 
-/// Fits the function c · spheres^p to the times of the rows with this name, by least squares of the logarithms.
+/// Fits the function c · n^p to the times of the rows with this name, by least squares of the logarithms. n: number of
+/// spheres; c, p: fitted numbers. Adds a row with p.
 void add_growth(const std::string& name, std::vector<BenchRow>& rows) {
   double x = 0, y = 0, xx = 0, xy = 0, k = 0;
   for (const BenchRow& row : rows) {

@@ -88,8 +88,8 @@ double measure_session(const ProcessCase& c, const DenseTissue& dense, const Ser
 /// time of the whole program.
 struct ProcessTime {
   double all = std::numeric_limits<double>::infinity();  // ns, mean time of a tick with carver and patch transfer
-  double session = 0;                                    // ns, result of measure_session()
-  std::vector<double> servo;                             // ns, time of the servo in each tick
+  double session = 0;         // ns, mean time of a tick if patches are passed as in a session
+  std::vector<double> servo;  // ns, time of the servo in each tick
 };
 ProcessTime measure(const ProcessCase& c, const DenseTissue& dense, const BenchOptions& options) {
   ServoSettings settings;

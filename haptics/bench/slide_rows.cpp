@@ -189,7 +189,8 @@ struct Slide {
   void query_floor(const SurfacePatch& patch, const std::vector<dvec3>& points, double cubic_ns);
 };
 
-/// Adds 6 × 6 rows of eight samples in six independent sums, so that an addition need not wait for the previous one.
+/// Sums up 6 × 6 rows of eight samples. Uses six independent sums, so that an addition need not wait for the previous
+/// one.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void scan_rows(const float* corner, std::size_t edge, float* sum) {
   F8 sums[6] = {};

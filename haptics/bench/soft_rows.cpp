@@ -58,7 +58,7 @@ void soft_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
   constexpr int kBatch = 1024;
   bool awake = false;
   const double ns = batch_ns(std::max(ticks / 100, 5), kBatch, [&](int k) {
-    // the tool moves at 1 mm/s, about as fast as in a hand that tries to hold it still
+    // the tool moves at 1 mm/s, the typical speed of a hand that tries to hold it still
     awake |= !soft.at_rest({dvec3(1e-6 * k, 0, 6e-3)}, 0);
   });
   rows.push_back({"soft tissue, asleep", "tool 6 mm away", BenchRow::kNone, "", awake ? BenchRow::kNone : ns, "tick"});

@@ -30,8 +30,8 @@ using namespace bench;
 
 // J, largest energy that a hand may receive; the servo's passivity controller guarantees this limit
 constexpr double kMostEnergy = 1e-9;
-// N per tick; largest allowed difference between two values of Felt::step: with a carver that stops for a while, and
-// with a carver that never stops
+// N per tick. The largest force step (Felt::step) is measured in two runs: with a carver thread that stops for a while,
+// and with a carver thread that never stops. The two values may differ by at most this.
 constexpr double kMostStep = 0.25;
 constexpr double kHostileLimit = 8;  // N, force limit for tests with erratic hands
 constexpr std::string_view kBlock6 = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}])";
@@ -43,7 +43,8 @@ struct Felt {
   double most_force = 0;  // N, largest force in the run
   double over_limit = 0;  // N, largest excess over the force limit
   double energy = 0;      // J, largest energy that the force gave to the hand
-  // N per tick, largest change of the force from tick to tick, minus 1.5 × stiffness × displacement of the hand
+  // N per tick, largest change of the force from tick to tick that the hand's motion does not explain: the change minus
+  // 1.5 × stiffness × displacement of the hand
   double step = 0;
   double last_force = 0, depth = 0;  // force in N and penetration depth in m in the last tick
   // Number of ticks without force although the tool was inside the tissue. In work(): 1 if the hand came through the
@@ -65,8 +66,8 @@ class Run {
   Run(TissueVolume tissue, const ServoSettings& settings)
       : steps_(std::move(tissue), settings), settings_(steps_.settings()) {}
 
-  /// Computes one tick, `dt` s after the previous tick. If `judged` is false, the change of the force in this tick does
-  /// not count for Felt::step.
+  /// Computes one tick, `dt` s after the previous tick. If `judged` is false, the change of the force in this tick is
+  /// not included in Felt::step (the largest force step).
   const ServoTick& tick(const Pose& X_WT, double pedal, double dt, bool judged = true) {
     t_ += from_seconds(dt);
     Cut cut;

@@ -9,7 +9,7 @@ struct FrictionLaw {
   double static_coefficient = 0.2;
   double dynamic_coefficient = 0.15;
   double stiffness = 1000;  // N/m, stiffness of the tangential spring
-  /// if the displacement is less than this fraction of the break-away displacement z_max, the adhesion point stays
+  /// fraction of the break-away displacement z_max; at smaller displacements, the adhesion point does not move
   double stick_fraction = 0.5;
 };
 
@@ -19,11 +19,10 @@ struct FrictionState {
   bool slipping = false;
 };
 
-/// Returns the friction force on the tool, N, by Hayward & Armstrong 2000, eq. 5, in the contact's tangent plane; |f|
-/// <= μ F_n. There is one change to the paper. It concerns the adhesion map (the rate at which the adhesion point
-/// follows the contact), which is zero below a stick threshold. So small cycles do not change the state by a single
-/// bit, and nothing drifts. `x`: m, contact position; `previous`: m, contact position one tick before; `n`: unit
-/// normal.
+/// Returns the friction force on the tool, N, in the contact's tangent plane (Hayward & Armstrong 2000, eq. 5). The
+/// force is at most μ F_n. One thing differs from the paper: the adhesion map (the rate at which the adhesion point
+/// follows the contact) is zero below a stick threshold. So small cyclic motions do not change the state at all, and
+/// nothing drifts. `x`: m, contact position; `previous`: m, contact position one tick before; `n`: unit normal.
 inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3& previous, const dvec3& n,
                             double normal_force, FrictionState& state) noexcept {
   if (!(normal_force > 0)) {
@@ -42,8 +41,9 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
     z *= length > 0 ? kept / length : 0;
     state.w = x - z;
   } else if (length > law.stick_fraction * z_max) {
-    // Creep of the adhesion point; z: displacement from it. The factor α rises from 0 at the stick threshold to half of
-    // 1/z_max at break-away. So z grows even in a slow motion until break-away; then the dynamic coefficient applies.
+    // The adhesion point creeps after the contact; z is the displacement between them. The creep factor α = share /
+    // z_max rises from 0 at the stick threshold to half of 1/z_max at break-away. So z grows until break-away even in a
+    // slow motion. From break-away on, the dynamic coefficient applies.
     const double share = 0.5 * (length / z_max - law.stick_fraction) / (1 - law.stick_fraction);
     dvec3 step = x - previous;
     step -= glm::dot(step, n) * n;

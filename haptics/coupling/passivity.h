@@ -34,12 +34,12 @@ struct PassivityLaw {
   // Factor. The velocity of a hand that may reverse its motion within one tick is expected to change in a tick by at
   // most this factor times the greatest recent velocity change.
   double again = 3;
-  // Factor. A hand that is not expected to reverse its motion within one tick is expected to change its velocity by the
-  // greatest recent velocity change, plus a margin. The margin is this factor times the mean velocity change, reduced
-  // as start_fraction states.
+  // Factor on the mean velocity change. A hand that is not expected to reverse within one tick is expected to change
+  // its velocity by at most its greatest recent change plus this factor times the mean change. (Before this,
+  // start_fraction reduces the mean.)
   double change_margin = 0.6;
-  /// This fraction of the greatest velocity change is subtracted from the mean velocity change before change_margin is
-  /// applied. At the start or end of a single stroke the mean is small, so there is no margin.
+  /// Fraction of the greatest velocity change that is subtracted from the mean velocity change before change_margin is
+  /// applied. At the start or end of a single stroke, the mean is small, so the result is 0.
   double start_fraction = 0.1;
   double mean_weight = 0.01;  // weight of one tick in the mean velocity change
   // s, time in motion during which the greatest speed and velocity change do not decay; time at rest does not count
@@ -83,8 +83,9 @@ struct PassivityState {
   // length. decay: factor by which the recent retreats decay per tick. clock_decay: factor by which the longest tick
   // decays per tick.
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
-  RecentMaximum pace,
-      change;  // m/s, greatest recent speed and greatest recent velocity change per tick, also without contact
+  // m/s; pace: greatest recent speed of the hand; change: greatest recent change of its velocity from one tick to the
+  // next. Both are also updated without contact.
+  RecentMaximum pace, change;
   double mean_change = 0;       // m/s, mean velocity change over about the last hundred ticks of motion
   dvec3 heading{0};             // m, displacement in the last tick in which the hand moved
   double fade = 1;              // decay factor per tick of the greatest speed (`pace`) and the greatest `change`
@@ -133,10 +134,10 @@ inline double reversal_probability(const PassivityLaw& law, double tick, bool un
   return std::clamp(std::max(turned_lately, leaps), 0.0, 1.0);
 }
 
-/// Returns the greatest expected outward displacement (m) of the hand in the next tick. The expected change of the
-/// velocity is the largest recent change, or a larger one if the hand may reverse in one tick. The expected speed is at
-/// most slightly larger than the largest recent speed. `along`: m/s, outward velocity; `twitch`: m, displacement of
-/// which any hand is expected to be capable.
+/// Returns the greatest outward displacement (m) of the hand that is expected in the next tick. Two limits apply. The
+/// velocity changes by at most the largest recent change, or by more if the hand may reverse in one tick. The speed is
+/// at most slightly larger than the largest recent speed. `along`: m/s, outward velocity; `twitch`: m, displacement
+/// that is expected of any hand, even of a hand at rest.
 inline double expected_retreat(const PassivityLaw& law, double along, double tick, double twitch,
                                const PassivityState& state) noexcept {
   const bool uneven_clock = state.longest > 1.02 * tick;  // tolerance of 2 % for the rounding of a clock in ns

@@ -29,8 +29,9 @@ inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, b
   dvec3 pull = hand - state.p;
   const double out = glm::dot(pull, state.n);
   if (stiffness * -out > resistance && soft && state.sunk < law.depth_limit) {
-    // The tip sinks by the depth x at which the force of the coupling, k (push - x), equals the force of the tissue,
-    // resistance + hardening x.
+    // The tip sinks by the depth x at which two forces are equal: the force of the coupling, k (push - x), and the
+    // force of the tissue, resistance + hardening x. k: stiffness of the coupling; push: distance from the tip inward
+    // to the hand.
     const double x =
         std::min((stiffness * -out - resistance) / (stiffness + law.hardening), law.depth_limit - state.sunk);
     state.sunk += x;

@@ -1,12 +1,13 @@
 // Estimates the velocity of the hand from quantised positions: low noise at rest, fast response in motion, and a known
 // lag.
 //
-// The method is end-fit FOAW (Janabi-Sharifi, Hayward & Chen 2000, "Discrete-time adaptive windowing for velocity
-// estimation"). It uses the longest window whose samples all lie within the position noise of the straight line through
-// the window's ends. This file changes the method: (1) The test "every sample within d of the line" uses an interval of
-// allowed slopes, so a tick costs O(window), not O(window²). (2) The three axes use the shortest of their windows, so
-// that the vector has one lag. (3) Stored samples are at least kSpacing apart, so that loops of 4 or 10 kHz have as
-// little noise as a loop of 1 kHz.
+// The method is end-fit FOAW (first-order adaptive windowing: Janabi-Sharifi, Hayward & Chen 2000, "Discrete-time
+// adaptive windowing for velocity estimation"). It uses the longest window whose samples all lie within the position
+// noise of the straight line through the window's ends. This file changes three things. (1) The test "every sample
+// within d of the line" uses an interval of allowed slopes, so a tick costs O(window), not O(window²). (2) All three
+// axes use the same window, the shortest of their three windows, so that the components of the velocity have the same
+// lag. (3) Stored samples are at least kSpacing apart, so that loops of 4 or 10 kHz have as little noise as a loop of 1
+// kHz.
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,6 @@
-// Vibration of a turning spindle, which the arm transmits to the hand: once per revolution from imbalance and run-out
-// of the bur, and once per cutting edge from the cut, as far as the device can render these frequencies. Pure
-// functions.
+// Vibration of a turning spindle, which the arm transmits to the hand. Imbalance and run-out of the bur cause one
+// oscillation per revolution; the cut causes one oscillation per cutting edge. Frequencies that the device cannot
+// render are omitted. Pure functions.
 #pragma once
 
 #include <algorithm>
@@ -36,14 +36,14 @@ inline double band_weight(double frequency, double band) noexcept {
 }
 
 /// Returns the spindle's angle (rad, modulo 2π) after a rotation at `speed` (rad/s) for `dt` (s). The number of cutting
-/// edges is an integer, so their phase has no jump.
+/// edges is an integer, so their oscillation has no jump when the angle changes from 2π to 0.
 inline double advance_phase(double phase, double speed, double dt) noexcept {
   return std::fmod(phase + speed * dt, 2 * kPi);
 }
 
-/// Returns the vibration force on the tool (N, frame W). `axis`: direction of the shank; `normal`: direction out of the
-/// tissue, zero without contact; `cutting`: N, tangential force of the cutting edges, the same as for the sound;
-/// `band`: Hz, law.band, but limited according to the servo's rate.
+/// Returns the vibration force on the tool (N, frame W). `band`: Hz, law.band, but limited according to the servo's
+/// rate; `phase`: rad, angle of the spindle; `speed`: rad/s; `axis`: direction of the shank; `normal`: direction out of
+/// the tissue, zero without contact; `cutting`: N, tangential force of the cutting edges, the same as for the sound.
 inline dvec3 vibration_force(const VibrationLaw& law, double band, double phase, double speed, const dvec3& axis,
                              const dvec3& normal, double cutting) noexcept {
   const double once = band_weight(speed / (2 * kPi), band);

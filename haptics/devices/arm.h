@@ -19,8 +19,8 @@ namespace typodont::haptics {
 struct Arm {
   std::string name;
   enum class Linkage { kSerial, kFiveBar } linkage = Linkage::kSerial;
-  // m, for the bodies A, B and C (the parts of the arm that the motors drive): diameters of the capstans on the motors,
-  // and of the bodies
+  // m, two diameters for each of the bodies A, B and C (the parts of the arm that the motors drive). capstan: diameter
+  // of the capstan on the body's motor; body: diameter of the body itself.
   dvec3 capstan{0}, body{0};
   double La = 0, Lb = 0, Lc = 0;   // m, lengths of the links, if the linkage is serial
   std::array<double, 6> L{};       // m, lengths of the links, if the linkage is a five-bar linkage

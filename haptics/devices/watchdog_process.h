@@ -28,7 +28,8 @@ class WatchdogProcess {
 
   bool running() const noexcept { return child_ > 0; }
   pid_t child() const noexcept { return child_; }
-  /// Records a write to the device. Call with every write. Any thread and any signal handler may call it.
+  /// Records a write to the device at time t. `force`: true if the written force is not zero. Call with every write.
+  /// Any thread and any signal handler may call it.
   void note_write(bool force, Nanos t) noexcept {
     if (!shared_) return;
     shared_->last_write.store(t, std::memory_order_relaxed);

@@ -13,8 +13,8 @@ namespace typodont::haptics::importing {
 
 struct ArchSurface {
   Mesh mesh;  // a closed mesh whose triangles face outward
-  // Number of the first triangles in the mesh: those that come from the scan or close its holes. The triangles of the
-  // base come after them.
+  // Number of triangles of the scanned surface, including closed holes. They come first in the mesh; the triangles of
+  // the base follow.
   std::size_t scanned = 0;
   // Unit vector towards the teeth: it points away from the border of an open scan, or away from the flat base of a
   // closed mesh. Zero if the direction is unknown.

@@ -176,8 +176,9 @@ struct Body {
 inline constexpr std::uint8_t kBrightVoxel = 2;
 /// Returns the connected components of a dense mask. Samples are connected over faces.
 std::vector<Body> find_bodies(const Mask& mask);
-/// Returns the number of connected components of the samples in a box of `size`. Samples are connected over faces,
-/// edges and corners. `read(x, y, row)` writes one byte for each sample of a row along z, nonzero for those that count.
+/// Returns the number of connected components of a set of samples in a box of `size`. Samples are connected over faces,
+/// edges and corners. `read(x, y, row)` writes one byte for each sample of a row along z; the byte is not zero if the
+/// sample belongs to the set.
 std::size_t count_bodies(const glm::ivec3& size, const std::function<void(int, int, std::span<std::uint8_t>)>& read);
 /// Returns the index of the body that is imported. If some bodies have teeth, it is the largest body with teeth.
 /// Otherwise it is the largest body. A body has teeth if it has at least a tenth as many bright voxels as the body with

@@ -128,7 +128,8 @@ BoxContent paint(Imported& imported, const LabelStroke& stroke) {
       if (t.tissue[at] != Tissue::kAir && capsule(p) <= 0) set_label(imported, stroke.kind, at);
     });
   } else {
-    // At the walls of the box, tissue would have no surface. So no tissue is added near the walls.
+    // In voxels. Tissue that reaches a wall of the box has no surface there. So no tissue is added nearer to a wall
+    // than this.
     constexpr double kWall = 3;
     for_each_in(box, [&](const glm::ivec3& p) {
       const std::size_t at = t.at(p.x, p.y, p.z);

@@ -27,12 +27,11 @@ struct DistanceField {
 };
 
 /// Computes the distance to the surface phi = 0 (tricubic interpolation; phi > 0 is inside) for every sample of a grid
-/// of `size`, whose position in phi's index space is `placement`. First, each sample gets the nearest crossing: the
-/// nearest point where a grid line crosses the surface. Then two cases differ. If the distance is less than `exact`,
-/// Newton's method finds the closest point of the interpolant (after Chopp 2001, "Some improvements of the fast
-/// marching method", eq. 4.1), so that the surface does not move. If the distance is larger, it remains the distance to
-/// the nearest crossing. Crossings are about half a voxel apart, so this distance is too large, by at most about 1/(8
-/// exact) voxel.
+/// of `size`, whose position in phi's index space is `placement`. First, each sample gets the distance to the nearest
+/// crossing: the nearest point where a grid line crosses the surface. If this distance is less than `exact`, Newton's
+/// method then finds the closest point of the interpolant (after Chopp 2001, "Some improvements of the fast marching
+/// method", eq. 4.1), so that the surface does not move. A larger distance is not improved. Crossings are about half a
+/// voxel apart, so it is too large by at most about 1/(8 exact) voxel.
 DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, const Placement& placement, double band,
                               double exact);
 

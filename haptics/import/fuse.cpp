@@ -140,7 +140,7 @@ class Crowns {
   struct Near {
     dvec3 point, normal;
     double distance = 0;  // m, distance from the given position to this point, without sign
-    // share of the scan in the blend of scan and CT: 1 inside a crown, falling to 0 at the crown's rim, and 0 outside
+    // weight of the scan in the blend of scan and CT: 1 inside a crown, falling to 0 at the crown's rim, and 0 outside
     double weight = 0;
   };
   /// Returns the point of the scan nearest to p (m, frame C), if it is within `reach` (m).
@@ -327,7 +327,7 @@ class Crowns {
   std::vector<std::vector<std::size_t>> neighbours_;
   // For each triangle of the scan: true if it lies at the border, and true if it shows a crown.
   std::vector<bool> at_border_, covered_;
-  std::vector<double> weights_;  // share of the scan in the blend at each point: 0 at the rim of the crowns, 1 inside
+  std::vector<double> weights_;  // weight of the scan in the blend at each point: 0 at the rim of the crowns, 1 inside
   FuseReport report_;
   double largest_ = 0;  // m, largest distance between the crowns and the CT's surface
 };

@@ -109,7 +109,7 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
       }
     }
   });
-  // The walls of the box must belong to the surroundings, as segment() requires.
+  // Sets the samples on the walls of the box to the grey value of the surroundings, because segment() requires this.
   for (int x = 0; x < size.x; ++x) {
     for (int y = 0; y < size.y; ++y) {
       for (int z = 0; z < size.z; ++z) {
@@ -350,9 +350,9 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   const std::size_t main = main_body(bodies, Levels::kLeastTeeth / (scan.spacing.x * scan.spacing.y * scan.spacing.z));
   const glm::ivec3 lo = bodies[main].lo, hi = bodies[main].hi, scan_size = solid.size;
   if (jaw) say_what_is_left_out(bodies, main, scan, report);
-  const double near_tissue = fraction_near(solid) * static_cast<double>(solid.v.size()) * scan.spacing.x *
-                             // m³, volume of the blocks of voxels in or next to tissue
-                             scan.spacing.y * scan.spacing.z;
+  // m³, total volume of the blocks of voxels that contain tissue or lie next to such a block
+  const double near_tissue =
+      fraction_near(solid) * static_cast<double>(solid.v.size()) * scan.spacing.x * scan.spacing.y * scan.spacing.z;
   solid = Mask();
   const char* of = options.region ? "region" : "scan";
   for (int a = 0; a < 3; ++a) {

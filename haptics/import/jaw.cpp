@@ -185,10 +185,11 @@ class LayerBound {
 };
 
 // Computes the grey value at the inner border of a canal in bone. Across the canal's bright wall, the grey value rises
-// from the canal (0) to the wall (1) and falls to the bone beyond the wall (`beyond`). Blur and smoothing make a thin
-// wall darker, and the grey value at its inner border is then less than halfway. The brightest grey value across the
-// wall gives the wall's thickness, and the thickness gives the grey value at the border. Without a wall, the grey value
-// at the border is halfway between the canal and the bone.
+// from the canal (0) to the wall (1) and falls to the bone beyond the wall (`beyond`). At the border of a
+// thick wall, the grey value is about 0.5. Blur and smoothing make a thin wall darker, so the grey value at its border
+// is lower. The class finds the wall's thickness from the brightest grey value across the wall, and the grey value at
+// the border from the thickness. Without a wall, the grey value at the border is halfway between the canal and the
+// bone.
 class CanalBound {
  public:
   /// `blur`: voxels, standard deviation of the scan's blur. The grey values are smoothed by smooth_in_place(g, sigma,
@@ -250,8 +251,9 @@ std::optional<double> grey_inside(const Grid<float>& scan, const SparseMask& tis
   const SparseMask around = where(set, true, false, [&](std::size_t i, const glm::ivec3&) { return !tissue.v[i]; });
   const Sparse<float> into = distance_squared_to(around, 4);
   for (const double squared : {12.0, 9.0, 6.0, 4.0}) {  // voxels², depths of 3.5, 3, 2.45 and 2 voxels
-    // Samples are used if they are at least kBlurs × `blur` voxels, or at least kBlurs voxels, below the border. 0.5 is
-    // added, because the depth is measured from the nearest sample outside, half a voxel beyond the border.
+    // The samples must lie deep below the border: by at least kBlurs × `blur` voxels or by at least kBlurs voxels,
+    // whichever is less. 0.5 is added, because the depth is measured from the nearest sample outside, half a voxel
+    // beyond the border.
     constexpr double kBlurs = 2.4;
     if (std::sqrt(squared) < std::min(kBlurs * blur + 0.5, kBlurs)) break;
     std::vector<float> greys;
@@ -613,7 +615,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
 
   // Finds three masks: samples that certainly belong to crowns; the inside of cancellous bone (marrow); bright samples
   // next to marrow, which may be bone.
-  // The constants are volumes in mm³: a smaller crown or region of marrow is ignored.
+  // In mm³: crowns smaller than kLeastCrown and regions of marrow smaller than kLeastMarrow are ignored.
   constexpr double kLeastCrown = 8, kLeastMarrow = 20;
   const SparseMask bright =
       mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.bright()); });
@@ -704,7 +706,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     const double porous = std::clamp(median_of(marrow_greys).value_or(greys.cancellous), soft, dense);
     const Sparse<float> exact = smooth_in_place(s.grey, kSmooth, s.true_blur);
     const SparseMask beside = mask([&](std::size_t i, const glm::ivec3&) { return to_core.v[i] <= 9 && !in_tooth(i); });
-    double length = 0, volume = 0;  // of all canals, in voxels
+    double length = 0, volume = 0;  // total length of all canals in voxels, and number of their samples
     for (const JawCanal& found : out.report.canals) {
       for (std::size_t k = 1; k < found.centre.size(); ++k)
         length += glm::length(found.centre[k] - found.centre[k - 1]);

@@ -15,11 +15,11 @@ struct Levels {
   double soft = 0;     // grey value of the softer tissue (dentin, cancellous bone)
   // grey value of the denser tissue (enamel, cortical bone); no value if there is only one tissue
   std::optional<double> dense;
-  // true if the threshold between the two tissues is known: the user gave it, or the grey values are Hounsfield units
-  // plus a constant
+  // true: the threshold between the softer and the denser tissue is already known, because the user gave it or because
+  // the grey values are Hounsfield units plus a constant
   bool fixed_dense = false;
-  // true: a thin layer on the tissue counts as surroundings if the layer is as bright as `outside` (soft tissue on a
-  // bone), although the material beyond the layer is darker (air)
+  // true: soft tissue that covers a bone as a thin layer counts as surroundings, because it is as bright as `outside`;
+  // the air beyond the layer is darker
   bool fixed_surround = false;
   // Grey value above which a voxel belongs to a tooth. If a scan contains several bodies, the largest body with teeth
   // is imported, even if another body (a spine) is larger. If there is no value, the largest body is imported.

@@ -219,8 +219,8 @@ class Surround {
   }
   double at(const glm::ivec3& p) const {
     const glm::dvec3 q = (glm::dvec3(p) - 1.5) / 4.0;
-    // Weight of the grey value of the surroundings in the whole scan. The weight 1 would be that of a neighbourhood
-    // that belongs completely to the surroundings.
+    // Weight of the grey value of the surroundings in the whole scan. For comparison: the samples nearby have the
+    // weight 1 if all of them belong to the surroundings.
     constexpr double kOfEverywhere = 0.02;
     return everywhere_ +
            static_cast<double>(sample(sum_, q)) / (static_cast<double>(sample(weight_, q)) + kOfEverywhere);
@@ -341,9 +341,9 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     for (double t = kStep; t <= depth; t += kStep) peak = std::max(peak, sample(smooth, from - t * n));
     return static_cast<double>(peak);
   };
-  // In a jaw, the grey value at the first surface is far below the middle of the edge, because the threshold is based
-  // on cancellous bone, and cortical bone is brighter. There, the edge is less steep than at its centre, so `widths`
-  // are too large. They make the sharpening stronger, which keeps the ligament open. `true_widths` are corrected.
+  // In a jaw, the first surface does not lie at the middle of the blurred edge: its threshold is based on cancellous
+  // bone, but cortical bone is brighter. The edge is less steep there, so `widths` are too large. They are still used
+  // for the sharpening, because a stronger sharpening keeps the periodontal ligament open. `true_widths` are corrected.
   std::vector<float> widths, true_widths;
   for (std::size_t i = 0; i < first.distance.v.size(); i += 3) {
     if (std::abs(first.distance.v[i]) > 0.5F) continue;

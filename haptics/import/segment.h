@@ -27,7 +27,8 @@ struct Segmentation {
   Sparse<float> grey;
   DistanceField surface;  // distances to the surface phi = 0, at least up to the requested band
   double blur = 0;        // voxels, standard deviation of the scan's blur, measured at edges
-  // voxels; in a jaw, `blur` is measured beside the edges' centres and is too large, and this value is corrected
+  // voxels, corrected value of `blur`: in a jaw, `blur` is too large, because it is measured beside the centres of the
+  // edges
   double true_blur = 0;
   int bodies_kept = 0;
   int cavity_parts = 0;

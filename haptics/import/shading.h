@@ -17,7 +17,7 @@ struct Shading {
 
   glm::dvec3 centre{0},
       half{1};  // m, centre of the scan and half of its extent; the variable of the polynomial is (p - centre) / half
-  std::array<double, kTerms> coefficient{};  // in the order of Shading::powers()
+  std::array<double, kTerms> coefficient{};  // coefficients of the polynomial, in the order of powers()
   double range = 0;                          // grey values, difference between the largest and the smallest error
 
   /// Returns the exponents of the three coordinates in each term. The first term is the constant.

@@ -18,10 +18,10 @@ dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
 }
 
 /// Returns the part (N) of a force change that must wait for later ticks. `change`: N, size of the change, which
-/// exceeds the limit drilling_slew. The hand's own displacement also changes the force (its size, its direction, or
-/// both) through the coupling's spring. From version 8 of the force laws on, this change need not wait. But while the
-/// hand advances, up to lag_limit of it may wait. The reason: a force that lags behind the hand is too small while the
-/// hand advances and too large while it retreats. Both errors reduce the ledger's energy.
+/// exceeds the limit drilling_slew. The hand's own displacement also changes the force through the coupling's spring.
+/// From version 8 of the force laws on, this part of the change need not wait while the hand retreats; while the hand
+/// advances, up to lag_limit of it may wait. The reason: a force that lags behind the hand is too small while the hand
+/// advances and too large while it retreats. Both errors reduce the ledger's energy.
 double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
   const double over = change - P::drilling_slew * now.dt;
   if (!lands(now)) return std::min(over, P::lag_limit);
@@ -90,10 +90,10 @@ void Servo::State::limit(ContactTick& now) noexcept {
 }
 
 /// Limits the force if the energy ledger holds far less energy than the coupling stores. This happens after a fast
-/// first contact, or if a tool starts inside tissue. Without this limit, passive_fraction() would remove the force
-/// within a few ticks when the hand retreats, and restore it when the hand advances: the hand would bounce. The limit
-/// begins with the hand's first retreat. The force is then at most that of a spring that stores the ledger's energy, so
-/// that spring and ledger become empty at the same time. Returns the fraction of the force that may stay.
+/// first contact, or if a tool starts inside tissue. Without this limit, the hand would bounce: passive_fraction()
+/// would remove the force within a few ticks when the hand retreats, and restore it when the hand advances. The limit
+/// begins with the hand's first retreat. The largest allowed force is that of a spring that stores exactly the ledger's
+/// energy, so that spring and ledger become empty at the same time. Returns the fraction of the force that may stay.
 double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   Limits& l = limits;
   if (settings.laws < 2 || !(now.in.cuts || l.unpaid || now.contact.late)) return 1;
@@ -106,11 +106,12 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   return std::max(most, glm::length(l.last_force) - P::drilling_slew * now.dt) / strength;
 }
 
-/// Returns the fraction of the force that may stay, 0..1 (from version 8 of the force laws on). It is so small that the
-/// ledger can pay for the hand's whole retreat, and not only for that in the next tick. The ledger's energy E allows at
-/// most the force √(2 k E), at which a spring of the stiffness k stores E. While the hand retreats by up to Δ per tick,
-/// passive_fraction() allows at most E / a, a = Δ × PassivityLaw::margin. The result combines both limits without a
-/// step in value or slope: √(2 k E - k² a²) for E > k a², and E / a for smaller E. `at_stake`: J, for the whole force.
+/// Returns the fraction of the force that may stay, 0..1 (from version 8 of the force laws on). With this fraction, the
+/// ledger can pay for the hand's whole retreat, and not only for the retreat in the next tick. Two limits follow from
+/// the ledger's energy E. (1) The force is at most √(2 k E), at which a spring of the stiffness k stores E. (2) While
+/// the hand retreats by up to Δ per tick, passive_fraction() allows at most E / a, with a = Δ × PassivityLaw::margin.
+/// The result combines both without a step in value or slope: √(2 k E - k² a²) for E > k a², and E / a for smaller E.
+/// `at_stake`: J, energy that the whole force may give to the hand in the next tick.
 double Servo::State::landing_fraction(const ContactTick& now, double at_stake) const noexcept {
   const Limits& l = limits;
   const double strength = glm::length(now.force);

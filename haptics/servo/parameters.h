@@ -46,7 +46,7 @@ struct CouplingParameters {
   static constexpr double stiffness_time = 4e-3;
   // s, time constant of the low-pass filter for the damper's velocity, used when a tool cuts or fills
   static constexpr double cut_damping_time = 4e-3;
-  static constexpr double tissue_slew = 4;  // N/s, largest force change caused by another tissue under the head
+  static constexpr double tissue_slew = 4;  // N/s, largest force change due to a change of the tissue under the head
   static constexpr double damper_slew = 4;  // N/s, largest change of the damper's force when a tool cuts or fills
   static constexpr double teeth_slew = 4;   // N/s, largest change of the cutting edges' tangential force
   // N/s, largest change of the normal force by all causes together. In each tick, the change of the depth comes first;
@@ -81,8 +81,9 @@ struct LimitParameters {
   // First version of the force laws in which a drilling tool meets tissue without force steps (landing_fraction in
   // limits.cpp)
   static constexpr std::uint32_t laws_of_landing = 8;
-  // Limit of the ratio "force that the hand feels / force of the coupling". If the ratio stays below this limit for
-  // rest_time, a force that rises to the coupling's full force presses the cutting edges, instead of the felt force.
+  // Limit of the ratio of two forces: the force that the hand feels, divided by the full force of the coupling. If the
+  // ratio stays below this limit for rest_time, the force on the cutting edges begins to rise from the felt force to
+  // the coupling's full force.
   static constexpr double little_felt = 0.5;
   // s; if the hand has felt less than the fraction little_felt of the coupling's force for this time, the force on the
   // cutting edges begins to rise. Within the same time, it rises from the felt force to the coupling's force.

@@ -106,13 +106,13 @@ struct Servo::State {
     // limit, which counts as a contact, too.
     dvec3 pressed{0};
     double pressing = 0;  // N, component of head_force along `pressed`, times `teeth_fraction`
-    // 0..1, fraction of the coupling's force that presses the cutting edges. Drills that meet tissue have force limits
-    // (see lands()). With these limits, the value is the fraction of the last tick's force that remained after them, or
-    // more if the hand has felt little force for a long time (press_teeth). Without these limits it is 1.
+    // 0..1, fraction of the coupling's force that presses the cutting edges. It is 1, except for drills whose contact
+    // with tissue is softened by additional limits (see lands()). For such a drill, it is the fraction of the last
+    // tick's force that these limits left, or more if the hand has felt little force for a long time (press_teeth).
     double teeth_fraction = 1;
-    // s, time for which the hand has felt less than the fraction LimitParameters::little_felt of the coupling's force,
-    // because the limits for drills that meet tissue apply (see lands()). It decreases again when the hand feels more,
-    // and is at most twice LimitParameters::rest_time.
+    // s, time for which the hand has felt less than the fraction LimitParameters::little_felt of the coupling's force.
+    // Such a small force comes from the limits for drills that meet tissue (see lands()). The time decreases again
+    // while the hand feels more. It is at most twice LimitParameters::rest_time.
     double unfelt_for = 0;
     FrictionState friction;
     TipState tip;

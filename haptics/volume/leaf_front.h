@@ -64,8 +64,8 @@ class LeafFront {
   // leaves (8³ samples); the box of stored leaves is larger than the sweep by this margin, so that it must be moved
   // rarely
   static constexpr int kRoom = 2;
-  static constexpr double kLongest =
-      512;  // voxels, path length after which counting restarts; a float then resolves 6e-5
+  // voxels; at this path length, counting restarts at 0, so that a float resolves the path length to 6e-5 voxel
+  static constexpr double kLongest = 512;
 
   void move_window(const glm::ivec3& lo, const glm::ivec3& hi);
 

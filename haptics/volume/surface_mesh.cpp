@@ -30,8 +30,8 @@ openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
       gradient[axis] = (value(p + off) - value(p - off)) / (2 * kDifference);
     }
     const double square = gradient.lengthSqr();
-    // Near the surface of a distance field, |gradient|² is about 1. If it is not above this limit, the vertex is not
-    // moved any further.
+    // Near the surface of a distance field, |gradient|² is about 1. If it is only 0.04 or less, the vertex is not moved
+    // any further.
     if (!(square > 0.04)) return p;
     openvdb::Vec3d step = -value(p) / square * gradient;
     if (const double length = step.length(); length > kMostStep) step *= kMostStep / length;

@@ -18,8 +18,8 @@ namespace typodont::haptics {
 namespace {
 
 constexpr int kPort = 10001;
-// Time in ns without a state after which a force is sent again. The service sends a state only as the answer to a
-// force.
+// Time in ns without a state message from the service after which a force is sent again. The service sends a state
+// message only as the answer to a force.
 constexpr Nanos kWake = 10'000'000;
 constexpr Nanos kLost = 100'000'000;
 
