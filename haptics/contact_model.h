@@ -79,7 +79,8 @@ struct Contact {
   // Unit normal of a boundary to another tissue that stops the tool like a wall. The normal points out of the wall.
   // Zero: there is no wall.
   dvec3 side_normal{0};
-  // Lower limit of the coupling's stiffness along side_normal, divided by ServoSettings::stiffness.
+  // Lower limit of the coupling's stiffness along side_normal (the normal of a wall of harder tissue), divided by
+  // ServoSettings::stiffness.
   double side_stiffness = 0;
   // true: the tissue also holds the tool's orientation; the proxy then has the orientation R_WG
   bool holds_turn = false;

@@ -1,8 +1,8 @@
 // The active front (docs/cutting.md): states which samples of a patch (a dense copy of the tissue around the tool) the
 // next cuts can change. Each sample has a slack: a lower bound of how far the head must still move before it can change
-// the sample. From the slacks follows, for each block of samples, the path length at which the block must be examined
-// again. Most cuts examine only the samples just ahead of the head. These samples are stored in lists, which are valid
-// for the next voxel of the head's path. The lists are divided into parts, which are renewed one after the other.
+// the sample. The slacks determine for each block of samples the path length at which the block must be examined again.
+// Most cuts examine only the samples just ahead of the head. These samples are stored in lists, which are valid for the
+// next voxel of the head's path. The lists are divided into parts, which are renewed one after the other.
 #pragma once
 
 #include <array>

@@ -21,7 +21,7 @@ class FreshLabels {
     if (count_ < kMost) at_[count_] = static_cast<std::int32_t>(at);
     ++count_;
   }
-  /// Returns false if some voxels are missing, because more than kMost voxels were added.
+  /// Returns false if the list is incomplete, because more than kMost voxels were added.
   bool all() const noexcept { return count_ <= kMost; }
   std::span<const std::int32_t> known() const noexcept {
     return {at_, static_cast<std::size_t>(count_ < kMost ? count_ : kMost)};

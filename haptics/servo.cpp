@@ -334,10 +334,11 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   out.patch = s.snapshot->number;
   out.tool = s.in_hand;
 
-  // With invalid input or without a hand, the force of this tick is zero, and the proxy starts again afterwards. The
-  // hand feels no force in this time, so its motion must not count in the energy ledger. Otherwise the pose could jump,
-  // and (last force × jump) could make the ledger negative, and with a negative ledger the servo gives no force. If the
-  // orientation is the same as in the last tick, it is already known to be a unit quaternion, and is not checked again.
+  // Without a valid pose of a hand, the force of this tick is zero, and the proxy starts again at the next valid pose.
+  // The hand feels no force in this time, so its motion must not count in the energy ledger. Otherwise a jump of the
+  // pose could make the ledger negative (last force × jump), and with a negative ledger the servo gives no force.
+  // If the orientation is the same as in the last tick, it is already known to be a unit quaternion, and is not checked
+  // again.
   const bool comes_turned = hand.X_WT.R != s.motion.came_R;
   const bool valid = in_workspace(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
   if (!valid || (hand.faults & kNoPose)) {

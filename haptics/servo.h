@@ -76,7 +76,8 @@ struct HandSample {
 /// ignores the motion. The ledger continues with the next valid pose.
 inline constexpr std::uint32_t kNoPose = bits(Fault::kBadInput) | bits(Fault::kDeviceLost);
 
-/// Fraction below which a pedal counts as released, and a spindle (relative to its free speed) as stopped.
+/// A pedal counts as released if its value is below this fraction. A spindle counts as stopped if its speed, divided by
+/// its free speed, is below this fraction.
 inline constexpr double kPedalUp = 0.01;
 
 /// Computes contact, cutting and force of one hand in one tissue. Servo thread only; tick() is noexcept, never

@@ -13,9 +13,9 @@ struct PackOptions {
   std::size_t spheres = 36000;  // number of spheres, 1 to kMaxSpheres
   // random seed; it shifts the grid of candidate positions, so another seed gives another packing
   std::uint64_t seed = 1;
-  /// Largest radius in m. 0: kDefaultMaxRadius times the radius of `spheres` equal spheres that together have the
-  /// tissue's volume. A sphere is the smallest unit that a cut can remove. Without a limit, the first sphere of a molar
-  /// would be as wide as its crown.
+  /// Largest radius of a sphere in m. A sphere is the smallest unit that a cut can remove; without a limit, the first
+  /// sphere of a molar would be as wide as its crown. 0: the limit is kDefaultMaxRadius times the radius of `spheres`
+  /// equal spheres that together have the tissue's volume.
   double max_radius = 0;
   /// Called with the completed fraction 0 to 1. To stop the work, this function throws an exception.
   std::function<void(double share)> progress;

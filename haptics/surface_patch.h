@@ -23,8 +23,7 @@ struct SurfacePatch : Snapshot {
   glm::ivec3 lo{0};  // position of sample (0,0,0) in voxels
   int n = 0;
   double band = 1e300;  // voxels, largest distance from the surface that the field stores
-  // true: outside the tissue, a stored distance is never larger than the true distance; near cuts and fillings it may
-  // be
+  // true: outside the tissue, a stored distance is never larger than the true distance, except near cuts and fillings
   bool exact_outside = false;
   // corners of the box of voxels (inclusive) around all cuts and fillings
   glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};

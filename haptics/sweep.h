@@ -102,8 +102,8 @@ class Sweep {
   /// `listed`: number of groups of samples found.
   bool carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, int& listed) const noexcept;
-  /// Removes tissue without lists of groups: examines each block of some parts of the active front (CutFront) that is
-  /// due. `parts`: these parts, one bit for each.
+  /// Removes tissue without lists of groups: examines each due block in some parts of the active front (CutFront).
+  /// `parts`: these parts, one bit for each.
   bool carve_due_blocks(CutFront& front, unsigned parts, PathMaxima& tops, const HeadTarget& target) const noexcept;
   /// Returns true if this patch (copied tissue) contains all samples that were listed around the head in another patch.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;
@@ -125,8 +125,8 @@ class Sweep {
   MeridianPiece pieces_[HeadField::kMaxPieces];  // meridian of a head that is not a ball, voxels
   // straight path of the head from pose B back to pose A; read it with way_back(), which sets its member `pieces`
   Straight back_;
-  // voxels; positions are stored relative to this point near A (the start of the sweep) and B, so that floats are
-  // precise
+  // voxels; positions are stored relative to this point, so that floats are precise; it lies near both ends A and B of
+  // the sweep
   glm::ivec3 base_;
   glm::vec3 a_, ab_;       // voxels; a_: position A relative to base_; ab_: vector from A to B (the capsule's axis)
   float inverse_length2_;  // 1/|ab|²; 0 if A and B are equal

@@ -105,8 +105,8 @@ class TissueVolume {
   void copy_blocks(const Copied& box, std::span<const glm::ivec3> keys) const;
   /// Copies every n-th sample as copy_every() does, but only the samples of `part`, which is inside the box.
   void copy_part_of_every(int n, const Copied& box, const VoxelBox& part) const;
-  /// Writes have changed voxels inside the box `written`. Returns the box of samples in a copy of every n-th sample
-  /// that may differ because of these writes.
+  /// For a coarse copy, which contains every n-th sample. Returns the box of the coarse samples that may have changed
+  /// if voxels inside the box `written` were changed.
   static VoxelBox every_around(int n, const VoxelBox& written);
 
   /// Result of a removal: the bounding box of its writes, and the blocks (see solid_block()) in which tissue may have
@@ -118,7 +118,7 @@ class TissueVolume {
   /// Removes the tissue inside the swept head: each distance becomes the larger of itself and the depth below the
   /// head's surface. Labels do not change, except where a filling was removed.
   Carved carve(const Sweep& sweep);
-  /// Removes the whole voxels whose centres lie in the head of the stamp.
+  /// Removes whole voxels: those whose centres lie in the head, whose shape and pose `stamp` contains.
   Carved carve(const VoxelStamp& stamp);
 
   /// Replaces the distances of a block. Labels do not change. Returns the bounding box of the writes.

@@ -41,9 +41,9 @@ class HeadField {
 
   /// Returns the signed distance from a point in frame T to the surface, negative inside; exact for every shape.
   double distance(const dvec3& p_TQ) const noexcept;
-  /// Returns the signed distance from a point in frame T to the surface. `to_piece` receives the distance to each piece
-  /// of the meridian. If the distance to a piece exceeds the smallest of these distances by more than 2 r, this piece
-  /// is not the closest one for any point within the distance r of the given point.
+  /// Returns the signed distance from a point in frame T to the surface. `to_piece` receives the distance from the
+  /// point to each piece of the meridian. With these distances, far pieces can be excluded: if the distance to a piece
+  /// exceeds the smallest one by more than 2 r, this piece is not the closest one for any point within the distance r.
   double distance(const dvec3& p_TQ, double (&to_piece)[4]) const noexcept;
   /// Returns the signed distance from a point in frame T to the surface. `n_T` receives the unit direction in T in
   /// which the distance increases.

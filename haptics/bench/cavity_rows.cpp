@@ -38,8 +38,8 @@ constexpr std::size_t kFewBurs = 3;
 constexpr double kDeep = 1.5e-3;   // m, depth below the surface to which the bur sinks
 constexpr double kSpeed = 2e-6;    // m per tick, speed of the bur
 constexpr double kWiden = 0.7e-3;  // m, radius to which the bur's circular path grows
-constexpr double kCircle =
-    0.5e-3;  // m, radius at which a bur on its circle has the speed kSpeed (its angular speed is constant)
+// m; a bur on its circular path has a constant angular speed; at this radius, its speed is kSpeed
+constexpr double kCircle = 0.5e-3;
 // mm, sides of two square blocks whose surfaces have 53,000 and 1,000,000 vertices
 constexpr double kSmallBlock = 12.7, kLargeBlock = 66.8;
 

@@ -15,9 +15,9 @@ inline bool by_default(const BenchOptions& options) {
   return !options.method || options.method->name() == default_contact_method()->name();
 }
 
-/// Adds rows for a hand that slides on a ball. They compare the method "voxel penalty", field queries (trilinear and
-/// cubic), the servo, and methods of other programs (penalty with OpenVDB's field, point proxy on an enlarged
-/// mesh). Also adds rows for single queries.
+/// Adds rows for a hand that slides on a ball. The rows compare the contact model "voxel penalty", a proxy with field
+/// queries (trilinear or cubic), the servo, and methods of other programs (penalty with OpenVDB's field, point proxy on
+/// an enlarged mesh). Also adds rows for single queries.
 void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 /// Adds rows of a histogram: the fraction of the ticks that take 1 to 2 µs, 2 to 4 µs, and so on. `ticks`: ns.

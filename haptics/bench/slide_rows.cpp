@@ -83,8 +83,8 @@ struct Slide {
     return ns;
   }
 
-  /// Measures a proxy on the offset surface, which makes eight field queries per tick. `sample` is the order of
-  /// interpolation (trilinear or cubic); the rows compare both.
+  /// Measures a proxy on the offset surface, which makes eight field queries per tick. `sample` is the function that
+  /// interpolates the field; the rows compare trilinear and cubic interpolation.
   template <class Sample>
   void by_looks(Sample sample, const char* name, double penalty_ns) {
     Scene still(dense, settings);

@@ -11,11 +11,11 @@ namespace typodont::haptics {
 /// A force that is constant during a tick gives the hand the energy F·Δx, and Δx is known only after the tick. So an
 /// observer alone (Hannaford & Ryu 2002) detects a loss one tick too late. This law limits the force in advance: the
 /// energy in the energy ledger must suffice for the distance that the hand may retreat in the next tick. This distance
-/// is predicted from three things: the recent retreats, the acceleration that is expected of any hand, and the recent
-/// changes of this hand's velocity, also outside the tissue. The reason for the last one is that a hand that trembles,
-/// moves in encoder counts or makes straight strokes will do so again. A hand that moves inward is expected to continue
-/// inward. There are exceptions: a hand that recently reversed at full speed, moves in jumps, or has a slow or
-/// irregular clock. Such a hand is expected to retreat as fast as it ever advanced.
+/// is predicted from the recent retreats, from the acceleration that is expected of any hand, and from the recent
+/// changes of this hand's velocity, also outside the tissue. (A hand that trembles, moves in encoder counts or makes
+/// straight strokes will do so again.)
+/// A hand that moves inward is expected to continue inward. But a hand that recently reversed at full speed, moves in
+/// jumps, or has a slow or irregular clock is expected to retreat as fast as it ever advanced.
 struct PassivityLaw {
   // factor on the fastest recent retreat, because the servo may miss a tick and a retreat may accelerate
   double margin = 2.5;
@@ -25,8 +25,9 @@ struct PassivityLaw {
   double turning = 2;
   // s, longest tick for which `turning` is valid; in a much longer tick, the hand may retreat as fast as it advanced
   double human_tick = 1e-3;
-  double jump_distance = 0.3e-3;  // m; a hand that moves this far in a tick moves in jumps, so it may reverse in a tick
-  double twisting = 20;           // rad/s², expected angular acceleration of any hand
+  // m; a hand that moves this far in one tick counts as moving in jumps: it may reverse within one tick
+  double jump_distance = 0.3e-3;
+  double twisting = 20;  // rad/s², expected angular acceleration of any hand
   // true: positions are encoder counts, so their differences say nothing about changes of the hand's velocity
   bool in_counts = false;
   // factor; the hand is expected to retreat at most this factor times as fast as its greatest recent speed
@@ -74,7 +75,8 @@ struct RecentMaximum {
 };
 
 struct PassivityState {
-  // m per tick, greatest recent retreat: out of the tissue, or opposite to the previous displacement
+  // m per tick, greatest recent retreat of the hand: its displacement out of the tissue, or opposite to its previous
+  // displacement
   double retreat = 0;
   double advance = 0;  // m per tick, greatest recent advance against the force
   dvec3 moved{0};      // m, displacement of the hand in the previous tick

@@ -26,7 +26,7 @@ struct VelocityEstimate {
 
 class VelocityEstimator {
  public:
-  /// `noise`: m, half the peak-to-peak position noise; for an encoder, one whole step.
+  /// `noise`: m, half of the peak-to-peak noise of the position; for an encoder, pass one whole step.
   /// `axes`: number of axes that can move, in the order x, y, z.
   explicit VelocityEstimator(double noise, int axes = 3) : noise_(noise), axes_(axes) {}
 

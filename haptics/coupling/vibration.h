@@ -21,8 +21,8 @@ struct VibrationLaw {
   double rotor_mass = 5e-3;  // kg, mass of bur, chuck and rotor
   double balance = 6.3e-3;   // m/s, eccentricity × speed: balance quality grade G 6.3 of ISO 21940-11
   double run_out = 0.25;     // fraction of the tangential cutting force that oscillates once per revolution
-  // Fraction of the tangential cutting force that oscillates once per cutting edge (tooth of the bur); our choice, by
-  // analogy with milling forces when few edges are engaged
+  // Fraction of the tangential cutting force that oscillates once per cutting edge (tooth of the bur). There is no
+  // measurement; the value follows milling, where the force varies in this way when few edges are in contact.
   double teeth = 0.12;
   int tooth_count = 6;  // number of cutting edges; burs of ISO 6360 have 6 to 8 blades
 };

@@ -67,8 +67,8 @@ WatchdogProcess::WatchdogProcess(int descriptor, std::span<const std::uint8_t> z
   priority.sched_priority = 85;
   ::sched_setscheduler(0, SCHED_FIFO, &priority);  // has no effect if the permission is missing
 
-  // ns, time of the parent's last write before this process last sent zero force; -1: it has not sent zero force yet.
-  // If the parent has written nothing since then, zero force is not sent again.
+  // ns, time of the parent's newest write when this process last sent zero force; -1: it has not sent zero force yet.
+  // Zero force is sent again only after a newer write of the parent.
   Nanos silent_since = -1;
   for (;;) {
     pollfd parent{ends[0], POLLIN, 0};

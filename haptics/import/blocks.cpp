@@ -459,8 +459,9 @@ Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
   return d;
 }
 
-// Returns the connected components of the samples in a box. `read(x, y)` returns the bytes of a row along z. Samples
-// are connected over faces, or with `corners` also over edges and corners.
+// Returns the connected components of a set of samples in a box. `read(x, y)` returns one byte for each sample of a row
+// along z; the byte is not zero if the sample belongs to the set. Samples are connected over faces, or with `corners`
+// also over edges and corners.
 template <class Read>
 static std::vector<Body> bodies_of(const glm::ivec3& size, bool corners, Read read) {
   // A run: neighbouring voxels of the mask in a row along z. Runs that touch each other are joined to one component

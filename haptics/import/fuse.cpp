@@ -308,8 +308,8 @@ class Crowns {
     }
     for (const double d : away) weights_.push_back(smooth_step(0, options_.blend, d));
   }
-  /// Returns true if the edge at corner k of the covered triangle t is part of the crowns' rim, because it belongs to
-  /// no other covered triangle.
+  /// Returns true if the edge at corner k of the triangle t is part of the crowns' rim: t shows a crown, and the edge
+  /// belongs to no other triangle that shows a crown.
   bool is_rim_edge(std::size_t t, std::size_t k) const {
     const int a = corners_[t][k], b = corners_[t][(k + 1) % 3];
     return std::ranges::none_of(neighbours_[t], [&](std::size_t other) {

@@ -76,8 +76,8 @@ struct FuseOptions {
   std::optional<double> voxel;  // m, voxel edge of the result; if not given, the voxel edge of the CT
   // m; a part of the scan's surface counts as crown only if it is at most this far from the CT's surface
   double reach = 1e-3;
-  // m; at the rim of the crowns, the surface is that of the CT; at this distance from the rim, inside the crowns, it is
-  // that of the scan
+  // m, width of the transition inside the rim of the crowns: at the rim, the surface is that of the CT; at this
+  // distance from the rim, it is that of the scan
   double blend = 0.5e-3;
   std::function<void(double)> progress;  // is called with the progress 0..1; may be empty
 };

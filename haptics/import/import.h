@@ -53,7 +53,8 @@ struct ImportOptions {
   std::vector<ImportPart> parts;
   // m, voxel edge of the result; if not given, the scan's smallest spacing, or 0.1 mm for a mesh
   std::optional<double> voxel;
-  std::optional<int> series;     // number of the DICOM series in the printed list, if a folder contains several series
+  // number of the DICOM series in the list that the program prints for a folder with several series
+  std::optional<int> series;
   std::optional<dvec3> spacing;  // m, spacing along the scan's own axes; replaces the spacing that the file states
   // Grey value that separates the surroundings from the softer tissue. If not given, it is found from the histogram.
   std::optional<double> surface_grey;

@@ -153,11 +153,11 @@ dvec3 area_vector(const Mesh& mesh) {
   return sum;
 }
 
-/// Returns the normal of the plane in which most of a border lies. The normal is at most 45 degrees away from `start`.
-/// The height of a point is measured along the normal. The function chooses the normal for which the mean difference
-/// between the heights of the border's points and their median is smallest. Because of the median, a part of the border
-/// that runs up over a crown does not tilt the plane. Each point has as weight the length of the next segment of the
-/// border, measured along the plane.
+/// Returns the normal of the plane in which most of a border lies. The result is at most 45 degrees away from `start`,
+/// a first estimate. The height of a point is measured along the normal. The function chooses the normal for which the
+/// border's points have the smallest mean deviation from their median height. Because of the median, a part of the
+/// border that runs up over a crown does not tilt the plane. Each point has as weight the length of the next segment of
+/// the border, measured along the plane.
 dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) {
   const std::size_t n = border.points.size();
   const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(border.points[k % n])]; };
@@ -527,11 +527,12 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   if (!has_hollow) parts.pop_back();
   if (options.progress) options.progress(0.2);
 
-  // Rules for the tissues; lengths are in m. In a tooth, enamel covers the crown. It has the thickness `shell`, which
-  // decreases to zero in the lowest part of the crown; this part has the height kTaper. The crown is the fraction
-  // kCrownShare of the tooth's length. The pulp fills the closed hollows of the mesh. If there are no hollows, all
-  // tissue deeper than kPulpDepth is pulp. All other tissue is dentin. In a bone, cortical bone of the thickness
-  // `shell` lies outside, and cancellous bone inside.
+  // Rules for the tissues; lengths are in m.
+  // In a tooth, enamel covers the crown, which is the fraction kCrownShare of the tooth's length. The enamel has the
+  // thickness `shell`, which decreases to zero in the lowest part of the crown, over the height kTaper. The pulp fills
+  // the closed hollows of the mesh; without hollows, all tissue deeper than kPulpDepth is pulp. All other tissue is
+  // dentin.
+  // In a bone, cortical bone of the thickness `shell` lies outside, and cancellous bone inside.
   constexpr double kPulpDepth = 3e-3, kTaper = 2.5e-3, kCrownShare = 0.42;
   const double shell = options.shell.value_or(tooth ? 1.3e-3 : 1.5e-3);
   if (!(shell >= 0 && shell <= 0.5 * longest)) {

@@ -218,10 +218,10 @@ static ScanGreys greys_without_shading(const std::filesystem::path& file, const 
                 "Hounsfield units plus a constant; --hounsfield OFFSET gives it, e.g. 0 or 1024");
   greys.jaw = find_jaw_greys(smooth, levels.surface(), *levels.hounsfield, levels.smoothed_noise);
   levels.noise = noise_of(scan.grey);
-  // segment() finds the surface of the jaw where the grey value is halfway between two grey values: that of the
-  // surroundings, and that of the tissue below the surface. For the second one, segment() uses at least levels.soft and
-  // at most levels.dense. In a jaw, these are the grey values of cancellous bone and of the brightest material, which
-  // is metal, or enamel if there is no metal.
+  // segment() finds the surface of the jaw where the grey value is halfway between the surroundings and the tissue just
+  // below the surface. The grey value of this tissue is measured, but limited to the range from levels.soft to
+  // levels.dense. In a jaw, the range extends from cancellous bone to the brightest material, which is metal, or enamel
+  // if there is no metal.
   levels.soft = greys.jaw.cancellous;
   levels.dense = greys.jaw.metal.value_or(greys.jaw.enamel);
   if (greys.jaw.has_enamel) levels.tooth = greys.jaw.crown();
@@ -380,11 +380,10 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
   check_result_size(extent + 2 * options.band, voxel);
   check_result_size(extent + 20 * working, working);
   {
-    // For the estimate of the memory: bytes per voxel, measured with typodont bench import. kRead: voxels of the scan
-    // while it is read and its histogram is computed. kBox: voxels of the box around the body. kSegmented: voxels of
-    // the blocks near the body during segmentation. kKept: voxels of the same blocks afterwards. kPlaced: voxels of the
-    // blocks near the surface, if the result has another grid. kResult, kGrey: voxels of the result. kResidue: further
-    // bytes in total.
+    // Memory in bytes per voxel, measured with typodont bench import. kRead: the whole scan, while it is read and its
+    // histogram is computed. kBox: the box around the body. kSegmented: the blocks near the body, during segmentation.
+    // kKept: the same blocks, afterwards. kPlaced: the blocks near the surface, if the result has another grid.
+    // kResult, kGrey: the result. kResidue is a number of bytes that does not depend on the size.
     constexpr double kRead = 9, kBox = 4, kSegmented = 38, kKept = 28, kPlaced = 24, kResult = 6, kGrey = 4,
                      kResidue = 90e6;
     // memory for the labels of a jaw, in bytes per voxel of the blocks near the body
@@ -416,7 +415,7 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
     if (lo[a] == 0) of_axis[0] = static_cast<int>(std::ceil(margin[a] * step - kRounding));
     if (hi[a] == scan_size[a] - 1) of_axis[1] = static_cast<int>((margin[a] + hi[a] - lo[a]) * step + kRounding);
   }
-  // m; canals that the box cuts are closed there if they are at most this wide: nerve canals, and root canals
+  // m, largest widths of a nerve canal and of a root canal that are closed where a wall of the box cuts the canal
   constexpr double kNerveCanal = 5e-3, kRootCanal = 3e-3;
   close_walls(grey, wall, levels.surface(), levels.soft, kNerveCanal, working);
   if (jaw) close_walls(grey, wall, jaw_greys.bright(), jaw_greys.hard, kRootCanal, working);

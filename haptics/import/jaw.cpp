@@ -193,8 +193,9 @@ class LayerBound {
 class CanalBound {
  public:
   /// `blur`: voxels, standard deviation of the scan's blur. The grey values are smoothed by smooth_in_place(g, sigma,
-  /// blur). `radius`: voxels, radius of the canal. The smoothing leaves a curved iso-surface at its place only if the
-  /// grey values vary slowly; at the edge of a canal, its curvature makes the grey value at the border brighter.
+  /// blur). `radius`: voxels, radius of the canal. It is needed, because the smoothing corrects curved surfaces only
+  /// where the grey values vary slowly. At the edge of a canal, the curvature still makes the grey value at the border
+  /// brighter.
   CanalBound(double blur, double sigma, double beyond, double radius) {
     constexpr double kStep = 0.1, kThickest = 6;  // voxels
     // On a scale from the bone (0) to the wall (1), only a brighter value than this shows a wall. Smaller values are
@@ -231,8 +232,10 @@ class CanalBound {
   }
 
  private:
-  double least_;                            // if the brightest value is smaller than this, there is no wall
-  std::vector<double> brightest_, border_;  // grey values, for walls of increasing thickness: brightest; at the border
+  double least_;  // if the brightest value is smaller than this, there is no wall
+  // grey values for walls of increasing thickness; brightest_: the brightest grey value across the wall; border_: the
+  // grey value at the wall's inner border
+  std::vector<double> brightest_, border_;
 };
 
 // Returns the median, or no value if there are too few values.
@@ -347,10 +350,10 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
 // the grey value of dentin minus the sample's grey value. The deficit divided by the difference between the grey values
 // of dentin and pulp is the canal's volume in samples. For each sample near the border, this volume is computed in a
 // ball around the sample. If the number of darker samples in the ball is smaller than this volume, the sample becomes
-// pulp, otherwise dentin. `scan` and `smooth` are the scan's grey values before and after smoothing, `tooth` marks the
-// teeth with their cavities, and `to_crown` is the squared distance to enamel. `blur` is the standard deviation of the
-// scan's blur in voxels. `soft_elsewhere` is the grey value of soft tissue in the bone. It is used for a pulp that is
-// too narrow to measure its own grey value.
+// pulp, otherwise dentin.
+// `scan`, `smooth`: the scan's grey values before and after smoothing. `tooth`: mask of the teeth with their cavities.
+// `to_crown`: squared distance to enamel. `blur`: voxels, standard deviation of the scan's blur. `soft_elsewhere`: grey
+// value of soft tissue in the bone, used if the pulp is too narrow to measure its own grey value.
 void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const SparseMask& tooth,
                     const Sparse<float>& to_crown, const JawGreys& greys, double blur, double soft_elsewhere,
                     Sparse<Tissue>& tissue) {
@@ -358,9 +361,12 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   // ball, which reaches beyond the far side of a canal.
   constexpr float kBlurred = 2.5;
   constexpr int kBall = 6;
-  // smallest number of samples from which a grey value is measured: near a sample, and in all teeth
+  // Smallest number of samples from which a grey value is measured. kLeast: samples near one sample; kEnough: samples
+  // in all teeth.
   constexpr std::size_t kLeast = 20, kEnough = 200;
-  constexpr double kBrightest = -0.25;  // lower limit of a sample's fraction of pulp; negative due to noise and enamel
+  // limits of the fraction of pulp in one sample; kBrightest is below 0, because noise or enamel can make a sample
+  // brighter than dentin
+  constexpr double kBrightest = -0.25;
   constexpr double kDarkest = 1.25;
   const std::shared_ptr<const BlockSet>& set = tissue.set;
   const SparseMask pulp = where(

@@ -130,8 +130,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       mine = high;
     }
     flooded[static_cast<std::size_t>(bin)] = mine;
-    // The voxels of a bin belong to a peak: the one at which a path ends that starts at this bin and always climbs the
-    // histogram.
+    // A bin belongs to the peak at which one arrives if one climbs the histogram from this bin.
     int climb = bin;
     while (true) {
       const double here = h[static_cast<std::size_t>(climb)];

@@ -65,8 +65,9 @@ const std::vector<ScanFormat>& scan_formats();
 /// distinguished.
 struct SpacingLimits {
   double smallest, largest;
-  std::string_view of;       // body to which the limits apply, for messages: "a tooth"
-  std::string_view instead;  // text with advice if the voxels are too coarse, which begins with "; "; may be empty
+  std::string_view of;  // body to which the limits apply, for messages: "a tooth"
+  // advice for the error message if the voxels are too coarse; begins with "; "; may be empty
+  std::string_view instead;
 };
 
 /// Reads a scan. `spacing` (m, along the file's own axes) replaces the spacing of the file. `nan_grey` replaces voxels

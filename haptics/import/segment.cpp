@@ -65,11 +65,12 @@ class Hollows {
 
 // Finds the cavities of the solid. A cavity is a space that is not connected to the surroundings, or is connected to
 // them only through a narrow mouth. In a bone, a closed space that contains air or is larger than any marrow space (the
-// maxillary sinus, the skull) is not a cavity but a `hollow`, so it does not become bone. A ball rolls in from the
-// walls of the box, and its radius increases step by step up to `widest_mouth` (voxels). If the ball does not fit into
-// a pocket, the size of the pocket's mouth decides. If the mouth is small compared to the pocket's wall, the pocket is
-// a cavity (a root canal). Otherwise the pocket counts as outside (a fissure, the gap between two roots). In `set`,
-// blocks that are not stored and not connected to the walls are then marked as inside.
+// maxillary sinus, the skull) is not a cavity but a `hollow`, so it does not become bone.
+// To find narrow mouths, a ball rolls in from the walls of the box; its radius increases step by step up to
+// `widest_mouth` (voxels). A pocket is a space into which the ball does not fit. If the mouth of the pocket is small
+// compared to the pocket's wall, the pocket is a cavity (a root canal). Otherwise it counts as outside (a fissure, the
+// gap between two roots).
+// In `set`, blocks that are not stored and not connected to the walls are marked as inside.
 SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, double widest_mouth, bool tooth,
                          const std::shared_ptr<BlockSet>& set, const Hollows& hollows, SparseMask& hollow) {
   SparseMask outside, cavity(set, 0, 1);
@@ -234,7 +235,7 @@ class Surround {
 // Returns the slope of a Gaussian edge where it has risen to the fraction `height` of its full height, relative to its
 // slope at the centre.
 double steepness(double height) {
-  // Finds the place on the edge by bisection, in units of the edge's standard deviation.
+  // Finds by bisection the position at which the edge has risen to `height`. Unit: the edge's standard deviation.
   double lo = -3, hi = 3;
   for (int k = 0; k < 30; ++k) {
     const double middle = 0.5 * (lo + hi);

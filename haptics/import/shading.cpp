@@ -127,8 +127,8 @@ Unknowns solved(std::array<Unknowns, kUnknowns> a, Unknowns b) {
 /// from the residuals (Cauchy's function).
 Unknowns fitted(const std::vector<Cell>& cells, const glm::dvec3& voxels) {
   constexpr int kRounds = 8;
-  // kLimit: number of standard deviations; a residual of this size gets half the weight. kLeastSpread: grey values per
-  // voxel, smallest value of this standard deviation. kRegular: relative size of the regularization.
+  // kLimit: a residual of kLimit standard deviations gets half of the full weight. kLeastSpread: grey values per voxel,
+  // lower limit of the standard deviation of the residuals. kRegular: relative size of the regularization.
   constexpr double kLimit = 1.5, kLeastSpread = 0.3, kRegular = 1e-9;
   struct Row {
     Unknowns of;
@@ -214,11 +214,14 @@ void Shading::remove_from(Scan& scan) const {
 }
 
 std::optional<Shading> find_shading(const Scan& scan, const Grid<float>& smooth, double noise) {
-  // kLeastRange: grey values, smallest shading that is removed. kSteepest and kPerNoise: the gradient of a uniform
-  // sample is less than a limit per voxel; the limit is kSteepest grey values, or kPerNoise times the noise if this is
-  // larger. kLeastCells: smallest number of cells for a fit. kOuter: fraction of half the scan's extent; the outer part
-  // of the scan begins at this distance from the centre. kDarkest: fraction of the cells at each end, the darkest and
-  // the brightest, that are ignored when the range is computed.
+  // kLeastRange: grey values; shading with a smaller range is not removed.
+  // kSteepest, kPerNoise: a sample is uniform if its gradient is below a limit. The limit is kSteepest grey values per
+  // voxel, or kPerNoise times the noise per voxel if this is larger.
+  // kLeastCells: smallest number of cells for a fit.
+  // kOuter: the outer part of the scan begins at this distance from the centre, as a fraction of half the scan's
+  // extent.
+  // kDarkest: the darkest and the brightest cells are ignored when the range is computed, this fraction of the cells at
+  // each end.
   constexpr double kLeastRange = 100, kSteepest = 40, kPerNoise = 0.6, kOuter = 0.7, kDarkest = 0.02;
   constexpr std::size_t kLeastCells = 100;
   const std::vector<Cell> cells = uniform_cells(smooth, scan.spacing, std::max(kSteepest, kPerNoise * noise));

@@ -43,8 +43,8 @@ constexpr std::size_t kBatch = 8;
 // than any rounding error
 constexpr double kApart = 1e-9;
 
-/// The corners of eight triangles: for each coordinate of each corner, a vector with one lane per triangle. Or one
-/// triangle, the same in all lanes.
+/// The corners of eight triangles, or of one triangle repeated in all lanes. For each coordinate of each corner, there
+/// is a vector with one lane per triangle.
 struct Eight {
   D8 p[3][3];
 };

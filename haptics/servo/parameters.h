@@ -55,8 +55,8 @@ struct CouplingParameters {
   // N/s, largest sum of all force changes. In each tick, the other changes come first; the force of the cutting edges
   // may change by the rest of this limit.
   static constexpr double total_slew = 18;
-  // J; if the tissue under the head becomes stiffer, the coupling may store this energy, even if the energy ledger
-  // holds less
+  // J; if the tissue under the head becomes stiffer, the coupling may always store up to this energy, even if the
+  // energy ledger holds less
   static constexpr double unpaid = 0.15e-3;
   // s, time constant with which the force fades without a snapshot, in version 1 of the force laws
   static constexpr double fade_time_of_laws_1 = 0.1;
@@ -88,8 +88,8 @@ struct LimitParameters {
   // s; if the hand has felt less than the fraction little_felt of the coupling's force for this time, the force on the
   // cutting edges begins to rise. Within the same time, it rises from the felt force to the coupling's force.
   static constexpr double rest_time = 0.1;
-  // When the hand retreats, the proxy moves, too, and the force of the spring changes. This change, multiplied by this
-  // factor, is subtracted from the rise that the slew limit allows.
+  // Factor. When the hand retreats by x, the force of the spring changes by k x (k: stiffness), and also because the
+  // proxy moves. So k x times this factor is subtracted from the rise of the force that the slew limit allows.
   static constexpr double retreat_weight = 3;
   // Largest ratio of a force change to the change that the hand's displacement causes in the coupling's
   // spring. A larger force change counts as a step. (Documents and tests use the limit 1.1, see

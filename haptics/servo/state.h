@@ -102,8 +102,8 @@ struct Servo::State {
     double normal_force = 0;              // N, normal force in the last tick
     double head_force = 0;                // N, the part of normal_force that acts on the head (and not on the shank)
     dvec3 normal{0};
-    // Unit vector: direction in which the contacts push the head. A bur in energy debt is slowed down by an additional
-    // limit, which counts as a contact, too.
+    // Unit vector: direction in which the contacts push the head. If a bur's cuts have used more energy than its motor
+    // has delivered, the bur is slowed down; this limit counts as a contact, too.
     dvec3 pressed{0};
     double pressing = 0;  // N, component of head_force along `pressed`, times `teeth_fraction`
     // 0..1, fraction of the coupling's force that presses the cutting edges. It is 1, except for drills whose contact
@@ -129,7 +129,9 @@ struct Servo::State {
     PassivityLaw law;
     PassivityState passivity;
     double stored = 0;  // J, energy stored in the coupling in the last tick
-    // J, energy that the coupling got while the tool was moved out of tissue; the energy ledger allows this energy
+    // J, energy that the coupling got without work of the hand: because the input jumped, or because the proxy led the
+    // tool out of tissue. The energy ledger allows this energy while the contact lasts. When a contact ends, this
+    // member becomes the debt of the ledger, which cancels the debt.
     double given = 0;
     /// true if the energy ledger holds far less energy than the coupling stores; the ledger then limits the force
     bool unpaid = false;
@@ -156,7 +158,8 @@ struct Servo::State {
   std::unique_ptr<ContactModel> model;
   const Snapshot* snapshot;  // tissue snapshot that the contact model uses
   double travel;             // m, distance that the tool may move before a new snapshot is due (travel() of the model)
-  // true if the clearance must be queried in every tick (turns_matter() of the model, for the tool in the hand)
+  // true if rotations of the tool in the hand change the clearance, so that it must be computed again in every tick
+  // (turns_matter() of the model)
   bool turns_matter;
   Motion motion;
   Cutting cutting;
@@ -199,9 +202,9 @@ struct Servo::State {
   /// Handles a tick without a valid pose or without a hand: the force is zero, and the next valid tick begins anew.
   void rest(TickData& now, bool valid) noexcept;
   void begin_anew(const Pose& X_WT, Nanos t) noexcept;
-  /// Updates the energy ledger by the energy that the device gave the hand since the last tick. Always inlined. A
-  /// called function would read the hand's pose, which was just written, in pieces of another size, and would have to
-  /// wait for the pending stores.
+  /// Updates the energy ledger by the energy that the device gave the hand since the last tick. Always inlined: a
+  /// called function would read the hand's pose, which was just written, in pieces of another size, and this read would
+  /// have to wait until the write is complete.
   [[gnu::always_inline]] inline void account(TickData& now, bool turns) noexcept;
   /// Updates the spindle's free speed, which follows the pedal with the time constant run_up_time.
   [[gnu::always_inline]] inline void run_spindle(const TickData& now) noexcept;
@@ -212,7 +215,8 @@ struct Servo::State {
   [[gnu::always_inline]] inline bool move_free(TickData& now) noexcept;
   void fill_input(ContactTick& now) const noexcept;
   void watch_snapshot(ContactTick& now) noexcept;
-  /// Removes the volume that this tick's energy pays for. Returns true and fills the Cut if the tissue changed.
+  /// Removes the volume that this tick's energy pays for. If the tissue changed, returns true and sets the members of
+  /// the Cut.
   bool remove(ContactTick& now) noexcept;
   void remember(ContactTick& now, const dvec3& felt_torque) noexcept;
   /// Adds the contact with soft tissue to the published tick. Called only if `soft` is set.

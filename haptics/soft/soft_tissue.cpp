@@ -35,7 +35,8 @@ struct SoftParameters {
   // points. A thinner head is treated as thicker, because it would pass between the points.
   static constexpr double tip = 0.15e-3;
   static constexpr double shank = 10e-3;  // m, length of the part of the shank that can touch the tissue
-  // m, largest value of half the distance between neighbouring centres of the balls that enclose the tool
+  // m; balls enclose the tool, with their centres on its axis; the distance between neighbouring centres is at most
+  // twice this
   static constexpr double largest_ball = 1e-3;
   // largest fraction of a point's displacement that the bur can cut away in one tick
   static constexpr double most_per_tick = 0.3;
@@ -226,8 +227,8 @@ void SoftTissue::find_contacts(const Input& in, const Pose& X_WT, const Shape& s
 }
 
 /// Computes the contact of one point with the head. From the deepest possible position of the point, the function
-/// searches outward along the point's normal for the surface of the head (sphere tracing). If the head was enlarged
-/// (`blunt`), the search begins and ends deeper by this amount.
+/// searches outward along the point's normal for the surface of the head (sphere tracing). If the head was enlarged by
+/// the distance `blunt`, the search begins and ends deeper by `blunt`.
 void SoftTissue::touch(Active& a, const Pose& X_WT, const Shape& shape, double moved, double fade) noexcept {
   const SoftSurface::Point& at = surface_->points()[a.point];
   const dquat R_TW = glm::conjugate(X_WT.R);
@@ -285,7 +286,8 @@ void SoftTissue::place_tool(double most) noexcept {
   struct Force {
     double moves = 0, stops = 0, slope = 0;
   };
-  // Returns the force of one contact if the tool is displaced by u.
+  // Returns the force of one contact if the tool is displaced by u. `free`: m, displacement of the point without
+  // contact.
   const auto press = [&](const Active& a, double free, const dvec3& u) {
     const double over = a.exit - a.ignored - cut_[a.point] - free + glm::dot(a.slope, u - u_before_);
     if (!(over > 0)) return Force{};

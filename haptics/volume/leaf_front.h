@@ -61,8 +61,8 @@ class LeafFront {
   }
 
  private:
-  // leaves (8³ samples); the box of stored leaves is larger than the sweep by this margin, so that it must be moved
-  // rarely
+  // number of leaves (8³ samples) by which the box of stored leaves extends beyond the sweep on each side, so that the
+  // box seldom has to move
   static constexpr int kRoom = 2;
   // voxels; at this path length, counting restarts at 0, so that a float resolves the path length to 6e-5 voxel
   static constexpr double kLongest = 512;

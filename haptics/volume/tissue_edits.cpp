@@ -198,8 +198,8 @@ openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::Float
   if (!leaf && accessor.getValue(origin) > 0) return nullptr;
   kept = in_stroke ? &StrokeKept::Distance::keep(strokes.back().distance, accessor, origin) : nullptr;
   if (!leaf) {
-    // the leaf (8³ samples) was a tile far inside the tissue; after the cut it lies near the surface, so each of its
-    // samples must be stored
+    // The leaf (8³ samples) was a tile (one value for all samples) far inside the tissue. After the cut it lies near
+    // the surface, so each of its samples must be stored.
     leaf = accessor.touchLeaf(origin);
     if (kept) kept->changed = true;
   }
@@ -359,7 +359,8 @@ VoxelBox TissueVolume::fill_leaves(const Filling& filling) {
     for (int y0 = floor_div(filling.lo().y, n) * n; y0 <= filling.hi().y; y0 += n) {
       for (int z0 = floor_div(filling.lo().z, n) * n; z0 <= filling.hi().z; z0 += n) {
         const openvdb::Coord origin(x0, y0, z0);
-        // the leaf (8³ samples) is already a solid tile, far inside the tissue
+        // the leaf (8³ samples) is a tile (one value for all samples) far inside the tissue, so nothing can be filled
+        // there
         if (!distance.probeConstLeaf(origin) && distance.getValue(origin) < 0) continue;
         auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, distance, origin) : nullptr;
         const bool was_tile = !distance.probeConstLeaf(origin);

@@ -327,8 +327,8 @@ void copy_leaves(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size,
   const std::ptrdiff_t stride_y = size.z, stride_x = stride_y * size.y;
   auto accessor = grid.getConstAccessor();
   const auto first = [](int v) { return floor_div(v, n) * n; };
-  // If a slab is thin along z, its rows are short, and a loop over rows would spend most of its time on starting the
-  // inner loops. So the leaves of a thin slab are copied one by one.
+  // If the copied box is thin along z, its rows are short, and a loop over rows would spend most of its time on
+  // starting the inner loops. So the leaves of a thin box are copied one by one.
   const bool thin = part.hi.z - part.lo.z < 4 * n;
   for (int x0 = first(part.lo.x); x0 <= part.hi.x; x0 += n) {
     const int from_x = std::max(x0, part.lo.x), count_x = std::min(x0 + n - 1, part.hi.x) - from_x + 1;

@@ -142,7 +142,7 @@ class HaplyDevice : public HapticDevice {
   HaplyState state_;
   SampleSpacing spacing_{info_.rate};
   Frame zero_;
-  // A second process that sends zero force if this process cannot do so any more.
+  // A second process. It sends zero force if this process can no longer do so.
   std::optional<WatchdogProcess> watchdog_process_;
   std::uint32_t faults_ = 0;
   bool started_ = false;
