@@ -26,8 +26,8 @@ std::vector<BenchRow> bench_contact(const BenchOptions& options);
 /// collision, normals, removal and tick time. `quick`: leaves out the largest packing and repeats less often.
 std::vector<BenchRow> bench_packing(bool quick);
 
-/// A tissue mesh with the point at which the hand begins contact, for the comparison of contact models. Metres, frame
-/// W.
+/// A tissue mesh with the point at which the hand begins contact, for the comparison of contact models. Metres,
+/// workbench frame W.
 struct ModelAnatomy {
   std::string name;
   TissueMesh mesh;  // exact surface of the anatomy

@@ -13,7 +13,7 @@
 
 namespace typodont::haptics {
 
-/// Input of a contact model: the state of the hand, and the force of the last tick. SI, frame W.
+/// Input of a contact model: the state of the hand, and the force of the last tick. SI, workbench frame W.
 struct ContactInput {
   Nanos t = 0;             // time of the hand's sample, ns
   std::uint64_t tick = 0;  // index of this tick
@@ -44,8 +44,8 @@ struct ContactInput {
 };
 
 /// Result of a contact model. A model with a proxy (constraint method) computes the pose of the proxy. A penalty method
-/// computes force, torque and stored energy. All other members are set by both kinds of model. SI units, frame W.
-/// Members with the comment "in `unit`" are lengths that are stated as multiples of the member `unit`.
+/// computes force, torque and stored energy. All other members are set by both kinds of model. SI units, workbench
+/// frame W. Members with the comment "in `unit`" are lengths that are stated as multiples of the member `unit`.
 struct Contact {
   // The following members are results of constrain().
   // m, position of the proxy's head centre; a penalty method has no proxy and states the hand's position

@@ -14,7 +14,7 @@ namespace {
 // number of additional blocks on each side of the active front; because of these blocks, a motion of the head seldom
 // requires to move the front
 constexpr int kRoom = 2;
-// largest number of groups of samples; the active front of any dental bur has fewer groups than this
+// largest number of groups (8 or 16 samples along z); the active front of any dental bur has fewer groups than this
 constexpr std::size_t kGroups = 1 << 15;
 
 glm::ivec3 blocks(const glm::ivec3& voxel, int rows, int deep) {
@@ -37,8 +37,9 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes
   const int layers = across - 2 * kRoom;
   parts_.resize(static_cast<std::size_t>(
       std::clamp(static_cast<int>(std::bit_floor(static_cast<unsigned>(layers))), 4, kMostParts)));
-  // The lists contain the samples that cuts may change, and are divided into parts. Each part gets memory for twice the
-  // average number of groups, because the parts in the middle of the head contain more groups than the average.
+  // The lists contain the samples that cuts may change, in groups of 8 or 16, and are divided into parts. Each part
+  // gets memory for twice the average number of groups, because the parts in the middle of the head contain more groups
+  // than the average.
   const std::size_t room = 2 * std::min(2 * kRows * kRows * count, kGroups) / parts_.size() + Groups::kRoom;
   for (Groups& part : parts_) {
     part.x.assign(room, 0);

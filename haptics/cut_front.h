@@ -25,7 +25,8 @@ int widest_group() noexcept;
 class CutFront {
  public:
   /// Allocates buffers that are large enough for each of these tools. `voxel`: m, voxel size. `lanes`: number of
-  /// samples in a group; the results of cuts do not depend on this number.
+  /// samples in a group (8 or 16 samples along z that one vector instruction processes); the results of cuts do not
+  /// depend on it.
   CutFront(std::span<const Tool> tools, double voxel, int lanes = widest_group());
 
   /// Returns the number n of parts into which the lists of samples are divided. Part i contains every n-th layer of
@@ -33,10 +34,10 @@ class CutFront {
   /// be renewed within one tick.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
-  /// A run: consecutive groups of samples in a list with the same kind, `narrow` and `stage`. `kind`: states which
-  /// pieces of the head's outline can be nearest to the samples. `narrow`: only the first kNarrowest samples of each
-  /// group can change. `stage`: the lifetime of a list (a path length of the head) has eight stages; before the head
-  /// has reached this stage, no group of the run can change. For heads that are not balls, `stage` is 0.
+  /// A run: consecutive groups (8 or 16 samples along z) in a list that are equal in three properties. `kind`: which
+  /// pieces of the head's outline can be nearest to the samples. `narrow`: true if only the first kNarrowest samples of
+  /// each group can change. `stage`: the lifetime of a list (a path length of the head) has eight stages; before the
+  /// head has reached this stage, no group of the run can change. For heads that are not balls, `stage` is 0.
   struct Run {
     int kind;
     bool narrow;
@@ -54,22 +55,23 @@ class CutFront {
     std::uint8_t length, label;
   };
 
-  /// The sorted groups of a list, with one array per property. A vector load may read a few elements beyond the last
-  /// group.
+  /// The sorted groups (8 or 16 samples along z) of a list, with one array per property. A vector load may read a few
+  /// elements beyond the last group.
   struct Listed {
-    float* x;  // voxels, x coordinate relative to the first voxel of the active front
+    float* x;  // voxels, for each group: x coordinate of its samples relative to the first voxel of the active front
     float* y;
     std::int32_t* z;
     std::int32_t* at;      // array index of the group's first sample, relative to the first voxel of the active front
-    std::uint8_t* length;  // number of samples in the group that may change
-    std::uint8_t* label;   // tissue of the samples that may change
+    std::uint8_t* length;  // for each group: number of samples that may change
+    std::uint8_t* label;   // for each group: tissue of the samples that may change
   };
 
   /// Must be called after a filling or an undo, and after cuts by another tool. After these changes, the stored slacks
   /// (distances that the head must move before a sample can change) are not valid.
   void forget() noexcept { known_ = false; }
-  /// The first sample of a listed group, as an index in a patch (copy of the tissue around the tool). The patch has the
-  /// edge length n (samples) and begins at the voxel `patch_lo`. `lanes`: number of samples in the group.
+  /// The first sample of a listed group (8 or 16 samples along z), as an index in a patch (copy of the tissue around
+  /// the tool). The patch has the edge length n (samples) and begins at the voxel `patch_lo`. `lanes`: number of
+  /// samples in the group.
   struct Place {
     std::ptrdiff_t at;
     int lanes;
@@ -85,7 +87,9 @@ class CutFront {
   // voxels; at this value, the path length restarts at 0, because a float would lose precision
   static constexpr double kRound = 512;
   static constexpr float kNever = 1e9f;
-  static constexpr int kKinds = 20;  // largest number of kinds of groups of samples (see Run)
+  // Largest number of kinds of groups. The kind of a group (8 or 16 samples along z) states which pieces of the head's
+  // outline can be nearest to it.
+  static constexpr int kKinds = 20;
   // voxels, path length of the head for which a list is valid. kListedOfBall: for heads that are balls; kListedOfHead:
   // for other heads. With a larger value, lists are renewed less often but are longer.
   static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;
@@ -93,9 +97,9 @@ class CutFront {
   // length for which a list is valid.
   static constexpr double kMostListed = 0.2;
 
-  /// One part of the lists: groups of samples along z that the head may change until its path length is `until`. The
-  /// arrays contain for each group the position of its first sample, this sample's index in the patch, the number of
-  /// samples that may change, and their tissue.
+  /// One part of the lists. It contains the groups (8 or 16 samples along z) that the head may change until its path
+  /// length is `until`. The arrays contain for each group the position and the array index of its first sample (both
+  /// relative to the first voxel of the active front), the number of samples that may change, and their tissue.
   struct Groups {
     std::vector<float> x, y;
     std::vector<std::int32_t> z, at;
@@ -106,7 +110,8 @@ class CutFront {
     double until = -1, lasts = 0;
     int room() const { return static_cast<int>(x.size()) - kRoom; }
     Listed listed() { return {x.data(), y.data(), z.data(), at.data(), length.data(), label.data()}; }
-    // number of unused elements at the end of the arrays, because a vector load may read beyond the last group
+    // number of unused elements at the end of the arrays; they are needed because a vector load may read beyond the
+    // last group of samples
     static constexpr int kRoom = 40;
 
     // The groups of samples before sorting. sort() sorts them by kind and stage. The kind of a group states which
@@ -116,7 +121,8 @@ class CutFront {
     std::array<Run, kKinds * 2 * kStages> runs;
     int run_count = 0;
     void sort(int listed) noexcept;
-    /// Returns the stage (eighth of the list's lifetime) that the head has reached at the path length `way`.
+    /// Returns the stage (eighth of the lifetime of a list) that the head has reached at the path length `way`
+    /// (voxels).
     int stage(double way) const noexcept { return static_cast<int>((way - (until - lasts)) / lasts * kStages); }
   };
 
@@ -147,7 +153,7 @@ class CutFront {
   void drop_listed() noexcept {
     for (Groups& part : parts_) part.until = -1;
   }
-  /// Returns the number of expired parts of the lists.
+  /// Returns the number of parts of the lists that have expired and must be renewed.
   int outdated() const noexcept;
   /// Returns the part of the lists that should be renewed in this tick although it has not expired; otherwise several
   /// parts would expire in one later tick. Returns -1 if no part needs this. `way`: path length of the head per tick,
@@ -158,8 +164,8 @@ class CutFront {
   /// on a sample's z coordinate.
   float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kDeep + kBeyond); }
 
-  // Number of additional entries at the end of each table of z-dependent terms. They are needed because a group may
-  // begin at the last sample of the active front and extend beyond it.
+  // Number of additional entries at the end of each table of z-dependent terms. They are needed because a group (8 or
+  // 16 samples along z) may begin at the last sample of the active front and extend beyond it.
   static constexpr int kBeyond = 32;
   int lanes_;
   glm::ivec3 size_{0};   // size of the active front in blocks of samples
@@ -168,8 +174,8 @@ class CutFront {
   // used when the active front moves
   std::vector<float> due_, moved_;
   static constexpr int kMostParts = 16;
-  // the parts of the lists of samples; the number of parts is a power of two; positions of samples are relative to the
-  // first voxel of the active front
+  // The lists of samples, divided into parts; the number of parts is a power of two. Positions of samples are relative
+  // to the first voxel of the active front.
   std::vector<Groups> parts_;
   // First voxel of the patch (copy of the tissue) to which the lists refer. `listed_n_`: edge length of this patch in
   // voxels.

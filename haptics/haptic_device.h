@@ -46,8 +46,8 @@ class HapticDevice {
   /// Waits for the next sample; this call determines the timing of the servo. Returns false if the device is lost or
   /// the script has ended.
   virtual bool read(HandSample& sample) noexcept = 0;
-  /// Sets force (N) and torque (N·m) on the hand, frame W. They stay constant until the next call. The destructor sends
-  /// zero force.
+  /// Sets force (N) and torque (N·m) on the hand, in the workbench frame W. They stay constant until the next call. The
+  /// destructor sends zero force.
   virtual void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept = 0;
   /// Must be called before write(). The argument is true, even if the force is zero, in three cases: the tool touches
   /// tissue, is inside tissue, or its contact is unknown. After a fault or a call of release(), the motors give no

@@ -117,8 +117,8 @@ class Servo {
   std::unique_ptr<State> state_;
 };
 
-/// Returns the best centre for a new snapshot in m, frame W. It lies on the line from the proxy p_WG to the hand p_WT,
-/// at most travel / 2 from the proxy. `travel`: m, ContactModel::travel().
+/// Returns the best centre for a new snapshot in m, in the workbench frame W. It lies on the line from the proxy p_WG
+/// to the hand p_WT, at most travel / 2 from the proxy. `travel`: m, ContactModel::travel().
 dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept;
 /// Returns true if a snapshot centred at `center_W` should be replaced by a snapshot centred at `wanted_W`.
 inline bool snapshot_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) noexcept {

@@ -31,10 +31,10 @@ class SoftSurface {
     std::uint32_t point = 0;  // index of the neighbouring point
     double tension = 0;       // N/m, force per difference between the displacements of the two points
   };
-  /// `distance`: distance function of the tissue in W, m, negative inside; must be accurate near the surface. `hidden`:
-  /// true where another body covers the tissue, so that no instrument can touch it. Points are created in the box from
-  /// `lo` to `hi` (m, W). Throws std::invalid_argument if the box contains more than 16 million cells with the edge
-  /// length SoftLaw::spacing.
+  /// `distance`: distance function of the tissue in the workbench frame W, m, negative inside; must be accurate near
+  /// the surface. `hidden`: true where another body covers the tissue, so that no instrument can touch it. Points are
+  /// created in the box from `lo` to `hi` (m, W). Throws std::invalid_argument if the box contains more than 16 million
+  /// cells with the edge length SoftLaw::spacing.
   SoftSurface(
       const SoftLaw& law, const dvec3& lo, const dvec3& hi, const std::function<double(const dvec3&)>& distance,
       const std::function<bool(const dvec3&)>& hidden = [](const dvec3&) { return false; });
@@ -181,8 +181,8 @@ class SoftTissue {
       double z = 0, r = 0;  // m, centre of the ball on the axis, and its radius
     };
     std::vector<Ball> balls;
-    // m, frame T; low, high: z of the tool's two ends on its axis; radius: its largest radius; reach: distance from the
-    // frame's origin to the tool's farthest point
+    // m, frame T of the tool; low, high: z of the tool's two ends on its axis; radius: its largest radius; reach:
+    // distance from the frame's origin to the tool's farthest point
     double low = 0, high = 0, radius = 0, reach = 0;
     double distance(const dvec3& p_T) const noexcept;
     dvec3 gradient(const dvec3& p_T) const noexcept;

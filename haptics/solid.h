@@ -13,7 +13,7 @@
 namespace typodont::haptics {
 
 /// A closed shape with its signed distance, negative inside. For an intersection or difference, the distance may be
-/// smaller than the true distance, but never larger. Metres, frame W.
+/// smaller than the true distance, but never larger. Metres, workbench frame W.
 class Solid {
  public:
   virtual ~Solid() = default;

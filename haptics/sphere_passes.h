@@ -30,7 +30,7 @@ enum class Removal {
 /// State of a sphere that was cut. `base` is the sphere before the present cut: as packed, or after an earlier cut from
 /// another side. Eq. 6 of paper S2 computes the present sphere from the base. Shaders read this struct as ten doubles.
 struct CutSphere {
-  dvec3 base{0};           // m, centre of the base, frame W
+  dvec3 base{0};           // m, centre of the base, workbench frame W
   double base_radius = 0;  // m, radius of the base
   double base_volume = 0;  // m³, volume of the base
   // unit vector to the centre of the base sphere, from the nearest point of the path on which the tool cut it
@@ -47,18 +47,18 @@ static_assert(sizeof(CutSphere) == 10 * sizeof(double));
 
 }  // namespace packing
 
-/// A sphere of the tool that moves by `way`. Metres, frame W.
+/// A sphere of the tool that moves by `way`. Metres, workbench frame W.
 struct SweptBall {
   dvec3 from{0}, way{0};
   double radius = 0;
 };
-/// A sphere of the tool at rest. Metres, frame W.
+/// A sphere of the tool at rest. Metres, workbench frame W.
 struct RestingBall {
   dvec3 p{0};
   double radius = 0;
 };
 /// A sphere of the tool that cuts on its path from `from` to `to`. Only tissue spheres near the path from `from` to
-/// `near_to` are examined; `near_to` lies at `to` or beyond it. Metres, frame W.
+/// `near_to` are examined; `near_to` lies at `to` or beyond it. Metres, workbench frame W.
 struct CuttingBall {
   dvec3 from{0}, to{0}, near_to{0};
   double radius = 0;

@@ -155,7 +155,8 @@ double Sweep::path_from(const Sweep& before) const noexcept {
 }
 
 bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
-  // voxels, edge length of the blocks into which the region around the sweep is divided to find groups of samples
+  // voxels, edge length of the blocks into which the region around the sweep is divided, to find the samples that can
+  // change
   constexpr int kBlock = 8;
   const glm::ivec3 lo = lo_ - patch_lo, hi = patch_lo + n - 1 - hi_;
   return std::min({lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}) > kBlock + 1;

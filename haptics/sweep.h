@@ -98,8 +98,8 @@ class Sweep {
   /// Removes tissue as carve() does, but along a long path. `known` (may be null): blocks of samples that need not be
   /// examined yet are skipped, because none of their samples can change.
   bool carve_way(const HeadTarget& target, RemovedVolume* removed, const DueBlocks* known) const noexcept;
-  /// Removes tissue from the blocks of samples in one part of the active front (CutFront) of a head that is not a ball.
-  /// `listed`: number of groups of samples found.
+  /// Removes tissue from the blocks of samples in one part of the active front (CutFront), for a head that is not a
+  /// ball. `listed`: number of groups (8 or 16 samples along z) that were added to the list.
   bool carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, int& listed) const noexcept;
   /// Removes tissue without lists of groups: examines each due block in some parts of the active front (CutFront).

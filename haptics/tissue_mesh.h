@@ -1,4 +1,4 @@
-// Tissue as a triangle mesh: from a file, or from the surface of a volume. Frame W.
+// Tissue as a triangle mesh: from a file, or from the surface of a volume. Workbench frame W.
 #pragma once
 
 #include <cstdint>

@@ -182,10 +182,11 @@ class TissueVolume {
 
   /// Returns the keys of the bricks (blocks that are drawn as one, FieldBrick) through which the surface passes.
   std::vector<glm::ivec3> surface_bricks() const;
-  /// Returns the keys of the bricks that have changed since the last call. A changed sample at the border of a brick
-  /// also belongs to the neighbouring bricks, which are then included.
+  /// Returns the keys of the bricks (blocks that are drawn as one) that have changed since the last call. A changed
+  /// sample at the border of a brick also belongs to the neighbouring bricks, which are then included.
   std::vector<glm::ivec3> take_changed_bricks();
-  void read_brick(const glm::ivec3& key, FieldBrick& brick) const;  // the labels of a brick without surface are kAir
+  // Reads a brick (a block that is drawn as one). The labels of a brick without surface are kAir.
+  void read_brick(const glm::ivec3& key, FieldBrick& brick) const;
 
   /// Returns the volume of each tissue, m³. A voxel at the surface counts with the fraction that lies inside.
   PerTissue volumes() const;

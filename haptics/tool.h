@@ -16,8 +16,9 @@
 namespace typodont::haptics {
 
 /// Shape of a head. A head is a surface of revolution about the tool's z axis. The shank is on the side of +z, the free
-/// end on the side of -z. The origin of T is the head's centre: the centre of a ball; for other shapes, the middle of
-/// the axis. (kShaft is the shape of shanks; scenes cannot use it.) A table in tool.cpp describes every shape.
+/// end on the side of -z. The origin of the tool's frame T is the head's centre: the centre of a ball; for other
+/// shapes, the middle of the axis. (kShaft is the shape of shanks; scenes cannot use it.) A table in tool.cpp describes
+/// every shape.
 enum class HeadShape { kSphere, kCylinder, kRoundEndCylinder, kCone, kPear, kFlame, kInvertedCone, kShaft };
 /// Returns all shapes that a scene can use.
 std::vector<HeadShape> head_shapes();
@@ -39,14 +40,16 @@ class HeadField {
   /// same radius continues for 1 m towards the shank.
   static HeadField with_exit_path(const Tool& tool, double unit);
 
-  /// Returns the signed distance from a point in frame T to the surface, negative inside; exact for every shape.
+  /// Returns the signed distance from a point in frame T of the tool to the surface, negative inside; exact for every
+  /// shape.
   double distance(const dvec3& p_TQ) const noexcept;
-  /// Returns the signed distance from a point in frame T to the surface. `to_piece` receives the distance from the
-  /// point to each piece of the meridian. With these distances, far pieces can be excluded: if the distance to a piece
-  /// exceeds the smallest one by more than 2 r, this piece is not the closest one for any point within the distance r.
+  /// Returns the signed distance from a point in frame T of the tool to the surface. `to_piece` receives the distance
+  /// from the point to each piece of the meridian. With these distances, far pieces can be excluded: if the distance to
+  /// a piece exceeds the smallest one by more than 2 r, this piece is not the closest one for any point within the
+  /// distance r.
   double distance(const dvec3& p_TQ, double (&to_piece)[4]) const noexcept;
-  /// Returns the signed distance from a point in frame T to the surface. `n_T` receives the unit direction in T in
-  /// which the distance increases.
+  /// Returns the signed distance from a point in frame T of the tool to the surface. `n_T` receives the unit direction
+  /// in frame T in which the distance increases.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept;
 
   // Pieces of the meridian from the free end to the shank end, in double precision. (The class Sweep uses floats.)
@@ -120,7 +123,7 @@ struct Tool {
   double radius() const { return diameter / 2; }
   /// Returns the distance from the head's centre to its ends along the axis, m.
   double half() const { return shape == HeadShape::kSphere ? radius() : length / 2; }
-  /// Returns the distance from T's origin to the farthest point of the head, m.
+  /// Returns the distance from the origin of the tool's frame T to the farthest point of the head, m.
   double reach() const;
   /// Returns the signed distance from a point to the head's surface, m, negative inside; exact for every shape.
   double distance(const dvec3& p_TQ) const;
@@ -137,8 +140,8 @@ struct NonCuttingPart {
 /// Returns the shank or the safe end; nullopt if the tool has none.
 std::optional<NonCuttingPart> shank_of(const Tool& tool);
 std::optional<NonCuttingPart> safe_end_of(const Tool& tool);
-/// Returns the distance from T's origin to the farthest point of the head and the safe end, m. A patch (copy of the
-/// tissue around the tool) must contain this range.
+/// Returns the distance from the origin of the tool's frame T to the farthest point of the head and the safe end, m. A
+/// patch (copy of the tissue around the tool) must contain this range.
 double near_reach(const Tool& tool);
 
 /// A sample point on the head's surface, with the surface area that it represents; deterministic.

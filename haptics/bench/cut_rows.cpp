@@ -33,7 +33,7 @@ std::vector<Stretch> changed_stretches(const SurfacePatch& before, const Surface
   return list;
 }
 
-/// Reads and writes groups of samples. Uses the longest vectors that the processor has.
+/// Reads and writes groups of consecutive samples. Uses the longest vectors that the processor has.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void scan_groups(float* samples, const CutFront::Place* places, std::size_t groups, float least) {
   for (std::size_t g = 0; g < groups; ++g) {

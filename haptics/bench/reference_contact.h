@@ -12,7 +12,7 @@
 
 namespace typodont::haptics::bench {
 
-/// The exact surface of a tissue, in m in frame W. Used at set-up and in benchmarks; may allocate memory.
+/// The exact surface of a tissue, in m in the workbench frame W. Used at set-up and in benchmarks; may allocate memory.
 class ExactShape {
  public:
   static ExactShape ball(double radius);

@@ -98,7 +98,7 @@ struct PassivityState {
   dvec3 turned{0};
 };
 
-/// Returns the rotation vector (rad, frame W) that rotates `from` into `to`.
+/// Returns the rotation vector (rad, workbench frame W) that rotates `from` into `to`.
 inline dvec3 rotation_vector(const dquat& from, const dquat& to) noexcept {
   const dquat q = to * glm::conjugate(from);
   const dvec3 v(q.x, q.y, q.z);

@@ -16,8 +16,8 @@ struct TipLaw {
 
 struct TipState {
   double sunk = 0;   // m, depth of the tip in the tissue; 0: the tip is not sunk
-  dvec3 p{0};        // m, frame W, position of the head's centre at which the tip is held
-  dvec3 n{0, 0, 1};  // unit vector in frame W, direction out of the tissue
+  dvec3 p{0};        // m, workbench frame W, position of the head's centre at which the tip is held
+  dvec3 n{0, 0, 1};  // unit vector in the workbench frame W, direction out of the tissue
 };
 
 /// Computes one tick of a sunk tip. The tip deforms only plastically, so it only absorbs energy. Its position p follows

@@ -41,9 +41,10 @@ inline double advance_phase(double phase, double speed, double dt) noexcept {
   return std::fmod(phase + speed * dt, 2 * kPi);
 }
 
-/// Returns the vibration force on the tool (N, frame W). `band`: Hz, law.band, but limited according to the servo's
-/// rate; `phase`: rad, angle of the spindle; `speed`: rad/s; `axis`: direction of the shank; `normal`: direction out of
-/// the tissue, zero without contact; `cutting`: N, tangential force of the cutting edges, the same as for the sound.
+/// Returns the vibration force on the tool (N, workbench frame W). `band`: Hz, law.band, but limited according to the
+/// servo's rate; `phase`: rad, angle of the spindle; `speed`: rad/s; `axis`: direction of the shank; `normal`:
+/// direction out of the tissue, zero without contact; `cutting`: N, tangential force of the cutting edges, the same as
+/// for the sound.
 inline dvec3 vibration_force(const VibrationLaw& law, double band, double phase, double speed, const dvec3& axis,
                              const dvec3& normal, double cutting) noexcept {
   const double once = band_weight(speed / (2 * kPi), band);

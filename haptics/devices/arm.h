@@ -56,8 +56,8 @@ using Counts = std::array<std::int64_t, 6>;
 dvec3 body_angles(const Arm& arm, const Counts& counts);
 /// Returns the angles (rad) of the stylus joints D, E, F. They are invalid if the stylus has no encoders.
 dvec3 stylus_angles(const Arm& arm, const Counts& counts);
-/// Returns the pose of the stylus tip in frame H. The orientation was not verified on hardware, and published sources
-/// contradict each other.
+/// Returns the pose of the stylus tip in frame H of the arm's base. The orientation was not verified on hardware, and
+/// published sources contradict each other.
 Pose stylus_pose(const Arm& arm, const Counts& counts);
 dvec3 stylus_position(const Arm& arm, const dvec3& theta);
 /// Returns the Jacobian matrix of the position of the tip. Its columns are ∂p/∂A, ∂p/∂B, ∂p/∂C in m/rad.

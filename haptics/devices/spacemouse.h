@@ -29,7 +29,7 @@ struct SpaceMouseControl {
   double dead_zone = 0.03;
   double smoothing = 0.02;  // s, time constant of the filter; reports come at about 100 Hz, but the servo runs at 1 kHz
 };
-/// Makes the hand of a SpaceMouse. Its frame H has x to the right, y away from the user, and z up. Button 1 is the
+/// Makes the hand of a SpaceMouse. Its base frame H has x to the right, y away from the user, and z up. Button 1 is the
 /// pedal.
 std::unique_ptr<HapticDevice> make_spacemouse(std::unique_ptr<Link> link, const SpaceMouseControl& control, double rate,
                                               DeviceInfo identity);

@@ -143,7 +143,7 @@ class Crowns {
     // weight of the scan in the blend of scan and CT: 1 inside a crown, falling to 0 at the crown's rim, and 0 outside
     double weight = 0;
   };
-  /// Returns the point of the scan nearest to p (m, frame C), if it is within `reach` (m).
+  /// Returns the point of the scan nearest to p (m, in frame C of the CT volume), if it is within `reach` (m).
   std::optional<Near> nearest(const dvec3& p, double reach) const {
     const auto found = skin_->nearest(p, reach);
     if (!found) return std::nullopt;

@@ -45,7 +45,8 @@ class IntraoralScan {
   double area() const { return area_; }  // m², area of the scanned surface
   /// Returns the scanned surface without the base, in frame S of the scan.
   TissueMesh mesh() const;
-  /// Returns the unit vector (frame S) from the scan's border or base towards the teeth; zero if it is unknown.
+  /// Returns the unit vector (in frame S of the scan) from the scan's border or base towards the teeth; zero if it is
+  /// unknown.
   const dvec3& up() const;
   const std::vector<std::string>& repairs() const;
   const importing::ArchSurface& surface() const { return *surface_; }

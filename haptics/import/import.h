@@ -91,7 +91,7 @@ struct JawCanal {
 /// A tooth of a jaw. Teeth that touch each other are separated at the narrowest place between them.
 struct JawTooth {
   dvec3 centre{0};    // m, centre of the tooth's volume in the file's coordinates
-  double volume = 0;  // m³, volume with pulp and metal
+  double volume = 0;  // m³, volume of the tooth including its pulp and metal
 };
 
 /// What was found in a jaw: teeth and canals, and how uncertain the labels are.

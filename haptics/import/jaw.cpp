@@ -37,7 +37,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
                                 const SparseMask& bone, const SparseMask& beside_marrow, const JawGreys& greys,
                                 const std::function<void(double)>& progress) {
   const BlockSet& set = *grey.set;
-  std::vector<std::size_t> sample_of;  // index of the sample of each unknown of the equations
+  std::vector<std::size_t> sample_of;  // for each unknown of the equations: index of its sample
   Sparse<std::int32_t> unknown(grey.set, -1, -1);
   for (std::size_t i = 0; i < bright.v.size(); ++i) {
     if (!bright.v[i] || crown.v[i] || bone.v[i] || !set.holds(set.place(i))) continue;

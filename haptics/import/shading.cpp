@@ -141,7 +141,9 @@ Unknowns fitted(const std::vector<Cell>& cells, const glm::dvec3& voxels) {
       Row row{.of = {}, .slope = c.slope[a], .samples = c.samples, .weight = c.samples};
       for (std::size_t t = 0; t < kUnknowns; ++t) {
         glm::ivec3 e = Shading::powers()[t + 1];
-        const double factor = e[a] / (0.5 * voxels[a]);  // derivative per voxel
+        // factor of the derivative of this term per voxel; the variable of the polynomial runs from -1 to 1 over the
+        // scan
+        const double factor = e[a] / (0.5 * voxels[a]);
         if (e[a] == 0) continue;
         --e[a];
         row.of[t] = factor * power(c.at.x, e.x) * power(c.at.y, e.y) * power(c.at.z, e.z);

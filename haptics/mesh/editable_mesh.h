@@ -6,7 +6,7 @@
 // them. So an open mesh keeps its border.
 //
 // Equal meshes and equal calls give equal bits. No function allocates memory after construction, unless its comment
-// says so, because vertices and faces come from a pool of fixed size. Lengths are in m, in frame W.
+// says so, because vertices and faces come from a pool of fixed size. Lengths are in m, in the workbench frame W.
 #pragma once
 
 #include <algorithm>
@@ -81,7 +81,7 @@ class EditableMesh {
 
   // Functions that change the mesh. If a split, flip or collapse is impossible, the function returns kNone or false and
   // changes nothing.
-  void move(Index v, const dvec3& p) noexcept;  // moves a vertex to p (m, frame W), and sets its flag kMoved
+  void move(Index v, const dvec3& p) noexcept;  // moves a vertex to p (m, workbench frame W), and sets its flag kMoved
   /// Undoes a move, including its flag. `before` is vertex(v) as it was before the move.
   void move_back(Index v, const Vertex& before) noexcept;
   void set_tissue(Index f, Tissue tissue) noexcept;
@@ -278,7 +278,7 @@ class EditableMesh {
   std::vector<Vertex> vertices_;  // all vertices, used and unused
   std::vector<Face> faces_;
   std::vector<Place> places_;
-  std::vector<Index> heads_;  // first face of each bucket
+  std::vector<Index> heads_;  // for each bucket of the hash table: its first face
   Index vertices_used_ = 0, faces_used_ = 0, free_vertex_ = kNone, free_face_ = kNone;
   std::size_t vertex_count_ = 0, face_count_ = 0;
   double size_[kLevels] = {};  // m, for each level of the grid: the longest edge of its faces

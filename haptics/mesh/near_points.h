@@ -19,7 +19,7 @@ class NearPoints {
 
   /// Removes all points. `head_W` is the pose of the head for which points will be listed; all points are near it.
   void clear(const Pose& head_W) noexcept;
-  /// Adds a point (m, in W). Returns false if the list is full.
+  /// Adds a point (m, in the workbench frame W). Returns false if the list is full.
   bool add(const dvec3& p_W) noexcept;
   /// Adds a point whose distance (m) from the head at listed_at() is known. Returns false if the list is full.
   bool add(const dvec3& p_W, double distance) noexcept;

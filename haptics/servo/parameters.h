@@ -16,7 +16,7 @@ struct MotionParameters {
   // m; if the proxy is farther than this from the hand after an interruption, it starts again at the
   // hand
   static constexpr double lost_distance = 0.02;
-  // m; input is illegal if the hand is farther than this from the origin of W
+  // m; input is illegal if the hand is farther than this from the origin of the workbench frame W
   static constexpr double workspace = 100;
   // s; a tick that is longer than this counts as a jump of the clock, and a nominal tick is used instead
   static constexpr double longest_tick = 0.1;
@@ -105,7 +105,7 @@ struct ScaleParameters {
   static constexpr double turning = 1.2;   // m/s², expected acceleration of a hand whose motion is not known yet
 };
 
-/// Returns true if a position in W is finite and plausible for a hand.
+/// Returns true if a position in the workbench frame W is finite and plausible for a hand.
 inline bool in_workspace(const dvec3& p_W) noexcept {
   // for NaN the result is false, because every comparison with NaN is false
   return glm::dot(p_W, p_W) < MotionParameters::workspace * MotionParameters::workspace;

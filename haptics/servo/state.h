@@ -18,7 +18,7 @@
 
 namespace typodont::haptics {
 
-/// Data of the tick that is being computed. SI, frame W.
+/// Data of the tick that is being computed. SI, workbench frame W.
 struct TickData {
   const HandSample& hand;  // input, not yet checked
   ServoTick& out;

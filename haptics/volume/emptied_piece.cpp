@@ -12,7 +12,8 @@ namespace {
 /// just below the surface, whose depths are known. Each sample tells its neighbours its nearest start sample, and they
 /// use it if it is nearer than their own (Danielsson 1980).
 std::vector<float> distances_to(bool piece, const PieceBox& box) {
-  constexpr float kShell = 2;  // voxels; the start samples lie less than this below the surface
+  // voxels; the start samples of the search lie inside, less deep than this below the surface
+  constexpr float kShell = 2;
   const auto place = [&](std::int32_t i) {
     const int xy = i / box.size.z;
     return glm::ivec3(xy / box.size.y, xy % box.size.y, i % box.size.z);

@@ -243,7 +243,7 @@ class LoosePieces::KnownBlocks {
     int root = 0;
     std::vector<int> edge;  // parts from which the flood spreads; parts before index `next` are done
     std::size_t next = 0;
-    std::vector<int> taken;  // indices of the flood's parts
+    std::vector<int> taken;  // indices of the parts that the flood contains
     std::int64_t samples = 0;
     void begin(int number) {
       root = number;

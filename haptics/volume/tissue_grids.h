@@ -33,7 +33,7 @@ inline int floor_div(int a, int b) {
   return a >= 0 ? a / b : -((-a + b - 1) / b);
 }
 
-/// A box of bricks (cubes of 16³ cells, see FieldBrick); both corners are included.
+/// A box of bricks (cubes of 16³ cells that are drawn as one, see FieldBrick); both corners are included.
 struct BrickBox {
   glm::ivec3 lo, hi;
   template <class F>
@@ -45,8 +45,8 @@ struct BrickBox {
     }
   }
 };
-/// Returns all bricks that read a sample in the box lo .. hi, inclusive. A brick reads one sample beyond its cells on
-/// each side.
+/// Returns all bricks (blocks that are drawn as one) that read a sample in the box lo .. hi, inclusive. A brick reads
+/// one sample beyond its cells on each side.
 BrickBox bricks_around(const glm::ivec3& lo, const glm::ivec3& hi);
 void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys);
 
@@ -89,10 +89,11 @@ struct StrokeKept {
   using Labels = LeafHistory<openvdb::Int32Tree>;
   Distance::Stroke distance;
   Labels::Stroke tissue;
-  std::vector<glm::ivec3> carved;  // bricks that no earlier stroke had cut
+  std::vector<glm::ivec3> carved;  // bricks (blocks that are drawn as one) that this stroke was the first to cut
   // The next members are valid after the stroke is complete.
-  std::vector<glm::ivec3> bricks;  // bricks that change when the stroke is undone or redone
-  PerTissue back{};                // m³, volume that comes back when the stroke is undone
+  // bricks (blocks that are drawn as one) that change when the stroke is undone or redone
+  std::vector<glm::ivec3> bricks;
+  PerTissue back{};  // m³, volume that comes back when the stroke is undone
   std::size_t bytes = 0;
 };
 
@@ -106,10 +107,11 @@ struct TissueVolume::Impl {
   bool exact_outside = true;
   std::shared_ptr<const TissueMesh> mesh;  // mesh from which the volume was made; null: made from other data
   std::shared_ptr<const NaturalSurface> natural;
-  KeySet changed;  // bricks that changed since the last take_changed_bricks()
-  KeySet carved;   // bricks that were cut; outside the tissue, the distances in them are no longer exact
-  // The last box of bricks that a cut inserted into `changed` and `carved`, inclusive. Empty (lo > hi) at first, and
-  // after bricks were removed from these sets.
+  KeySet changed;  // bricks (blocks that are drawn as one) that changed since the last take_changed_bricks()
+  // bricks (blocks that are drawn as one) that were cut; outside the tissue, the distances in them are no longer exact
+  KeySet carved;
+  // The last box of bricks (blocks that are drawn as one) that a cut inserted into the sets `changed` and `carved`,
+  // inclusive. Empty (lo > hi) at first, and after bricks were removed from these sets.
   glm::ivec3 marked_lo{0}, marked_hi{-1};
   LeafFront front;  // leaves (8³ voxels) that the next cuts of the present head can change
   // the leaves that the present cut examines, and where the front stores their data
@@ -152,7 +154,8 @@ struct TissueVolume::Impl {
   /// Drops copies of leaves (8³ voxels) that were not written to, and a stroke that changed nothing.
   void complete_stroke();
 
-  /// Adds to `changed` and `carved` the bricks of the box lo..hi that a cut or a filling has changed; lo > hi: none.
+  /// Adds to `changed` and `carved` the bricks (blocks that are drawn as one) of the box lo..hi that a cut or a filling
+  /// has changed. If lo > hi, adds none.
   void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi);
 
   /// Copies every n-th sample as TissueVolume::copy_every() does, but only the samples from..to, inclusive.

@@ -437,8 +437,8 @@ void TissueVolume::copy_part_of_every(int n, const Copied& box, const VoxelBox& 
 }
 
 VoxelBox TissueVolume::every_around(int n, const VoxelBox& written) {
-  // Extends the box to whole bricks. The reason is that copy_every() treats samples deep in the tissue differently
-  // after the first cut in their brick.
+  // Extends the box to whole bricks (blocks that are drawn as one), because copy_every() treats samples deep in the
+  // tissue differently after the first cut in their brick.
   constexpr int cells = FieldBrick::kCells;
   const BrickBox bricks = bricks_around(written.lo, written.hi);
   const auto down = [n](const glm::ivec3& p) {
@@ -562,8 +562,8 @@ std::vector<glm::ivec3> TissueVolume::take_changed_bricks() {
   return list;
 }
 
-/// Returns true if the surface passes through the brick: at least one corner of its cells is inside the tissue, and at
-/// least one is outside.
+/// Returns true if the surface passes through the brick (a block of cells that is drawn as one): at least one corner of
+/// its cells is inside the tissue, and at least one is outside.
 static bool has_surface(const FieldBrick& brick) {
   bool solid = false, empty = false;
   for (int x = 1; x < FieldBrick::kSamples - 1; ++x) {

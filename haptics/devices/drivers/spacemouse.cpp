@@ -46,7 +46,8 @@ dvec3 shape(const dvec3& v, double dead) {
   return out;
 }
 
-/// Converts from the cap's axes (x right, y towards the user, z down) to frame H (x right, y away from the user, z up).
+/// Converts from the cap's axes (x right, y towards the user, z down) to frame H of the device's base (x right, y away
+/// from the user, z up).
 dvec3 cap_to_base(const dvec3& v) {
   return {v.x, -v.y, -v.z};
 }
