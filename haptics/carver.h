@@ -1,5 +1,5 @@
-// The carver repeats the servo's cuts on the tissue, records strokes and edits for undo, and creates snapshots for the
-// servo.
+// The carver owns the tissue. It repeats the servo's cuts on the tissue, records strokes and edits for undo, and
+// creates snapshots of the tissue for the servo.
 #pragma once
 
 #include <memory>

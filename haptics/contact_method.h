@@ -18,7 +18,8 @@ namespace typodont::haptics {
 
 struct ServoSettings;
 
-/// A contact method with its parameters. Immutable; shared by servo and carver. The make functions throw Error.
+/// A contact method with its parameters. Immutable; shared by the servo thread and the carver thread (which owns the
+/// tissue). The make functions throw Error.
 class ContactMethod {
  public:
   virtual ~ContactMethod() = default;

@@ -57,7 +57,8 @@ struct Contact {
   bool deep = false;  // true: the head is so deep inside the tissue that the model finds no surface near it
   // true: there is no snapshot of the tissue around the tool, so the plane of the last contact replaces the tissue
   bool bridging = false;
-  bool late = false;         // true: the snapshot has been missing for longer than a carver normally needs
+  // true: the snapshot has been missing for longer than the carver thread normally needs to create one
+  bool late = false;
   bool rejoining = false;    // true: after a time without a snapshot (`bridging`), the proxy now returns to the surface
   bool leading_out = false;  // true: the proxy overlapped tissue and is now moved out of it
   bool settled = true;       // false: the head touches nothing, but the model still stores data of the last contact

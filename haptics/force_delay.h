@@ -36,7 +36,7 @@ class ForceDelay {
   std::vector<Row> past_;  // ring buffer of the last forces
   std::size_t newest_ = 0, count_ = 0;
   PassivityState state_;
-  double energy_ = 0;  // J, balance of the ledger: energy that the hand has given to the delayed force so far
+  double energy_ = 0;  // J, balance of the energy ledger: energy that the hand has given to the delayed force so far
   Wrench sent_;
   Pose X_WT_;
   Nanos t_ = 0;

@@ -19,22 +19,22 @@ class LockStep {
   /// the tissue or the settings.
   LockStep(TissueVolume tissue, ServoSettings settings);
 
-  /// Runs one tick: takes a new snapshot if one is due, runs the servo, then lets the carver repeat the cut. Returns
-  /// true and sets `cut` if the tissue changed.
+  /// Runs one tick: takes a new snapshot of the tissue if one is due, runs the servo, then lets the carver (owner of
+  /// the tissue) repeat the cut. Returns true and sets `cut` if the tissue changed.
   bool tick(const HandSample& hand, ServoTick& out, Cut& cut);
 
-  /// Simulates a carver that is late. While `stalled` is true, the carver does nothing: cuts wait for it, and it takes
-  /// no snapshot.
+  /// Simulates a carver thread that is late. While `stalled` is true, the carver does nothing: the servo's cuts wait
+  /// for it, and it takes no snapshot of the tissue.
   void stall(bool stalled) { stalled_ = stalled; }
 
   // The following functions are the single steps of a tick.
-  /// Lets the carver repeat those waiting cuts whose index is at most `through`.
+  /// Lets the carver (owner of the tissue) repeat those waiting cuts whose index is at most `through`.
   void apply_cuts(std::uint64_t through);
-  /// Lets the carver take a snapshot around `center_W` (m).
+  /// Lets the carver (owner of the tissue) take a snapshot of the tissue around `center_W` (m).
   void take_snapshot(const dvec3& center_W, std::uint32_t number = 0) {
     carver_.take_snapshot(center_W, *spare_, number);
   }
-  /// Lets the servo adopt the snapshot that the carver took.
+  /// Lets the servo begin to use the snapshot that the carver took.
   void adopt_snapshot();
   /// Runs only the servo; its cut waits for apply_cuts().
   bool tick_servo(const HandSample& hand, ServoTick& out, Cut& cut);

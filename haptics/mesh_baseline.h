@@ -11,7 +11,8 @@ namespace typodont::haptics {
 
 class MeshBaseline {
  public:
-  static constexpr double kBand = 4;  // voxels, half width of the band; OpenVDB's own level sets use at least 3
+  // voxels, distance from the surface up to which distances are stored; OpenVDB's own level sets use at least 3
+  static constexpr double kBand = 4;
 
   /// Creates an empty level set, in which every sample is far outside.
   MeshBaseline();

@@ -4,7 +4,8 @@ namespace typodont::haptics {
 
 namespace {
 
-// ns, longest time that the servo waits for a complete patch. In 5 ms, a hand that cuts moves less than 0.25 mm.
+// ns, longest time for which the servo leaves a new patch (copy of the tissue) in the channel until it is complete. In
+// 5 ms, a hand that cuts moves less than 0.25 mm.
 constexpr Nanos kPatience = 5'000'000;
 
 }  // namespace
@@ -47,7 +48,8 @@ Snapshot* PatchExchange::take(const Snapshot& held, std::uint64_t cuts, Nanos t)
       adopted_ = true;
       return &fresh;
     }
-    // If the patch cannot be given back, a newer patch has arrived. The next pass of the loop examines the newer patch.
+    // If the patch (copy of the tissue) cannot be given back to the channel, a newer patch has arrived. The next pass
+    // of the loop examines the newer patch.
     if (way_.give_back()) break;
   }
   return nullptr;

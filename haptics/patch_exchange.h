@@ -20,8 +20,9 @@ class PatchExchange {
   // Functions for the carver thread.
   /// Copies a patch from the tissue and offers it to the servo.
   void offer(Carver& carver, const dvec3& center_W);
-  /// Adds the missing cuts to the offered patch. `held`: number of the patch that the servo uses (ServoTick::patch).
-  /// Returns false if no patch is offered. While it returns true, the carver should call it again without sleeping.
+  /// Adds the missing cuts to the patch (copy of the tissue) that is offered to the servo. `held`: number of the patch
+  /// that the servo uses (ServoTick::patch). Returns false if no patch is offered. While it returns true, the carver
+  /// should call it again without sleeping.
   bool keep_up(Carver& carver, std::uint32_t held);
 
   // Function for the servo thread.
@@ -43,12 +44,13 @@ class PatchExchange {
 
   Latest<std::unique_ptr<Snapshot>> way_;
   // The next members are used by the carver thread.
-  alignas(64) std::uint32_t offered_ = 0;  // number of the offered patch; 0: none
+  // number of the patch (copy of the tissue) that is offered to the servo; 0: none
+  alignas(64) std::uint32_t offered_ = 0;
   std::uint64_t offered_cuts_ = 0;
   Tissue offered_tissue_, held_tissue_;
   // The next members are used by the servo thread.
   alignas(64) Nanos waiting_since_ = 0;  // ns, time at which the servo began to wait; 0: it does not wait
-  bool adopted_ = false;                 // true: the last call of take() returned a patch
+  bool adopted_ = false;                 // true: the last call of take() returned a patch (copy of the tissue)
 };
 
 }  // namespace typodont::haptics

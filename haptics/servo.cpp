@@ -227,8 +227,8 @@ void Servo::State::fill_input(ContactTick& now) const noexcept {
   in.relative_stiffness = coupling.relative_stiffness;
 }
 
-/// Sets the fault kStalePatch if a new snapshot has been due for too long, which means that the carver is late. The
-/// force remains, because the old snapshot is still correct.
+/// Sets the fault kStalePatch if a new snapshot of the tissue has been due for too long, which means that the carver
+/// thread is late. The force remains, because the old snapshot is still correct.
 void Servo::State::watch_snapshot(ContactTick& now) noexcept {
   const dvec3 wanted_W = snapshot_center_for(now.contact.p_WG, now.X_WT.p, travel);
   const bool due = snapshot->number == 0 || snapshot_due_for(wanted_W, snapshot->center_W, travel);

@@ -43,7 +43,8 @@ struct ServoSettings {
   double position_step = 0;
   // s, time in which the force rises from zero to its full value at the start, and falls to zero at the end
   double ramp_time = 15e-3;
-  VibrationLaw vibration;  // spindle vibration that the device transmits to the hand; a band of 0 disables it
+  // spindle vibration that the device transmits to the hand; VibrationLaw::band = 0 disables it
+  VibrationLaw vibration;
   ForceFilter filter = ForceFilter::kNone;  // force filter from the literature, for comparisons
   double tick = 1e-3;                       // s, nominal period of a tick
   MaterialTable materials{};

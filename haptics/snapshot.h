@@ -1,5 +1,5 @@
-// The part of the tissue that the carver passes to the servo. This is the base class of the data from which a contact
-// model computes contact.
+// The part of the tissue that the carver (owner of the tissue) passes to the servo. This is the base class of the data
+// from which a contact model computes contact.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // The patch: the dense copy of the tissue around the tool, in which the servo computes contact and cuts. The carver
-// fills it; then it belongs to the servo.
+// (owner of the tissue) fills it; then it belongs to the servo.
 #pragma once
 
 #include <algorithm>
@@ -33,8 +33,9 @@ struct SurfacePatch : Snapshot {
   // Hardness of each sample (hardness.h); for a filled sample, the hardness before the filling. Empty if the tissue has
   // no hardness per voxel (TissueVolume::graded); every sample then has kOwnHardness.
   SlidingBuffer<std::uint8_t> hardness;
-  // One coarse patch if a tool has a shank, otherwise empty. The coarse patch contains one of every `every` samples
-  // along each axis, and covers a larger region than the patch. Its lengths are in its own, larger voxels.
+  // One coarse patch (copy of the tissue) if a tool has a shank, otherwise empty. The coarse patch contains one of
+  // every `every` samples along each axis, and covers a larger region than the patch. Its lengths are in its own,
+  // larger voxels.
   std::vector<SurfacePatch> wide;
   int every = 1;
   // The following members tell which samples the carver must copy again when it reuses the patch. copied_at: state of
@@ -51,8 +52,8 @@ struct SurfacePatch : Snapshot {
   }
   /// Allocates the array of hardness, for tissue with hardness per voxel.
   void grade() { hardness.resize(tissue.size()); }
-  /// Moves the patch such that it starts at voxel `first`. Samples that stay inside keep their values; all others are
-  /// unspecified.
+  /// Moves the patch (copy of the tissue) such that it starts at voxel `first`. Samples that stay inside keep their
+  /// values; all others are unspecified.
   void move_to(const glm::ivec3& first) noexcept {
     const glm::ivec3 by = first - lo;
     const std::ptrdiff_t samples = (static_cast<std::ptrdiff_t>(by.x) * n + by.y) * n + by.z;
@@ -64,8 +65,8 @@ struct SurfacePatch : Snapshot {
   std::size_t at(int x, int y, int z) const {
     return (static_cast<std::size_t>(x) * n + static_cast<std::size_t>(y)) * n + static_cast<std::size_t>(z);
   }
-  /// Returns true if the patch contains all samples within `reach` voxels of p (voxels), and all samples that a cubic
-  /// interpolation at any of these positions reads.
+  /// Returns true if the patch (copy of the tissue) contains all samples within `reach` voxels of p (voxels), and all
+  /// samples that a cubic interpolation at any of these positions reads.
   bool holds(const dvec3& p_V, double reach) const {
     if (number == 0) return false;
     const dvec3 q = p_V - dvec3(lo);
@@ -135,7 +136,8 @@ inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
 /// Returns the edge length of a patch (copied tissue) for these tools, in samples. It includes the tools' reach, the
 /// samples that an interpolation needs, and the distance that a tool may move while the carver prepares the next patch.
 int patch_edge_for(std::span<const Tool> tools, double voxel);
-/// Returns the distance in voxels that a tool may move from the centre of its patch before a new patch is due.
+/// Returns the distance in voxels that a tool may move from the centre of its patch (copy of the tissue) before a new
+/// patch is due.
 double patch_travel_for(std::span<const Tool> tools, double voxel);
 /// Creates an empty patch (copy of the tissue; number 0) with the edge length patch_edge_for(). If a tool has a shank,
 /// it includes the coarse patch.

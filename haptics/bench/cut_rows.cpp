@@ -15,8 +15,8 @@ namespace typodont::haptics::bench {
 
 namespace {
 
-/// Consecutive samples along z whose values a cut changed. To find them, the patches before and after the cut are
-/// compared.
+/// Consecutive samples along z whose values a cut changed. To find them, the patches (copies of the field around the
+/// tool) before and after the cut are compared.
 struct Stretch {
   std::size_t from, count;
 };

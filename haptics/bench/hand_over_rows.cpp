@@ -64,8 +64,8 @@ void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>
       {"16 cuts added to a patch by the carver", knob, BenchRow::kNone, "", quantile(kept_up, 0.5), "patch"});
   rows.push_back({"patch hand-over, 16 cuts made meanwhile", knob, BenchRow::kNone, "",
                   std::max(quantile(handed_over, 0.5), 0.0), "patch"});
-  // If the carver has not added the missing cuts to the new patch (copy of the field around the tool), the servo itself
-  // must add them. This is slower.
+  // If the carver (owner of the tissue) has not added the missing cuts to the new patch (copy of the field around the
+  // tool), the servo itself must add them. This is slower.
   scene.carver.take_snapshot(scene.last.X_WG.p, fresh);
   rows.push_back({"patch hand-over, 16 cuts added by the servo", knob, BenchRow::kNone, "",
                   batch_ns(21, 64,

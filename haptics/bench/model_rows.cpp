@@ -46,9 +46,9 @@ constexpr double kFallen = 8e-3;
 constexpr double kDynamicFriction = 0.15;  // dynamic friction coefficient of every tissue in the bench
 // N; if the force on a hand that has moved through a sheet is at least this, the sheet still holds the tool back
 constexpr double kHeld = 0.1;
-constexpr double kHostileForce = 8;                     // N, force limit for tests with erratic hands
-constexpr double kLedger = 1e-9;                        // J, a test passes if the ledger is at most this far below zero
-constexpr std::uint64_t kSeed = 1;                      // seed of all random hands
+constexpr double kHostileForce = 8;  // N, force limit for tests with erratic hands
+constexpr double kLedger = 1e-9;     // J, a test passes if the balance of the energy ledger is never below minus this
+constexpr std::uint64_t kSeed = 1;   // seed of all random hands
 constexpr double kEscapeSheets_mm[] = {0.2, 0.5, 1.0};  // mm, thickness of the sheets of the motion "escape"
 constexpr double kGrid = 0.02e-3;                       // m, spacing of the grid with which a swept volume is measured
 

@@ -76,8 +76,8 @@ class PressingHand {
   int tick_ = 0;
 };
 
-/// Returns the volume, in m³, of the part of the exact shape that lies within `radius` of any segment. The points of a
-/// grid with the spacing `step` are counted.
+/// Returns the volume, in m³, of the part of the exact shape that lies within `radius` of any segment. It is computed
+/// by counting the points of a grid with the spacing `step`.
 double swept_volume(const ExactShape& shape, const std::vector<std::pair<dvec3, dvec3>>& segments, double radius,
                     double step);
 

@@ -56,8 +56,8 @@ dvec3 direction(std::mt19937_64& random) {
   }
 }
 
-/// Returns the volume of the part of the ball that lies within `r` of the segment from a to b, m³. It counts the points
-/// of a grid.
+/// Returns the volume, in m³, of the part of the ball that lies within `r` of the segment from a to b. It is computed
+/// by counting the points of a grid.
 double exact_groove(const dvec3& a, const dvec3& b, double r) {
   constexpr double h = 0.02e-3;
   const dvec3 lo = glm::min(a, b) - r, hi = glm::max(a, b) + r;

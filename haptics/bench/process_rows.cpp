@@ -58,8 +58,9 @@ std::vector<ProcessCase> cases() {
           drilling("drilling, flame 1.2 x 4 mm", head(HeadShape::kFlame, 1.2e-3, 4e-3))};
 }
 
-/// Returns the mean CPU time of a tick, ns. Patches are passed as in a session (PatchExchange, four patches), and not
-/// in the simpler way of LockStep (two patches). Unlike measure(), this function does not read the clock within a tick.
+/// Returns the mean CPU time of a tick, ns. Patches (copies of the field around the tool) are passed as in a session
+/// (PatchExchange, four patches), and not in the simpler way of LockStep (two patches). Unlike measure(), this function
+/// does not read the clock within a tick.
 double measure_session(const ProcessCase& c, const DenseTissue& dense, const ServoSettings& settings, int ticks) {
   double least = std::numeric_limits<double>::infinity();
   for (int run = 0; run < kRuns; ++run) {
@@ -84,11 +85,13 @@ double measure_session(const ProcessCase& c, const DenseTissue& dense, const Ser
   return least;
 }
 
-/// CPU time of a run. Servo, carver and transfer of patches run on one thread, so the CPU time of this thread is the
-/// time of the whole program.
+/// CPU time of a run. Servo, carver (owner of the tissue) and transfer of patches (copies of the field) run on one
+/// thread, so the CPU time of this thread is the time of the whole program.
 struct ProcessTime {
-  double all = std::numeric_limits<double>::infinity();  // ns, mean time of a tick with carver and patch transfer
-  double session = 0;         // ns, mean time of a tick if patches are passed as in a session
+  // ns, mean time of a tick of the whole program: servo, carver (owner of the tissue) and transfer of patches (copies
+  // of the field)
+  double all = std::numeric_limits<double>::infinity();
+  double session = 0;  // ns, as `all`, but the patches are passed to the servo as in a session (measure_session())
   std::vector<double> servo;  // ns, time of the servo in each tick
 };
 ProcessTime measure(const ProcessCase& c, const DenseTissue& dense, const BenchOptions& options) {

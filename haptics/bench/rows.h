@@ -42,9 +42,9 @@ double drilling_floor(const DenseTissue& dense, const ServoSettings& settings, i
 void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>& rows);
 
 /// Adds rows for sliding and drilling hands with several voxel sizes. Some rows give the servo's time per tick
-/// (quantiles, histogram, mean). Other rows give the mean time per tick of the whole process: servo, carver, and
-/// transfer of patches (both as in LockStep and as in a session). The means also include work that is done only once in
-/// many ticks.
+/// (quantiles, histogram, mean). Other rows give the mean time per tick of the whole process: servo, carver (owner of
+/// the tissue), and transfer of patches (copies of the field), both as in LockStep and as in a session. The means also
+/// include work that is done only once in many ticks.
 void process_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 /// Adds rows for a ball that moves along the surface in steps and removes tissue. They contain the error of the removed

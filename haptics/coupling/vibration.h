@@ -27,8 +27,8 @@ struct VibrationLaw {
   int tooth_count = 6;  // number of cutting edges; burs of ISO 6360 have 6 to 8 blades
 };
 
-/// Returns the weight of a component: 1 well inside the band, falling to 0 at the band's limit. So no component starts
-/// or stops abruptly while the spindle runs up.
+/// Returns the weight of a vibration component: 1 well below the highest frequency of the device (`band`), falling to 0
+/// at this frequency. So no component starts or stops abruptly while the spindle runs up.
 inline double band_weight(double frequency, double band) noexcept {
   if (!(band > 0)) return 0;
   const double x = std::clamp((1 - std::abs(frequency) / band) / 0.2, 0.0, 1.0);

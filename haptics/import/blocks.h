@@ -148,7 +148,7 @@ Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 /// because the kernel's second moment is −blur². The correction is exact to second order. c is at most 3, because a
 /// larger c would increase the noise.
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
-/// Returns c in the kernel of smooth_in_place().
+/// Returns c, the strength of the sharpening in the kernel (1 + c) G − c G∗G of smooth_in_place().
 double sharpening(double sigma, double blur);
 /// Returns the norm of the kernel of smooth_in_place(). It is the factor by which smooth_in_place() changes the
 /// standard deviation of white noise.

@@ -220,7 +220,7 @@ BoxContent grow(Imported& imported, const LabelSeed& seed) {
   Grid<float> solid(inside.size);
   for (std::size_t i = 0; i < solid.v.size(); ++i)
     solid.v[i] = inside.v[i] ? 0.5F - std::sqrt(to_rest.v[i]) : std::sqrt(to_part.v[i]) - 0.5F;
-  constexpr double kSmooth = 0.8;  // voxels, standard deviation of the smoothing
+  constexpr double kSmooth = 0.8;  // voxels, standard deviation of the Gaussian that smooths the distance
   solid = gaussian(solid, kSmooth);
   remove(t, box, [&](const glm::ivec3& p) { return static_cast<double>(solid[p - box.lo]) * t.frame.voxel; });
   return before;

@@ -62,7 +62,8 @@ class ToothField {
  public:
   explicit ToothField(const DenseTissue& ct) : ct_(ct) {}
   struct Value {
-    // true if the nearest surface lies within the CT's band and belongs to a tooth or a restoration
+    // true if the nearest surface is near enough that the CT stores its distance, and belongs to a tooth or a
+    // restoration
     bool tooth = false;
     double distance = 0;  // m, distance to the surface, negative inside
     dvec3 gradient{0};    // gradient of the distance (m per m); on the surface, its direction is the outward normal

@@ -611,7 +611,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
   // Smooths the grey values to reduce noise. Also restores the true width of thin layers (pulp, ligament, wall of a
   // canal), which the scanner's blur has changed.
-  constexpr double kSmooth = 0.8;  // voxels, standard deviation of the smoothing
+  constexpr double kSmooth = 0.8;  // voxels, standard deviation of the Gaussian that smooths the grey values
   const Sparse<float> grey = smooth_in_place(with_valleys(scan, s, greys), kSmooth, s.blur);
   const double mm3 = 1e-9 / cubed(voxel);  // number of samples in a mm³
   JawLabels out{Sparse<Tissue>(set, Tissue::kAir, Tissue::kCancellousBone), {}};

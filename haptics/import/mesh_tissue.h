@@ -1,4 +1,5 @@
-// Uses triangle meshes as tissue. They are read from files, may be open, and are filled to volumes. Not real-time.
+// Uses triangle meshes as tissue. The meshes are read from files, may be open, and are converted to volumes. Not
+// real-time.
 #pragma once
 
 #include <filesystem>

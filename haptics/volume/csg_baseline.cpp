@@ -14,8 +14,9 @@ struct CsgBaseline::Impl {
 };
 
 namespace {
-constexpr float kBand = 3;  // voxels, OpenVDB's default half width of the band of a level set
-}
+// voxels, distance from the surface up to which OpenVDB's level sets store distances by default
+constexpr float kBand = 3;
+}  // namespace
 
 CsgBaseline::CsgBaseline(const DenseTissue& tissue) : impl_(std::make_unique<Impl>()) {
   openvdb::initialize();

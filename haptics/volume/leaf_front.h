@@ -1,6 +1,6 @@
 // Finds the leaves of the tissue that the next cuts can still change. A leaf contains 8³ samples. The class does for
-// the carver what CutFront does for the servo: if the head must move `slack` voxels before any sample of a leaf can
-// change, the leaf is skipped until the head has moved so far. Private to haptics/volume.
+// the carver (owner of the tissue) what CutFront does for the servo: if the head must move `slack` voxels before any
+// sample of a leaf can change, the leaf is skipped until the head has moved so far. Private to haptics/volume.
 #pragma once
 
 #include <openvdb/openvdb.h>

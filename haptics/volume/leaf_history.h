@@ -58,7 +58,8 @@ class LeafHistory {
 
   /// The values of the voxels of one leaf (8³ voxels).
   struct Values {
-    // values of the leaf's voxels; null: no leaf existed, and all voxels had the value of the tile
+    // values of the leaf's voxels; null: no leaf existed at this position, and all its voxels had one value, that of a
+    // tile
     const Value* samples = nullptr;
     Value tile{};
   };

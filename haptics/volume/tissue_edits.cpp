@@ -135,8 +135,8 @@ void TissueVolume::Impl::log_write(const glm::ivec3& key) {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  // largest number of marks (numbered states of the tissue) since which the writes are stored; each patch of the servo
-  // needs one mark, and a session uses fewer patches at the same time
+  // largest number of marks (numbered states of the tissue) since which the writes are stored; each patch (the servo's
+  // copy of the tissue) needs one mark, and a session uses fewer patches at the same time
   constexpr std::size_t kMost = 32;
   const bool unwritten = !v.writes.empty() && v.writes.back().box.empty() && v.writes.back().blocks.empty();
   if (unwritten) return v.marked;

@@ -151,7 +151,7 @@ openvdb::Int32Grid::Ptr TissueVolume::Impl::take_hardness(openvdb::Int32Grid& la
 }
 
 /// Inserts the hardness, which the file stores in a separate grid, into the label grid. The file's grid may contain
-/// tiles of any size, so the function iterates over the voxels and tiles of the labels.
+/// tiles (cubes with one value) of any size, so the function iterates over the voxels and tiles of the labels.
 void TissueVolume::Impl::put_hardness(const openvdb::Int32Grid& hardness) {
   constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
   auto of = hardness.getConstAccessor();
@@ -414,7 +414,7 @@ void TissueVolume::copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, 
 
 void TissueVolume::copy_part(const Copied& box, const VoxelBox& part) const {
   if (part.empty()) return;
-  static_assert(sizeof(Tissue) == 1);  // labels are bytes in patches and int32 in the grid
+  static_assert(sizeof(Tissue) == 1);  // labels are bytes in patches (the servo's copies) and int32 in the grid
   if (box.distance) copy_leaves(*impl_->distance, box.lo, box.size, part, box.distance, kDistance);
   if (box.tissue) copy_leaves(*impl_->tissue, box.lo, box.size, part, box.tissue, kLabel);
   if (box.hardness) copy_leaves(*impl_->tissue, box.lo, box.size, part, box.hardness, kHardnessKept);
