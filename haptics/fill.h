@@ -1,6 +1,6 @@
 // The filling that an instrument adds in one tick, as a distance field. (For a removal of tissue, the class Sweep has
 // this purpose.) The servo (in its copy of the tissue) and the carver (owner of the tissue) both use this class, so
-// that the two stay equal bit by bit.
+// that copy and tissue stay equal bit by bit.
 #pragma once
 
 #include <cstddef>

@@ -18,7 +18,7 @@ class PatchExchange {
   explicit PatchExchange(const Carver& carver) : way_([&] { return carver.make_snapshot(); }) {}
 
   // Functions for the carver thread.
-  /// Copies a patch from the tissue and offers it to the servo.
+  /// Copies a patch (the tissue around `center_W`, m) and offers it to the servo.
   void offer(Carver& carver, const dvec3& center_W);
   /// Adds the missing cuts to the patch (copy of the tissue) that is offered to the servo. `held`: number of the patch
   /// that the servo uses (ServoTick::patch). Returns false if no patch is offered. While it returns true, the carver

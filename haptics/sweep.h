@@ -1,5 +1,5 @@
 // The volume that a head sweeps in one tick, as a distance field. The servo (in its copy of the tissue) and the carver
-// (owner of the tissue) both cut with this class, so that the two stay equal bit by bit.
+// (owner of the tissue) both cut with this class, so that copy and tissue stay equal bit by bit.
 #pragma once
 
 #include <cstdint>

@@ -12,8 +12,8 @@ namespace typodont::haptics {
 enum class ForceFilter {
   kNone,
   kSlew,  // the filter of Wang 2009: the force changes by at most δ per tick, in any direction
-  // the filter of the vertex deformation method: during a stroke the force is constant until the computed force differs
-  // too much from it
+  // the filter of the vertex deformation method: the force stays constant until the computed force differs from it by
+  // `renewal` or more
   kStroke,
 };
 
@@ -27,8 +27,7 @@ inline std::optional<ForceFilter> force_filter_named(std::string_view name) noex
 struct ForceFilterLaw {
   double step = 0.02;    // N per tick, largest change of the force: δ of Wang 2009
   double still = 0.001;  // N, ξ of the vertex deformation method: a force smaller than this counts as zero
-  // N; if the computed force differs by more than this from the constant force of a stroke, the computed force is
-  // used
+  // N; if the computed force differs by this or more from the force of the last tick, the computed force is used
   double renewal = 0.10;
   double cap = 3.0;  // N, λ: largest magnitude of the force
 };

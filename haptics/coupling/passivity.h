@@ -20,8 +20,8 @@ struct PassivityLaw {
   // factor on the fastest recent retreat, because the servo may miss a tick and a retreat may accelerate
   double margin = 2.5;
   double memory = 0.05;  // s, time constant with which earlier retreats are forgotten
-  // m/s², expected acceleration of any hand; a hand that moves inward faster than this acceleration × the tick length
-  // is expected to continue inward
+  // m/s², expected acceleration of any hand. A hand that moves inward faster than turning × tick length is expected to
+  // continue inward.
   double turning = 2;
   // s, longest tick for which `turning` is valid; in a much longer tick, the hand may retreat as fast as it advanced
   double human_tick = 1e-3;

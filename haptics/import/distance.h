@@ -30,8 +30,8 @@ struct DistanceField {
 /// of `size`, whose position in phi's index space is `placement`. First, each sample gets the distance to the nearest
 /// crossing: the nearest point where a grid line crosses the surface. If this distance is less than `exact`, Newton's
 /// method then finds the closest point of the interpolant (after Chopp 2001, "Some improvements of the fast marching
-/// method", eq. 4.1), so that the surface does not move. A larger distance is not improved. Crossings are about half a
-/// voxel apart, so it is too large by at most about 1/(8 exact) voxel.
+/// method", eq. 4.1), so that the surface does not move. Larger distances are not improved. They are too large by at
+/// most about 1/(8 exact) voxel, because crossings are about half a voxel apart.
 DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, const Placement& placement, double band,
                               double exact);
 

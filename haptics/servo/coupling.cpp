@@ -156,16 +156,17 @@ void Servo::State::take_force(ContactTick& now) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// The normal force may change by at most P::waiting_slew (N/s). The change of the spring force at `depth` (m) uses a
-/// part of the limit in this tick. Returns the remaining part (N), which a new stiffness and the damper may use.
+/// Returns by how much (N) a new stiffness and the damper may still change the normal force in this tick. All changes
+/// of the normal force together are limited by P::waiting_slew (N/s), and the change of the spring force at `depth` (m)
+/// uses this limit first.
 double Servo::State::spare_change(const ContactTick& now, double depth) const noexcept {
   const double k = settings.stiffness * coupling.relative_stiffness;
   const dvec3 change = k * depth * now.normal - coupling.normal_force * coupling.normal;
   return std::max(P::waiting_slew * now.dt - glm::length(change), 0.0);
 }
 
-/// Updates the factor on the coupling's stiffness and returns it. `wanted`: stiffness of the tissue under the head
-/// divided by 1 N/mm. The factor is `wanted`, smoothed.
+/// Updates the factor on the coupling's stiffness and returns it. `wanted`: target of the factor, the stiffness of the
+/// tissue under the head divided by 1 N/mm. The factor follows the target smoothly.
 double Servo::State::follow_stiffness(const ContactTick& now, double depth, double wanted) noexcept {
   double& stiffness = coupling.relative_stiffness;
   if (coupling.normal_force <= 0 || wanted == stiffness) return stiffness = wanted;

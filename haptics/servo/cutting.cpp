@@ -17,9 +17,9 @@ void Servo::State::earn(ContactTick& now) noexcept {
   // wait for the store.
   SpindleLoad spindle{cutting.speed, 0};
   in.specific_energy = in.cuts ? mean_specific_energy() : 0;
-  // W, power that removes tissue, divided by the tool's energy_ratio (the cutting energy that this tool needs, relative
-  // to the material's own cutting energy). So the contact models compute with the material's own cutting energy and
-  // need not know the ratio.
+  // W, power that removes tissue, divided by the tool's energy_ratio: the cutting energy that the tissue needs with
+  // this tool, relative to the material's own cutting energy. Because of this division, the contact models can compute
+  // with the material's own cutting energy and need not know the ratio.
   double power = in.power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {
     // An edge (hand instrument) that is drawn over the surface cuts with the hand's work: force × displacement along

@@ -49,19 +49,19 @@ struct CouplingParameters {
   static constexpr double tissue_slew = 4;  // N/s, largest force change due to a change of the tissue under the head
   static constexpr double damper_slew = 4;  // N/s, largest change of the damper's force when a tool cuts or fills
   static constexpr double teeth_slew = 4;   // N/s, largest change of the cutting edges' tangential force
-  // N/s, largest change of the normal force by all causes together. In each tick, the change of the depth comes first;
-  // a new stiffness of the tissue and the damper may together change the force by the rest of this limit.
+  // N/s, largest change of the normal force by all causes together. A change of the depth uses this limit first; a new
+  // stiffness of the tissue and the damper may use what remains of it in the tick.
   static constexpr double waiting_slew = 16;
-  // N/s, largest sum of all force changes. In each tick, the other changes come first; the force of the cutting edges
-  // may change by the rest of this limit.
+  // N/s, largest change of the force by all causes together. All other changes use this limit first; the force of the
+  // cutting edges may use what remains of it in the tick.
   static constexpr double total_slew = 18;
   // J; if the tissue under the head becomes stiffer, the coupling may always store up to this energy, even if the
   // energy ledger holds less
   static constexpr double unpaid = 0.15e-3;
   // s, time constant with which the force fades without a snapshot, in version 1 of the force laws
   static constexpr double fade_time_of_laws_1 = 0.1;
-  // number of ticks for which the spindle's remaining work must be sufficient; otherwise the force of the cutting edges
-  // is reduced
+  // Number of ticks. The work of the spindle that the cutting edges have not used yet must suffice for the force of the
+  // cutting edges in this many ticks. Otherwise this force is reduced.
   static constexpr double teeth_ahead = 50;
 };
 
@@ -69,7 +69,8 @@ struct CouplingParameters {
 struct LimitParameters {
   // N/s, largest force change while a bur cuts, including the change by the hand's motion
   static constexpr double drilling_slew = 18.5;
-  // N, largest difference between computed and output force that the limit drilling_slew may cause
+  // N; the limit drilling_slew may make the output force differ from the computed force by up to this, even if the
+  // hand's own displacement causes the change of the force (held_back in limits.cpp)
   static constexpr double lag_limit = 0.05;
   // J; a debt of the energy ledger that is smaller than this counts as rounding error
   static constexpr double debt = 2e-9;

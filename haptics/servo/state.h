@@ -20,7 +20,7 @@ namespace typodont::haptics {
 
 /// Data of the tick that is being computed. SI, workbench frame W.
 struct TickData {
-  const HandSample& hand;  // input, not yet checked
+  const HandSample& hand;  // input of the tick: pose of the hand and pedal, not yet checked
   ServoTick& out;
   Cut& cut;
   Pose X_WT{};               // pose of the hand, checked, with a unit quaternion
@@ -186,16 +186,15 @@ struct Servo::State {
   /// Returns the mean specific energy of the tissues under the head, scaled by the hardness, J/m³.
   double mean_specific_energy() const noexcept;
 
-  /// Returns the limit of the energy ledger's debt, J; a greater debt is cancelled. The limit is at most the credit of
-  /// the passivity law. With a greater debt, no force would be allowed, and without a force the hand could never pay
-  /// the debt back.
+  /// Returns the limit of the energy ledger's debt, J. A greater debt is cancelled: it would allow no force, and
+  /// without a force the hand could never pay the debt back. The limit is at most the credit of the passivity law.
   double most_debt() const noexcept {
     return settings.laws < 2 ? LimitParameters::debt : std::min(LimitParameters::debt, limits.law.credit);
   }
 
-  /// Returns the largest debt of the energy ledger that may be cancelled without contact, J. It is the energy
-  /// `limits.given`, which was allowed during the contact. A debt above most_debt() is cancelled completely, because it
-  /// has other causes, for example late ticks, which hold a force for longer than expected.
+  /// Returns the largest debt of the energy ledger, J, that is cancelled when a contact ends. Usually it is the energy
+  /// `limits.given`, which was allowed during the contact. But a debt above most_debt() is cancelled completely,
+  /// because it has other causes, for example late ticks, in which a force lasts longer than expected.
   double most_forgiven() const noexcept { return sums.energy < -most_debt() ? -sums.energy : limits.given; }
 
   // The next functions are defined in servo.cpp:

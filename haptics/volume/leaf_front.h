@@ -70,7 +70,7 @@ class LeafFront {
   void move_window(const glm::ivec3& lo, const glm::ivec3& hi);
 
   std::optional<Sweep> last_;  // the last motion of the head; no value: the position of the head is unknown
-  double path_ = 0;            // voxels, path length of the head
+  double path_ = 0;            // voxels, path length of the head's farthest point so far
   glm::ivec3 first_{0}, size_{0};
   std::vector<float> due_, due_moved_;
   std::vector<Place> places_, moved_;
