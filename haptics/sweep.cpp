@@ -95,8 +95,8 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     }
   }
 
-  // A bounding ball of a slender head is mostly empty. So for a short path, the box around the head's cylinder at both
-  // poses is used, which is smaller.
+  // A bounding ball of a slender head is mostly empty. For a short path, the sweep's box is therefore computed from the
+  // head's cylinder at both poses; this box is smaller.
   const auto extent = [&](const Pose& X) {
     if (sphere_ || straights_ > 0) return dvec3(reach + kMargin);
     const dvec3 axis = X.R * dvec3(0, 0, 1);

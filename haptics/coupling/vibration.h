@@ -11,9 +11,9 @@
 
 namespace typodont::haptics {
 
-/// Law of the vibration force; amplitudes in N. A component above the band is omitted, because aliasing would produce a
-/// frequency that the drill does not have. So at 300 krpm (5 kHz), a device with an update rate of 1 kHz renders the
-/// vibration only while the spindle speeds up or slows down.
+/// Law of the vibration force; amplitudes in N. A component with a frequency above `band` is omitted, because aliasing
+/// would produce a frequency that the drill does not have. So at 300 krpm (5 kHz), a device with an update rate of 1
+/// kHz renders the vibration only while the spindle speeds up or slows down.
 struct VibrationLaw {
   // Hz, highest frequency that the device renders; 0: no vibration. The value comes from DeviceInfo or the
   // scene.

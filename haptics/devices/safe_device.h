@@ -63,9 +63,9 @@ class SafeDevice : public HapticDevice {
  private:
   void disarm(SafetyEvent event) noexcept;
   void trip(SafetyEvent event) noexcept;  // records the event and sends zero force at once
-  /// Disarms the device if the servo was late at time t. This is needed if the watchdog was delayed as well, because it
-  /// then has not noticed the late servo. Both read() and write() call this function. Without the call in read(), a
-  /// delay before read() would be reported as a fault of the clock.
+  /// Disarms the device if the servo was late. The function checks two things: whether the watchdog has noticed the
+  /// delay, and, because the watchdog may have been delayed as well, the time t itself. Both read() and write() call
+  /// this function. Without the call in read(), a delay before read() would be reported as a fault of the clock.
   void notice_delay(Nanos t) noexcept;
   void note(SafetyEvent event) noexcept { events_.fetch_or(bits(event)); }
   void send(const dvec3& f, const dvec3& tau) noexcept;

@@ -325,7 +325,7 @@ class Crowns {
   std::optional<TriangleTree> skin_;    // triangles of the scan without its base
   std::optional<TriangleTree> closed_;  // triangles of the scan with its base
   std::vector<std::vector<std::size_t>> neighbours_;
-  // For each triangle of the scan: true if it lies at the border, and true if it shows a crown.
+  // For each triangle of the scan. at_border_: true if it lies at the border; covered_: true if it shows a crown.
   std::vector<bool> at_border_, covered_;
   std::vector<double> weights_;  // weight of the scan in the blend at each point: 0 at the rim of the crowns, 1 inside
   FuseReport report_;

@@ -389,8 +389,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   report(0.55);
 
   // Computes the occupancy: the grey value on a scale from the surroundings (0) to the tissue just below the surface
-  // (1). Along the path inward, the occupancy stays 1 after the brightest point. So dentin below enamel and pulp count
-  // as solid.
+  // (1). Along the path inward, the occupancy stays 1 after the brightest point. So darker tissue further inward counts
+  // as solid: dentin below enamel, and pulp.
   Sparse<float> occupancy(set, 0, 1);
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
     const double d = first.distance[p];

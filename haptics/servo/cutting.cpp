@@ -1,5 +1,5 @@
-// Energy of cutting. Force and spindle speed determine the power at the cutting edges. The energy of this power removes
-// a volume according to the tissue's specific energy.
+// Energy of cutting. Force and spindle speed determine the power at the cutting edges. In each tick, the energy of this
+// power divided by the tissue's specific energy is the volume that the cut may remove.
 #include <algorithm>
 #include <cmath>
 

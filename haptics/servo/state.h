@@ -130,8 +130,8 @@ struct Servo::State {
     PassivityState passivity;
     double stored = 0;  // J, energy stored in the coupling in the last tick
     // J, energy that the coupling got without work of the hand: because the input jumped, or because the proxy led the
-    // tool out of tissue. The energy ledger allows this energy while the contact lasts. When a contact ends, this
-    // member becomes the debt of the ledger, which cancels the debt.
+    // tool out of tissue. The energy ledger allows this energy while the contact lasts. When a contact ends, `given` is
+    // set to the ledger's debt. So the debt does not count at the next contact.
     double given = 0;
     /// true if the energy ledger holds far less energy than the coupling stores; the ledger then limits the force
     bool unpaid = false;

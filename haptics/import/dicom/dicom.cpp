@@ -38,7 +38,7 @@ struct Slice {
   std::uint64_t instance = 0;
 };
 
-/// Slices with equal series, size and orientation. Such slices can belong to one scan.
+/// Slices that can belong to one scan, because their series, size and orientation are equal.
 struct Stack {
   DicomHeader head;  // header of the first file; its list of frames contains only the frame of the first slice
   std::vector<Slice> slices;
