@@ -26,7 +26,7 @@ struct EndVoxels {
   /// result.
   EndVoxels(const ToolVoxels& voxels, double coarsest);
 
-  std::vector<float> x, y, z;  // m, positions of the voxels in frame T
+  std::vector<float> x, y, z;  // m, positions of the voxels in the tool's frame T
   std::vector<float> outside;  // m, signed distance from the head's surface (ToolVoxel::outside)
   std::vector<float> area;     // m², surface area that the voxel represents
   // cosine of the angle between the head's outward normal at the voxel and the feed direction -z
@@ -57,7 +57,7 @@ struct EndLaw {
 
 /// Result of look_at_end().
 struct EndLook {
-  CuttingWrench wrench;  // force and torque on the tool in frame T, divided by the feed speed along -z
+  CuttingWrench wrench;  // force and torque on the tool, in the tool's frame T, divided by the feed speed along -z
   double free = 1e9;     // m, distance that the tool may advance before a non-cutting voxel touches bone
   double engaged = 0;    // m², area of the end in contact with bone
   // m², part of the area `engaged` where an obstacle blocks the advance; called num_cd in Zhao 2020

@@ -17,7 +17,7 @@ std::uint64_t hash_of(const dvec3& p) noexcept {
   return h;
 }
 
-/// Returns the number of additional points on a face whose edges are divided into n parts.
+/// Returns the number of additional contact points on a face whose edges are divided into n parts.
 std::size_t points_on(int n) noexcept {
   return static_cast<std::size_t>((n + 1) * (n + 2) / 2 - 3);
 }
