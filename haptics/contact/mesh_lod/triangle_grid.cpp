@@ -16,9 +16,9 @@ constexpr double kEntriesPerFace = 16;
 constexpr double kFewEntries = 1e6;  // total length of the lists that is always allowed, whatever the number of faces
 constexpr float kBoxMargin = 1e-7f;  // m, margin of a box, larger than the error of rounding the box to floats
 
-/// Returns the side of the line from a to b on which the origin lies: 1 left, -1 right. An origin exactly on the line
-/// is treated as if it were displaced slightly along the first axis, and even less along the second. So exactly one of
-/// the two faces at an edge contains the origin.
+/// Returns on which side of the line from a to b the origin lies, in a plane: 1: left, -1: right. If the origin is
+/// exactly on the line, the result is that of an origin displaced slightly along the first axis, and even less along
+/// the second. So exactly one of the two faces at an edge contains the origin.
 int side(double au, double av, double bu, double bv) noexcept {
   const double one = au * bv, other = bu * av;
   if (one != other) return one > other ? 1 : -1;
@@ -125,7 +125,7 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
   std::partial_sum(start_.begin(), start_.end(), start_.begin());
   entries_.resize(start_.back());
   std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
-  // The faces of a cell are listed in the order of the mesh.
+  // Puts the faces of each cell into the order that they have in the mesh.
   std::vector<std::uint32_t> by_rank(rank_.size());
   for (std::uint32_t i = 0; i < rank_.size(); ++i) by_rank[rank_[i]] = i;
   for (std::uint32_t k = 0; k < boxes_.size(); ++k) {
@@ -159,7 +159,7 @@ void TriangleGrid::sort_faces(const TissueMesh& mesh) {
   std::partial_sum(start.begin(), start.end(), start.begin());
   rank_.resize(mesh.triangles.size());
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) rank_[start[block_of(i)]++] = i;
-  // start[k] is now the end of block k.
+  // The loop above has moved start[k] from the beginning of block k to its end.
   for (std::size_t k = 0; k + 1 < start.size(); ++k) {
     const std::uint32_t first = k == 0 ? 0 : start[k - 1];
     if (start[k] > first) blocks_.push_back({{}, first, start[k]});

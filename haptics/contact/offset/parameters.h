@@ -68,8 +68,8 @@ struct WallPlacementParameters {
   static constexpr double same_wall = 0.9;
   // voxels, largest allowed overlap of the placed ball with another plane of the same wall
   static constexpr double same_wall_overlap = 0.02;
-  // voxels; if the next step of a ball on a wall with only one contact would be longer than this, the iterative search
-  // is used
+  // Voxels. The position of a ball with only one contact is computed directly from its wall, and then checked by one
+  // iteration of the search. If this iteration would move the ball farther than this, the iterative search is used.
   static constexpr double alone = 2e-4;
 };
 
@@ -109,8 +109,8 @@ struct FallParameters {
   static constexpr double landing_slew = 12;
   // After a fall, the bur may always meet tissue at a speed of up to this factor times the hand's mean speed.
   static constexpr double growth = 1.2;
-  // N/s, limit of the braking in a fall: (speed of the hand - largest allowed speed of the bur) × stiffness is at most
-  // this.
+  // N/s, limit of the braking in a fall. It limits the product (speed of the hand - largest allowed speed of the bur) ×
+  // stiffness, because the force grows at this rate while the bur is slower than the hand.
   static constexpr double brake = 12;
 };
 

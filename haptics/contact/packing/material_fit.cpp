@@ -25,9 +25,9 @@ struct Moment {
   double gain = 0;  // N, simulated force if all densities were 1
 };
 
-/// Returns the ratio of the tool's force to the cutting power, N/W. It follows from the equation power = μ_c ·
-/// efficiency · F · R · ω (see `earn` in the servo). μ_c: cutting coefficient; F: force; R, ω: radius and angular speed
-/// of the tool. The motor's loss of speed under load is neglected.
+/// Returns the ratio of the tool's force to its cutting power, N/W. Preston's law (see `earn` in the servo) gives this
+/// ratio: power = μ_c · efficiency · F · R · ω. μ_c: cutting coefficient; F: force; R, ω: radius and angular speed of
+/// the tool. The motor's loss of speed under load is neglected.
 double newtons_per_watt(const ServoSettings& settings, const Pose& X_WT, const dvec3& feed) {
   const Tool& tool = settings.tool;
   const double along = glm::dot(glm::normalize(feed), X_WT.R * dvec3(0, 0, 1));
