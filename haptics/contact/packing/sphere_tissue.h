@@ -165,7 +165,7 @@ class TriedCut {
 
 template <class Changes, class EndsBall>
 void SphereTissue::make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept {
-  std::optional<Place> unmended;  // one sphere of the tree's leaf whose bounding boxes must still be updated
+  std::optional<Place> unmended;  // a changed sphere in the tree leaf whose bounding boxes must still be updated
   ++made_;
   for (std::size_t k = 0; k < tried.count_; ++k) {
     const TriedCut::Step& step = tried.steps_[k];

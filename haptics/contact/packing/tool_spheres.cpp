@@ -115,8 +115,8 @@ class Rings {
   std::size_t sum(int i, int j) const { return static_cast<std::size_t>(j * (kCells + 1) + i); }
   double rho(int i) const { return i * side_; }
   double z(int j) const { return bottom_ + j * side_; }
-  /// Returns the volume of the ring around the axis that a grid node at the distance i · side_ from the axis
-  /// represents, in units of 2π side_³.
+  /// A grid node at the distance i · side_ from the axis represents a ring around the axis. Returns the volume of this
+  /// ring, in units of 2π side_³.
   static double weight(int i) { return i > 0 ? i : 0.125; }
   void add_up(int level) {
     for (int i = 0; i < kCells; ++i) {
