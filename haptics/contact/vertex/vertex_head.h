@@ -7,8 +7,8 @@
 
 namespace typodont::haptics::vertex {
 
-/// The head of one tool, as a shape outside which points must stay. Any thread; never allocates after construction.
-/// Metres, frame T of the tool.
+/// The head of one tool, as a shape that points must not enter. Any thread; never allocates after construction. Lengths
+/// in metres, vectors in the tool's frame T.
 class VertexHead {
  public:
   explicit VertexHead(const Tool& tool);
@@ -20,15 +20,15 @@ class VertexHead {
   /// Returns the distance from the origin to the farthest point of the head, m.
   double reach() const noexcept { return reach_; }
 
-  /// Returns half the size of the bounding box of the head, in metres and frame W. `axis_W`: direction of the head's
-  /// axis (unit vector).
+  /// Returns half the edge lengths (m) of the head's bounding box, along the axes of the workbench frame W. `axis_W`:
+  /// unit vector along the head's axis.
   dvec3 half_box(const dvec3& axis_W) const noexcept {
     return ball_ ? dvec3(radius_)
                  : half_ * glm::abs(axis_W) + radius_ * glm::sqrt(glm::max(1.0 - axis_W * axis_W, 0.0));
   }
-  /// Quick test, which is cheaper than distance(). `off`: m, vector from the head's centre to a point, at most 1 cm
-  /// long. Returns false if the point is certainly farther than `far` (m) from the head. A result of true proves
-  /// nothing: the point may be near or far.
+  /// Quick test, which is cheaper than distance(). Returns false if a point is certainly farther than `far` (m) from
+  /// the head. A result of true proves nothing: the point may be near or far. `off`: m, vector from the head's centre
+  /// to the point, at most 1 cm long.
   bool may_be_within(const glm::vec3& off, const glm::vec3& axis, float far) const noexcept {
     constexpr float kRounding = 1e-8f;  // m, upper bound of the rounding error of floats
     const float room = far + kRounding, square = glm::dot(off, off), reach = static_cast<float>(reach_) + room;
