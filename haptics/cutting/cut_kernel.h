@@ -20,7 +20,7 @@ TYPODONT_KERNEL Ints share_taken(Floats was, Floats is) {
 /// Sums the removed volume of each tissue. As long as the label stays the same, it uses one running sum.
 struct Taken {
   RemovedVolume* removed;
-  GradedSamples graded;  // a copy, so that the pointers can stay in registers
+  GradedSamples graded;  // a copy of removed->graded, so that its pointers can stay in registers
   Ints units = {};
   // Sums of (removed volume in integer units × hardness byte). hard_low: sum of the low 16 bits of each product;
   // hard_high: sum of the other bits.

@@ -73,7 +73,8 @@ TYPODONT_KERNEL RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlo
           return depth_below_pieces(block.pieces, set, rho, z);
         });
   }
-  const MeridianPiece piece = block.pieces[block.kind];  // a copy, which no write to a sample can change
+  // a copy; the compiler then knows that writing samples does not change it
+  const MeridianPiece piece = block.pieces[block.kind];
   if (piece.radius == 0.0f) {
     return raise_leaf_block(
         pose, block, [&](const Floats& rho, const Floats& z) __attribute__((always_inline)) {

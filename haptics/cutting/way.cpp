@@ -72,7 +72,7 @@ TYPODONT_KERNEL Points in_head(const HeadPose& pose, const F8& x, const F8& y, c
           (R[2] * vx + R[5] * vy) + R[8] * vz};
 }
 
-/// Returns the vectors of the paths that start at `from`.
+/// Returns for eight samples at the positions `from` the vectors from the start to the end of their paths.
 TYPODONT_KERNEL Points paths_from(const Straight& way, const Points& from) {
   const float* const T = way.turn;
   return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + way.shift[0]),
@@ -80,7 +80,7 @@ TYPODONT_KERNEL Points paths_from(const Straight& way, const Points& from) {
           (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + way.shift[2])};
 }
 
-/// Returns the second-order terms of the paths that start at `from` (Straight::bend_turn).
+/// Returns for eight samples at the positions `from` the second-order terms of their paths (Straight::bend_turn).
 TYPODONT_KERNEL Points bends_from(const Straight& way, const Points& from) {
   const float* const T = way.bend_turn;
   return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + way.bend_shift[0]),
@@ -88,7 +88,7 @@ TYPODONT_KERNEL Points bends_from(const Straight& way, const Points& from) {
           (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + way.bend_shift[2])};
 }
 
-/// Depths of samples at a point of their paths, and the derivatives along the paths.
+/// Depths in the head of eight samples at one point of their paths, and the derivatives of the depths along the paths.
 struct Depth {
   F8 depth, slope;
 };

@@ -406,7 +406,7 @@ namespace {
 /// cutting law (Zhao 2020, eq. 2) weights a voxel by 1/r (r: distance from the axis), which varies strongly there.
 std::vector<ToolVoxel> merged(std::span<const ToolVoxel> voxels, double edge) {
   constexpr float kEqual = 1e-3f;
-  constexpr double kNearAxis = 8;  // voxels; voxels nearer than this to the axis are not merged
+  constexpr double kNearAxis = 8;  // tool voxels that are nearer to the axis than this (in voxels) are not merged
   const auto index = [&](float v) { return std::lround(static_cast<double>(v) / edge); };
   std::map<std::array<long, 3>, std::vector<const ToolVoxel*>> squares;
   for (const ToolVoxel& v : voxels) {

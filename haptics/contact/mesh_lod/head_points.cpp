@@ -116,7 +116,7 @@ void HeadLister::list_points(const TriangleGrid& grid, const vertex::VertexHead&
     for (int u = 0; u <= n; ++u) {
       for (int v = 0; v <= n - u; ++v) {
         const int w = n - u - v;
-        if (u == n || v == n || w == n) continue;  // this point is a corner of the face itself
+        if (u == n || v == n || w == n) continue;  // this point is a corner of the face, which is already in the list
         const dvec3 p =
             (static_cast<double>(u) * face.a + static_cast<double>(v) * face.b + static_cast<double>(w) * face.c) /
             static_cast<double>(n);

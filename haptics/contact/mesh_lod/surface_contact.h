@@ -68,7 +68,8 @@ class SurfaceContact {
   /// true, the overlapped tissue counts as removed.
   void sink_to(const dvec3& c) noexcept { c_ = c; }
 
-  /// Returns the distance from the tool at p to the surface, but at most `most`.
+  /// Returns the distance (m) from the surface to the contact shape (ball or other head) with its centre at p, but at
+  /// most `most`.
   virtual double clearance(const TriangleGrid& grid, const dvec3& p, double most) noexcept = 0;
   /// Returns for each tissue the area (m²) of the surface that touches or overlaps the head, projected onto the plane
   /// perpendicular to the unit vector `way`.

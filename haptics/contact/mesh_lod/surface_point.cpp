@@ -108,7 +108,7 @@ struct EightFaces {
   double square[kLanes], distance[kLanes];  // squared distance (m²) and distance (m) between nearest and given point
   // index of the face's edge that contains the nearest point; -1: the point is in the face's interior
   double edge[kLanes];
-  unsigned corner = 0;  // bit mask: faces for which the nearest point is an end of the edge
+  unsigned corner = 0;  // bit mask of the faces for which the nearest point is an end of the edge
 };
 
 /// Computes the nearest points of eight faces to `point` with the same operations as nearest_on().
@@ -298,7 +298,8 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, std::uint64_
     dvec3 off = c_ - q;
     off -= glm::dot(off, up) * up;
     const dvec3 away = unit_or(glm::cross(b - a, up), dvec3(0));
-    if (glm::dot(off, away) < 0) continue;  // the ball is on the other side of the wall
+    // the ball's centre is already behind this wall, so the wall does not stop it
+    if (glm::dot(off, away) < 0) continue;
     const double distance = glm::length(off);
     if (distance > reach + kWallSkin) continue;
     room = planes_.add({distance > kNoDirection ? off / distance : away, std::max(distance - kWallSkin, 0.0), q, order,

@@ -107,8 +107,8 @@ class SurfacePoint final : public SurfaceContact {
   std::array<Edge, kMostNear> edges_;
   // A face that touches or overlaps the ball.
   struct Engaged {
-    std::uint64_t order = 0;  // rank of the face in the order of the grid's search
-    double across = 0;        // m², area of the face projected along the direction of the cut
+    std::uint64_t order = 0;  // rank of the face in the order in which a search of the grid reports faces
+    double across = 0;        // m², area of the face, projected onto a plane perpendicular to the direction of the cut
     Tissue tissue = Tissue::kAir;
   };
   std::array<Engaged, kMostNear> engaged_;
@@ -131,7 +131,7 @@ class SurfacePoint final : public SurfaceContact {
       while (slots_[at].time == time_) at = (at + 1) % kSlots;
       slots_[at] = {time_, face, plane};
     }
-    /// Returns the index of the plane, or kNoPlane.
+    /// Returns the index in inner_ of the plane of a face; kNoPlane if the face has no plane there.
     std::uint32_t find(std::uint32_t face) const noexcept {
       std::size_t at = start(face);
       for (; slots_[at].time == time_; at = (at + 1) % kSlots) {

@@ -10,10 +10,11 @@ namespace {
 
 constexpr double kCellEdges = 1.5;  // width of a grid cell, as a ratio to the mean edge length of the faces
 constexpr double kMostCells = 4e6;
-// Each cell lists the faces that overlap it. Upper limit of the total length of these lists, divided by the number of
-// faces. If they are longer, the grid gets larger cells.
+// Each cell lists the faces that overlap it. The total length of these lists is at most this number × the number of
+// faces, plus kFewEntries. If they would be longer, the grid gets larger cells.
 constexpr double kEntriesPerFace = 16;
-constexpr double kFewEntries = 1e6;  // total length of the lists that is always allowed, whatever the number of faces
+// total length of the cells' lists that is allowed in addition to kEntriesPerFace × number of faces
+constexpr double kFewEntries = 1e6;
 constexpr float kBoxMargin = 1e-7f;  // m, margin of a box, larger than the error of rounding the box to floats
 
 /// Returns on which side of the line from a to b the origin lies, in a plane: 1: left, -1: right. If the origin is
@@ -136,7 +137,7 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
 
 /// Sorts the faces by the blocks of the grid, so that faces that are near each other are also near in memory.
 void TriangleGrid::sort_faces(const TissueMesh& mesh) {
-  constexpr double kBlock = 4;         // edge of a block, in cells
+  constexpr double kBlock = 4;         // edge length of a block of faces, in cells of the grid
   constexpr double kMostBlocks = 1e6;  // upper limit of the number of blocks
   const auto corner_of = [&](std::size_t i) {
     const glm::uvec3& t = mesh.triangles[i];

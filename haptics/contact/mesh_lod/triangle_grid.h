@@ -103,7 +103,7 @@ class TriangleGrid {
     dvec3 p{0};           // m, nearest point of the surface
     double distance = 0;  // m, distance from the query point to the nearest point of the surface
   };
-  /// Returns the point of the surface nearest to p, within `most` metres.
+  /// Returns the point of the surface nearest to p, if it is at most `most` metres away.
   Nearest nearest(const dvec3& p, double most) const noexcept;
 
   /// Returns six times the generalised winding number, computed with rays along the axes: 6 inside a closed mesh, 0

@@ -155,10 +155,10 @@ class OffsetModel : public PatchModel {
   double wall_ = 0;
   bool breaking_through_ = false;
   double lost_for_ = 0;  // s, time since the tool was last inside the patch (copy of the field around it)
-  // N, force of the last contact before tissue data became late. The plane of this contact replaces the tissue until
-  // new data arrive; 0: there is no such plane.
+  // N, contact force at the time when the new patch became late. The plane that replaces the tissue yields to a force
+  // that is clearly larger than this. 0: no patch is late.
   double bridge_push_ = 0;
-  dvec3 bridge_from_{0};  // voxels, the head's centre when it left the patch (copy of the field)
+  dvec3 bridge_from_{0};  // voxels, the head's centre when the new patch (copy of the field) became late
   // s, remaining time in which the proxy returns smoothly to the surface, after a plane had replaced late tissue data
   double rejoining_ = 0;
   struct Retreat {
@@ -178,8 +178,8 @@ class OffsetModel : public PatchModel {
   // The next members are the state of the removal between two ticks. The active fronts contain, for the fine and for
   // the coarse patch, the samples that the head can still change.
   CutFront front_, coarse_front_;  // samples (of both patches) that the head can still change: active fronts
-  Pose cut_end_;                   // pose at the end of the last cut
-  std::uint32_t cut_tool_ = 0;     // tool of the last cut
+  Pose cut_end_;                   // pose of the head at the end of the last cut
+  std::uint32_t cut_tool_ = 0;     // index of the tool that made the last cut
   // A cut in the coarse patch (for the shank). It joins several cuts of the fine patch, and may wait for a later tick.
   struct CoarseCut {
     Pose X_WA, X_WB;         // poses of the head at the start and at the end of the cut

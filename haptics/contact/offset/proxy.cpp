@@ -542,10 +542,11 @@ bool OffsetModel::hand_has_left() const noexcept {
 }
 
 /// Handles a tool outside its patch (copy of the field around the tool). Until a new patch arrives, the plane of the
-/// last contact replaces the tissue (intermediate surface: Adachi 1995, Mark 1996), and nothing is cut. If the patch is
-/// late, the plane yields to a force larger than that of the last contact, so that the plane never traps the hand. The
-/// plane's force falls to zero while the tool's distance from where it left the patch grows from one to two times
-/// bridge_reach. A tool that had no contact follows the hand. docs/safety.md has the measurements.
+/// last contact replaces the tissue (intermediate surface: Adachi 1995, Mark 1996), and nothing is cut. If the new
+/// patch is late, the plane yields to a force larger than that of the last contact, so that the plane never traps the
+/// hand. Its force also falls to zero while the head's distance from its position at the time when the patch became
+/// late grows from one to two times bridge_reach. A tool that had no contact follows the hand. docs/safety.md has the
+/// measurements.
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;

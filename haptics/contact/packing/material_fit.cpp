@@ -22,7 +22,7 @@ struct Moment {
   double t = 0, measured = 0;  // t: start of the interval, s; measured: mean measured force, N
   // indices of the spheres that the tool overlaps, each with the overlapping volume in m³
   std::vector<std::pair<int, double>> overlap;
-  double gain = 0;  // N, simulated force if all densities were 1
+  double gain = 0;  // N, force that the simulation would give in this interval if all densities were 1
 };
 
 /// Returns the ratio of the tool's force to its cutting power, N/W. Preston's law (see `earn` in the servo) gives this

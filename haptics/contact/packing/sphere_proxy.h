@@ -211,7 +211,7 @@ class SphereProxy {
   std::array<ProxyContact, kMostContacts> contacts_;
   std::array<Constraint, kMostContacts> constraints_;
   std::size_t count_ = 0;
-  std::vector<double> arm_;      // m, for each tool sphere: distance from the frame's origin
+  std::vector<double> arm_;      // m, for each tool sphere: distance of its centre from the origin of the tool's frame
   std::vector<NearList> lists_;  // near lists (tissue spheres), one for each tool sphere
   std::size_t room_;             // number of entries for which each list has memory; a multiple of 8
   std::vector<Place> listed_;    // entries of all near lists, one list after the other

@@ -14,7 +14,7 @@ namespace {
 /// If the angle between the directions of two cuts of a sphere is less than 60°, the second cut continues the first
 /// one. This is the cosine of that angle.
 constexpr double kSameSide = 0.5;
-// number of cuts after which the tree's boxes above a leaf are made exact again
+// number of cuts after which the bounding boxes of the tree nodes above a leaf are made exact again
 constexpr std::size_t kExactEvery = 16;
 constexpr double kRounding = 1e-15;  // m, upper bound of the rounding error in the displacement of a sphere
 constexpr double kTouching = 1e-13;  // m, overlap that rounding can cause between touching spheres

@@ -95,7 +95,7 @@ class SphereTree {
 
    private:
     friend class SphereTree;
-    // level and index of the nodes to visit
+    // level and index (in this level) of the nodes that must still be visited
     std::array<std::pair<std::uint32_t, std::uint32_t>, kDeepest*(kWide - 1) + 1> stack_;
     std::size_t depth_ = 0;
   };

@@ -156,10 +156,10 @@ class Rings {
     });
   }
 
-  double side_;                        // m, distance between two neighbouring nodes of the grid
-  int levels_;                         // number of levels of grid nodes along the axis
-  double bottom_;                      // m, height of the first level of grid nodes
-  std::vector<double> room_;           // m, for each grid node: its depth below the surface of the head
+  double side_;               // m, distance between two neighbouring nodes of the grid
+  int levels_;                // number of levels of the grid; a level contains the nodes at one height along the axis
+  double bottom_;             // m, height (along the axis) of the first level of grid nodes
+  std::vector<double> room_;  // m, for each grid node: its depth below the surface of the head
   std::vector<std::uint8_t> covered_;  // for each grid node: true if outside the head or inside a ring
   std::vector<double> open_;           // for each level: cumulative sums of the uncovered volume, from the axis out
   double enough_ = 0;

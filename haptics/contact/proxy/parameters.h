@@ -37,7 +37,7 @@ struct WallSeatParameters {
 
 /// Parameters of the refinement of one contact by cubic queries (ContactFinder::refine).
 struct RefineParameters {
-  static constexpr int iterations = 2;  // largest number of queries per contact and call for a head that cuts
+  static constexpr int iterations = 2;  // largest number of queries in one call of refine() for a head that cuts
   // Largest number of queries per contact and call for a head that does not cut. Without cutting, the hand feels errors
   // of the force's direction.
   static constexpr int iterations_fine = 8;

@@ -65,7 +65,7 @@ class HeadDistances {
   /// is at most `far` (m).
   void evaluate(const VertexHead& head, const glm::dmat3& R_WT, double far) noexcept;
 
-  /// Returns the largest number of points in one call.
+  /// Returns the largest number of points for which one call can compute distances.
   std::size_t most() const noexcept { return most_; }
   std::size_t size() const noexcept { return size_; }
   Columns columns() const noexcept { return {distance_.data(), n_x_.data(), n_y_.data(), n_z_.data(), size_}; }
@@ -89,10 +89,11 @@ class HeadDistances {
   std::vector<double> distance_, n_x_, n_y_, n_z_;
   // The next members describe the stored distances of all listed points from a head at one pose. find() extrapolates
   // from these distances. If find() never extrapolates, the arrays are empty.
-  std::uint64_t known_list_ = 0;  // NearPoints::number() of the list to which the points belong
-  std::size_t known_ = 0;         // number of points
-  std::size_t computed_ = 0;      // number of distances computed since the last count_anew()
-  Pose known_at_;                 // pose of the head
+  // number of the list to which the points with stored distances belong (NearPoints::number())
+  std::uint64_t known_list_ = 0;
+  std::size_t known_ = 0;     // number of points
+  std::size_t computed_ = 0;  // number of distances computed since the last count_anew()
+  Pose known_at_;             // pose of the head
   // For each point, in the tool's frame T: position p (m), distance d from the head (m), and unit vector g, the
   // gradient of d.
   std::vector<float> p_x_, p_y_, p_z_, d_, g_x_, g_y_, g_z_;

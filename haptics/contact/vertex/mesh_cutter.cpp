@@ -234,7 +234,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
     const Index g = mesh.face(f).n[longest];
     const dvec3 middle = 0.5 * (mesh.point(f, longest) + mesh.point(f, (longest + 1) % 3));
     const Index m = mesh.split(f, longest, middle);
-    if (m == kNone) return true;  // the buffers of the mesh are full
+    if (m == kNone) return true;  // the buffers of the mesh are full, so no further edge can be split
     done.changed = true;
     near_.push_back(g);
     mesh.around(m, [&](Index h, int) {
@@ -376,7 +376,7 @@ bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
 bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affected& a) const noexcept {
   const dvec3 now = normal2(mesh, a.f);
   const double along = glm::dot(now, a.normal), now2 = glm::dot(now, now), before2 = glm::dot(a.normal, a.normal);
-  // A quick test without square roots.
+  // Quick test, which avoids square roots. If it cannot decide, the exact test follows.
   if (along > 0 && now2 > kTiny2 && before2 > kTiny2 &&
       along * along > kLarger * P::least_turn * P::least_turn * now2 * before2) {
     return false;
@@ -525,7 +525,7 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
   const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
   const dvec3 way = (a + b + c) / 3.0 - head.X_W.p, n = normal2(a, b, c);
   const double cosine = glm::dot(n, way), n2 = glm::dot(n, n), way2 = glm::dot(way, way);
-  // A quick test without square roots.
+  // Quick test, which avoids square roots. If it cannot decide, the exact test follows.
   if (cosine < 0 && n2 > kTiny2 && cosine * cosine > kLarger * kLooksAway * kLooksAway * n2 * way2) return;
   if (cosine < kLooksAway * glm::length(n) * glm::length(way)) return;
   if (!head.head->may_be_within(glm::vec3(way), axis, static_cast<float>(within))) return;

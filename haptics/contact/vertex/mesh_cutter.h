@@ -164,7 +164,7 @@ class MeshCutter {
   struct Job {
     const VertexHead* head = nullptr;
     Pose X_WA, X_WB;
-    double edge = 0;          // m, edge length of the cut surface
+    double edge = 0;          // m, target edge length of the faces on the cut surface
     int steps = 0, step = 0;  // steps: number of straight steps of the cut; step: number of steps that have begun
   };
   /// The stages of one step of a cut, in their order, except that kSelect follows kUnfoldAgain. kDone: the whole cut is
@@ -275,7 +275,7 @@ class MeshCutter {
   // bounding balls overlap. This happens at the rim of a hole through a sheet. A cut cannot remove the membrane that
   // remains between the two sides of the sheet, so many tiny faces collect there.
   mesh::TriangleTable crowd_;
-  bool crowded_ = false;                // true if crowd_ was filled in this round of the test
+  bool crowded_ = false;                // true if crowd_ was filled in this round of the intersection test
   std::vector<std::uint32_t> slot_of_;  // for each face: its index in crowd_; valid only if the face is in crowd_
   // for each face: number of the last round of the intersection test in which the face was tested and crossed no other
   // face
@@ -283,7 +283,8 @@ class MeshCutter {
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
   bool thin_ = false;  // true if a face near the head faces away from it (thin wall or undercut)
-  // The cut in progress, and its state between two parts.
+  // The next members are the state of the cut in progress. The cut may be made in several parts, between which the
+  // state is kept.
   Job job_;
   Placed head_;                            // the head at its pose in the present step of the cut
   mesh::EditableMesh::NearSearch search_;  // search for the faces near head_
@@ -292,7 +293,7 @@ class MeshCutter {
   std::uint64_t known_ = 0;
   Stage stage_ = Stage::kDone;
   Effort left_ = 0;               // computing effort that the present call of work() may still spend
-  std::size_t at_ = 0;            // index at which the present stage continues
+  std::size_t at_ = 0;            // index of the face or vertex at which the present stage of the cut continues
   std::size_t looking_away_ = 0;  // number of faces that face away from the head; suspects_ begins with them
   bool held_ = false;             // true if vertices were moved back in this round of the intersection test
   int rounds_ = 0;                // number of rounds of the intersection test in this step

@@ -1,4 +1,5 @@
-// A head at any pose, which moves vertices out of its inside (paper S4, section 3).
+// The shape of a head for the contact model "vertex": distances of points from the head, and the positions to which
+// vertices inside the head are moved (paper S4, section 3).
 #pragma once
 
 #include <cmath>
@@ -17,7 +18,7 @@ class VertexHead {
   /// Returns the distance field of the head's meridian (its outline), in metres. A ball does not need it.
   const HeadField& field() const noexcept { return field_; }
   double radius() const noexcept { return radius_; }
-  /// Returns the distance from the origin to the farthest point of the head, m.
+  /// Returns the distance from the head's centre to its farthest point, m.
   double reach() const noexcept { return reach_; }
 
   /// Returns half the edge lengths (m) of the head's bounding box, along the axes of the workbench frame W. `axis_W`:

@@ -142,7 +142,7 @@ class VertexModel final : public ContactModel {
   /// its `force` is in N, its `torque` in N·m and its `tissue` in m.
   struct Springs {
     dvec3 force{0}, torque{0};  // sums of force (N) and torque (N·m), each multiplied by the vertex's area (m²)
-    double area = 0;            // m², area that the vertices represent
+    double area = 0;            // m², area that the vertices in contact represent
     double across = 0;          // m², projection of `area` onto a plane perpendicular to the pull (from head to hand)
     double sum = 0;             // N·m², sum of (area × magnitude of the force) over the vertices
     double weight = 0;          // m³, sum of (area × depth) over the vertices in contact
@@ -232,7 +232,7 @@ class VertexModel final : public ContactModel {
     Pose from, to;
     double estimated = 0;  // m³, removed volume that was expected when the cut began
     CutDone done;
-    bool finished = false;  // true if the mesh has been cut
+    bool finished = false;  // true if the cut of the mesh is complete
     bool lists = false;     // true if the list of points after the cut has been begun
     bool advances = false;  // true if the head will move to the pose `to`; valid only if `lists` is true
     int ticks = 0;          // number of ticks that the cut took
