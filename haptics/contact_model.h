@@ -49,8 +49,8 @@ struct ContactInput {
 /// workbench frame W. Members with the comment "in `unit`" are lengths that are stated as multiples of the member
 /// `unit`.
 struct Contact {
-  // The following members are results of constrain().
-  // m, position of the proxy's head centre; a penalty method has no proxy and states the hand's position
+  // The following members are results of constrain(). p_WG: m, position of the proxy's head centre; a penalty method
+  // has no proxy and states the position at the hand's pose.
   dvec3 p_WG{0};
   bool touching = false;  // the head touches tissue
   // true: the head has just passed through the tissue, and the proxy still moves towards the hand

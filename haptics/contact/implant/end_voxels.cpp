@@ -28,8 +28,8 @@ namespace {
 // Voxels. To find an obstacle, the signed distance from bone is evaluated at two points: at a tool voxel, and at a
 // point that lies this far ahead of it.
 constexpr double kAhead = 1.5;
-// Voxels. There is an obstacle if the signed distance from bone is smaller at the point ahead (see kAhead) than at the
-// tool voxel, by at least this amount.
+// Voxels. There is an obstacle if the signed distance from bone decreases by at least this amount, from a tool voxel to
+// the point that lies kAhead ahead of it.
 constexpr double kFalls = 0.5;
 // voxels; an obstacle blocks the advance if its distance from a tool voxel is at most this
 constexpr double kTouches = 0.25;

@@ -20,7 +20,8 @@ constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
 // Voxels. To find out whether a rim is sharp, the head's normal is computed twice: on the surface, and this far below
 // it.
 constexpr double kWithin = 0.05;
-// if the cosine of the angle between these two normals (see kWithin) is less than this, the rim is sharp
+// a rim is sharp if the cosine of the angle between the head's normals on the surface and below it (kWithin) is less
+// than this
 constexpr double kSmooth = 0.97;
 
 /// Returns the mean of 1/r (r: distance from the tool's axis) over a voxel's square section across the axis.

@@ -45,8 +45,7 @@ class SurfaceContact {
 
   /// Sets the orientation of the tool for all following calls.
   virtual void turn_to(const dquat& /*R_WT*/) noexcept {}
-  /// Must be called before a call with a grid that differs from the previous one, and after the faces of the grid have
-  /// changed.
+  /// Must be called after the faces of the grid have changed, and before the first call with another grid.
   virtual void mesh_changed() noexcept {}
   /// Passes the contact points around this tool that the carver has listed in the new mesh. Must be called after
   /// mesh_changed(). Until the next mesh_changed(), this object may exchange the contents of `points` for those of its

@@ -361,8 +361,8 @@ dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   return step + (s.last_gain - 1) * (step - glm::dot(step, n) * n);
 }
 
-/// Computes the depth that the head may sink in this tick. The energy budget pays for the removed volume: contact area
-/// × depth, plus the spherical cap of a first touch.
+/// Computes the depth to which the head may sink in this tick. The energy budget pays for the volume that this removes:
+/// contact area × depth, plus the volume of the spherical cap by which the contact grows.
 void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
   if (!(in.budget > 0 && in.specific_energy > 0)) return;
   const double h = voxel();

@@ -396,8 +396,9 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
   return safe;
 }
 
-/// Returns true if the cut must wait until the energy suffices for a step of at least kLeastStep or kLongStep. The
-/// energy is saved, so the same volume is removed later. `step`: m, step for which the present energy suffices.
+/// Returns true if the cut must wait, because the energy suffices only for a short step. The shortest allowed step is
+/// kLongStep, or kLeastStep in older force laws. The energy is saved, so the same volume is removed later. `step`: m,
+/// step for which the present energy suffices.
 bool PackingModel::postpones(double dt, double step) noexcept {
   const double least = settings_.laws >= kLawsOfLongSteps ? kLongStep : kLeastStep;
   const bool waits = settings_.laws >= kLawsOfPostponedCuts && step < least &&

@@ -29,7 +29,8 @@ constexpr double kLargestTurn = 0.02;
 // m. A near list (tissue spheres near a tool sphere) is valid until the tool sphere has moved by the list's margin. The
 // margins of different lists differ slightly; their mean is at least this.
 constexpr double kMargin = 60e-6;
-// m, largest mean of the margins (see kMargin) of near lists that are made when they are needed
+// m, largest margin (motion for which a list stays valid; mean over all lists) of near lists that are made when they
+// are needed
 constexpr double kLargestMargin = 300e-6;
 // ratio of a near list's margin (motion for which the list stays valid) to the tool sphere's motion per tick
 constexpr double kAhead = 3;
@@ -54,7 +55,8 @@ constexpr float kFloatRounding = 1e-9f;
 // m, smallest margin of a near list (spheres near a tool sphere); if it would be smaller, no list is made
 constexpr double kLeastMargin = 1e-6;
 constexpr double kReduced = 0.8;  // if a near list would be too long, its margin is multiplied by this factor
-// m, largest mean of the margins (see kMargin) of near lists that are made before they are needed (prepare_lists)
+// m, largest margin (motion for which a list stays valid; mean over all lists) of near lists that are made in advance
+// (prepare_lists)
 constexpr double kLargestPrepared = 0.5e-3;
 constexpr double kTicksAhead = 10;  // ratio of a prepared near list's margin to the tool sphere's motion per tick
 constexpr std::size_t kLeavesATick = 320;  // smallest number of leaves of the sphere tree that one tick searches

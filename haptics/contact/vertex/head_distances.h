@@ -89,11 +89,10 @@ class HeadDistances {
   std::vector<double> distance_, n_x_, n_y_, n_z_;
   // The next members describe the stored distances of all listed points from a head at one pose. find() extrapolates
   // from these distances. If find() never extrapolates, the arrays are empty.
-  // number of the list to which the points with stored distances belong (NearPoints::number())
-  std::uint64_t known_list_ = 0;
-  std::size_t known_ = 0;     // number of points
-  std::size_t computed_ = 0;  // number of distances computed since the last count_anew()
-  Pose known_at_;             // pose of the head
+  std::uint64_t known_list_ = 0;  // number of the list that contains these points (NearPoints::number())
+  std::size_t known_ = 0;         // number of points
+  std::size_t computed_ = 0;      // number of distances computed since the last count_anew()
+  Pose known_at_;                 // pose of the head
   // For each point, in the tool's frame T: position p (m), distance d from the head (m), and unit vector g, the
   // gradient of d.
   std::vector<float> p_x_, p_y_, p_z_, d_, g_x_, g_y_, g_z_;

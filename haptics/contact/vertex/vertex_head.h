@@ -61,8 +61,8 @@ class VertexHead {
   Tool tool_;
   HeadField field_;
   bool ball_;
-  // m; radius_: largest radius of the head; reach_: distance from the origin to its farthest point; half_: half its
-  // length
+  // m. radius_: largest radius of the head; reach_: distance from the head's centre to its farthest point; half_: half
+  // the head's length.
   double radius_, reach_, half_;
 };
 

@@ -161,8 +161,9 @@ class VertexModel final : public ContactModel {
   bool divides_search() const noexcept { return settings_.laws >= kMovesOn; }
   bool lists_ahead() const noexcept { return settings_.laws >= kListsAhead && !parameters_.as_printed; }
   bool divides_anywhere() const noexcept { return settings_.laws >= kFineParts; }
-  /// Returns true if a cut is divided only between its stages: in versions 9 and 10 of the force laws, unless the hand
-  /// drags the cutting edge, or vertices stayed inside the head in the previous cut.
+  /// Returns true if a cut may be interrupted only between its stages. This is the rule of the force laws 9 and 10.
+  /// Exceptions, in which a cut is not interrupted at all: the hand drags the cutting edge, or vertices stayed inside
+  /// the head in the previous cut.
   bool divides_in_stages() const noexcept {
     return settings_.laws >= kStages && !divides_anywhere() && !parameters_.as_printed && !part_.scrapes &&
            !part_.stayed;
