@@ -13,11 +13,12 @@
 
 namespace typodont::haptics {
 
-/// Input of a contact model: the state of the hand, and the force of the last tick. SI, workbench frame W.
+/// Input of a contact model: the state of the hand, and the force of the last tick. SI units; vectors in the workbench
+/// frame W.
 struct ContactInput {
   Nanos t = 0;             // time of the hand's sample, ns
   std::uint64_t tick = 0;  // index of this tick
-  double dt = 1e-3;        // s, time since the last tick
+  double dt = 1e-3;        // s, time between the last tick and this tick
   Pose X_WT;               // pose that the tool would have if it followed the hand exactly
   Pose X_WG;               // pose of the proxy at the end of the last tick
   dvec3 moved{0};          // m, displacement of the hand since the last tick
@@ -44,11 +45,12 @@ struct ContactInput {
 };
 
 /// Result of a contact model. A model with a proxy (constraint method) computes the pose of the proxy. A penalty method
-/// computes force, torque and stored energy. All other members are set by both kinds of model. SI units, workbench
-/// frame W. Members with the comment "in `unit`" are lengths that are stated as multiples of the member `unit`.
+/// computes force, torque and stored energy. Both kinds of model set all other members. SI units; vectors in the
+/// workbench frame W. Members with the comment "in `unit`" are lengths that are stated as multiples of the member
+/// `unit`.
 struct Contact {
-  // The following members are results of constrain().
-  // m, position of the proxy's head centre; a penalty method has no proxy and states the hand's position
+  // The following members are results of constrain(). p_WG: m, position of the proxy's head centre; a penalty method
+  // has no proxy and states the position at the hand's pose.
   dvec3 p_WG{0};
   bool touching = false;  // the head touches tissue
   // true: the head has just passed through the tissue, and the proxy still moves towards the hand
@@ -57,17 +59,15 @@ struct Contact {
   bool deep = false;  // true: the head is so deep inside the tissue that the model finds no surface near it
   // true: there is no snapshot of the tissue around the tool, so the plane of the last contact replaces the tissue
   bool bridging = false;
-  // true: the snapshot has been missing for longer than the carver thread normally needs to create one
-  bool late = false;
+  bool late = false;         // true: the snapshot has been missing for longer than a carver normally needs
   bool rejoining = false;    // true: after a time without a snapshot (`bridging`), the proxy now returns to the surface
   bool leading_out = false;  // true: the proxy overlapped tissue and is now moved out of it
   bool settled = true;       // false: the head touches nothing, but the model still stores data of the last contact
   // true: the servo must call cut() although the tool does not cut, because the model inserts an implant into the
   // tissue, or because it must finish a cut of an earlier tick
   bool places = false;
-  // Direction in which the contacts push the head; zero without contact. It is the vector from the head's centre at the
-  // hand's pose to the position where the contacts stop the head. The limit of the proxy's speed is ignored. The length
-  // of the vector has no meaning.
+  // Vector from the head's position at the hand's pose to the position at which the contacts would hold the head if its
+  // speed had no limit. Only the direction is used. Zero without contact.
   dvec3 contact_direction{0};
   double area = 0;            // m², area of the head in contact with tissue; 0: none
   bool own_friction = false;  // true: p_WG already includes friction, so the servo must not add friction
@@ -80,8 +80,7 @@ struct Contact {
   // Unit normal of a boundary to another tissue that stops the tool like a wall. The normal points out of the wall.
   // Zero: there is no wall.
   dvec3 side_normal{0};
-  // Lower limit of the coupling's stiffness along side_normal (the normal of a wall of harder tissue), divided by
-  // ServoSettings::stiffness.
+  // Smallest allowed stiffness of the coupling along side_normal, as a ratio to ServoSettings::stiffness.
   double side_stiffness = 0;
   // true: the tissue also holds the tool's orientation; the proxy then has the orientation R_WG
   bool holds_turn = false;
@@ -96,7 +95,7 @@ struct Contact {
   // contacts belong to the shank or to the safe end (a smooth pin at the tool's tip, which does not cut).
   int count = 0, own = 0;
   bool turns_tool = false;  // true if `lever` and `turn` are valid
-  double unit = 1;          // m, length that the comments below call `unit`: 1 m, or the size of a voxel
+  double unit = 1;   // m, length by which other members are divided (comment "in `unit`"): 1 m, or the size of a voxel
   dvec3 lever{0};    // mean lever arm of the contacts, Σ w (x - c) / Σ w, in `unit`; c: position of the head's centre
   dvec3 turn{0};     // moment of all contacts, Σ w (x - c) × n, in `unit` squared
   dvec3 on_head{0};  // sum Σ w n over the contacts of the head, in `unit`
@@ -108,9 +107,9 @@ struct Contact {
   bool graded = false;        // true: `hardness` is valid; false: every tissue has its full hardness
   PerTissue hardness{};       // 0..1, mean hardness of each tissue below the contacts (hardness.h)
 
-  // Results of feel() for a penalty method: its own force, which replaces the force of the coupling. A method with a
-  // proxy that holds the tool's orientation (`holds_turn`) also sets `torque` and `stored`, in constrain(): they are
-  // those of the spring between the orientations of hand and proxy.
+  // The following members are the force of a penalty method, set in feel(); it replaces the force of the coupling. A
+  // constraint method that holds the tool's orientation (`holds_turn`) also sets `torque` and `stored`, but in
+  // constrain(): they describe the spring between the orientations of hand and proxy.
   dvec3 force{0};     // N, force on the tool, including the damper's force
   dvec3 torque{0};    // N·m, torque on the tool about the head's centre
   double stored = 0;  // J, energy stored in the springs of the method

@@ -17,7 +17,7 @@ namespace {
 
 typedef double D2 __attribute__((vector_size(16), aligned(8), may_alias));
 
-constexpr int kLead = 2;  // each row of the stencil starts with this number of samples of weight zero
+constexpr int kLead = 2;  // number of samples with weight zero at the start of each row of the interpolation stencil
 
 /// For each of the eight samples in a row of the interpolation stencil: its interpolation weight and the weight's
 /// derivative. Both are polynomials in the fractional position of the point.
@@ -25,10 +25,11 @@ struct Polynomials {
   alignas(64) double value[4][8] = {}, slope[3][8] = {};
 };
 
-/// Weights of the cubic B-spline convolved with its local prefilter (-1, 8, -1)/6, for the samples i-2 .. i+3.
+/// Interpolation weights for a point between the samples i and i+1 of a row. The six samples i-2 to i+3 have weights:
+/// those of the cubic B-spline, convolved with its local prefilter (-1, 8, -1)/6.
 constexpr Polynomials weights() {
-  // coefficients of the cubic B-spline, times six; each row belongs to one sample, and its columns belong to the powers
-  // 0 to 3 of the fraction
+  // Coefficients of the cubic B-spline, times six. Each row belongs to one sample, each column to a power (0 to 3) of
+  // the point's fractional position between two samples.
   constexpr double kSpline[4][4] = {{1, -3, 3, -1}, {4, 0, -6, 3}, {1, 3, 3, -3}, {0, 0, 0, 1}};
   Polynomials p;
   for (int j = 0; j < 6; ++j) {
@@ -41,8 +42,9 @@ constexpr Polynomials weights() {
   return p;
 }
 
-// The product of a float and a weight of at most 29 binary digits is exact in double precision. So the result has the
-// same bits with and without FMA. Adding kGrid to a number below 2 rounds the number to a multiple of 2^-29.
+// Adding kGrid to a double below 2 rounds this number to a multiple of 2^-29. The rounded weights have at most 29
+// binary digits, so the product of a weight and a float is exact in double precision. The interpolation therefore gives
+// the same bits with and without fused multiply-add (FMA).
 constexpr double kGrid = 1.5 * (1 << 23);
 
 /// For each sample: the sum of its weight and the weights of all later samples, rounded to a multiple of 2^-29. Each
@@ -100,7 +102,8 @@ void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, doub
 }  // namespace by_two
 
 #ifdef TYPODONT_WIDE_CUBIC
-/// Each of four rows has four partial sums. This macro adds the partial sums of each row, for all four rows at once.
+/// For each of four results there are four partial sums, one row of `sums` each. This macro adds the partial sums of
+/// each row, for all four rows at once.
 #define TYPODONT_ADD_ACROSS                                                                                         \
   TYPODONT_KERNEL void add_across(const double(&sums)[4][4], double* out) {                                         \
     const D4* const s = reinterpret_cast<const D4*>(sums);                                                          \

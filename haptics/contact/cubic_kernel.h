@@ -24,8 +24,8 @@ TYPODONT_KERNEL void weigh(const double (&c)[powers][8], double t, double* weigh
 template <std::size_t powers>
 TYPODONT_KERNEL void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;
-  // The sum of the weights after the last sample is 0. All sums here also contain the constant kGrid, which rounds
-  // them; the subtraction of two sums removes it.
+  // `after`: sum of the weights of all samples after the present ones; it starts at 0. All sums here also contain the
+  // constant kGrid, which rounds them; the subtraction of two sums removes it.
   Lanes after = Lanes{} + kGrid;
   for (int at = 8 - kLanes; at >= 0; at -= kLanes) {
     const Lanes from = at_fraction(sums, at, t, t2);
@@ -46,8 +46,8 @@ TYPODONT_KERNEL void sum_up(const float* f, std::size_t stride_x, std::size_t st
   // Forces the compiler to keep the weights in memory. A weight in memory can be loaded into all lanes of a vector by
   // one instruction.
   asm("" : "+m"(x), "+m"(x_slope), "+m"(y), "+m"(y_slope));
-  // sample k of a row is added to partial sum k mod 4, whatever the vector width is, so that all widths give the same
-  // bits
+  // Sample k of a row is always added to the partial sum number (k mod 4). So the order of the additions, and with it
+  // every bit of the result, is the same for all vector widths.
   alignas(64) double sums[4][4] = {};
   for (int at = 0; at < 8; at += kLanes) {
     Lanes value = {}, by_x = {}, by_y = {};

@@ -57,8 +57,8 @@ class CutLog {
     Pose X_WA, X_WB;
     std::uint32_t tool = 0;
     bool continues = false;
-    // m; for a filling: radius of the added ball of filling material. Its centre is X_WA.p. No material is added inside
-    // the instrument's head at X_WB. For a cut: 0.
+    // Only for a filling: radius in m of the added ball of filling material, whose centre is the position of the pose
+    // X_WA. No material is added inside the instrument's head at the pose X_WB. For a cut the radius is 0.
     double fill_radius = 0;
     PerTissue removed{};  // voxels³, removed volume of each tissue; negative for a filling
   };

@@ -1,5 +1,6 @@
 // Computes bounds of the speed at which a head (the cutting end of a tool) approaches the samples near a point. The
-// kernels (vector functions) use them to skip samples from which the head moves away. Private to haptics/cutting.
+// kernels (vector functions) use these bounds to skip samples from which the head moves away. Private to
+// haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -10,16 +11,18 @@
 
 namespace typodont::haptics {
 
-/// Lower and upper bound of the speed at which the head approaches the samples within `reach` of the point `center`.
-/// The speed is n·w, where w is the motion of the samples in the head's frame T, and n is any normal of the
-/// neighbouring pieces `first` to `last` of the head's outline. `rho`: distance of `center` from the head's axis.
+/// Lower and upper bound (`slowest`, `fastest`) of the speed at which the head approaches the samples within `reach` of
+/// the point `center`. The speed is n·w, where w is the motion of the samples relative to the head, in the head's frame
+/// T, and n is any normal of the neighbouring pieces `first` to `last` of the head's outline. `rho`: distance of
+/// `center` from the head's axis.
 struct Advance {
   float slowest, fastest;
 };
 inline Advance advance_beside(const MeridianPiece& first, const MeridianPiece& last, const glm::vec3& center, float rho,
                               float reach, const glm::vec3& w) {
   const float across = std::sqrt(w.x * w.x + w.y * w.y);
-  /// greatest and least component of the motion w in the direction away from the axis, over the samples within `reach`
+  /// most, least: greatest and least component of the motion w away from the head's axis, over the samples within
+  /// `reach`
   float most = across, least = -across;
   if (rho > reach) {
     const float inverse = 1 / rho, ux = center.x * inverse, uy = center.y * inverse, sine = reach * inverse,

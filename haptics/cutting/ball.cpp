@@ -34,22 +34,24 @@ struct Block {
 /// The samples of a sweep that are processed together: groups of eight samples along z, and data that are equal for all
 /// groups of a row.
 struct Work {
-  // kLongest: largest number of samples in a row
+  // Sizes of the arrays. kGroups: largest number of listed groups of samples; kRowBatches: largest number of batches of
+  // eight rows; kLongest: largest number of samples in a row.
   static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;
-  // Terms of the distance from the path's axis that are equal for all samples of a row along z; each lane belongs to
+  // Terms of a sample's distance from the sweep that are equal for all samples of a row along z; each lane belongs to
   // one of eight rows.
   F8 u[kRowBatches], v[kRowBatches];
-  I8 base[kRowBatches];  // index of the row's first sample
+  I8 base[kRowBatches];  // index of the first sample of each of the eight rows
   // z[i] contains the z coordinates of the samples i to i + 7 of a row, relative to A (the beginning of the sweep)
   F8 z[kLongest];
-  // the listed groups of samples, each packed as: z index of its first sample << 16 | index of its row
+  // the listed groups of samples. Each is stored in one number: (z index of its first sample << 16) | index of its row.
   std::uint32_t groups[kGroups];
   int batches = 0, count = 0;
 };
 
-/// Raises the samples of some groups of eight samples along z. Each sample becomes max(old value, min(radius -
-/// distance, kInner)) if this is above -kMargin, where `distance` is the distance from the ball's centre. kInner: 3
-/// voxels, kMargin: 3.5 voxels. `narrow`: true if the rows of the block are shorter than a group.
+/// Raises the samples of the listed groups (eight samples along z). Each sample becomes max(old value, min(radius -
+/// distance, kInner)) if this is above -kMargin, where `distance` is the distance from the ball's path. kInner: 3
+/// voxels, kMargin: 3.5 voxels. `capsule`: false: the distance from the end of the path is accurate enough. `narrow`:
+/// true: the rows of the block are shorter than a group.
 template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& work, RemovedVolume* removed) {
   const float abx = c.abx, aby = c.aby, abz = c.abz, inverse_length2 = c.inverse_length2, radius = c.radius;
@@ -59,7 +61,8 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
   const auto* const all_u = reinterpret_cast<const float*>(work.u);
   const auto* const all_v = reinterpret_cast<const float*>(work.v);
   const auto* const base = reinterpret_cast<const std::int32_t*>(work.base);
-  I8 moved_taken[Work::kGroups];  // for each group of samples in which the surface moved: the removed volume
+  // for each group of samples in which the surface moved: the removed volume of each sample
+  I8 moved_taken[Work::kGroups];
   std::int32_t moved_at[Work::kGroups];
   int moved = 0;
   I8 any_raised = {};
@@ -117,8 +120,8 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
   return any_of(any_raised);
 }
 
-/// Appends groups of samples to the list in `work`. A lane of `entries` contains one packed group; it is appended if
-/// the lane is set in `mask`.
+/// Appends groups of samples to the list in `work`. Each lane of `entries` contains one group; it is appended if the
+/// lane is set in `mask`.
 TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
   const unsigned which = bits_of(mask);
   I8 first;
@@ -147,7 +150,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const float end = static_cast<float>(block.size_z);
   const bool rises = c.continues && c.abz > 1e-9f, falls = c.continues && c.abz < -1e-9f;
   const float slope = rises || falls ? 1 / c.abz : 0.0f;
-  // upper bound of the rounding error in the test whether a sample is ahead of A, the beginning of the sweep
+  // upper bound of the rounding error in the test whether a sample is ahead of A, the start of the sweep
   const float slip = 1e-3f + 1e-6f * outer * length * std::abs(slope);
   const int last_start = narrow ? 0 : block.size_z - 8;
   const auto stride_y = static_cast<std::int32_t>(block.stride_y);
@@ -155,8 +158,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const I8 counts = {0, 1, 2, 3, 4, 5, 6, 7};
   bool changed = false;
   Work work;
-  // The z coordinates are computed once for each sample at which a group of samples can start, so that their rounding
-  // errors do not depend on where a row starts.
+  // The z coordinates are computed once for each sample at which a group can start. So their rounding errors do not
+  // depend on the first sample of the row.
   for (int start = 0; start <= last_start; ++start) {
     work.z[start] = static_cast<float>(block.lo_z + start) + steps - c.az;
   }
@@ -174,8 +177,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
       half = met ? half : F8{};
       take_root(half);
       const F8 dot_xy = px * c.abx + py * c.aby;
-      // The bounds low and high of the changed samples are truncated to integers later. All values are positive, so
-      // adding 1 and truncating rounds them up.
+      // The bounds `low` and `high` of the changed samples are later truncated to integers. All values are positive, so
+      // adding 1 before the truncation rounds them up.
       F8 low = first + (mz + 1.0f) - half, high = first + (mz + 1.0f) + half;
       if (rises) {
         const F8 edge = first + (1.0f - slip) - dot_xy * slope;
@@ -203,8 +206,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
       hole_to = leave ? hole_to : high;
       const I8 a_from = __builtin_convertvector(low, I8), a_to = __builtin_convertvector(hole_from, I8);
       const I8 b_from = __builtin_convertvector(hole_to, I8), b_to = __builtin_convertvector(high, I8);
-      // Most rows have one interval of at most sixteen samples. Two groups of samples then cover this interval, without
-      // a branch.
+      // Most rows have one interval of at most sixteen samples. It is covered by at most two groups of eight samples,
+      // which are appended without a branch.
       const I8 stretch_a = a_to > a_from, stretch_b = b_to > b_from;
       const I8 from = stretch_a ? a_from : b_from, to = stretch_a ? a_to : b_to;
       const I8 second = from + 8, at0 = from < last_start ? from : I8{} + last_start;
@@ -261,15 +264,16 @@ struct BallBlocks {
   int stride_x, stride_y;
   glm::ivec3 lo, hi;            // box of the voxels that the sweep may change, enlarged by one voxel on each side
   glm::ivec3 held_lo, held_hi;  // first and last voxel of the patch (the copied tissue)
-  float* due;  // pointer to the path length at which the front's first block of samples must be examined again
+  // pointer to the path length at which the first block of the front must be examined again; the other blocks follow
+  float* due;
   int due_x, due_y;
   float way;    // path length that the head has covered at the end of this sweep
   float ahead;  // path length, after this sweep, for which the listed groups stay valid; 0: no groups are listed
   float slip;   // voxels, upper bound of the rounding error of a depth
   int lanes;    // number of samples in a group
-  // The lists of the active front consist of parts. The layers of blocks along x are assigned to the parts in turn.
-  // `parts`: number of parts; `part`: index of this part; `first_layer`: index of the part that contains the first
-  // layer.
+  // The blocks of an active front are divided into parts, each with its own list: the layers of blocks along x belong
+  // to the parts in turn. `parts`: number of parts; `part`: index of this part; `first_layer`: index of the part to
+  // which the first layer belongs.
   int parts, part, first_layer;
   CutFront::Found* found;  // the list to which the groups of samples are added
   // number of groups of samples found, which may exceed the capacity `room` of the list
@@ -286,8 +290,9 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
   }
 }
 
-/// Computes the depth of eight samples of a row in the ball. `ahead`: mask of the samples ahead of A, the beginning of
-/// the sweep. `u`, `v`: terms of the distance from the ball that are equal for all samples of the row.
+/// Computes the depth of eight samples of a row in the ball, at most kInner (3 voxels). `capsule`: true: the largest
+/// depth during the motion; false: the depth at the end of the motion. `ahead`: mask of the samples ahead of A, the
+/// start of the sweep. `u`, `v`: terms of the distance from the ball that are equal for all samples of the row.
 template <bool capsule>
 TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
                                     const F8& second, F8& depth, I8& ahead) {
@@ -309,7 +314,7 @@ TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, c
   depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
 }
 
-/// Computes, for eight rows, the terms of a sample's distance from the ball that are equal for all samples of a row.
+/// Computes, for eight rows, the terms `u` and `v` of depth_of_eight(), which are equal for all samples of a row.
 template <bool capsule>
 TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8& u, F8& v) {
   const Capsule& c = f.c;
@@ -322,8 +327,8 @@ TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8&
   }
 }
 
-/// Returns the position of a group of samples relative to a ball that continues its present motion: ahead, beside or
-/// behind. The result is used only to sort the groups, so that similar groups are processed together.
+/// Returns the position of a group of samples relative to the moving ball: 0: ahead of it, 1: beside it, 2: behind it.
+/// The result is used only to sort the groups, so that similar groups are processed together.
 inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   const float first = (static_cast<float>(group.x) - c.ax) * c.abx + (static_cast<float>(group.y) - c.ay) * c.aby +
                       (static_cast<float>(group.z) - c.az) * c.abz;
@@ -504,7 +509,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
   // The tables with terms that depend only on z must extend beyond the sweep, for two reasons: groups of samples extend
-  // beyond the sweep, and the lists were made when the head was up to one voxel away.
+  // beyond the sweep, and the lists were made when the head was up to one voxel away from its present position.
   const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
   const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kDeep) + 16;
   BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},

@@ -8,6 +8,7 @@ namespace typodont::haptics {
 inline constexpr int kRows = 4, kDeep = 8;  // a block of samples has kRows × kRows rows of kDeep samples
 // centre of a block of samples
 inline constexpr glm::vec3 kMiddle{(kRows - 1) / 2.0f, (kRows - 1) / 2.0f, (kDeep - 1) / 2.0f};
-inline constexpr float kHalf = 4.1f;  // distance from a block's centre to its corners, |(1.5, 1.5, 3.5)|, rounded up
+// voxels, distance from a block's centre to its corners: the length of (1.5, 1.5, 3.5), rounded up
+inline constexpr float kHalf = 4.1f;
 
 }  // namespace typodont::haptics

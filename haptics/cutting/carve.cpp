@@ -18,7 +18,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Computes the maximum of two fields over a box of samples.
+/// Sets each sample of a box to the larger of its values in two fields.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void take_greater(float* to, const float* from, const int* size, std::ptrdiff_t edge) {
   for (int x = 0; x < size[0]; ++x) {

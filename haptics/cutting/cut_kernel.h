@@ -1,9 +1,9 @@
 // This file is included once in each namespace of lane_ops.h, that is, once for each vector width. It changes samples
 // as a cut does (a cut raises the stored distances), and sums the removed volume of each tissue.
 
-/// Raises samples: where `ahead` is set, a sample becomes its depth in the head (at most kInner), if the depth exceeds
-/// both the old value and −kMargin. Returns the new values. `least` receives the limit that the depth had to exceed;
-/// `rises` receives the mask of the raised samples.
+/// Raises samples: where `ahead` is set, a sample becomes `depth` (its depth in the head, which the caller has limited
+/// to kInner, 3 voxels) if the depth exceeds both the old value and −kMargin (−3.5 voxels). Returns the new values.
+/// `least` receives the limit that the depth had to exceed; `rises` receives the mask of the raised samples.
 TYPODONT_KERNEL Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& least, Mask& rises) {
   least = greater(old, all(-Sweep::kMargin));
   rises = more_where(ahead, depth, least);
@@ -20,10 +20,10 @@ TYPODONT_KERNEL Ints share_taken(Floats was, Floats is) {
 /// Sums the removed volume of each tissue. As long as the label stays the same, it uses one running sum.
 struct Taken {
   RemovedVolume* removed;
-  GradedSamples graded;  // a copy, so that the pointers can stay in registers
+  GradedSamples graded;  // a copy of removed->graded, so that its pointers can stay in registers
   Ints units = {};
-  // Sums of volume units times hardness bytes. hard_low: sum of the low 16 bits of each product; hard_high: sum of the
-  // other bits.
+  // Sums of (removed volume in integer units × hardness byte). hard_low: sum of the low 16 bits of each product;
+  // hard_high: sum of the other bits.
   Ints hard_low = {}, hard_high = {};
   int groups = 0;
   std::uint8_t label = 0;
@@ -44,7 +44,7 @@ struct Taken {
       hard_low += low_half(weighted);
       hard_high += high_half(weighted);
     }
-    if (++groups == 255) close();  // a voxel has at most 2^23 units, so the sums of 255 groups stay below 2^31
+    if (++groups == 255) close();  // a sample loses at most 2^23 units, so the sum of 255 groups stays below 2^31
   }
   /// Adds the removed volume of the samples `from` .. `to` of a group of samples; their labels may differ. `labels`:
   /// label of the group's first sample.

@@ -1,7 +1,8 @@
 // This file is included once in each namespace of lane_ops.h, that is, once for each vector width. It computes the
-// depth of samples in a head from their positions in the head's half plane. The depth of a sample depends only on its
-// voxel and the pose. Pieces that cannot be the nearest piece of the head's meridian may be omitted. If only one piece
-// remains, and the nearest point is between its ends, fewer operations give the same result.
+// depth of samples in a head. A sample's position is given by its distance rho from the head's axis and its height z
+// along the axis. The depth depends only on the voxel and the pose: the same bits result if pieces of the meridian that
+// cannot be the nearest are left out. If only one piece is left, and the nearest point is between its ends, fewer
+// operations are needed.
 
 TYPODONT_KERNEL Floats depth_below_line(const MeridianPiece& piece, Floats rho, Floats z) {
   return (all(piece.ax) - rho) * all(piece.nax) + (all(piece.az) - z) * all(piece.naz);
@@ -21,7 +22,8 @@ struct NearestPiece {
   TYPODONT_KERNEL void meet_line(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats in = all(piece.ax) - rho, down = all(piece.az) - z;
     const Floats below = in * all(piece.nax) + down * all(piece.naz);
-    // `along`: position along the line, from its first end; `over`: distance beyond the nearer end.
+    // `along`: position along the line, measured from its first end; `over`: how far this position is beyond the nearer
+    // end, 0 between the ends.
     const Floats along = in * all(piece.naz) - down * all(piece.nax);
     const Floats over = along - greater(lesser(along, all(piece.length)), all(0.0f));
     square = lesser(square, below * below + over * over);

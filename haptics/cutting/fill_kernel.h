@@ -17,7 +17,7 @@ struct FillBall {
   HeadPose head;
   // pieces of the outline of the shape that no filling may enter: the head, and its path out of the tissue
   MeridianPiece pieces[HeadField::kMaxPieces];
-  // set of all pieces of this outline, one bit for each piece
+  // set of all pieces of the outline that no filling may enter, one bit for each piece
   unsigned all_pieces;
   float x, y, z, radius;
   Tissue label;

@@ -30,8 +30,8 @@ struct HeadBlock {
   // concave function of the position.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
-  // the meridian piece that is nearest to all samples, if the nearest points lie between its ends; otherwise
-  // kManyPieces plus the set of pieces that can be nearest (one bit each)
+  // Index of the meridian piece that is nearest to all samples of the block, if the nearest points lie between its
+  // ends. Otherwise kManyPieces plus the set of pieces that can be nearest (one bit each).
   int kind;
   bool beside;  // true if some samples may have been deeper in the head during the motion than at the motion's end
   // voxels, smallest distance by which the head approaches a sample of the block during the motion
@@ -48,19 +48,20 @@ struct HeadBlock {
 
 /// Further inputs and results of carve_head_block().
 struct BlockSlack {
-  // voxels, input: `live` marks the samples that may change before the head has moved this far
+  // voxels, input: path length; a sample is marked in `live` if it may change before the head has moved this far
   float ahead = 0;
   float slack = kNoEnd;  // voxels; while the head moves less than this, no processed sample of the block changes
-  // output, may be null: for each row (y is the fastest index), one bit per sample; it is 1 if the sample may change
+  // Output, may be null: one number for each row of the column of blocks (y is the fastest index), with one bit per
+  // sample. A bit is 1 if the sample may change.
   std::uint64_t* live = nullptr;
-  int shift = 0;         // position of the row's first bit in `live`
+  int shift = 0;         // index of the bit of the block's first sample, in each of the numbers `live`
   bool emptied = false;  // true if a sample became air
 };
 
 }  // namespace
 
-// Eight samples of a row, one per lane. Masks have the lanes' width, or one bit per lane on processors with mask
-// registers.
+// Kernels for eight samples of a row, one per lane. A mask has the width of the lanes, or one bit per lane on
+// processors with mask registers.
 namespace eight {
 namespace {
 
@@ -107,7 +108,7 @@ bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Pa
 }  // namespace
 }  // namespace eight_masked
 
-// Sixteen samples of two neighbouring rows of a leaf.
+// Kernels for sixteen samples, which are two neighbouring rows of a leaf (8³ samples).
 namespace sixteen {
 namespace {
 
@@ -128,7 +129,7 @@ RaisedBlock raise_in_leaf(const HeadPose* pose, const HeadBlock* block) {
 namespace {
 
 constexpr int kStretch = 64;  // number of samples of a row that are listed together
-// voxels, upper bound of the error if a neighbouring piece of the meridian is treated as a line but is an arc
+// voxels, upper bound of the error that results if a neighbouring arc of the meridian is treated as a line
 constexpr float kBent = 0.3f;
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 
@@ -410,7 +411,8 @@ class HeadPass {
     const float* const R = pose_.R;
     const glm::vec3 n_T(out * at.x, out * at.y, seen_.n_z[lane]);
     const glm::vec3 n(R[0] * n_T.x + R[1] * n_T.y + R[2] * n_T.z, R[3] * n_T.x + R[4] * n_T.y + R[5] * n_T.z,
-                      R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);  // normal in the frame V of the voxels
+                      // the normal n_T, rotated to the frame V of the voxels
+                      R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);
     // If the direction out of the head is unknown, the only known bound is that the depth changes by at most one per
     // voxel.
     const bool known = glm::dot(n, n) > 0.5f;
@@ -508,8 +510,8 @@ class HeadBatch {
   HeadPass::Work work_[8];
 };
 
-/// Returns the kind (the set of pieces of the head's meridian that can be nearest) of a group of samples that spans two
-/// neighbouring blocks of samples with the kinds `a` and `b`.
+/// Returns the kind of a group of samples that spans two neighbouring blocks of samples with the kinds `a` and `b`. The
+/// kind states which pieces of the head's meridian can be nearest to the samples.
 int kind_of(int a, int b) {
   if (a == b) return a;
   const auto set = [](int kind) { return kind < kManyPieces ? 1u << kind : static_cast<unsigned>(kind - kManyPieces); };

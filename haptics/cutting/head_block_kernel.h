@@ -1,9 +1,10 @@
 // This file is included in the namespaces of lane_ops.h with eight lanes, after cut_kernel.h, depth_kernel.h,
 // row_kernel.h and way_kernel.h. It raises the samples of one block of samples to their depth in a head.
 
-/// Sets each sample to max(old value, min(depth, kInner)); depths below -kMargin do not count. Returns true if a sample
-/// changed. If `may_raise` is false, the function changes nothing and only computes `found`. Samples that may have been
-/// deeper in the head during the motion than at the motion's end are added to `tops`.
+/// Sets each sample to max(old value, min(depth, kInner)); depths below -kMargin are ignored. kInner: 3 voxels,
+/// kMargin: 3.5 voxels. Returns true if a sample changed. If `may_raise` is false, the function changes nothing and
+/// only computes `found`. Samples that may have been deeper in the head during the motion than at the motion's end are
+/// added to `tops`.
 TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, PathMaxima& tops,
                                       RemovedVolume* removed, BlockSlack& found) {
   static_assert(kLanes == kDeep);
@@ -72,10 +73,10 @@ TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
           }
         }
         depth = lesser(depth, inner);
-        // `depth` and `moving` differ only for a motion along the axis: there, `moving` treats samples that the motion
-        // does not change as samples outside the head. The slack (motion until a sample can change) must be valid for
-        // every later motion, so it is computed from `depth`. The list of samples is used only for motions of the
-        // present kind, so it is computed from `moving`.
+        // `depth` and `moving` differ only for a motion along the axis. `moving` then treats samples that this motion
+        // does not change as samples outside the head. The list of samples is used only for motions of this kind, so it
+        // is computed from `moving`. The slack (motion until a sample can change) must be valid for every later motion,
+        // so it is computed from `depth`.
         const Floats moving = unless_still(depth, rho, z, tops.back.still_above, tops.back.still_beyond);
         const Mask raised = more(moving, least);
         room = pick(raised, zero, least - depth);

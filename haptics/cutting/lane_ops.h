@@ -247,9 +247,10 @@ TYPODONT_KERNEL unsigned bits(const Mask& mask) {
 #ifdef TYPODONT_SIXTEEN_LANES
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v4")
-// Defines the vector operations for processors whose masks have one bit per lane instead of full vectors. `P`: prefix
-// of the intrinsics. Some operations use masked intrinsics, because GCC 12 warns wrongly about an unused operand of the
-// intrinsics without mask.
+// Defines the vector operations for processors whose masks have one bit per lane instead of full vectors. `V`, `I`:
+// types of a vector of floats and of integers; `P`: prefix of the intrinsics; `COUNT`: number of lanes; `M`: type of a
+// mask. Some operations use masked intrinsics, because GCC 12 warns wrongly about an unused operand of the intrinsics
+// without mask.
 #define TYPODONT_MASKED_LANES(V, I, P, COUNT, M)                                           \
   using Floats = V;                                                                        \
   typedef int Ints __attribute__((vector_size(4 * COUNT)));                                \

@@ -78,7 +78,8 @@ Sweep::LeafCut carve_on_this_processor(bool capsule, const Capsule& c, const glm
 Sweep::LeafCut Sweep::carve_leaf_ball(const glm::ivec3& lo, float* distance) const noexcept {
   const Capsule capsule{a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_};
   const glm::ivec3 from = lo - base_;
-  constexpr float kHalf = 6.1f;  // voxels, distance from a leaf's centre to its corners, |(3.5, 3.5, 3.5)|, rounded up
+  // voxels, distance from a leaf's centre to its corners: the length of (3.5, 3.5, 3.5), rounded up
+  constexpr float kHalf = 6.1f;
   // outer: voxels, radius of the region in which the sweep changes samples; slip: voxels, largest rounding error of a
   // depth
   const float outer = radius_ + kMargin, slip = 1e-3f + 2e-6f * outer;

@@ -6,9 +6,9 @@ struct RaisedBlock {
   bool changed, emptied;
 };
 
-/// Does the same as carve_head_block() for a whole block of a leaf (8³ samples), if no sample was deeper in the head
-/// during the motion than at the motion's end. It counts no volume and computes no slack. `depth_of(rho, z)`: depth of
-/// samples in the head's half plane.
+/// Does the same as carve_head_block() for a whole block of samples in a leaf, but counts no volume and computes no
+/// slack (motion until a sample can change). Only for motions during which no sample was deeper in the head than at the
+/// end. `depth_of(rho, z)` returns the depth of samples at the distance rho from the head's axis and the height z.
 template <class Depth>
 TYPODONT_KERNEL RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlock& block, const Depth& depth_of) {
   constexpr int n = Sweep::kLeaf, kTogether = kLanes / kDeep, kGroups = kRows / kTogether;
@@ -73,7 +73,8 @@ TYPODONT_KERNEL RaisedBlock raise_leaf_block(const HeadPose& pose, const HeadBlo
           return depth_below_pieces(block.pieces, set, rho, z);
         });
   }
-  const MeridianPiece piece = block.pieces[block.kind];  // a copy, which no write to a sample can change
+  // a copy; the compiler then knows that writing samples does not change it
+  const MeridianPiece piece = block.pieces[block.kind];
   if (piece.radius == 0.0f) {
     return raise_leaf_block(
         pose, block, [&](const Floats& rho, const Floats& z) __attribute__((always_inline)) {

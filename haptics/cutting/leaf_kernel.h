@@ -1,8 +1,8 @@
 // This file is included once in each namespace of lane_ops.h, that is, once for each vector width, after cut_kernel.h.
 // It raises the samples of one leaf (8³ samples) of the tissue to their depth in a ball.
 
-/// Terms of a sample's distance from the ball that are the same in every plane of constant x. The array index is 8 y +
-/// z.
+/// Terms of the distance of 64 samples from the ball that are the same in every plane of constant x. Index of a sample
+/// in the arrays: 8 y + z.
 struct LeafPlane {
   alignas(64) float along_y[64], along_z[64], apart_y[64], apart_z[64];
 };
@@ -62,7 +62,8 @@ TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
   if (any(raised)) return {true, any(emptied), 0};
   Floats least_slack = never;
   for_each([&](const float* at, const Floats& depth, const Mask&) __attribute__((always_inline)) {
-    // slack: distance that the head must still approach before the sample changes; a sample at kInner never changes
+    // slack: how far the head must still approach before the sample changes; a sample that has the largest value,
+    // kInner (3 voxels), never changes
     const Floats now = load(at);
     least_slack = lesser(least_slack, pick(no_less(now, inner), never, greater(now, all(-Sweep::kMargin)) - depth));
   });

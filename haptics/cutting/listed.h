@@ -16,7 +16,8 @@
 
 namespace typodont::haptics {
 
-/// A moving ball as plain data, in voxels relative to a nearby voxel.
+/// A moving ball as plain data, in voxels relative to a nearby voxel: its start A, its motion from A to B, and its
+/// radius. `continues`: true if the previous sweep ended at A.
 struct Capsule {
   float ax, ay, az;
   float abx, aby, abz;
@@ -32,14 +33,15 @@ struct BallFront {
   glm::ivec3 origin;
   float* distance;  // pointer to the distance of the sample at the origin
   struct {          // tables of terms that depend only on the z coordinate of a sample; this coordinate is the index
-    // voxels, distance along z from A (the start of the sweep); if the ball at B (the end) covers everything ahead of
-    // A: voxels², squared distance along z from B
+    // If the sweep is a capsule: voxels, distance of the sample from A (the start of the sweep) along z. Otherwise, if
+    // the ball at B (the end) covers everything ahead of A: voxels², squared distance from B along z.
     float* apart;
     // voxels², distance from A (the start of the sweep) along z, multiplied by the z component of the motion
     float* ahead;
   } heights;
   CutFront::Listed groups;
-  // ranges of the groups that may change in this cut: groups ahead of the ball, beside it, and behind it
+  // Ranges of the groups that may change in this cut. There are three ranges: groups ahead of the ball, beside it, and
+  // behind it.
   struct Ranges {
     int count;
     struct {
@@ -62,7 +64,7 @@ struct HeadFront {
   PathMaxima* tops;
 };
 
-/// Returns how many samples, from the start of a group (at most `lanes`), have the same label. Air samples whose voxels
+/// Returns how many samples at the start of a group have the same label (at most `lanes`). Air samples whose voxels
 /// contain no tissue match every label.
 inline int with_one_label(const Tissue* labels, const float* distance, int lanes, std::uint8_t& label) {
   label = static_cast<std::uint8_t>(shown(labels[0]));

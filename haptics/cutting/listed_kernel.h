@@ -12,8 +12,8 @@ TYPODONT_KERNEL void fetch(const float* group) {
   if constexpr (kLanes * sizeof(float) >= 64) __builtin_prefetch(group + kLanes - 1);
 }
 
-/// Reads for several groups (one per lane) the number of samples that may change. Returns true if all samples of these
-/// groups may change.
+/// Reads for several groups (one per lane) how many of their first samples may change. Returns true if all samples of
+/// these groups may change.
 TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
   constexpr std::uint64_t kWhole = kLanes * 0x0101010101010101u;
   std::uint64_t parts[kLanes / 8], differ = 0;
@@ -22,13 +22,15 @@ TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
   return differ == 0;
 }
 
-/// Terms of a sample's distance from the ball that are equal for all samples of a group, for kChunk groups.
+/// For each of kChunk groups of samples: the terms of a sample's distance from the ball that are equal for all samples
+/// of the group.
 struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };
 
-/// Cuts the groups of samples one by one. `ahead`: true if all samples of the groups lie ahead of A, the start of the
-/// sweep. `whole`: true if all samples may change. If a flag is true, the corresponding test of each sample is omitted.
+/// Cuts the groups of samples one by one. `capsule`: false if the distance from the ball at the end of its motion is
+/// accurate enough. `ahead`: true if all samples of the groups lie ahead of A, the start of the sweep. `whole`: true if
+/// all samples may change. If `ahead` or `whole` is true, the test of each sample for this condition is omitted.
 template <bool capsule, bool ahead, bool whole>
 TYPODONT_KERNEL void carve_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
                                   int to_g, Mask& raised, Taken& taken) {
@@ -115,9 +117,10 @@ TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, RemovedVolu
   return any(raised);
 }
 
-/// Input of may_be_deeper(), which tests whether samples may have been deeper in the head during the motion than at the
-/// motion's end. Each of the structs after Passed computes the depth below one kind of meridian piece, for consecutive
-/// groups of samples.
+/// Input of may_be_deeper(), which finds the samples that may have been deeper in the head during the motion than at
+/// its end. way_rho, way_z: components of a sample's path away from the axis and along it, both multiplied by the
+/// sample's distance rho from the axis. least: depth that must be exceeded. Each of the next structs computes the depth
+/// below one kind of meridian piece.
 struct Passed {
   Floats way_rho, way_z, least;
 };
@@ -194,10 +197,10 @@ struct BelowAny {
   }
 };
 
-/// Values for each of kChunk groups; a group is a row of samples along z. x, y, z: the part of the position in the
-/// head's frame that is equal for all samples of the group; the other part depends on the sample's z coordinate in the
+/// Data of kChunk groups of samples (rows along z), in the head's frame, in voxels. x, y, z: the part of a sample's
+/// position that is equal for all samples of the group; the other part depends on the sample's z coordinate in the
 /// volume. way_x, way_y, way_z: path of the group's first sample relative to the head, while the head moves back to its
-/// previous pose. Voxels.
+/// previous pose.
 struct HeadRows {
   alignas(64) float x[kChunk], y[kChunk], z[kChunk];
   alignas(64) float way_x[kChunk], way_y[kChunk], way_z[kChunk];
@@ -205,7 +208,8 @@ struct HeadRows {
 
 /// Motion of the head relative to groups of samples, evaluated at the middle of each group.
 struct HeadSides {
-  // voxels: half length of a group of samples, and upper bound of its component perpendicular to the head's axis
+  // voxels. half: half the length of a group of samples, which is a segment along z. off: upper bound of the component
+  // of this half length perpendicular to the head's axis.
   float half, off;
   float across;  // voxels, upper bound of the motion's component perpendicular to the head's axis
   // Voxels. bend: difference of the motion between adjacent samples of a group of samples, as a vector. turned: upper
@@ -300,7 +304,8 @@ TYPODONT_KERNEL void carve_run(const HeadFront& f, const HeadSides& sides, const
   const MeridianPiece& first = f.pieces[std::countr_zero(set)];
   const MeridianPiece& last = f.pieces[std::bit_width(set) - 1];
   const float smooth = run.kind < kManyPieces ? smooth_from(f.tops->back, first) + sides.off : kNoEnd;
-  // during a motion along the axis, no sample is deeper than at the end of the motion
+  // In a motion along the axis (still_above is then below kNoEnd), no sample is deeper during the motion than at its
+  // end.
   const bool slow = f.tops->back.longest <= kSlow || f.tops->back.still_above < kNoEnd;
   HeadRows rows;
   for (int g0 = run.from; g0 < run.to; g0 += kChunk) {

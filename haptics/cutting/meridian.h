@@ -18,8 +18,8 @@ struct MeridianPiece {
   float nax, naz, nbx, nbz;
   float length;
   float ux, uz, wx, wz;  // vectors from an arc's centre to its ends
-  // tan(φ/2); φ: angle between the normals of this piece of the head's meridian and its neighbour at their common
-  // corner
+  // For the corners at the two ends of the piece (a and b): tan(φ/2), where φ is the angle between the normals of this
+  // piece and of the neighbouring piece at the common corner.
   float corner_a, corner_b;
 };
 // The kind of a group of samples states which pieces of the meridian can be nearest to the samples. A kind below this

@@ -1,5 +1,5 @@
 // This file is included after cut_kernel.h in namespaces with eight lanes. It reads and writes single rows of a block
-// of samples. A row may lie only partly in the box of samples that is processed.
+// of samples. A row may lie only partly in the box of samples that is cut.
 
 /// A row of a block of samples, with one sample per lane. Only the samples `from` to `to` - 1 are processed.
 struct Row {

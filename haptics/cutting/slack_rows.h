@@ -1,6 +1,6 @@
-// Slack of the samples in a column of blocks: the distance that the head must move before a sample can change. A list
-// of samples is valid while the head moves along a short path, which is divided into stages. This file also computes
-// the first stage in which a group of samples can change. Private to haptics/cutting.
+// Stores the slack of the samples in a column of blocks: the distance that the head must move before a sample can
+// change. The path for which a list of groups of samples is valid is divided into stages. This file also computes the
+// first stage in which a group can change. Private to haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 
 namespace typodont::haptics {
 
-/// For each sample of 16 rows, the slack: the distance (voxels) by which the head must approach before the sample can
-/// change.
+/// The slack of the samples of 16 rows. The slack of a sample is the distance (voxels) by which the head must approach
+/// it before it can change.
 class SlackRows {
  public:
   static constexpr int kStretch = 64;  // number of samples of a row that are listed together
@@ -22,8 +22,8 @@ class SlackRows {
   TYPODONT_KERNEL void put(int row, int z, const F8& slack) {
     std::memcpy(rows_ + row * kRow + z, &slack, sizeof slack);
   }
-  /// Returns the smallest slack (motion until a change) among sixteen samples of a row, from z on. Only samples that
-  /// are marked in `which` count, because the slack of the other samples may not have been stored.
+  /// Returns the smallest slack (motion until a sample can change) among sixteen samples of a row, from index z on.
+  /// Only samples that are marked in `which` count, because the slack of other samples may not have been stored.
   TYPODONT_KERNEL float least(int row, int z, std::uint64_t which) const {
     const I8 bits = I8{} + static_cast<int>(which & 0xffff), one = {1, 2, 4, 8, 16, 32, 64, 128};
     F8 low, high;

@@ -22,8 +22,9 @@ class VoxelStamp {
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// Clears a block of voxels, lo .. lo+size-1; z is the fastest index, strides in samples. If `removed` is given,
-  /// adds to it the removed volume per tissue in voxels³. Returns true if any voxel changed. Any thread.
+  /// Clears a block of voxels: those whose centres lie in the head become air. `lo`, `size`: first voxel and number of
+  /// voxels along each axis; z is the fastest index, strides in samples. If `removed` is given, adds to it the removed
+  /// volume per tissue in voxels³. Returns true if any voxel changed. Any thread.
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, RemovedVolume* removed) const noexcept;
 

@@ -33,11 +33,11 @@ namespace {
 // First version of the force laws that computes the depth of a block's centre in closed form (look_at_line()) where a
 // single line of the head's outline determines this depth. Earlier versions search for the largest depth on the path.
 constexpr std::uint32_t kLawsOfLines = 11;
-// limit of the tangent of half the angle between the normals at a corner of the outline; next to a sharper corner, the
-// depth is not computed from one line alone
+// Limit of the tangent of half the angle between the normals at a corner of the head's outline. At a sharper corner,
+// the depth is not computed from one line alone.
 constexpr float kRightAngle = 1.001f;
 constexpr int kSteps = 24;  // largest number of steps of one search; almost every search needs fewer than ten
-// voxels, upper bound of the error if the path of a block is evaluated only at the block's centre
+// voxels, upper bound of the error that results if the path of a block's centre is used for all samples of the block
 constexpr float kBesideSlip = 0.5f;
 
 /// Restricts the range `lowest` .. `highest` of z coordinates in a column of blocks of samples. It keeps the blocks
@@ -72,7 +72,7 @@ TYPODONT_KERNEL Points in_head(const HeadPose& pose, const F8& x, const F8& y, c
           (R[2] * vx + R[5] * vy) + R[8] * vz};
 }
 
-/// Returns the vectors of the paths that start at `from`.
+/// Returns for eight samples at the positions `from` the vectors from the start to the end of their paths.
 TYPODONT_KERNEL Points paths_from(const Straight& way, const Points& from) {
   const float* const T = way.turn;
   return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + way.shift[0]),
@@ -80,7 +80,7 @@ TYPODONT_KERNEL Points paths_from(const Straight& way, const Points& from) {
           (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + way.shift[2])};
 }
 
-/// Returns the second-order terms of the paths that start at `from` (Straight::bend_turn).
+/// Returns for eight samples at the positions `from` the second-order terms of their paths (Straight::bend_turn).
 TYPODONT_KERNEL Points bends_from(const Straight& way, const Points& from) {
   const float* const T = way.bend_turn;
   return {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + way.bend_shift[0]),
@@ -88,16 +88,16 @@ TYPODONT_KERNEL Points bends_from(const Straight& way, const Points& from) {
           (T[2] * from.x + T[5] * from.y) + (T[8] * from.z + way.bend_shift[2])};
 }
 
-/// Depths of samples at a point of their paths, and the derivatives along the paths.
+/// Depths in the head of eight samples at one point of their paths, and the derivatives of the depths along the paths.
 struct Depth {
   F8 depth, slope;
 };
 
-/// Searches the largest depths of eight samples, with the tolerance kTop. The search for a sample also ends when its
-/// largest depth is certainly not above `needed`, or certainly above `most`. A concave curve lies below its tangents,
-/// so the intersection of the tangents on both sides of the maximum is an upper bound. The search evaluates alternately
-/// two points: this intersection, which is exact if the maximum is a corner of the curve, and the maximum of a
-/// parabola.
+/// Searches the largest depths of eight samples on their paths, with the tolerance kTop. The search for a sample ends
+/// early if its largest depth is certainly at most `needed`, or certainly above `most`. The depth along the path is a
+/// concave curve, so it lies below its tangents, and the intersection of the tangents on both sides of the maximum is
+/// an upper bound. The search evaluates two kinds of points alternately: this intersection, which is exact if the curve
+/// has a corner there, and the maximum of a parabola.
 struct Search {
   unsigned set;  // one bit for each piece of the meridian that can be nearest to one of the samples on this path
   // in the head's frame: start positions of the samples, vectors of their paths, second-order terms of their paths
@@ -158,8 +158,9 @@ struct Search {
   TYPODONT_KERNEL void step(const Straight& head, int number, float most) {
     const Depth now = at(head, s);
     best = open ? eight::greater(best, now.depth) : best;
-    // The result for one sample does not depend on the other samples. If the depth still increases towards an end of
-    // the path (share 0 or 1), the maximum is at that end.
+    // Each lane is decided separately. `before`: the point s lies in front of the maximum, so it becomes the new limit
+    // a. `after`: it lies behind the maximum, so it becomes b. If the depth still increases towards an end of the path
+    // (s is 0 or 1), the maximum is at that end.
     const I8 rises = (now.slope > 0.0f) & (s < 1.0f), before = open & (rises | (s <= 0.0f)), after = open & ~before;
     a = before ? s : a, at_a.depth = before ? now.depth : at_a.depth, at_a.slope = before ? now.slope : at_a.slope;
     b = after ? s : b, at_b.depth = after ? now.depth : at_b.depth, at_b.slope = after ? now.slope : at_b.slope;
@@ -252,8 +253,8 @@ void look_at(const Straight* way_at, Centres* centres) {
   search.begin(way, centres->set, centres->x, centres->y, centres->z, eight::all(centres->outside), 0.5f,
                centres->emptied);
   for (int step = 0; step < kSteps && any_of(search.open); ++step) search.step(way, step, centres->emptied);
-  // Each of the two tangents, at a and at b, bounds the depth from above. So a weighted mean of the two tangents is
-  // also a bound. The weights are chosen so that this mean is constant along the path.
+  // The depth lies below both tangents, at a and at b, and therefore also below each weighted mean of the two. The
+  // weights are chosen so that the mean is constant along the path.
   const F8 up = search.at_a.slope, down = search.at_b.slope;
   const I8 at_a = up <= 0.0f, at_b = ~at_a & (down >= 0.0f);
   const F8 part = at_a ? eight::all(1) : at_b ? F8{} : down / (down - up);
@@ -347,7 +348,8 @@ TYPODONT_KERNEL I8 receding(const Straight& way, const AtStart& at, float roundi
   }
   const I8 tip = from_axis & (at.rho < kHalf + Sweep::kMargin);
   first_x = tip ? none : first_x, first_z = tip ? eight::all(-1) : first_z;
-  // Computes the smallest component of the motion w away from the axis, over all points within kHalf of the centre.
+  // Computes the smallest component of the motion w away from the head's axis, over all points within kHalf (half a
+  // block's diagonal) of the centre.
   const F8 across = eight::root(wx * wx + wy * wy), inverse = 1.0f / eight::greater(at.rho, eight::all(kHalf));
   const F8 ux = x * inverse, uy = y * inverse, sine = kHalf * inverse, radial = wx * ux + wy * uy;
   const F8 cosine = eight::root(eight::greater(1.0f - sine * sine, none)), around = wx * uy - wy * ux;
@@ -356,13 +358,14 @@ TYPODONT_KERNEL I8 receding(const Straight& way, const AtStart& at, float roundi
   const F8 away = beside ? round * sine - radial * cosine : across, along = -wz;
   const I8 between = (first_x * along >= first_z * away) & (away * last_z >= along * last_x);
   const F8 ends = eight::greater(first_x * away + first_z * along, last_x * away + last_z * along);
-  // the largest n·w on the path back (n: normal of the head, w: motion); its negative is the smallest n·w of the motion
+  // Largest n·(-w), where n is a normal of the head and w the motion. Its negative is the smallest n·w.
   const F8 approach = between ? eight::root(away * away + along * along) : ends;
   return -approach >= way.turned * kHalf + rounding;
 }
 
-/// Computes AtStart::line for eight centres. Within a block, a depth differs from the depth at the centre by at most
-/// kHalf. A depth below a line is concave along the path, so it is smallest at an end of the path.
+/// Computes AtStart::line for eight centres: the line that alone determines the depths of a block, if there is one.
+/// Within a block, a depth differs from the depth at the centre by at most kHalf. A depth below a line is concave along
+/// the path, so it is smallest at an end of the path.
 TYPODONT_KERNEL void find_lines(const Straight& way, AtStart& at) {
   const F8 z = at.at.z;
   const auto [wx, wy, wz] = paths_from(way, at.at);
@@ -433,7 +436,8 @@ struct WayBlock {
   int from[3], to[3];
   glm::ivec3 first;  // first sample of the block, relative to HeadPose::base of the path's first pose
   float top, n[3], share;
-  // voxels, upper bound of the error if the depth at the centre is also used for the other samples of the block
+  // voxels, upper bound of the error that results if the path of the block's centre is used for all samples of the
+  // block
   float bent;
   float* due;    // receives the path length at which the block is due again; null: the value is not stored
   unsigned set;  // the pieces of the meridian that can be nearest to any sample on the path, one bit for each piece
@@ -557,8 +561,8 @@ bool carve_tops(PathMaxima* tops_at, int first) {
   Search search;
   const F8 least = eight::greater(old, F8{} - Sweep::kMargin);
   search.begin(tops.back, (1u << tops.back.count) - 1, x, y, z, least, 0, Sweep::kInner);
-  // The first step of the search evaluates the other end of the path. If the maximum is there, nothing remains to be
-  // done, because the cut at that end has already written this depth.
+  // The first step of the search evaluates the other end of the path. If the depth is largest there, the search has
+  // nothing to raise, because the cut at that pose has already written this depth.
   search.step(tops.back, 0, Sweep::kInner);
   const F8 at_ends = search.best;
   for (int step = 1; step < kSteps && any_of(search.open); ++step) search.step(tops.back, step, Sweep::kInner);
@@ -604,8 +608,8 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   way.turned = static_cast<float>(std::sqrt(turned / 2));
   way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
-  // Upper bound of the error of a tangent. Its parts are the rounding error, twice kNear (near a corner of the head's
-  // outline), and the rounding error of the path's direction.
+  // Upper bound of the error of a tangent. Its parts are the rounding error of the depth, an error near corners of the
+  // head's outline (2 kNear), and the rounding error of the path's direction.
   way.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * way.longest;
   return way;
 }
@@ -682,8 +686,8 @@ class PathPass {
   }
 
  private:
-  /// Up to eight blocks whose depths are computed in the same way: by the closed form for one line of the meridian, or
-  /// (last group) by a search along the path.
+  /// Up to eight blocks whose depths are computed in the same way. There is one group for each line of the meridian
+  /// (closed form), and a last group for the blocks that need a search along the path.
   struct Group {
     int count = 0;
     Centres centres;

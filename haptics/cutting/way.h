@@ -11,8 +11,8 @@
 
 namespace typodont::haptics {
 
-/// Motion between two poses, forward or backward, in voxels: a sample at p in the head's frame moves to p + shift +
-/// turn p.
+/// The motion of samples between two poses of the head, forward or backward. A sample at the position p in the head's
+/// frame moves to p + shift + turn p. Lengths in voxels.
 struct Straight {
   HeadPose from;
   float shift[3], turn[9];  // motion p → p + shift (voxels) + turn p; matrix: column by column
@@ -54,7 +54,7 @@ struct DueBlocks {
 
 inline constexpr float kTop = 5e-4f;  // voxels, tolerance of the computed largest depth of a sample
 // voxels; for a motion of at most this length, a cut uses only the head's final pose, which saves a seventh of the
-// time
+// cut's computing time
 inline constexpr float kSlow = 0.05f;
 // voxels; if a point is nearer than this to a corner of the head's outline, rounding errors dominate the computed
 // direction from the corner to the point

@@ -1,8 +1,8 @@
 // This file is included in namespaces of lane_ops.h, after depth_kernel.h. It computes how the depth of samples changes
 // along their path.
 
-/// Returns the given depths. Exception: a sample that a motion along the axis does not change (see
-/// Straight::still_above) gets the depth of a point far outside the head.
+/// Returns `depth`, except for samples that a motion along the axis does not change (see Straight::still_above): these
+/// get the depth of a point far outside the head.
 TYPODONT_KERNEL Floats unless_still(Floats depth, Floats rho, Floats z, float above, float beyond) {
   return pick(more_where(more(z, all(above)), rho + z, all(beyond)), all(-kNoEnd), depth);
 }
@@ -64,17 +64,17 @@ TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* piece
 }
 
 /// Returns the mask of the samples that may have been deeper in the head during the motion than at the motion's end (by
-/// a relevant amount), and deeper than `least`. The function follows the path of each sample backward, from the end of
-/// the motion to its start. Along this backward path the depth is concave. So it grows fastest at the beginning of the
-/// backward path, and on the whole path by at most `growth` / `scale`.
+/// a relevant amount), and deeper than `least`. The function follows each sample's path backward, from the end of the
+/// motion to its start. Along this path the depth is concave, so it grows fastest at the beginning. On the whole path
+/// it grows by at most `growth` / `scale`.
 TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
   return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale,
                     all(0.0f));
 }
 
 /// The piece of the meridian nearest to some samples, and the component of a given direction away from this piece. The
-/// direction is given by its components perpendicular to the axis and along the axis. Both components are multiplied by
-/// the distance rho from the axis, so that no further square root is necessary.
+/// direction is given by its components perpendicular to the axis and along it. Both are multiplied by the distance rho
+/// of the sample from the axis, which saves a square root.
 struct NearestOnWay {
   NearestPiece nearest;
   /// component of the given direction away from the nearest point of the piece, multiplied by the distance to this

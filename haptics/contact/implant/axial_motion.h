@@ -11,12 +11,12 @@ struct AxialState {
   double speed = 0;  // m/s, speed of the virtual tool along the bed's axis
 };
 
-/// Returns the displacement of the virtual tool (m) along the bed's axis in the time `dt` (s). A spring pulls the
+/// Returns the displacement (m) of the virtual tool along the bed's axis in the time `dt` (s). A spring pulls the
 /// virtual tool towards the hand, which is farther along the axis by `ahead` (m). `k`: spring stiffness (N/m); `mass`
-/// in kg; `drag`: viscous friction (N·s/m). Integrates eq. (5) of Zhao 2020 with implicit Euler (v: speed, dv: its
-/// change): (m - h D - h² K) dv = h (f + h K v) with h = dt, D = -drag, K = -k and f = k·ahead - drag·v. The
-/// integration is stable for every k and h. If the mass is 0, the tool moves to the point where the forces of spring
-/// and drag are equal at the end of the tick.
+/// in kg; `drag`: viscous friction (N·s/m). The function integrates eq. (5) of Zhao 2020 by one step of the implicit
+/// Euler method, so it is stable for every k and dt. Each step solves (mass + dt·drag + dt²·k) dv = dt (k·ahead -
+/// drag·v - dt·k·v), where v is the speed and dv its change. If the mass is 0, the tool moves to the point where the
+/// forces of spring and drag are equal at the end of the tick.
 inline double coupled_step(double ahead, double k, double mass, double drag, double dt, AxialState& state) noexcept {
   const double force = k * ahead - drag * state.speed;
   const double inertia = mass + dt * drag + dt * dt * k;
@@ -30,8 +30,9 @@ inline double coupled_step(double ahead, double k, double mass, double drag, dou
 }
 
 /// Applies eq. (7)–(9) of Zhao 2020 in a corrected form: an obstacle limits the advance, but never the withdrawal. In
-/// the paper, the two cases of eq. (7) are exchanged, so a tool without an obstacle would not move. `wanted`: requested
-/// motion along the axis, positive inward, m; `free`: distance to the obstacle, m; `step`: largest step per tick, m.
+/// the paper, the two cases of eq. (7) are exchanged, so a tool without an obstacle would not move; `as_printed` = true
+/// selects that version. `wanted`: requested motion along the axis, positive inward, m; `free`: distance to the
+/// obstacle, m; `step`: largest motion per tick, m.
 inline double allowed_step(double wanted, double free, double step, bool has_obstacle, bool as_printed) noexcept {
   if (as_printed && !has_obstacle) return 0;
   if (wanted > 0 && !as_printed) wanted = std::min(wanted, std::max(free, 0.0));

@@ -25,11 +25,11 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-// Voxels. To find an obstacle, the signed distance from bone at a tool voxel is compared with the signed distance at a
-// second point, which lies this far ahead of the tool voxel.
+// Voxels. To find an obstacle, the signed distance from bone is evaluated at two points: at a tool voxel, and at a
+// point that lies this far ahead of it.
 constexpr double kAhead = 1.5;
-// Voxels. If the signed distance from bone at the second point (kAhead) is smaller than at the tool voxel by at least
-// this amount, there is an obstacle ahead.
+// Voxels. There is an obstacle if the signed distance from bone decreases by at least this amount, from a tool voxel to
+// the point that lies kAhead ahead of it.
 constexpr double kFalls = 0.5;
 // voxels; an obstacle blocks the advance if its distance from a tool voxel is at most this
 constexpr double kTouches = 0.25;
@@ -119,7 +119,7 @@ struct Task {
   const std::uint8_t* hardness;  // null if the tissue has no hardness per voxel
   std::int32_t n, lo_x, lo_y, lo_z;
   Vector center;           // voxels, centre of the head
-  glm::mat<3, 3, Real> R;  // transform of vectors from T (m) to V (voxels)
+  glm::mat<3, 3, Real> R;  // rotation and scaling of vectors from the tool's frame T (m) to the voxel frame V (voxels)
   // voxels, vector from a tool voxel to the point kAhead ahead of it, where the function looks for an obstacle
   Vector beyond;
   Real slowness;  // s/rad, reciprocal of the spindle speed; 0 if the spindle does not rotate
@@ -131,18 +131,20 @@ template <class Real>
 struct alignas(64) Block {
   using Flag = std::conditional_t<std::is_same_v<Real, float>, std::int32_t, std::int64_t>;
 
-  Real x[kBlock], y[kBlock], z[kBlock];  // voxels, positions in frame V
-  Real field[kBlock];                    // voxels, signed distance from bone at the tool voxel's centre
-  Real gap[kBlock];                      // m, distance between the bone and the tool's surface at this voxel
-  Flag touches[kBlock];                  // 1 if the voxel is in contact with bone
-  Flag stops[kBlock];                    // 1 if the voxel touches bone that it cannot cut
-  Real ahead[kBlock];                    // voxels, signed distance from bone at the point `beyond`
-  std::int32_t at[kBlock];               // index of the tissue sample that is read for this voxel
-  Flag label[kBlock];                    // tissue label at the point `beyond`
-  std::int32_t byte[kBlock];             // hardness of the sample, stored as a byte (hardness.h)
+  // voxels, positions of the tool voxels in the frame V of the tissue's voxel grid
+  Real x[kBlock], y[kBlock], z[kBlock];
+  Real field[kBlock];         // voxels, signed distance from bone at the tool voxel's centre
+  Real gap[kBlock];           // m, distance between the bone and the tool's surface at this voxel
+  Flag touches[kBlock];       // 1 if the voxel is in contact with bone
+  Flag stops[kBlock];         // 1 if the voxel touches bone that it cannot cut
+  Real ahead[kBlock];         // voxels, signed distance from bone at a point ahead of the tool voxel (Task::beyond)
+  std::int32_t at[kBlock];    // index of the tissue sample that is read for this voxel
+  Flag label[kBlock];         // tissue label at the point ahead of the tool voxel (Task::beyond)
+  std::int32_t byte[kBlock];  // hardness of the sample, stored as a byte (hardness.h)
   Real energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
-  // contributions of each voxel: area in contact (m²), area × hardness, and the two terms of the cutting law (Zhao
-  // 2020, eq. 2): its cutting term and its thrust along the axis
+  // Contribution of each voxel to the sums: area in contact (m²) and area × hardness. From the cutting law (Zhao 2020,
+  // eq. 2), divided by the feed speed: `cut`: torque about the axis (N·s); `thrust`: force along the axis, multiplied
+  // by EndLaw::thrust_ratio (N·s/m).
   Real area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];
 };
 
@@ -404,7 +406,7 @@ namespace {
 /// cutting law (Zhao 2020, eq. 2) weights a voxel by 1/r (r: distance from the axis), which varies strongly there.
 std::vector<ToolVoxel> merged(std::span<const ToolVoxel> voxels, double edge) {
   constexpr float kEqual = 1e-3f;
-  constexpr double kNearAxis = 8;  // voxels; voxels nearer than this to the axis are not merged
+  constexpr double kNearAxis = 8;  // tool voxels that are nearer to the axis than this (in voxels) are not merged
   const auto index = [&](float v) { return std::lround(static_cast<double>(v) / edge); };
   std::map<std::array<long, 3>, std::vector<const ToolVoxel*>> squares;
   for (const ToolVoxel& v : voxels) {

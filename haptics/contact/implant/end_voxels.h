@@ -16,7 +16,7 @@ namespace typodont::haptics::implant {
 /// first ToolVoxels::ahead elements of ToolVoxels::outer. This struct stores one array per property. Padding voxels,
 /// which never touch bone, fill the last block.
 struct EndVoxels {
-  static constexpr std::size_t kBlock = 32;  // number of voxels that are evaluated together
+  static constexpr std::size_t kBlock = 32;  // number of tool voxels that are evaluated together
 
   /// Copies all tool voxels on the front of the tool's end (the side that moves into the bone), in their original
   /// order.
@@ -26,15 +26,15 @@ struct EndVoxels {
   /// result.
   EndVoxels(const ToolVoxels& voxels, double coarsest);
 
-  std::vector<float> x, y, z;  // m, positions of the voxels in frame T
+  std::vector<float> x, y, z;  // m, positions of the voxels in the tool's frame T
   std::vector<float> outside;  // m, signed distance from the head's surface (ToolVoxel::outside)
-  std::vector<float> area;     // m², surface area that the voxel represents
+  std::vector<float> area;     // m², area of the tool's surface that the voxel represents
   // cosine of the angle between the head's outward normal at the voxel and the feed direction -z
   std::vector<float> facing;
   std::vector<float> inverse_r;                 // 1/m, mean of 1/r over the voxel (ToolVoxel::inverse_r)
   std::vector<float> ability, inverse_ability;  // ability to drill, 0..1, and its reciprocal (0 for ability 0)
   std::vector<float> r;                         // m, distance of each voxel from the tool's axis
-  std::size_t count = 0;                        // number of voxels without the padding
+  std::size_t count = 0;                        // number of stored voxels, without the padding voxels
   // the area of the whole end divided by the area of the stored voxels: 1 / ToolVoxels::ahead_share
   double share = 1;
 };
@@ -57,14 +57,14 @@ struct EndLaw {
 
 /// Result of look_at_end().
 struct EndLook {
-  CuttingWrench wrench;  // force and torque on the tool in frame T, divided by the feed speed along -z
-  double free = 1e9;     // m, distance that the tool may advance before a non-cutting voxel touches bone
-  double engaged = 0;    // m², area of the end in contact with bone
+  CuttingWrench wrench;  // force and torque on the tool, in the tool's frame T, divided by the feed speed along -z
+  double free = 1e9;     // m, distance that the tool may advance before a voxel that cannot cut touches bone
+  double engaged = 0;    // m², area of the tool's end that is in contact with bone
   // m², part of the area `engaged` where an obstacle blocks the advance; called num_cd in Zhao 2020
   double collided = 0;
   double greatest_grey = 0;  // Hounsfield units, greatest grey value of the bone in contact
-  PerTissue tissue{};        // m², for each tissue: the part of the area `engaged` that touches it
-  PerTissue hardness{};      // m², for each tissue: the area that touches it, multiplied by the tissue's hardness
+  PerTissue tissue{};    // m², for each tissue: the part of `engaged` (contact area of the tool's end) that touches it
+  PerTissue hardness{};  // m², for each tissue: the area that touches it, multiplied by the tissue's hardness
 };
 
 /// Sums the cutting law over the tool voxels on the front of the tool's end, and looks for obstacles ahead of them.

@@ -22,7 +22,7 @@ class ImplantBody final : public offset::FieldBody {
   void cut_out(Snapshot& snapshot) override;
 
  private:
-  bool placed_ = false;  // true if an implant was placed since the last snapshot
+  bool placed_ = false;  // true if an implant was placed since the last snapshot was taken
 };
 
 }  // namespace typodont::haptics::implant

@@ -11,7 +11,7 @@ namespace typodont::haptics::implant {
 
 inline constexpr std::string_view kName = "implant";
 
-/// An implant bed: a hole in the bone, or the bore of a placed implant. SI, frame W.
+/// An implant bed: a hole in the bone, or the bore of a placed implant. SI units; vectors in the workbench frame W.
 struct Bed {
   dvec3 entry_W{0};        // m, point where the bed's axis crosses the bone's surface
   dvec3 axis_W{0, 0, -1};  // unit vector along the bed's axis, from the bone's surface to the bottom
@@ -54,24 +54,25 @@ struct Parameters {
   // rad/s, largest rate of change of the orientation after the tool has entered or left a bed
   double turn_slew = 0.5;
   double sliding_drag = 2;  // N·s/m, viscous friction of a tool that slides in the bed
-  double steps = 1;         // voxels of the tissue, largest advance of the tool per tick (Zhao 2020, eq. 9)
+  double steps = 1;         // largest advance of the tool per tick, in voxels of the tissue (Zhao 2020, eq. 9)
   // true: eq. (7) of Zhao 2020 as printed; a tool in a bed then moves only if there is an obstacle. false: the
   // corrected equation (README.md).
   bool as_printed = false;
   // Hounsfield units, grey values of the tissues with the hardness 1
   double cortical_grey = 1650, cancellous_grey = 1250, tooth_grey = 3000, metal_grey = 10000,
          soft_grey = 50;  // Hounsfield units, grey value of nerve and gum
-  // An implant with the surface area torque_surface needs the insertion torque `torque` · (grey value of the bone /
-  // torque_grey)^torque_exponent. If an earlier tool has cut a thread into the bed's wall, this torque is multiplied by
-  // tapped_share.
-  // N·m, insertion torque of the reference implant (torque_surface) in the reference bone (torque_grey)
+  // N·m, insertion torque of the reference implant (surface area torque_surface) in the reference bone (grey value
+  // torque_grey). For other bone, this torque is multiplied by (grey value of the bone / torque_grey)^torque_exponent.
+  // If an earlier tool has cut a thread into the bed's wall, it is also multiplied by tapped_share.
   double torque = 0.489;
-  double torque_grey = 1050;  // Hounsfield units, grey value that corresponds to bone of 0.64 g/cm³
+  // Hounsfield units, grey value of the reference bone; it corresponds to a density of 0.64 g/cm³
+  double torque_grey = 1050;
   // exponent of the grey value in the insertion torque; fitted to 48.9 N·cm at 0.64 g/cm³ and 11.7 N·cm at 0.32 g/cm³
   double torque_exponent = 2.06;
   double torque_surface = 163e-6;  // m², surface area of the reference implant of 4 × 13 mm
-  double tapped_share = 0.6;       // ratio of the torque in a bed with a cut thread to that in a bed without one
-  std::vector<Bed> beds;           // beds that exist at the start of the session
+  // ratio of the insertion torque in a bed with a cut thread to that in a bed without a thread
+  double tapped_share = 0.6;
+  std::vector<Bed> beds;  // beds that exist at the start of the session
 };
 
 /// Reads the parameters described in README.md from a scene file. Throws Error.

@@ -11,16 +11,16 @@ namespace typodont::haptics::implant {
 namespace {
 
 constexpr double kLeastSpindleSpeed = 1e-3;  // rad/s, a spindle that is slower than this counts as stopped
-// m, tolerance: while a tool is farther than this from the bed's axis, it must not cut
+// m, tolerance: the tool must not cut while its tip is farther than this from the bed's axis
 constexpr double kAtPlace = 2e-6;
 // If the cosine of the angle between force and tool axis is larger than this, the tool touches with its tip.
 constexpr double kTipContactCosine = 0.5;
 constexpr double kThreadGrips = 0.2e-3;  // m, depth in the bed at which a thread starts to engage
 // m, tolerance: an implant this close to its final depth, or to the bottom of the bed, is seated
 constexpr double kSeated = 0.05e-3;
-// Width of the range of torques in which a motor becomes slower, as a fraction of its stall torque. Up to (1 - this
-// fraction) × stall torque, the motor has its full speed. Above, the speed decreases linearly to zero at the stall
-// torque.
+// Width of the range of torques in which a motor becomes slower, as a fraction of its stall torque. The motor has its
+// full speed up to the torque (1 - this fraction) × stall torque. At larger torques the speed decreases linearly, to
+// zero at the stall torque.
 constexpr double kSpeedHeldUpTo = 0.1;
 constexpr double kTorqueTime = 4e-3;  // s, time constant of the low-pass filter for the torque about the tool's axis
 // m; the depth of a bed is measured with samples along the bed's axis; this is the distance between two samples
@@ -385,9 +385,9 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   const double drawn = implant.pitch * turn / (2 * kPi);
   const double step = std::clamp(std::min(drawn, look_.free), -most, most);
   axial_.speed = step / in.dt;
-  // +1 or -1, direction of the bone's torque about the tool's z axis. The bone opposes a rotating thread with the full
-  // torque, and a resting thread with no torque. A motor screws a tool in by rotation about the tool's +z, a hand by
-  // rotation about -z.
+  // Direction of the bone's torque about the tool's z axis, +1 or -1. The torque opposes the rotation of the thread; a
+  // resting thread gets no torque. When a motor screws a tool in, the rotation counts as positive about z; when a hand
+  // does, as negative.
   const double against = implant.by_hand ? 1 : -1;
   const double felt = turn == 0 ? 0 : against * (turn > 0 ? torque : -parameters_.tapped_share * torque);
   torque_ += (felt - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
@@ -399,7 +399,8 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   return step;
 }
 
-/// Returns the torque in N·m that rotates a thread at depth `tip` in its bed (README.md, "Insertion torque").
+/// Returns the torque (N·m) that is needed to rotate a thread whose tip is at the depth `tip` (m) in the bed
+/// (README.md, "Insertion torque").
 double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
   if (bed.bore) return 0;
   constexpr double kApart = 1e-3;  // m, distance along the bed's axis between two samples of the bone at the thread

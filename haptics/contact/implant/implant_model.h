@@ -29,7 +29,8 @@ enum class Motion : std::uint32_t {
 /// Tissue label of a placed implant (a metal). Scenes assign the properties of titanium to it.
 inline constexpr Tissue kPlacedTissue = Tissue::kAmalgam;
 
-/// Contact model for the servo thread. SI units unless stated otherwise; T is the tool's frame, V the voxel frame.
+/// Contact model for the servo thread. SI units unless stated otherwise. T is the tool's frame, V the frame of the
+/// voxel grid.
 class ImplantModel final : public offset::OffsetModel {
  public:
   ImplantModel(const ServoSettings& settings, const Parameters& parameters);
@@ -78,11 +79,13 @@ class ImplantModel final : public offset::OffsetModel {
   Parameters parameters_;
   std::vector<ToolVoxels> voxels_;  // voxel models, one for each tool
   std::vector<EndVoxels> ends_;     // for each tool: the voxels in front of its end
-  EndLaw law_;  // parameters that depend on the tissues; look_ahead() adds those of the tool and of the present tick
-  // For each tissue and each hardness byte: the torque of a thread relative to reference bone, (grey value /
-  // reference)^exponent.
+  // parameters that depend on the tissues; look_ahead() adds the parameters of the tool and the present tick
+  EndLaw law_;
+  // For each tissue and each hardness byte: ratio of a thread's torque in this bone to its torque in the reference
+  // bone.
   std::array<std::array<double, 256>, kTissueCount> thread_resistance_{};
-  std::array<dvec3, 12> around_thread_;  // unit vectors in T, perpendicular to the tool's axis, evenly spaced around it
+  // unit vectors evenly spaced around the tool's axis and perpendicular to it, in the tool's frame T
+  std::array<dvec3, 12> around_thread_;
   std::vector<Bed> beds_;
   static constexpr std::size_t kMostBeds = 64;
 

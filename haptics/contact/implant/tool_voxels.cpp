@@ -17,9 +17,11 @@ constexpr double kFacingEnd = 0.5;
 constexpr int kNear = 4;
 constexpr int kParts = 8;           // to average 1/r, a voxel is divided into this number of parts per edge
 constexpr double kRounding = 1e-6;  // voxels, tolerance for rounding errors
-// voxels; to detect a sharp rim, the head's normal on its surface is compared with the one this far below the surface
+// Voxels. To find out whether a rim is sharp, the head's normal is computed twice: on the surface, and this far below
+// it.
 constexpr double kWithin = 0.05;
-// if the cosine of the angle between the head's normals at and below its surface is less than this, the rim is sharp
+// a rim is sharp if the cosine of the angle between the head's normals on the surface and below it (kWithin) is less
+// than this
 constexpr double kSmooth = 0.97;
 
 /// Returns the mean of 1/r (r: distance from the tool's axis) over a voxel's square section across the axis.

@@ -11,7 +11,8 @@
 
 namespace typodont::haptics::implant {
 
-/// A voxel of the tool's outer layer: its centre is within half a layer thickness of the head's surface. Frame T.
+/// A voxel of the tool's outer layer: its centre is within half a layer thickness of the head's surface. Positions and
+/// normals are in the tool's frame T.
 struct ToolVoxel {
   glm::vec3 p;      // m, centre of the voxel
   glm::vec3 n;      // unit normal, pointing out of the head
@@ -38,15 +39,16 @@ struct ToolVoxels {
 /// are all 1.
 ToolVoxels make_tool_voxels(const Tool& tool, double edge, int layers);
 
-/// Force and torque of the tissue on the tool, divided by the feed speed. Frame T; the torque is about T's origin.
+/// Force and torque of the tissue on the tool, divided by the feed speed. Both are in the tool's frame T; the torque is
+/// about the origin of T.
 struct CuttingWrench {
   dvec3 force{0};   // N·s/m, force per feed speed
   dvec3 torque{0};  // N·s, torque per feed speed
 };
 
-/// Adds the contribution of one voxel to eq. (2) of Zhao 2020. `u`: specific cutting energy (J/m³); `along`: unit feed
-/// direction in T; `speed`: spindle speed (rad/s, about T's z); `alpha`: ratio of tangential to normal force. Adds
-/// nothing if the voxel does not face the feed.
+/// Adds the contribution of one voxel to eq. (2) of Zhao 2020. `u`: specific cutting energy (J/m³); `along`: unit
+/// vector of the feed in the tool's frame T; `speed`: speed of the spindle (rad/s) about T's z axis; `alpha`: ratio of
+/// tangential to normal force. Adds nothing if the voxel does not face the feed.
 inline void add_cutting(const ToolVoxel& voxel, double u, const dvec3& along, double speed, double alpha,
                         CuttingWrench& sum) noexcept {
   const dvec3 n(voxel.n), p(voxel.p);

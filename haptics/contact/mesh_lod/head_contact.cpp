@@ -12,10 +12,11 @@ constexpr double kOverlap = 1e-9;
 // Allowed overlap of a resting head with the tissue, as a ratio to the head's radius. Without it, a head with a sharp
 // rim could never re-enter the hole that it has cut, because the hole has exactly the head's width.
 constexpr double kSlack = 0.01;
-// The next list of contact points is begun when the head has moved by more than this fraction of HeadPoints::kept, the
-// displacement up to which the present list is used.
+// Each list of contact points is used until the head has moved by HeadPoints::kept. The next list is begun earlier:
+// when the head has moved by more than this fraction of that length.
 constexpr double kAhead = 0.4;
-constexpr int kMostListed = 600;     // largest effort of HeadLister::work() in a tick; a face or a point counts 1
+// largest effort of HeadLister::work() in a tick; unit: the work for one face or one point
+constexpr int kMostListed = 600;
 constexpr double kLiftReach = 2e-3;  // m, search distance for the surface, from a point inside the tissue
 
 }  // namespace
@@ -26,7 +27,7 @@ double HeadContact::moved_since(const HeadPoints& list, const dvec3& c) const no
   return displacement_bound(list.points.listed_at(), {c, R_WT_}, head_.reach());
 }
 
-/// Makes sure that the list contains the contact points around the head at c.
+/// Makes sure that the list contains the contact points around the head with its centre at c.
 void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) noexcept {
   if (HeadPoints* const prepared = std::exchange(prepared_, nullptr);
       prepared && moved_since(*prepared, c) <= prepared->kept) {
@@ -45,7 +46,7 @@ void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) no
   listed_ = true;
 }
 
-/// Makes a part of the next list of contact points. The next list is begun when the head has moved so far that it may
+/// Makes a part of the next list of contact points. Begins this list when the head has moved so far that the list may
 /// soon be needed.
 void HeadContact::list_ahead(const TriangleGrid& grid) noexcept {
   if (!divides_ || !listed_ || list_.points.empty()) return;
@@ -58,7 +59,7 @@ void HeadContact::list_ahead(const TriangleGrid& grid) noexcept {
   if (lister_.work(grid, head_, next_, kMostListed) && moved_since(next_, c_) <= next_.kept) std::swap(list_, next_);
 }
 
-/// Returns the distance from the head at c to the nearest listed point, m.
+/// Returns the distance from the head, with its centre at c, to the nearest listed contact point, m.
 double HeadContact::least_distance(const dvec3& c) noexcept {
   const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(R_WT_)));
   double least = list_.margin - moved_since(list_, c);

@@ -12,8 +12,8 @@ namespace typodont::haptics::mesh_lod {
 /// is valid, the next list is made, a part of it in each tick.
 class HeadContact final : public SurfaceContact {
  public:
-  /// `divides`: true: a list of contact points is made in parts, and lists that the carver thread has made are used;
-  /// false: as in the servo's force laws before version 12.
+  /// `divides`: true: a list of contact points is made in several parts, and lists made by the carver thread are used;
+  /// false: neither is done, as in the servo's force laws before version 12.
   HeadContact(const Tool& tool, bool divides);
 
   double radius() const noexcept override { return head_.radius(); }
@@ -36,7 +36,8 @@ class HeadContact final : public SurfaceContact {
  private:
   double margin() const noexcept { return vertex::FollowParameters::margin * head_.radius(); }
   double kept() const noexcept { return vertex::FollowParameters::kept * head_.radius(); }
-  /// Returns the largest displacement of any point of the head at c since the points of the list were found, m.
+  /// Returns the largest displacement (m) of any point of the head since the points of `list` were found. `c`: present
+  /// position of the head's centre.
   double moved_since(const HeadPoints& list, const dvec3& c) const noexcept;
   void list_where_needed(const TriangleGrid& grid, const dvec3& c) noexcept;
   void list_ahead(const TriangleGrid& grid) noexcept;

@@ -17,7 +17,7 @@ std::uint64_t hash_of(const dvec3& p) noexcept {
   return h;
 }
 
-/// Returns the number of additional points on a face whose edges are divided into n parts.
+/// Returns the number of additional contact points on a face whose edges are divided into n parts.
 std::size_t points_on(int n) noexcept {
   return static_cast<std::size_t>((n + 1) * (n + 2) / 2 - 3);
 }
@@ -116,7 +116,7 @@ void HeadLister::list_points(const TriangleGrid& grid, const vertex::VertexHead&
     for (int u = 0; u <= n; ++u) {
       for (int v = 0; v <= n - u; ++v) {
         const int w = n - u - v;
-        if (u == n || v == n || w == n) continue;  // this point is a corner of the face itself
+        if (u == n || v == n || w == n) continue;  // this point is a corner of the face, which is already in the list
         const dvec3 p =
             (static_cast<double>(u) * face.a + static_cast<double>(v) * face.b + static_cast<double>(w) * face.c) /
             static_cast<double>(n);

@@ -28,8 +28,8 @@ struct HeadPoints {
 
   mesh::NearPoints points{kMost};
   std::vector<Share> shares;  // one for each point
-  // m. margin: the list contains all points within this distance of the head at the pose points.listed_at(). kept: the
-  // list is used until the head has moved by more than this.
+  // m. margin: the list contains all points within this distance of the head at the pose for which it was made
+  // (points.listed_at()). kept: the list is used until the head has moved by more than this.
   double margin = 0, kept = 0;
 
   HeadPoints() { shares.reserve(kMost); }
@@ -49,9 +49,9 @@ class HeadLister {
   /// (m). Finds the faces near the head.
   void begin(const TriangleGrid& grid, const vertex::VertexHead& head, const Pose& X_W, double margin, double kept,
              HeadPoints& list) noexcept;
-  /// Continues the list that begin() has begun, with the same grid, head and list, until the effort reaches about
-  /// `most` (a face counts 1, a point on it counts 1). Returns true if the list is complete. The list does not depend
-  /// on the number of calls.
+  /// Continues the list that begin() has begun, with the same grid, head and list. Stops when the effort reaches about
+  /// `most`; a face and a contact point count 1 each. Returns true if the list is complete. The list does not depend on
+  /// the number of calls.
   bool work(const TriangleGrid& grid, const vertex::VertexHead& head, HeadPoints& list, int most = kNoLimit) noexcept;
   /// Returns true while a list is being made: after begin(), until work() has returned true.
   bool open() const noexcept { return open_; }

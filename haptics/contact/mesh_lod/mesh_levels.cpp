@@ -22,9 +22,10 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-// Ratios of the numbers of vertices of the levels in Wang et al. 2009, Table 2: 33,140, 13,306 and 7,443.
+// Ratios of the second and the third level's number of vertices to that of the first level. Wang et al. 2009, Table 2:
+// the levels have 33,140, 13,306 and 7,443 vertices.
 constexpr double kSecondLevel = 13306.0 / 33140, kThirdLevel = 7443.0 / 33140;
-constexpr std::size_t kFewestVertices = 64;  // smallest number of vertices of a default level
+constexpr std::size_t kFewestVertices = 64;  // smallest number of vertices of a level whose number is not given
 // Limit of the number of attempts. Each attempt simplifies to another number of triangles, to get the requested number
 // of vertices.
 constexpr int kTries = 8;
@@ -103,9 +104,9 @@ class Simplifier {
  private:
   const TissueMesh& mesh_;
   std::vector<unsigned> indices_;
-  std::vector<std::uint32_t> original_;  // for each copy: index of the original vertex
-  std::vector<Tissue> tissue_;           // for each copy: its tissue
-  std::vector<float> positions_;         // m, position of each copy, relative to the first vertex
+  std::vector<std::uint32_t> original_;  // for each copy of a vertex: index of the original vertex
+  std::vector<Tissue> tissue_;           // for each copy of a vertex: its tissue
+  std::vector<float> positions_;         // m, position of each copy of a vertex, relative to the mesh's first vertex
 };
 
 /// Removes vertices that no triangle uses.
@@ -192,8 +193,8 @@ TissueMesh without_double_faces(const TissueMesh& mesh) {
     std::ranges::sort(v);
     return v;
   };
-  // true if the indices of the face's corners increase when they are read from the smallest index on; of two faces with
-  // the same corners and opposite orientations, one gives true and the other gives false
+  // Returns true if the corners of face i have increasing indices when they are read in their order, starting with the
+  // smallest index. Two faces with the same corners and opposite orientations give different results.
   const auto rises = [&](std::size_t i) {
     const glm::uvec3& t = mesh.triangles[i];
     return (t.x < t.y && t.y < t.z) || (t.y < t.z && t.z < t.x) || (t.z < t.x && t.x < t.y);

@@ -54,7 +54,8 @@ class MeshLodBody final : public TissueBody {
 
   std::shared_ptr<const Levels> levels_;
   std::optional<vertex::VertexBody> solid_;
-  // m; travel_: distance that a tool may move before the next snapshot is due; reach_: largest reach of all tools
+  // m. travel_: distance that a tool may move before the next snapshot is due. reach_: largest distance from the origin
+  // of a tool's frame to the tool's farthest point, over all tools.
   double travel_, reach_ = 0;
   bool cut_ = false;            // true if the tissue was cut
   std::optional<Nanos> first_;  // time of the first cut since the last snapshot

@@ -170,9 +170,9 @@ bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
   return true;
 }
 
-/// Moves the contact point to the mesh of another level of detail, with the hand's position of the last tick. `anew`:
-/// if true, computes the contact point from the hand's position alone, as for a first contact; if false, the resulting
-/// step of the force is applied gradually.
+/// Moves the contact point to the mesh of another level of detail; `hip_` is the hand's position of the last tick.
+/// `anew`: true: computes the contact point from the hand's position alone, as for a first contact; false: the step of
+/// the force that the new mesh causes is applied gradually.
 void MeshLodModel::take_over(bool anew) noexcept {
   const dvec3 before = point().place();
   if (anew) {
@@ -206,8 +206,9 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const bool renewed = std::exchange(adopted_, false) && !give;
   const bool switched = choose_level(in);
   out.level = static_cast<std::uint32_t>(level_);
-  // While the tool is free, the servo may move it by up to clearance() without calling this model. On an open mesh, the
-  // tool may have passed through a hole in this time. So the contact starts anew at the tool's present position.
+  // While the tool is free, the servo may move it by up to clearance() without calling this model. On an open mesh (a
+  // mesh with borders), the tool may then have passed through a hole. So the contact starts anew at the tool's present
+  // position.
   const bool fresh = !placed_;
   if (fresh) {
     const Pose X_WG{in.X_WG.p, in.X_WT.R};

@@ -86,18 +86,21 @@ class MeshLodModel final : public ContactModel {
   Parameters parameters_;
   MeshSnapshot snapshot_;
   std::vector<std::unique_ptr<SurfaceContact>> points_;  // for each tool: its contact with the mesh
-  std::vector<dvec3> ends_;                              // m, frame T, for each tool: centre of its ball or other head
+  // m, for each tool: centre of its contact shape (ball or other head), in the tool's frame T
+  std::vector<dvec3> ends_;
   std::uint32_t tool_ = 0;
   LevelBySpeed by_speed_;
   std::size_t level_ = 0;
-  bool placed_ = false;  // true if the contact shape (ball or other head) is at the tool's present position
+  // true if the contact shape (ball or other head) has been placed at the tool's present position
+  bool placed_ = false;
   // true: since the last tick, the servo has moved the tool without contact; placed_ is then false
   bool moved_freely_ = false;
   dvec3 hip_{0};  // m, position of the hand in the last tick ("haptic interface point")
   // m; after a change of level or wall, the contact point is displaced by this vector towards its earlier position; the
   // vector shrinks to zero, so that the force does not jump
   dvec3 offset_{0};
-  bool eases_ = false;  // true if the bur has cut since it last lost contact; ease() then limits its force
+  // true if the bur has cut since it last lost contact; ease() then limits the change of its force
+  bool eases_ = false;
   // m, vector from the hand to the position of the tool that was returned to the servo in the last tick
   dvec3 last_lag_{0};
   dquat last_R_{1, 0, 0, 0};  // orientation of the hand in the last tick

@@ -48,7 +48,7 @@ inline constexpr std::uint32_t kLawsOfParts = 12;
 /// Sizes and update rate of the snapshots (copies of the mesh around the tool) in a session with a cutting tool.
 struct LocalParameters {
   static constexpr double travel = 2e-3;  // m, distance that the tool may move before the next snapshot is due
-  // m, additional width of a snapshot, beyond the tool's size and its allowed motion `travel`
+  // m, width that a snapshot has beyond the tool's size and the motion `travel` that is allowed in it
   static constexpr double margin = 0.5e-3;
   // ratio to the head's radius; contact points from the carver thread are valid up to this displacement of the head
   static constexpr double listed = 0.45;

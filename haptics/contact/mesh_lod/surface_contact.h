@@ -20,8 +20,8 @@ struct Hold {
   bool wall = false;
 };
 
-/// Contact between one tool and a mesh. Servo thread; allocates memory only in the constructor. Metres, frame W. The
-/// contact shape is the ball or other head with which the tool touches the mesh.
+/// Contact between one tool and a mesh. Servo thread; allocates memory only in the constructor. Lengths are in metres,
+/// vectors in the workbench frame W. The contact shape is the ball or other head with which the tool touches the mesh.
 class SurfaceContact {
  public:
   virtual ~SurfaceContact() = default;
@@ -36,7 +36,7 @@ class SurfaceContact {
   /// Returns true if the last follow() moved the tool out of tissue that overlapped it.
   bool leading_out() const noexcept { return leading_out_; }
 
-  /// Returns the radius of a ball, or the largest radius of another head, m.
+  /// Returns the radius of the contact shape, m: of a ball, or the largest radius of any other head.
   virtual double radius() const noexcept = 0;
   /// Returns the distance from the centre of the contact shape (ball or other head) to its farthest point, m.
   virtual double reach() const noexcept = 0;
@@ -45,8 +45,7 @@ class SurfaceContact {
 
   /// Sets the orientation of the tool for all following calls.
   virtual void turn_to(const dquat& /*R_WT*/) noexcept {}
-  /// Must be called before a call with a grid that differs from the previous one, and after the faces of the grid have
-  /// changed.
+  /// Must be called after the faces of the grid have changed, and before the first call with another grid.
   virtual void mesh_changed() noexcept {}
   /// Passes the contact points around this tool that the carver has listed in the new mesh. Must be called after
   /// mesh_changed(). Until the next mesh_changed(), this object may exchange the contents of `points` for those of its
@@ -61,17 +60,18 @@ class SurfaceContact {
   /// Transfers the contact to another mesh. The new position is the point outside that mesh that is nearest to the old
   /// position (SCP mapping, paper S3, section 3.2).
   virtual void map_to(const TriangleGrid& grid) noexcept = 0;
-  /// Follows the hand's position `hip` (haptic interface point). `give` = true: where the head overlaps faces, the
-  /// tissue counts as removed to the depth of the overlap.
+  /// Follows the hand's position `hip` (haptic interface point). `give`: true: tissue that the head overlaps counts as
+  /// removed down to the depth of the overlap, so it does not push the head out.
   virtual void follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept = 0;
-  /// Moves the centre into the tissue. A following follow() with `give` = true then treats the overlapped tissue as
-  /// removed.
+  /// Moves the centre of the contact shape (ball or other head) into the tissue. In the next follow() with `give` =
+  /// true, the overlapped tissue counts as removed.
   void sink_to(const dvec3& c) noexcept { c_ = c; }
 
-  /// Returns the distance from the tool at p to the surface, but at most `most`.
+  /// Returns the distance (m) from the surface to the contact shape (ball or other head) with its centre at p, but at
+  /// most `most`.
   virtual double clearance(const TriangleGrid& grid, const dvec3& p, double most) noexcept = 0;
-  /// Returns the area of the surface that touches or overlaps the head, projected along the unit vector `way`, for each
-  /// tissue, m².
+  /// Returns for each tissue the area (m²) of the surface that touches or overlaps the head, projected onto the plane
+  /// perpendicular to the unit vector `way`.
   virtual PerTissue engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept = 0;
 
  protected:

@@ -31,7 +31,8 @@ constexpr double kLeastInCut = 50e-6;  // m, lower limit of (kReachInCut × the 
 // search distance for the next iteration, as a ratio to the length of the last step; below 1, because the steps become
 // shorter
 constexpr double kNextReach = 0.25;
-constexpr int kCollectedPerTest = 4;  // number of faces that are collected in the time that the test of one face takes
+// number of faces that can be collected in the time in which one face can be tested; used to estimate the effort
+constexpr int kCollectedPerTest = 4;
 // m, rounding tolerance: a face that rises above another face's plane by at most this needs no plane of its own
 constexpr double kBelow = 1e-11;
 // m, rounding tolerance in float precision for the test whether a face lies below another face's plane
@@ -45,8 +46,9 @@ constexpr double kLeastAlong = 0.3;
 // m; if the distance of the ball's centre from a face is less than this, the contact direction is the face's normal
 constexpr double kNoDirection = 1e-13;
 
-/// Finds the bounding boxes of faces within the distance `far` of p. Writes their indices to `at` and returns their
-/// number. The last batch of eight may contain unused elements.
+/// Finds the faces whose bounding boxes (`lo`, `hi`) are within the distance `far` of p. Writes their indices to `at`
+/// and returns their number. The arrays must have up to seven more elements than `count`, because eight elements are
+/// read at a time.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size_t count, const float* p, float far,
                        std::uint32_t* at) {
@@ -71,8 +73,8 @@ std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size
   return found;
 }
 
-/// Finds the planes that do not lie clearly below q. Writes their indices to `at` and returns their number. A plane
-/// consists of the points x with normal · x = -distance, in the coordinate system of q.
+/// Finds the planes that are above the point q or less than `clear` below it. Writes their indices to `at` and returns
+/// their number. A plane consists of the points x with normal · x = -distance, in the coordinate system of q.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_planes_above(const float* const* normal, const float* distance, std::size_t count, const float* q,
                               float clear, std::uint32_t* at) {
@@ -93,9 +95,9 @@ std::size_t list_planes_above(const float* const* normal, const float* distance,
 }
 
 constexpr std::size_t kLanes = 8;
-// For at most this number of faces, nearest_on() is as fast as find_nearest(), which needs copies of the faces. On the
-// model of a dental arch (212,000 vertices), find_nearest() makes the tick of an explorer (a pointed probe) 10 %
-// faster, and the tick of a bur in a cavity 13 %.
+// Up to this number of faces, nearest_on() tests the faces one by one. For more faces, find_nearest() tests eight at
+// once, although it must copy them first. On the model of a dental arch (212,000 vertices), find_nearest() makes the
+// tick of an explorer (a pointed probe) 10 % faster, and the tick of a bur in a cavity 13 %.
 constexpr std::size_t kFewFaces = 6;
 
 /// Eight faces, and the results of find_nearest() for them, one lane for each face.
@@ -103,10 +105,10 @@ struct EightFaces {
   D8 a[3], b[3], c[3];                      // m, corners
   double p[3][kLanes];                      // m, nearest point of the face
   double n[3][kLanes];                      // unit vector from the nearest point to the given point
-  double square[kLanes], distance[kLanes];  // m², m, distance between the two points, and its square
+  double square[kLanes], distance[kLanes];  // squared distance (m²) and distance (m) between nearest and given point
   // index of the face's edge that contains the nearest point; -1: the point is in the face's interior
   double edge[kLanes];
-  unsigned corner = 0;  // bit mask: faces for which the nearest point is an end of the edge
+  unsigned corner = 0;  // bit mask of the faces for which the nearest point is an end of the edge
 };
 
 /// Computes the nearest points of eight faces to `point` with the same operations as nearest_on().
@@ -296,7 +298,8 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, std::uint64_
     dvec3 off = c_ - q;
     off -= glm::dot(off, up) * up;
     const dvec3 away = unit_or(glm::cross(b - a, up), dvec3(0));
-    if (glm::dot(off, away) < 0) continue;  // the ball is on the other side of the wall
+    // the ball's centre is already behind this wall, so the wall does not stop it
+    if (glm::dot(off, away) < 0) continue;
     const double distance = glm::length(off);
     if (distance > reach + kWallSkin) continue;
     room = planes_.add({distance > kNoDirection ? off / distance : away, std::max(distance - kWallSkin, 0.0), q, order,
@@ -414,10 +417,9 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   return room;
 }
 
-/// Speeds up the motion of the ball around an edge or corner. With the plane alone, each iteration would move the ball
-/// only a part of the path around the edge. So the step is extended along the plane, until it ends on the line through
-/// the hand and the face's point nearest to the hand. From there, the next iteration approaches the edge from the
-/// correct side.
+/// Extends a step of the ball around an edge or corner. With the plane alone, each iteration would move the ball only a
+/// part of the path around the edge. So the step continues along the plane until the line through the hand and the
+/// face's point nearest to the hand. From there, the next iteration approaches the edge from the correct side.
 void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const Plane& plane,
                               dvec3& step) const noexcept {
   if (plane.wall >= 0 || options_.radius <= kSkin) return;
@@ -515,8 +517,8 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
 }
 
 /// Uses the collected faces if they include all faces near the ball; otherwise searches the grid. Before version 12 of
-/// the force laws, the areas are added in the order of the grid. So the sum has the same bits with the collected faces
-/// as with a search of the grid.
+/// the force laws, the areas of collected faces are added in the order in which the grid reports faces. So the sum has
+/// the same bits in both cases.
 PerTissue SurfacePoint::engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept {
   PerTissue area{};
   const double within = (1 + kOnHead) * radius();

@@ -17,8 +17,9 @@ struct SurfaceOptions {
   double radius = 0;  // m, radius of the tool's end; 0: a point
   // true: borders between tissues have walls, which stop a tool only on its way from the softer to the stiffer tissue
   bool walls = true;
-  double wall_limit = 0.5;   // N, force above which a wall yields
-  double unit_force = 1000;  // N/m, stiffness of the coupling for a material stiffness of 1 N/mm
+  double wall_limit = 0.5;  // N, force above which a wall yields
+  // N/m, stiffness of the coupling (the spring to the hand) in a material with the stiffness 1 N/mm
+  double unit_force = 1000;
   // true: one call of follow() tests a limited number of faces (kMostTested), and ends as soon as the position is known
   // to be final; false: as in the servo's force laws before version 12
   bool divides = true;
@@ -46,8 +47,8 @@ class SurfacePoint final : public SurfaceContact {
   double reach() const noexcept override { return radius(); }
   double outlook() const noexcept override { return radius() + kFarthest; }
 
-  /// Starts a contact at p. Returns false if p was inside the tissue, or nearer to the tissue than the radius; the
-  /// point is then moved out.
+  /// Starts a contact with the ball's centre at p. If p is inside the tissue, or nearer to it than the ball's radius,
+  /// moves the ball out and returns false.
   bool put(const TriangleGrid& grid, const dvec3& p) noexcept override;
   void put_free(const dvec3& p) noexcept override;
   void map_to(const TriangleGrid& grid) noexcept override;
@@ -72,7 +73,8 @@ class SurfacePoint final : public SurfaceContact {
   // true after a wall has yielded: all walls are ignored until the contact is on the harder tissue `beyond_`
   bool behind_ = false;
   Tissue beyond_ = Tissue::kAir;  // the harder tissue of the wall that yielded
-  // Indices and boxes of at most kMostNear collected faces, with one array per coordinate; kBatch: faces per vector.
+  // Indices and bounding boxes of the collected faces, with one array per coordinate. kMostNear: largest number of
+  // collected faces; kBatch: number of faces that one vector instruction tests.
   static constexpr int kMostNear = 4096, kBatch = 8;
   // largest numbers of collected faces and of planes in versions of the force laws before 12
   static constexpr int kMostNearBefore12 = 2048, kMostPlanesBefore12 = 1024;
@@ -105,8 +107,8 @@ class SurfacePoint final : public SurfaceContact {
   std::array<Edge, kMostNear> edges_;
   // A face that touches or overlaps the ball.
   struct Engaged {
-    std::uint64_t order = 0;  // rank of the face in the order of the grid's search
-    double across = 0;        // m², area of the face projected along the direction of the cut
+    std::uint64_t order = 0;  // rank of the face in the order in which a search of the grid reports faces
+    double across = 0;        // m², area of the face, projected onto a plane perpendicular to the direction of the cut
     Tissue tissue = Tissue::kAir;
   };
   std::array<Engaged, kMostNear> engaged_;
@@ -129,7 +131,7 @@ class SurfacePoint final : public SurfaceContact {
       while (slots_[at].time == time_) at = (at + 1) % kSlots;
       slots_[at] = {time_, face, plane};
     }
-    /// Returns the index of the plane, or kNoPlane.
+    /// Returns the index in inner_ of the plane of a face; kNoPlane if the face has no plane there.
     std::uint32_t find(std::uint32_t face) const noexcept {
       std::size_t at = start(face);
       for (; slots_[at].time == time_; at = (at + 1) % kSlots) {
@@ -152,7 +154,8 @@ class SurfacePoint final : public SurfaceContact {
   };
   PlaneOfFace inner_of_;
   std::array<std::uint32_t, PlaneSet::kMost> above_{};
-  // effort of this call of follow(): number of tested faces, plus a quarter of the number of collected faces
+  // effort of this call of follow(): the number of tested faces, plus a quarter (1 / kCollectedPerTest) of the number
+  // of collected faces
   int tested_ = 0;
 };
 

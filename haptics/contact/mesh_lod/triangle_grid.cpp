@@ -10,15 +10,16 @@ namespace {
 
 constexpr double kCellEdges = 1.5;  // width of a grid cell, as a ratio to the mean edge length of the faces
 constexpr double kMostCells = 4e6;
-// Each cell lists the faces that overlap it. Upper limit of the total length of these lists, divided by the number of
-// faces. If they are longer, the grid gets larger cells.
+// Each cell lists the faces that overlap it. The total length of these lists is at most this number × the number of
+// faces, plus kFewEntries. If they would be longer, the grid gets larger cells.
 constexpr double kEntriesPerFace = 16;
-constexpr double kFewEntries = 1e6;  // total length of the lists that is always allowed, whatever the number of faces
+// total length of the cells' lists that is allowed in addition to kEntriesPerFace × number of faces
+constexpr double kFewEntries = 1e6;
 constexpr float kBoxMargin = 1e-7f;  // m, margin of a box, larger than the error of rounding the box to floats
 
-/// Returns the side of the line from a to b on which the origin lies: 1 left, -1 right. An origin exactly on the line
-/// is treated as if it were displaced slightly along the first axis, and even less along the second. So exactly one of
-/// the two faces at an edge contains the origin.
+/// Returns on which side of the line from a to b the origin lies, in a plane: 1: left, -1: right. If the origin is
+/// exactly on the line, the result is that of an origin displaced slightly along the first axis, and even less along
+/// the second. So exactly one of the two faces at an edge contains the origin.
 int side(double au, double av, double bu, double bv) noexcept {
   const double one = au * bv, other = bu * av;
   if (one != other) return one > other ? 1 : -1;
@@ -125,7 +126,7 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
   std::partial_sum(start_.begin(), start_.end(), start_.begin());
   entries_.resize(start_.back());
   std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
-  // The faces of a cell are listed in the order of the mesh.
+  // Puts the faces of each cell into the order that they have in the mesh.
   std::vector<std::uint32_t> by_rank(rank_.size());
   for (std::uint32_t i = 0; i < rank_.size(); ++i) by_rank[rank_[i]] = i;
   for (std::uint32_t k = 0; k < boxes_.size(); ++k) {
@@ -136,7 +137,7 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
 
 /// Sorts the faces by the blocks of the grid, so that faces that are near each other are also near in memory.
 void TriangleGrid::sort_faces(const TissueMesh& mesh) {
-  constexpr double kBlock = 4;         // edge of a block, in cells
+  constexpr double kBlock = 4;         // edge length of a block of faces, in cells of the grid
   constexpr double kMostBlocks = 1e6;  // upper limit of the number of blocks
   const auto corner_of = [&](std::size_t i) {
     const glm::uvec3& t = mesh.triangles[i];
@@ -159,7 +160,7 @@ void TriangleGrid::sort_faces(const TissueMesh& mesh) {
   std::partial_sum(start.begin(), start.end(), start.begin());
   rank_.resize(mesh.triangles.size());
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) rank_[start[block_of(i)]++] = i;
-  // start[k] is now the end of block k.
+  // The loop above has moved start[k] from the beginning of block k to its end.
   for (std::size_t k = 0; k + 1 < start.size(); ++k) {
     const std::uint32_t first = k == 0 ? 0 : start[k - 1];
     if (start[k] > first) blocks_.push_back({{}, first, start[k]});

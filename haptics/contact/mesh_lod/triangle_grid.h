@@ -12,7 +12,7 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// A triangle with data that make queries fast. SI units, frame W.
+/// A triangle with data that make queries fast. SI units; positions in the workbench frame W.
 struct Face {
   dvec3 a, b, c;
   Tissue tissue = Tissue::kAir;
@@ -41,7 +41,8 @@ struct OnFace {
 OnFace nearest_on(const Face& face, const dvec3& p) noexcept;
 /// Returns the point of the face's border nearest to p.
 OnFace nearest_on_edges(const Face& face, const dvec3& p) noexcept;
-// if the squared sine of a face's angle is smaller than this, the face is treated as its three edges
+// a face is a sliver if the squared sine of one of its angles is smaller than this; for a sliver, only the edges are
+// used
 inline constexpr double kSliver = 1e-12;
 /// Returns the point of the segment from a to b that is nearest to p.
 inline dvec3 nearest_on_segment(const dvec3& a, const dvec3& b, const dvec3& p) noexcept {
@@ -102,7 +103,7 @@ class TriangleGrid {
     dvec3 p{0};           // m, nearest point of the surface
     double distance = 0;  // m, distance from the query point to the nearest point of the surface
   };
-  /// Returns the point of the surface nearest to p, within `most` metres.
+  /// Returns the point of the surface nearest to p, if it is at most `most` metres away.
   Nearest nearest(const dvec3& p, double most) const noexcept;
 
   /// Returns six times the generalised winding number, computed with rays along the axes: 6 inside a closed mesh, 0

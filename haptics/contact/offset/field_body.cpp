@@ -67,10 +67,10 @@ TissueVolume::Copied whole(SurfacePatch& patch) {
 }  // namespace
 
 /// Moves a patch (dense copy of the field around the tool) so that its first voxel is `lo`, and updates its samples
-/// from the volume. If `known` is false, all samples are copied. If it is true, written_ contains all changes of the
-/// volume since the last copy, and only three parts are copied: these changes, the samples that the servo wrote itself,
-/// and the new samples on the sides to which the patch has moved. copy_part(box) copies a box; copy_written() copies
-/// the changes in written_.
+/// from the volume. `known`: false: all samples are copied; true: written_ contains all changes of the volume since the
+/// last copy. In this case only three parts are copied: these changes, the samples that the servo wrote itself, and the
+/// new samples on the sides to which the patch has moved. copy_part(box) copies a box; copy_written() copies the
+/// changes in written_.
 template <class CopyPart, class CopyWritten>
 void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, CopyPart copy_part,
                       CopyWritten copy_written) {

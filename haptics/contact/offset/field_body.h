@@ -52,7 +52,7 @@ class FieldBody : public TissueBody {
   std::vector<Tool> tools_;
   LoosePieces loose_pieces_;         // finds the pieces that a cut separates from the tissue
   std::vector<LoosePiece> pieces_;   // loose pieces that take_pieces() has not returned yet
-  TissueVolume::Written written_;    // changes of the volume since the patch to update was last copied
+  TissueVolume::Written written_;    // changes of the volume since it was last copied to the patch
   double travel_ = 0;                // m, distance that a head may move inside one patch (copy around it)
   std::uint32_t laws_ = kServoLaws;  // version of the force laws of the servo whose cuts are repeated
   // sample spacing and size of the coarse patch, the copy of the field around the shank; size 0: no tool has a shank

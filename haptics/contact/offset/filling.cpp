@@ -50,9 +50,9 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
       patch_.holds(filling_.center, filling_.radius + P::most_step + static_cast<double>(Sweep::kMargin));
   if ((filling_.idle || !has_room) && !search_open_place(ball(), reach)) return false;
 
-  // Computes how much the radius of the dome of filling must grow so that the free part of its surface adds the
-  // delivered volume that is not in the tissue yet. The size of the free part is known only from the last tick, so the
-  // volume that is really added may be smaller.
+  // Computes how much the radius of the dome of filling must grow. Only the free part of the dome's surface grows, and
+  // it must add the delivered volume that is not in the tissue yet. The size of the free part is known only from the
+  // last tick, so the volume that is really added may be smaller.
   const double before = filling_.radius, owed = filling_.owed / voxel;
   const double most =
       std::clamp(grown(before, owed + instrument.fill_rate * P::ahead / voxel) - before, P::step, P::most_step);

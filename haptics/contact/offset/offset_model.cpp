@@ -87,7 +87,8 @@ void OffsetModel::take_up(std::uint32_t which) noexcept {
 /// Determines the tissue that the head touches. The function samples the tissue below each contact, and weights the
 /// sample by the force of the contact.
 void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
-  constexpr double kFeltBelow = 0.5;  // voxels; the tissue is sampled at this depth below the surface
+  // voxels; the tissue in contact is sampled at this depth below the tissue's surface
+  constexpr double kFeltBelow = 0.5;
   const Step& p = step_;
   const double h = voxel();
   out.turns_tool = tool().shape != HeadShape::kSphere || heads_[tool_].smooth.any();

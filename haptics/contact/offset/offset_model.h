@@ -91,7 +91,8 @@ class OffsetModel : public PatchModel {
   double reach() const noexcept { return heads_[tool_].reach; }
   /// Returns a lower bound of the head's distance to tissue, in voxels. Valid only if it is positive.
   double free_distance(const dvec3& c) const noexcept { return sample_linear(patch_, c) - reach(); }
-  /// Returns a lower bound of the whole tool's distance to tissue. `head_free`: the lower bound for the head.
+  /// Returns a lower bound of the whole tool's distance to tissue, in voxels. `X_VT`: pose of the tool in the voxel
+  /// frame V; `head_free`: the lower bound for the head alone.
   double free_distance(const Pose& X_VT, double head_free) noexcept;
 
   // Functions that compute the pose of the proxy (proxy.cpp).
@@ -122,8 +123,9 @@ class OffsetModel : public PatchModel {
 
   // Functions that cut, and that repeat cuts in a new patch (copy of the field around the tool); see removal.cpp.
   bool carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept;
-  /// Removes the sweep of the head from in.X_WG to X_WB in the fine patch (field around the head) and in the coarse
-  /// patch (field around the shank). Returns true and sets `cut` if any sample changed.
+  /// Removes the sweep of the head from its present pose (in.X_WG) to the pose X_WB. Removes it in the fine patch
+  /// (field around the head) and in the coarse patch (field around the shank). Returns true and sets `cut` if any
+  /// sample changed.
   bool remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept;
   void carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept;
   void finish_coarse() noexcept;
@@ -153,16 +155,16 @@ class OffsetModel : public PatchModel {
   double wall_ = 0;
   bool breaking_through_ = false;
   double lost_for_ = 0;  // s, time since the tool was last inside the patch (copy of the field around it)
-  // N, force of the last contact before tissue data became late. The plane of this contact replaces the tissue until
-  // new data arrive; 0: there is no such plane.
+  // N, contact force at the time when the new patch became late. The plane that replaces the tissue yields to a force
+  // that is clearly larger than this. 0: no patch is late.
   double bridge_push_ = 0;
-  dvec3 bridge_from_{0};  // voxels, the head's centre when it left the patch (copy of the field)
+  dvec3 bridge_from_{0};  // voxels, the head's centre when the new patch (copy of the field) became late
   // s, remaining time in which the proxy returns smoothly to the surface, after a plane had replaced late tissue data
   double rejoining_ = 0;
   struct Retreat {
     RetreatPath path;
-    dvec3 held_at{0};      // voxels, position near which the proxy has been held
-    double held_for = 0;   // s, time for which the proxy has been held near held_at while the hand was far away
+    dvec3 held_at{0};      // voxels, position near which contacts have held the proxy
+    double held_for = 0;   // s, time that the proxy has stayed near held_at while the hand was far away
     bool leading = false;  // true while the proxy is led back along its path
     std::size_t to = 0;    // index of the path point to which the proxy is led back
     bool wedged = false;   // true if the proxy is stuck: the hand has moved away, and no path back was found
@@ -173,10 +175,11 @@ class OffsetModel : public PatchModel {
     dvec3 hand_speed{0}, hand_mean{0};
   } fall_;
 
-  // The next members are the state of the removal between two ticks.
+  // The next members are the state of the removal between two ticks. The active fronts contain, for the fine and for
+  // the coarse patch, the samples that the head can still change.
   CutFront front_, coarse_front_;  // samples (of both patches) that the head can still change: active fronts
-  Pose cut_end_;                   // pose at the end of the last cut
-  std::uint32_t cut_tool_ = 0;     // tool of the last cut
+  Pose cut_end_;                   // pose of the head at the end of the last cut
+  std::uint32_t cut_tool_ = 0;     // index of the tool that made the last cut
   // A cut in the coarse patch (for the shank). It joins several cuts of the fine patch, and may wait for a later tick.
   struct CoarseCut {
     Pose X_WA, X_WB;         // poses of the head at the start and at the end of the cut

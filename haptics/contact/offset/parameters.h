@@ -68,8 +68,8 @@ struct WallPlacementParameters {
   static constexpr double same_wall = 0.9;
   // voxels, largest allowed overlap of the placed ball with another plane of the same wall
   static constexpr double same_wall_overlap = 0.02;
-  // voxels; if the next step of a ball on a wall with only one contact would be longer than this, the iterative search
-  // is used
+  // Voxels. The position of a ball with only one contact is computed directly from its wall, and then checked by one
+  // iteration of the search. If this iteration would move the ball farther than this, the iterative search is used.
   static constexpr double alone = 2e-4;
 };
 
@@ -84,7 +84,7 @@ struct PaceParameters {
   // friction coefficient of the bur's cutting edges: lateral force divided by the force that presses the bur
   static constexpr double tooth_grip = 0.15;
   static constexpr double tolerance = 1.02;  // tolerance: the proxy's speed may exceed the speed limit by this factor
-  static constexpr int rounds = 4;           // largest number of iterations that enforce the speed limit
+  static constexpr int rounds = 4;  // largest number of iterations in which the speed limit of the proxy is enforced
   // s. A bur is in debt if its cuts needed more energy than its motor has delivered so far. The debt is given as the
   // time in which the motor delivers the missing energy. If the debt is larger than this, the bur is slowed down.
   static constexpr double free_debt = 3e-3;
@@ -94,8 +94,10 @@ struct PaceParameters {
 /// Parameters of a fall: the tissue under the bur was removed, so the hand accelerates until the bur meets tissue
 /// again. The parameters limit the speed at which the bur meets it (follow_fall).
 struct FallParameters {
-  static constexpr double rough_time = 2e-3;  // s, time constant of the filter for the hand's present velocity
-  static constexpr double speed_time = 0.1;   // s, time constant of the filter for the hand's mean velocity
+  // s, time constant of the low-pass filter that gives the hand's present velocity
+  static constexpr double rough_time = 2e-3;
+  // s, time constant of the low-pass filter that gives the hand's mean velocity
+  static constexpr double speed_time = 0.1;
   // s, time constant of the filter for the tissue's push on the bur before a fall (the tissue under the bur is removed)
   static constexpr double push_time = 0.05;
   // N/s. The hand may be in a fall (the tissue under the bur was removed) if (present velocity of the hand - its mean
@@ -109,8 +111,8 @@ struct FallParameters {
   static constexpr double landing_slew = 12;
   // After a fall, the bur may always meet tissue at a speed of up to this factor times the hand's mean speed.
   static constexpr double growth = 1.2;
-  // N/s, limit of the braking in a fall: (speed of the hand - largest allowed speed of the bur) × stiffness is at most
-  // this.
+  // N/s, limit of the braking in a fall. It limits the product (speed of the hand - largest allowed speed of the bur) ×
+  // stiffness, because the force grows at this rate while the bur is slower than the hand.
   static constexpr double brake = 12;
 };
 
@@ -137,8 +139,8 @@ struct RecoveryParameters {
   static constexpr double least_overlap = 0.01;  // voxels; with a smaller overlap the tool counts as outside the tissue
   // s; if the tool has been outside its patch (field around it) for longer than this, the new patch counts as late
   static constexpr double patch_wait = 0.01;
-  // m. While the tool is outside the patch (copy of the field), a plane replaces the tissue. If the tool is farther
-  // than this from where it left the patch, the force of the plane decreases.
+  // m. While the tool is outside the patch (copy of the field), a plane replaces the tissue. After a new patch has
+  // become late, the force of the plane decreases if the head has moved farther than this since then.
   static constexpr double bridge_reach = 5e-3;
   // N; the plane that replaces a late patch (copy of the field) yields if the force exceeds the force of the last
   // contact by more than this.

@@ -24,8 +24,8 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   const dvec3 sideways = pull - pushed * n;
   const double length = glm::length(sideways);
   const dvec3 lag = sideways * (length > P::tooth_grip * pushed ? P::tooth_grip * pushed / length : 1.0);
-  // `lag` is the vector along the surface from the head to the target. The friction limits its change since the last
-  // tick.
+  // `lag`: vector along the surface from the head to the target. Friction limits the change of this vector since the
+  // last tick.
   const dvec3 change = lag - (sideways + moved - glm::dot(moved, n) * n);
   const double size = glm::length(change);
   if (size > most && glm::dot(change, lag) > 0) return target + lag - change * (1 - most / size);
@@ -33,9 +33,10 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
 }
 
 /// Limits the proxy's speed relative to the hand. `step`: displacement of the proxy without this limit. `shift`: its
-/// displacement if it were rigidly connected to the hand. Returns how far the proxy may be from the end of `shift`:
-/// usually `pace`, but slightly more than the distance from `shift` to the nearest point of `step` if this distance is
-/// larger than `pace`. So a head that is stuck in its hole can sink even while the hand moves fast sideways.
+/// displacement if it were rigidly connected to the hand. Returns the largest allowed distance of the proxy from the
+/// end of `shift`. This is `pace`; if the segment `step` is farther than about `pace` from the end of `shift`, it is
+/// slightly more than that distance. So a head that is stuck in its hole can sink even while the hand moves fast
+/// sideways.
 double farthest(const dvec3& step, const dvec3& shift, double pace) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -217,8 +218,8 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     s.last_length = length;
     const int most_settled = in.cuts ? Q::settling_iterations_cutting : Q::settling_iterations;
     if (length < settled || foreseen || ++s.settled >= most_settled) break;
-    // If no contact pushes the head, it has reached the target. Otherwise the search continues; on a smooth surface
-    // each iteration squares the error.
+    // If no contact pushes the head, it has reached the target, and the search ends. Otherwise the search continues. On
+    // a smooth surface, the remaining error after an iteration is about the square of the error before it.
     if (p.active.count == 0) {
       p.touching = false;
       break;
@@ -258,9 +259,9 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
   return Advance::kOn;
 }
 
-/// Finds the contacts of the head at its present centre, p.c. Existing contacts are reused while the head has moved
-/// only a little. Two kinds of contacts are always searched again, because their exact planes are refined from
-/// approximate planes: a single contact with an exact plane, and contacts around a rim.
+/// Finds the contacts of the head at its present centre, p.c. Reuses the contacts of the last search if the head has
+/// moved only a little since then. Always searches anew for a head that is not a ball and does not cut, and if the last
+/// search found at most one contact, a head deep in tissue, or the flat walls of a groove.
 void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_free) noexcept {
   const dvec3& c = step_.c;
   const bool ball = tool().shape == HeadShape::kSphere;
@@ -320,8 +321,8 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   return next;
 }
 
-/// Approximate planes have determined which contacts hold the head. This function computes the exact planes of these
-/// contacts and projects again, because with the exact planes other contacts may hold the head.
+/// Computes the exact planes of the contacts that hold the head (found with approximate planes), and projects the
+/// target again. Repeats both steps, because with the exact planes other contacts may hold the head.
 dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 next) noexcept {
   Step& p = step_;
   const int rounds = in.cuts ? 1 : Q::refining_rounds;
@@ -343,10 +344,10 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
   return next;
 }
 
-/// Accelerates the convergence by the secant method. Along a smooth curved surface, each step is a constant fraction of
-/// the previous step (negative in a concave surface). So one step can replace all remaining steps: it is multiplied by
-/// a gain, which is the sum of the geometric series. If several contacts hold the head, the gain is at most 1. The
-/// component of the step towards the tissue is not changed.
+/// Makes the step longer, so that the search converges faster (secant method). Along a smooth curved surface, each step
+/// is a constant fraction of the previous step (negative in a concave surface). So the sum of all remaining steps is a
+/// geometric series, and one step multiplied by a gain replaces them all. If several contacts hold the head, the gain
+/// is at most 1. The component of the step towards the tissue is not changed.
 dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   const Step& p = step_;
   const double before2 = glm::dot(s.last_step, s.last_step);
@@ -360,8 +361,8 @@ dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   return step + (s.last_gain - 1) * (step - glm::dot(step, n) * n);
 }
 
-/// Computes the depth that the head may sink in this tick. The energy budget pays for the removed volume: contact area
-/// × depth, plus the spherical cap of a first touch.
+/// Computes the depth to which the head may sink in this tick. The energy budget pays for the volume that this removes:
+/// contact area × depth, plus the volume of the spherical cap by which the contact grows.
 void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
   if (!(in.budget > 0 && in.specific_energy > 0)) return;
   const double h = voxel();
@@ -397,12 +398,12 @@ bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcep
   return true;
 }
 
-/// Limits the change of the force of a bur. `carried` is the position that the bur would reach if it were rigidly
-/// connected to the hand; the new position must be at most `most` away from it. Among these positions, the one nearest
-/// to the hand is chosen. To find it, the bur is pulled to a point between `carried` and the hand. The lag behind the
+/// Limits the change of a bur's force. `carried`: position that the bur would reach if it were rigidly connected to the
+/// hand. The new position must be at most `most` away from `carried`; among these positions, the one nearest to the
+/// hand is chosen. To find it, the contacts are solved for a target between `carried` and the hand. The lag behind the
 /// hand never grows: a bur that passes a rim first meets the tissue behind the rim, and then catches up with the hand.
-/// `next`: on entry, the position that the contacts alone determine; on return, the new position. Returns the point to
-/// which the bur is pulled.
+/// `next`: on entry, the position that the contacts alone determine; on return, the new position. Returns the target
+/// that was used.
 dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept {
   double fraction = 1;
   dvec3 led_to = pulled_to;
@@ -541,10 +542,11 @@ bool OffsetModel::hand_has_left() const noexcept {
 }
 
 /// Handles a tool outside its patch (copy of the field around the tool). Until a new patch arrives, the plane of the
-/// last contact replaces the tissue (intermediate surface: Adachi 1995, Mark 1996), and nothing is cut. If the patch is
-/// late, the plane yields to a force larger than that of the last contact, so that the plane never traps the hand. The
-/// plane's force falls to zero while the tool's distance from where it left the patch grows from one to two times
-/// bridge_reach. A tool that had no contact follows the hand. docs/safety.md has the measurements.
+/// last contact replaces the tissue (intermediate surface: Adachi 1995, Mark 1996), and nothing is cut. If the new
+/// patch is late, the plane yields to a force larger than that of the last contact, so that the plane never traps the
+/// hand. Its force also falls to zero while the head's distance from its position at the time when the patch became
+/// late grows from one to two times bridge_reach. A tool that had no contact follows the hand. docs/safety.md has the
+/// measurements.
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;
@@ -559,8 +561,8 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
       if (bridge_push_ == 0) bridge_push_ = in.normal_force, bridge_from_ = p.start;
       const double way = glm::length(p.start - bridge_from_) * voxel();
       const double most = std::clamp(2 - way / R::bridge_reach, 0.0, 1.0) * (bridge_push_ + R::bridge_yield) *
-                          // voxels, largest distance between head and hand: the plane that replaces missing tissue data
-                          // can hold the head at most this far from the hand
+                          // Limit in voxels: the plane that replaces missing tissue data can hold the head at most this
+                          // far from the hand.
                           p.pace_per_slew / in.dt;
       under = std::min(under, most);
     }
@@ -592,8 +594,8 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
   out.settled = overlap_ == 0 && rejoining_ == 0 && !retreat_.leading;
   out.contact_direction = p.held_off;
   out.wall = wall_;
-  // The contact area is measured on the samples. If only one exact contact was computed, there are no samples, and the
-  // area of the cap below the tangent plane is used.
+  // The contact area is measured on the samples of the head's surface. If there is only one exact contact, no samples
+  // were examined. The area is then estimated for a ball on a plane.
   if (p.touching && contacts_.own() > 0) {
     const double h = voxel();
     out.area = contacts_.engaged_area() > 0 ? contacts_.engaged_area() * h * h : kPi * tool().radius() * h;

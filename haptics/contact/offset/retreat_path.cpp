@@ -15,8 +15,9 @@ double square(const dvec3& v) {
 void RetreatPath::add(const dvec3& c) noexcept {
   if (points_.empty() || square(c - points_.back()) > kLeap * kLeap) return begin(c);
   if (square(c - points_.back()) < kSpacing * kSpacing) return;
-  // The distance from c to this path point is known, and consecutive points of the path are at most longest_ apart. So
-  // the next points that are certainly too far away are skipped.
+  // Finds the first path point at the same place as the new point c. Consecutive path points are at most longest_
+  // apart, so the distance of c from one path point shows how many of the next points are certainly too far away. These
+  // points are skipped.
   std::size_t visited = 0;
   while (visited < points_.size()) {
     const double off = glm::length(c - points_[visited]) - kSamePlace;

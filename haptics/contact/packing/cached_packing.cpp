@@ -16,8 +16,7 @@ constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
 constexpr std::uintmax_t kMostKept = 256u << 20;  // bytes, largest total size of the cache
 constexpr const char* kSuffix = ".packing";
 
-/// Calls use(address, size in bytes) for the memory of each value and each array of a
-/// packing.
+/// Calls use(address, size in bytes) for the memory of each value and each array of a packing.
 template <class Packing, class Use>
 bool each_part(Packing& p, Use&& use) {
   const auto part = [&](auto& value) { return use(&value, sizeof value); };

@@ -34,8 +34,8 @@ constexpr double kEpsilon = 0.05e-3;  // m, enlargement of the tool's spheres fo
 // Largest number of results of one pass. A pass with more results counts as failed.
 constexpr std::size_t kExpected = 65536;
 
-/// Sorts the results by the index of the tool's sphere (`ball`). Results of the same sphere stay in the order of the
-/// sphere tree.
+/// Sorts the results by the index of the tool's sphere (`ball`). Several results of one tool sphere keep their order,
+/// which is that of the sphere tree.
 template <class Result>
 void order(const SphereTree& tree, std::vector<Result>& results) noexcept {
   std::sort(results.begin(), results.end(), [&](const Result& a, const Result& b) {

@@ -31,6 +31,7 @@ class ComputePasses {
   /// Pass 1: finds the first contact between moving spheres of the tool and the tissue.
   bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept;
   /// Pass 2: estimates the tissue's surface at the contact, with the same result as estimate_surface() on the CPU.
+  /// `X_WP`: pose of the proxy; `p_WC`: point of contact.
   bool estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
                         double epsilon, const PerTissue& density, SurfaceEstimate& estimate) noexcept;
   /// Pass 3 without a change of the tissue: computes the energy in J that a motion of the head from `from` to `to`

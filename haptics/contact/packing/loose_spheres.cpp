@@ -12,10 +12,11 @@ namespace {
 /// radius. The factor is large so that each sphere is linked also with the next deeper layer of spheres. A cut shrinks
 /// a sphere away from the tool, towards this deeper layer, and the links to the deeper layer then remain.
 constexpr double kLink = 1.5;
-// m; a link breaks if the gap between its two spheres has grown by at least this length, and is at least as large as
-// the sum of their radii. The length is less than the diameter of any tool.
+// m. A link breaks on two conditions: the gap between its two spheres has grown by at least this length, and the gap is
+// at least as large as the sum of their radii. The length is less than the diameter of any tool.
 constexpr double kWidened = 0.1e-3;
-constexpr int kPace = 16;  // spheres whose neighbours a flood fill visits before the next flood fill continues
+// number of spheres whose neighbours a flood fill visits before the next flood fill has its turn
+constexpr int kPace = 16;
 
 /// Returns true if two spheres with the radii `ri` and `rj` are still linked at this distance of their centres.
 /// `gap_at_start`: gap between the two spheres before any cut.

@@ -22,12 +22,12 @@ struct Moment {
   double t = 0, measured = 0;  // t: start of the interval, s; measured: mean measured force, N
   // indices of the spheres that the tool overlaps, each with the overlapping volume in m³
   std::vector<std::pair<int, double>> overlap;
-  double gain = 0;  // N, simulated force if all densities were 1
+  double gain = 0;  // N, force that the simulation would give in this interval if all densities were 1
 };
 
-/// Returns the ratio of the tool's force to the cutting power, N/W. It follows from the equation power = μ_c ·
-/// efficiency · F · R · ω (see `earn` in the servo). μ_c: cutting coefficient; F: force; R, ω: radius and angular speed
-/// of the tool. The motor's loss of speed under load is neglected.
+/// Returns the ratio of the tool's force to its cutting power, N/W. Preston's law (see `earn` in the servo) gives this
+/// ratio: power = μ_c · efficiency · F · R · ω. μ_c: cutting coefficient; F: force; R, ω: radius and angular speed of
+/// the tool. The motor's loss of speed under load is neglected.
 double newtons_per_watt(const ServoSettings& settings, const Pose& X_WT, const dvec3& feed) {
   const Tool& tool = settings.tool;
   const double along = glm::dot(glm::normalize(feed), X_WT.R * dvec3(0, 0, 1));

@@ -19,13 +19,14 @@ constexpr int kBlock = 8;  // voxels, edge length of the blocks in which the fie
 // Voxels. Each time the tool sphere that cuts a tissue sphere has moved this far, PackingBody::changed() stores its
 // position and radius as a note. rasterize() updates the field from the notes.
 constexpr double kNoteEvery = 0.03;
-// voxels; when a sphere is cut, the field is updated up to this distance beyond the sphere and its gaps, because
-// interpolation also reads neighbouring voxels
+// voxels; when a sphere is cut, the field is updated up to this distance beyond the sphere and the gaps around it,
+// because interpolation also reads neighbouring voxels
 constexpr double kAround = 1.8;
 // Ratio to the radius of the largest hole in the packing. A gap between spheres belongs to a sphere if the distance of
 // the gap from the sphere is at most this.
 constexpr double kGapsAround = 2;
-// first version of the force laws in which a cut also reduces the range of the gaps around the cut sphere
+// First version of the force laws with this rule: when a loose piece is removed from the field, the range of the gaps
+// that are removed with a sphere is smaller if the sphere was cut before.
 constexpr std::uint32_t kLawsOfReducedGaps = 7;
 // largest number of changes of spheres that may wait for the next update of the field; if there are more, the field is
 // updated at once
@@ -117,7 +118,7 @@ void PackingBody::take_over_paint() {
   end_stroke();
   read_materials();
   repainted_ = true;
-  // brush strokes were added to the volume, so undo must include them
+  // The user has added brush strokes to the volume. Adds one entry to the list of strokes, so that undo includes them.
   if (volume_.strokes().done > strokes_in_field()) {
     done_.push_back({{}, true});
     undone_.clear();

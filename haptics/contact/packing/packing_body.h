@@ -57,8 +57,8 @@ class PackingBody final : public TissueBody {
   /// A ball (sphere of the tool) that removed a part of a tissue sphere. The note waits until the field is updated.
   struct Note {
     int sphere;
-    dvec3 p_W;  // m, centre of the ball
-    double r;   // m, radius of the ball
+    dvec3 p_W;  // m, centre of the ball (sphere of the tool) that cut
+    double r;   // m, radius of the ball (sphere of the tool) that cut
   };
   void changed(int i, const CutSphere& before);
   void note(int i, const CutSphere& state);

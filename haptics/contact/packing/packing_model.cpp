@@ -18,16 +18,16 @@ constexpr double kLook = 10e-3;  // m, largest distance that clearance() can ret
 constexpr double kNearby = 0.2e-3;
 // largest number of cost computations by which the length of one step of a cut is determined
 constexpr int kTrials = 8;
-// Fraction of the energy budget. A search determines the length of one step of a cut. The search ends when the step
-// fits into the energy budget and uses at least this fraction of it.
+// Search for the length of one step of a cut: the search ends when the step costs at most the energy budget, and at
+// least this fraction of it.
 constexpr double kWellSpent = 0.85;
 constexpr double kPathUnit = 0.1e-3;    // m, unit of length of the stored path of the tool
 constexpr int kPositionsCompared = 16;  // number of tool positions at which the times of GPU and CPU are compared
 // rad, largest rotation in one cut; the chord then deviates from the arc by less than 5e-5 of the head's reach
 constexpr double kLargestTurn = 0.02;
-// N, force limit of a typical dental scene. While a tool is led back along its path, the force may change as fast as
-// with the model "offset" if the scene's force limit is at most this. If the scene's force limit is larger, the force
-// may change faster, in proportion to the limit.
+// N, force limit of a typical dental scene. While a tool is led back along its path, the rate of change of its force is
+// limited. If the scene's force limit is at most this, the rate is that of the model "offset". If it is larger, the
+// rate is larger in proportion to it.
 constexpr double kDentalForces = 20;
 // first version of the force laws in which the limit of the force's rate of change grows with the force limit
 constexpr std::uint32_t kLawsOfLargeForces = 7;
@@ -359,7 +359,8 @@ double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to)
 
 /// Returns the largest fraction of the motion, at most `most`, for which the energy budget is sufficient. The motion
 /// may leave up to 15 % of the budget unused, which is then used in the next tick. The first guess uses the energy per
-/// metre of the last step. The secant method then increases the fraction.
+/// metre of the last step. The fraction is then increased until it costs too much; after that, the secant method and
+/// bisection alternate.
 double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most,
                                 double budget) noexcept {
   double safe = 0, safe_cost = 0, dear = most, dear_cost = -1;
@@ -395,8 +396,9 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
   return safe;
 }
 
-/// Returns true if the cut must wait until the energy suffices for a step of at least kLeastStep or kLongStep. The
-/// energy is saved, so the same volume is removed later. `step`: m, step for which the present energy suffices.
+/// Returns true if the cut must wait, because the energy suffices only for a short step. The shortest allowed step is
+/// kLongStep, or kLeastStep in older force laws. The energy is saved, so the same volume is removed later. `step`: m,
+/// step for which the present energy suffices.
 bool PackingModel::postpones(double dt, double step) noexcept {
   const double least = settings_.laws >= kLawsOfLongSteps ? kLongStep : kLeastStep;
   const bool waits = settings_.laws >= kLawsOfPostponedCuts && step < least &&

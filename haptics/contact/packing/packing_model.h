@@ -74,7 +74,7 @@ class PackingModel final : public ContactModel {
   bool gpu_must_win_ = false;           // true: the GPU is used only if it is faster than the CPU
   std::uint32_t tool_ = 0;
   bool placed_ = false;
-  dvec3 held_{0};  // m, position of the proxy that the servo last received
+  dvec3 held_{0};  // m, position of the proxy that was last given to the servo
   /// Leads a tool back along its path if contacts hold it far from the hand, as in the model "offset".
   struct Retreat {
     offset::RetreatPath path;  // earlier path of the tool; its unit of length is kPathUnit
@@ -91,7 +91,7 @@ class PackingModel final : public ContactModel {
   TriedCut tried_;
   // result of find_near(): for each sphere of the head, the list of tissue spheres near it, one list after the other
   std::vector<Place> near_;
-  // tried_ contains the computed cut for this fraction of the motion; negative: tried_ contains no cut
+  // fraction of the motion for which tried_ contains the computed cut; negative: tried_ contains no cut
   double tried_share_ = -1;
   std::vector<std::size_t> near_end_;  // for each list in near_: the index after its last entry
   // J, estimated energy for a cut along the whole motion, from the energy per metre of the last step; 0: unknown

@@ -22,12 +22,12 @@ struct Parameters {
   // Head of the first tool as spheres made from a closed mesh; empty: the head has the shape in the tool table.
   std::optional<ToolSpheres> tool_mesh;
   std::size_t tool_spheres = 60;  // number of spheres of a head that is not a ball
-  /// m/s, fixed value of the base speed v_b in eq. 4 of paper S2, which is the cutting speed at density 1; it does not
-  /// depend on the force, as in the paper. 0: v_b is computed from the motor's power (see class PackingModel).
+  /// m/s, base speed v_b in eq. 4 of paper S2: the cutting speed at density 1. As in the paper, it is a constant, which
+  /// does not depend on the force. 0: v_b is computed from the motor's power (see class PackingModel).
   double base_speed = 0;
   double free_speed = 0.02;  // m/s, largest cutting speed; it limits eq. 4 of paper S2 in tissue of very low density
-  // Used only if base_speed is not 0. true: the cutting speed uses the density ρ of eq. 3 in paper S2, which grows with
-  // the contact area (for reaming); false: it uses the normalised density ρ̂.
+  // Used only if base_speed is not 0. Density by which the cutting speed is divided. true: the density ρ of eq. 3 in
+  // paper S2, which grows with the contact area (for reaming); false: the normalised density ρ̂.
   bool by_contact = false;
   double epsilon = 0.05e-3;  // m, enlargement of the tool's spheres for the estimate of the tissue's surface
   // density of each tissue relative to dentin; if it is negative, the ratio of the tissue's specific energy to that of

@@ -30,7 +30,7 @@ constexpr float kFullDepths = 2;
 constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid, as a ratio to the largest allowed sphere radius
 // In grid spacings. When the largest sphere that still fits has at most this radius, a finer grid is made.
 constexpr double kFinest = 0.9;
-constexpr double kFiner = 1.5;  // ratio of the spacings of two successive grids
+constexpr double kFiner = 1.5;  // ratio of the spacing of a grid to that of the next, finer grid
 // In grid spacings, smallest radius of a sphere that is placed with a grid. A smaller sphere is skipped, and a finer
 // grid may find it again.
 constexpr double kLeastRadius = 0.3;

@@ -26,38 +26,45 @@ constexpr double kSettled = 1e-12;  // m, convergence tolerance of the projectio
 constexpr double kArrived = 1e-10;
 // rad, largest rotation in one step; its chord then deviates from the arc by less than 5e-5 of the tool's reach
 constexpr double kLargestTurn = 0.02;
-constexpr double kMargin = 60e-6;          // m, smallest margin of near lists (mean over the tool's spheres)
-constexpr double kLargestMargin = 300e-6;  // m, largest margin of near lists (mean over the tool's spheres)
-// ratio of a Verlet list's margin (motion for which the list stays valid) to the tool sphere's motion per tick
+// m. A near list (tissue spheres near a tool sphere) is valid until the tool sphere has moved by the list's margin. The
+// margins of different lists differ slightly; their mean is at least this.
+constexpr double kMargin = 60e-6;
+// m, largest margin (motion for which a list stays valid; mean over all lists) of near lists that are made when they
+// are needed
+constexpr double kLargestMargin = 300e-6;
+// ratio of a near list's margin (motion for which the list stays valid) to the tool sphere's motion per tick
 constexpr double kAhead = 3;
-// m, search distance for the nearest sphere if no sphere lies within the margin of a Verlet list
+// m, search distance for the tissue sphere nearest to a tool sphere, if its near list would be empty
 constexpr double kLook = 2e-3;
-constexpr double kRounding = 1e-12;  // m, upper bound of the rounding error of a distance; it is added to all bounds
+// m, upper bound of a distance's rounding error; it is added to all limits of distances
+constexpr double kRounding = 1e-12;
 // This factor makes a motion slightly longer, so that contacts exactly at its end are found.
 constexpr double kPastTheEnd = 1.0000001;
-constexpr std::size_t kListed = 64;        // smallest capacity of one Verlet list (spheres near a tool sphere)
-constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all Verlet lists, as a number of spheres
-// m. A query asks for the spheres of a Verlet list whose gap is below a limit. If the list is long and the limit is
-// below this constant, the found spheres are not tested one by one, because nearly all of them are near the tool (see
-// listed_near).
+constexpr std::size_t kListed = 64;        // smallest capacity of one near list (spheres near a tool sphere)
+constexpr std::size_t kAllListed = 16384;  // smallest total capacity of all near lists, as a number of spheres
+// m. A query returns the spheres of a near list whose gap to the tool sphere is below a limit. If the list is long and
+// the limit is below this constant, these spheres are not tested one by one, because nearly all of them are near the
+// tool (see listed_near).
 constexpr double kFewOthers = 100e-6;
-constexpr std::size_t kLongList = 1024;  // smallest length of a long Verlet list, as a number of spheres
-constexpr std::size_t kLanes = 8;        // number of spheres in a Verlet list that one vector instruction compares
+// a near list counts as long if it contains, or has memory for, at least this number of spheres
+constexpr std::size_t kLongList = 1024;
+constexpr std::size_t kLanes = 8;  // number of spheres in a near list that one vector instruction compares
 // m, upper bound of the rounding error of a gap in single precision. It does not cover gaps below -10 mm, but such
 // spheres overlap so deeply that every comparison finds them.
 constexpr float kFloatRounding = 1e-9f;
-constexpr double kLeastMargin = 1e-6;  // m; a Verlet list (spheres near a tool sphere) with smaller margin is not made
-constexpr double kReduced = 0.8;       // if a Verlet list would be too long, its margin is multiplied by this factor
-// Parameters of near lists (Verlet lists: tissue spheres near a tool sphere) that are made before they are needed
-// (prepare_lists). The margins of the lists differ (spread_margin), so these limits apply to their mean.
-// m, largest margin of a near list that is made in advance (mean over the tool's spheres)
+// m, smallest margin of a near list (spheres near a tool sphere); if it would be smaller, no list is made
+constexpr double kLeastMargin = 1e-6;
+constexpr double kReduced = 0.8;  // if a near list would be too long, its margin is multiplied by this factor
+// m, largest margin (motion for which a list stays valid; mean over all lists) of near lists that are made in advance
+// (prepare_lists)
 constexpr double kLargestPrepared = 0.5e-3;
 constexpr double kTicksAhead = 10;  // ratio of a prepared near list's margin to the tool sphere's motion per tick
 constexpr std::size_t kLeavesATick = 320;  // smallest number of leaves of the sphere tree that one tick searches
 // if a near list (spheres near a tool sphere) is too long for its memory, it is made again after this many searches
 constexpr int kNotAgain = 64;
 
-/// Returns the margin (m) of long near lists, a mean over the tool's spheres. `way`: m, a sphere's motion per tick.
+/// Returns the mean (m) of the margins of long near lists. A margin is the motion for which a list stays valid. `way`:
+/// m, motion of a tool sphere per tick.
 double prepared_margin(double way) {
   return std::clamp(kTicksAhead * way, kMargin, kLargestPrepared);
 }
@@ -138,8 +145,9 @@ void SphereProxy::end_notes() noexcept {
   protrudes_ = 0;
 }
 
-/// Returns a slightly different margin for each near list (the tissue spheres near one tool sphere). With equal
-/// margins, all lists of a tool that moves steadily would become invalid in the same tick.
+/// Returns the margin (motion for which the list stays valid, m) of the near list of tool sphere `i`. `margin`: mean
+/// over all lists. The margins differ slightly; with equal margins, all lists of a tool that moves steadily would
+/// become invalid in the same tick.
 double SphereProxy::spread_margin(std::size_t i, double margin) const noexcept {
   const double spread = 0.61803398875 * static_cast<double>(i);
   return margin * (0.75 + 0.5 * (spread - std::floor(spread))) + std::max(0.0, lists_[i].wider);
@@ -205,7 +213,7 @@ void SphereProxy::use_list() noexcept {
   }
 }
 
-/// Makes the near list (Verlet list) of one of the tool's spheres: finds the tissue's spheres around it.
+/// Makes the near list of a tool sphere: finds the tissue spheres around it.
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center, double way) noexcept {
   const double needed = way + std::max(0.0, lists_[i].wider) + kRounding;
   if (!next_.active || next_.tool_sphere != i || !(next_.moved + needed < next_.margin)) {
@@ -342,10 +350,10 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
   return listed_near(tree, i, list.moved + bound, a, b, r, found);
 }
 
-/// Writes those tissue spheres of near list `i` that are nearer than `reach` to the segment from a to b, in the tree's
-/// order, and returns their number. Spheres whose listed gap to the tool sphere exceeds `gap` are too far away and are
-/// skipped. In a long list, the other spheres are not tested one by one: a long list belongs to a large head, and
-/// nearly all spheres with a gap below `gap` are near the segment.
+/// Writes to `found` the tissue spheres of near list `i` that are nearer than `reach` to the segment from a to b, in
+/// the tree's order, and returns their number. Spheres whose gap to the tool sphere exceeded `gap` when the list was
+/// made are too far away and are skipped. In a long list, the other spheres are not tested one by one: a long list
+/// belongs to a large head, and nearly all spheres with a gap below `gap` are near the segment.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<Place> found) const noexcept {
   std::size_t count = 0, waiting = 0;
@@ -397,8 +405,8 @@ double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const Firs
   if (first.ball < 0) return 1;
   const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
   const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
-  // m; the decrease of the distance between the two spheres in contact, per unit of the motion's parameter (0 at the
-  // start of the motion, 1 at its end)
+  // m, decrease of the distance between the two spheres per unit of the motion's parameter, which is 0 at the start of
+  // the motion and 1 at its end
   const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);
   return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }
@@ -431,8 +439,9 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
   }
 }
 
-/// Projects the wanted motion onto the constraints of the tool's spheres from `first_sphere` on. The result minimises
-/// |δ - move|² + |lever (φ - turn)|², with the translation δ and the rotation φ.
+/// Projects the wanted motion (translation `move`, rotation `turn`) onto the constraints of the tool's spheres from
+/// `first_sphere` on. The result has the translation δ and the rotation φ that minimise |δ - move|² + lever_² |φ -
+/// turn|². The length lever_ makes rotations comparable with translations.
 void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
                           std::size_t first_sphere) noexcept {
   allowed_move = move, allowed_turn = turn;

@@ -39,11 +39,12 @@ struct ProxyContact {
   double push = 0;  // m, push: distance by which this contact holds the proxy back along n_W
 };
 
-/// The proxy of a tool that consists of spheres. Servo thread only. follow() is noexcept and never allocates. Frame W,
-/// metres, newtons. The proxy moves only along paths that were tested for collisions, so it cannot pass through a
-/// sphere at any speed. If a contact stops the proxy, the plane of this contact becomes a constraint. The proxy then
-/// continues to the position nearest to the hand that satisfies all constraints. This is a projection in translation
-/// and rotation, solved by Gauss–Seidel iterations on the multipliers of the constraints.
+/// The proxy of a tool that consists of spheres. Servo thread only. follow() is noexcept and never allocates. Units:
+/// metres and newtons; vectors in the workbench frame W. The proxy moves only along paths that were tested for
+/// collisions, so it cannot pass through a sphere at any speed. If a contact stops the proxy, the plane of this contact
+/// becomes a constraint. The proxy then continues to the position nearest to the hand that satisfies all constraints.
+/// This is a projection in translation and rotation, solved by Gauss–Seidel iterations on the multipliers of the
+/// constraints.
 class SphereProxy {
  public:
   SphereProxy(const ToolSpheres& tool, const ProxyOptions& options);
@@ -58,12 +59,12 @@ class SphereProxy {
   void set_friction(double static_friction, double dynamic_friction) noexcept {
     options_.static_friction = static_friction, options_.dynamic_friction = dynamic_friction;
   }
-  /// Discards the Verlet lists of all tool spheres. Needed when tissue spheres may have become larger, or when removed
-  /// ones may have come back.
+  /// Discards the near lists (tissue spheres near each tool sphere). Needed when tissue spheres may have become larger,
+  /// or when removed ones may have come back.
   void forget_near() noexcept;
   /// Must be called for each tissue sphere that a cut changed. The near lists (tissue spheres near each tool sphere)
-  /// remain valid for a sphere that only shrank. But a cut that takes several ticks also moves the sphere, so its new
-  /// surface may lie up to `protrudes` metres outside its previous surface.
+  /// remain valid for a sphere that only shrank. But a cut that takes several ticks also moves the sphere. Its new
+  /// surface may then lie up to `protrudes` metres outside its previous surface.
   void note_cut(const SphereTree& tree, Place place, double protrudes) noexcept {
     if (!(protrudes > 0)) return;
     noted_ = true;
@@ -122,8 +123,8 @@ class SphereProxy {
 
  private:
   // m. After a cut, a tissue sphere may protrude beyond its earlier surface. If it protrudes by at most this length,
-  // the margin of all Verlet lists is reduced by the protruding length. If it protrudes farther, only the margins of
-  // the Verlet lists around this sphere are reduced.
+  // the margins of all near lists are reduced by the protruding length. If it protrudes farther, only the margins of
+  // the near lists around this sphere are reduced.
   static constexpr double kStickOut = 1e-6;
 
   /// A motion of the tool from the proxy's pose to another pose.
@@ -139,20 +140,19 @@ class SphereProxy {
   /// Near list (Verlet 1967): the tissue's spheres near one tool sphere, in the tree's order. The list is valid until
   /// the tool sphere has moved by the list's margin. So the tree must be searched only once in many ticks.
   struct NearList {
-    // m; when this Verlet list was made, every tissue sphere outside the list was at least this far from the tool
-    // sphere
+    // m; when this near list was made, every tissue sphere outside the list was at least this far from the tool sphere
     double margin = 0;
-    // m, upper bound of the displacement of the tool sphere since this Verlet list was made, plus the sum of
-    // `protrudes` over all cuts since then
+    // m, upper bound of the displacement of the tool sphere since this near list was made, plus the sum of `protrudes`
+    // over all cuts since then
     double moved = 0;
-    // m, largest distance by which a tissue sphere that the present cut changed protrudes beyond its surface before the
-    // cut
+    // m. The present cut changes tissue spheres; this is the largest distance by which such a sphere protrudes beyond
+    // its surface before the cut.
     double protrudes = 0;
     // m, distance from the tool sphere to the nearest sphere of the tissue when the list was made; negative if they
     // overlap
     double free = 0;
-    // m, distance by which near_here() may enlarge the tool sphere without a new Verlet list; negative: the list has no
-    // memory for so many spheres, so near_here() searches the tree
+    // m, enlargement of the tool sphere (`epsilon` of near_here()) for which the list also has enough margin; negative:
+    // the list has no memory for so many spheres, so near_here() searches the tree
     double wider = 0;
     std::size_t count = 0;  // number of spheres in the list
     // if the list was too long for its memory: number of searches that must pass before it is made again
@@ -211,13 +211,14 @@ class SphereProxy {
   std::array<ProxyContact, kMostContacts> contacts_;
   std::array<Constraint, kMostContacts> constraints_;
   std::size_t count_ = 0;
-  std::vector<double> arm_;      // m, for each tool sphere: distance from the frame's origin
-  std::vector<NearList> lists_;  // Verlet lists, one for each tool sphere
+  std::vector<double> arm_;      // m, for each tool sphere: distance of its centre from the origin of the tool's frame
+  std::vector<NearList> lists_;  // near lists (tissue spheres), one for each tool sphere
   std::size_t room_;             // number of entries for which each list has memory; a multiple of 8
-  std::vector<Place> listed_;    // entries of all Verlet lists, one list after the other
-  std::vector<float> gap_;       // m, for each entry: its gap to the tool sphere when listed; infinite: unused entry
+  std::vector<Place> listed_;    // entries of all near lists, one list after the other
+  // m, for each entry of listed_: gap to the tool sphere when it was listed; infinite: unused entry
+  std::vector<float> gap_;
   NextList next_;
-  std::vector<double> moved_before_;         // m, for each Verlet list: value of `moved` at the end of the last tick
+  std::vector<double> moved_before_;         // m, for each near list: value of `moved` at the end of the last tick
   std::vector<SweptBall> swept_;             // balls of one search on the GPU, with their motions
   std::vector<std::size_t> sphere_of_ball_;  // for each ball in swept_: index of its tool sphere
   // m, largest distance by which a cut sphere protrudes beyond its earlier surface since the last end_notes(), if at

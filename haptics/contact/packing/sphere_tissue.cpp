@@ -14,7 +14,7 @@ namespace {
 /// If the angle between the directions of two cuts of a sphere is less than 60°, the second cut continues the first
 /// one. This is the cosine of that angle.
 constexpr double kSameSide = 0.5;
-// number of cuts after which the tree's boxes above a leaf are made exact again
+// number of cuts after which the bounding boxes of the tree nodes above a leaf are made exact again
 constexpr std::size_t kExactEvery = 16;
 constexpr double kRounding = 1e-15;  // m, upper bound of the rounding error in the displacement of a sphere
 constexpr double kTouching = 1e-13;  // m, overlap that rounding can cause between touching spheres
@@ -75,8 +75,7 @@ bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, doubl
   };
   double overlap = overlap_of(s.base, s.base_radius);
   if (s.overlap > 0 && (glm::dot(away, s.away) < kSameSide || r != s.tool || !(overlap > s.overlap))) {
-    // A new cut of the sphere starts. Its present state becomes the base, from which the ball removes
-    // tissue.
+    // A new cut of the sphere starts. Its present state becomes the base, from which the ball removes tissue.
     s = {s.center(), s.radius(), counted(s), {}, 0, 0};
     overlap = overlap_of(s.base, s.base_radius);
   }
@@ -96,7 +95,7 @@ std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::spa
 std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r,
                                    std::span<Place> changed, std::span<CutSphere> before, Removed& removed) noexcept {
   std::size_t kept = 0;
-  std::optional<Place> unmended;  // one sphere of the tree's leaf whose bounding boxes must still be updated
+  std::optional<Place> unmended;  // a changed sphere in the tree leaf whose bounding boxes must still be updated
   for (std::size_t k = 0; k < found; ++k) {
     const Place place = changed[k];
     CutSphere s = sphere(place);
@@ -254,8 +253,8 @@ void SphereTissue::set(int i, const CutSphere& s) noexcept {
   tree_.mend_above(tree_.place_of(i));
 }
 
-/// Updates the tree's boxes above a sphere that make() has changed. After most cuts, the boxes are only widened, which
-/// is faster than making them exact.
+/// Updates the bounding boxes of the tree nodes above a sphere that make() has changed. After most cuts, the boxes are
+/// only widened, which is faster than making them exact.
 void SphereTissue::renew_boxes(Place place) noexcept {
   if ((made_ + static_cast<std::size_t>(place) / SphereTree::kWide) % kExactEvery == 0) {
     tree_.mend_above(place);

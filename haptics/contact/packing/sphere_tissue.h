@@ -13,7 +13,7 @@
 
 namespace typodont::haptics::packing {
 
-/// The tissue that a cut removes.
+/// The volume of tissue that a cut removes.
 struct Removed {
   PerTissue volume{};  // m³, removed volume of each tissue
   // m³, sum of (removed volume × hardness); multiplied by the specific energy, it gives the cutting energy
@@ -74,7 +74,7 @@ class SphereTissue {
   /// all spheres in `near`. If several balls overlap, use class TriedCut.
   double cost(std::span<const Place> near, const dvec3& a, const dvec3& b, double r,
               const PerTissue& weight) const noexcept;
-  /// Sets a sphere back to an earlier state.
+  /// Sets sphere i back to an earlier state `sphere`, for example for undo.
   void set(int i, const CutSphere& sphere) noexcept;
   /// Sets a sphere to its state after a cut, and adds the removed volume to `removed`.
   void take(int i, const CutSphere& after, Removed& removed) noexcept;
@@ -100,7 +100,7 @@ class SphereTissue {
   double counted(const CutSphere& s) const noexcept;
   bool after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept;
   static bool gone(const CutSphere& s) noexcept { return !(s.radius() > kLeast * s.base_radius); }
-  /// Sets a sphere without updating the tree's boxes above it.
+  /// Sets a sphere without updating the bounding boxes of the tree nodes above it.
   void put(Place place, const CutSphere& s) noexcept {
     spheres_[static_cast<std::size_t>(place)] = s;
     tree_.put(place, s.center(), gone(s) ? 0 : s.radius());
@@ -131,7 +131,7 @@ class TriedCut {
       : state_(spheres + SphereTree::kWide), tried_in_(state_.size(), 0) {  // includes unused places at the tree's end
     steps_.resize(kMostSteps + 1);
   }
-  /// Starts a new cut by this number of balls.
+  /// Starts a new cut that the given number of balls makes.
   void begin(std::size_t balls) noexcept {
     ++number_;
     several_ = balls > 1;
@@ -148,7 +148,7 @@ class TriedCut {
   static constexpr std::size_t kMostSteps = 16384;
   struct Step {
     Place place{};
-    bool first = false;  // true for the first change by each of the tool's spheres
+    bool first = false;  // true for the first change that a sphere of the tool makes; false for its further changes
     double taken = 0;    // m³, removed volume
     // m, upper bound of the distance by which the changed sphere protrudes beyond its surface before the change
     double protrudes = 0;
@@ -165,7 +165,7 @@ class TriedCut {
 
 template <class Changes, class EndsBall>
 void SphereTissue::make(const TriedCut& tried, Removed& removed, Changes&& changes, EndsBall&& ends_ball) noexcept {
-  std::optional<Place> unmended;  // one sphere of the tree's leaf whose bounding boxes must still be updated
+  std::optional<Place> unmended;  // a changed sphere in the tree leaf whose bounding boxes must still be updated
   ++made_;
   for (std::size_t k = 0; k < tried.count_; ++k) {
     const TriedCut::Step& step = tried.steps_[k];

@@ -172,8 +172,8 @@ SphereTree::SphereTree(std::span<const dvec3> center, std::span<const double> ra
   for (std::size_t leaf = 0; leaf < leaves; ++leaf) mend(leaf, /*exactly=*/true);
 }
 
-/// Sorts sphere_in_[from .. to) such that each group of `chunk` successive spheres is close together in space; then
-/// sorts each eighth of a group in the same manner.
+/// Sorts the elements `from` to `to` - 1 of sphere_in_. Each group of `chunk` successive spheres is then close together
+/// in space, and so is each eighth of a group, each eighth of an eighth, and so on.
 void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::size_t to, std::size_t chunk) {
   while (chunk > kWide && to - from <= chunk) chunk /= kWide;
   if (to - from <= kWide) return;

@@ -95,7 +95,7 @@ class SphereTree {
 
    private:
     friend class SphereTree;
-    // level and index of the nodes to visit
+    // level and index (in this level) of the nodes that must still be visited
     std::array<std::pair<std::uint32_t, std::uint32_t>, kDeepest*(kWide - 1) + 1> stack_;
     std::size_t depth_ = 0;
   };
@@ -104,10 +104,10 @@ class SphereTree {
     search.stack_[search.depth_++] = {static_cast<std::uint32_t>(level_.size()), 0};
     return search;
   }
-  /// Continues a search for the spheres whose surface is nearer than `reach` to p. Appends their places (indices in the
-  /// tree) to `found`. Appends the distance from p to each of their surfaces, minus `offset` (m), to `gap`. The order
-  /// is that of near_segment(). Ends after `leaves` leaves of the tree, or when the space in `found` might be too small
-  /// for the next leaf. Reduces `leaves` by the number of leaves that it examined. Returns the number of spheres.
+  /// Continues a search for the spheres whose surface is nearer than `reach` to p, in the order of near_segment().
+  /// Appends their places (indices in the tree) to `found`, and to `gap` the distances from p to their surfaces minus
+  /// `offset` (m). Stops after `leaves` leaves of the tree, or when the space in `found` might be too small for the
+  /// next leaf. Reduces `leaves` by the number of leaves that it examined. Returns the number of spheres.
   std::size_t search_on(PartSearch& search, const dvec3& p, double reach, double offset, std::size_t& leaves,
                         std::span<Place> found, float* gap) const noexcept;
 

@@ -47,8 +47,8 @@ SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& 
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
                                  std::span<Place> scratch) noexcept;
 
-/// Computes the same bits as the other estimate_surface(), but finds the tissue spheres without a search of the tree,
-/// in the Verlet lists of `proxy` (one list for each tool sphere).
+/// Gives the same bits as the other estimate_surface(), but finds the tissue spheres without a search of the tree: it
+/// reads the near lists of `proxy` (for each tool sphere, the tissue spheres near it).
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC, double epsilon,
                                  const PerTissue& density, std::span<Place> scratch) noexcept;
 

@@ -115,8 +115,8 @@ class Rings {
   std::size_t sum(int i, int j) const { return static_cast<std::size_t>(j * (kCells + 1) + i); }
   double rho(int i) const { return i * side_; }
   double z(int j) const { return bottom_ + j * side_; }
-  /// Returns the volume of the ring around the axis that a grid node at the distance i · side_ from the axis
-  /// represents, in units of 2π side_³.
+  /// A grid node at the distance i · side_ from the axis represents a ring around the axis. Returns the volume of this
+  /// ring, in units of 2π side_³.
   static double weight(int i) { return i > 0 ? i : 0.125; }
   void add_up(int level) {
     for (int i = 0; i < kCells; ++i) {
@@ -156,10 +156,10 @@ class Rings {
     });
   }
 
-  double side_;                        // m, distance between two neighbouring nodes of the grid
-  int levels_;                         // number of levels of grid nodes along the axis
-  double bottom_;                      // m, height of the first level of grid nodes
-  std::vector<double> room_;           // m, for each grid node: its depth below the surface of the head
+  double side_;               // m, distance between two neighbouring nodes of the grid
+  int levels_;                // number of levels of the grid; a level contains the nodes at one height along the axis
+  double bottom_;             // m, height (along the axis) of the first level of grid nodes
+  std::vector<double> room_;  // m, for each grid node: its depth below the surface of the head
   std::vector<std::uint8_t> covered_;  // for each grid node: true if outside the head or inside a ring
   std::vector<double> open_;           // for each level: cumulative sums of the uncovered volume, from the axis out
   double enough_ = 0;

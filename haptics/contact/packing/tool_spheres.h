@@ -9,7 +9,8 @@
 
 namespace typodont::haptics::packing {
 
-/// A tool as spheres. Metres, frame T (origin at the head's centre, z along the shank).
+/// A tool as spheres. Lengths in metres, positions in the tool's frame T (origin at the head's centre, z along the
+/// shank).
 struct ToolSpheres {
   ToolSpheres() = default;
   /// Creates a head from the given spheres, without non-cutting parts.
@@ -23,8 +24,8 @@ struct ToolSpheres {
   // and the safe end (a non-cutting pin at the tip).
   std::size_t head = 0;
   dvec3 com_T{0};         // m, the head's centre of mass (paper S2, eq. 9) for uniform density
-  double reach = 0;       // m, distance from the origin of frame T to the farthest point of any sphere
-  double head_reach = 0;  // m, distance from the origin of frame T to the farthest point of the head's spheres
+  double reach = 0;       // m, distance from the origin of the tool's frame T to the farthest point of any sphere
+  double head_reach = 0;  // m, distance from the origin of the tool's frame T to the farthest point of the head
 
   std::size_t size() const { return radius.size(); }
 };

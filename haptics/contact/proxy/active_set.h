@@ -96,8 +96,8 @@ class ActiveSet {
     return solve_gram(gram, r);
   }
 
-  /// Computes the solution with the guessed planes as active planes. Starts with these planes if each of them pushes
-  /// there (its multiplier is positive). Otherwise starts without active planes.
+  /// Starts the search with the guessed planes as active planes, if each of them pushes in the solution with these
+  /// planes (its multiplier is positive). Otherwise starts without active planes.
   void start_with(const ActivePlanes& guess, dvec3& x) noexcept {
     count_ = guess.count;
     double gram[3][4], u[3] = {};

@@ -52,7 +52,7 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
   const FieldSample at = sample_cubic(patch, c);
   const double length = glm::length(at.gradient);
   if (at.value < 0.5 || length < 0.5)
-    // the head's centre is inside tissue, where the field cannot be used as the distance to the offset surface
+    // The head's centre is inside tissue. There, the field cannot be used as the distance to the offset surface.
     return false;
   dvec3 n = at.gradient / length;
   double distance = at.value;
@@ -158,7 +158,7 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
 }
 
 void ContactFinder::project_out(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept {
-  // An exact contact exists only where no cut has changed the tissue, so its surface point needs no correction.
+  // Exact contacts exist only where no cut has changed the tissue, so their surface points need no correction.
   if (set.sunk_ || set.exact_count_ > 0) return;
   set.projects_out_ = true;
   set.emptied_ = X_VE;

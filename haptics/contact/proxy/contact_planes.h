@@ -57,7 +57,8 @@ class ContactFinder {
   /// `set` then contains this contact.
   bool seat(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
             bool& alone) const noexcept;
-  static constexpr double kMostSeated = 1.5;  // voxels, largest distance of the final position from `c`
+  // voxels, largest allowed distance between the computed position of the ball and `c`
+  static constexpr double kMostSeated = 1.5;
 
   /// Finds contacts for a head that overlaps tissue by more than `kSunk`, for example after a jump; no hand can press
   /// it so deep. From the head's centre and from each surface sample inside the tissue, searches the nearest point

@@ -335,9 +335,9 @@ float see_anew(const FlatHead* head_at, RoughPlanes* planes, int count, const fl
   return deepest;
 }
 
-/// Moves surface points that are inside the head to the head's surface, so that their gap becomes 0. `d`: the head's
-/// centre, relative to the origin of the points. If `head_at` is null, the head has not moved since the search, and the
-/// stored gaps are used.
+/// Moves surface points that are inside the head to the head's surface, so that their gap becomes 0. `d`: position of
+/// the head's centre, relative to the origin of the points. `head_at`: the head at its present pose; null: the head has
+/// not moved since the search, so the stored gaps are used.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void push_out(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
   const FlatHead head = head_at ? *head_at : FlatHead{};

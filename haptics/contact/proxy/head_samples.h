@@ -23,7 +23,7 @@ struct Found {
   float area, area_x, area_y, area_z;
 };
 
-/// Samples of the head's surface as arrays, in voxels and frame T of the head. Eight neighbouring samples form a batch,
+/// Samples of the head's surface as arrays, in voxels, in the head's frame T. Eight neighbouring samples form a batch,
 /// so a batch usually touches only one tissue. Built at set-up; the functions may be called on the servo thread.
 struct HeadSamples {
   HeadSamples(const Tool& tool, const HeadField& head, double voxel);

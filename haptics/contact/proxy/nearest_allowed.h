@@ -20,11 +20,11 @@ void held_by(const ContactSet& set, const ActivePlanes& active, HeldBy& held) no
 /// The result is the initial guess for nearest_allowed().
 ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept;
 
-/// Computes the position p of the head's centre nearest to `target` with n_i·(p - c) ≥ -(gap_i + overlap + slack ·
-/// yields_i) for all contact planes i. c: present centre; `overlap`: allowed overlap; `slack`: depth of a cut; voxels.
-/// A head that is wedged in its own slot may have no such position. Each plane that the head already overlaps then only
-/// prevents a deeper overlap. `active`: on entry, a guess of the active planes in this search, or none; on return, the
-/// active planes.
+/// Computes the position p of the head's centre nearest to `target` that the contact planes allow: n_i·(p - c) ≥
+/// -(gap_i + overlap + slack · yields_i) for all planes i. c: present centre; `overlap`: allowed overlap; `slack`:
+/// depth of a cut; all lengths in voxels. There may be no such position, for example in a narrow slot that the head has
+/// cut. Then each plane that the head already overlaps only prevents a deeper overlap. `active`: on entry, a guess of
+/// the planes that hold the head, or none; on return, these planes.
 dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double slack, const dvec3& target,
                       ActivePlanes& active) noexcept;
 

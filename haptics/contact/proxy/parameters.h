@@ -30,13 +30,14 @@ struct WallSeatParameters {
   // Largest allowed difference between 1 and the length of the field's gradient at the contact point. The length is 1
   // near a single smooth wall.
   static constexpr double gradient_tolerance = 1e-3;
-  // Stricter limit of the same difference; if the difference is smaller than this, no other wall is near the ball.
+  // Stricter limit of the same kind as gradient_tolerance: if the difference between 1 and the length of the field's
+  // gradient is smaller than this, no other wall is near the ball.
   static constexpr double gradient_tolerance_alone = 5e-5;
 };
 
 /// Parameters of the refinement of one contact by cubic queries (ContactFinder::refine).
 struct RefineParameters {
-  static constexpr int iterations = 2;  // largest number of queries per contact and call for a head that cuts
+  static constexpr int iterations = 2;  // largest number of queries in one call of refine() for a head that cuts
   // Largest number of queries per contact and call for a head that does not cut. Without cutting, the hand feels errors
   // of the force's direction.
   static constexpr int iterations_fine = 8;
@@ -73,8 +74,8 @@ struct RimParameters {
   // If the cosine between the tissue's normals at a contact and at the head's rim is larger than this, both points
   // belong to the same wall.
   static constexpr double same_wall = 0.9;
-  // Voxels; a contact counts as a contact of the head's rim if its distance from the rim is at most this length plus
-  // twice the depth of the rim in the tissue.
+  // Voxels. A contact counts as a contact of the head's rim if its distance from the rim is at most (this length +
+  // twice the depth of the rim in the tissue).
   static constexpr double near_rim = 2;
 };
 
@@ -147,14 +148,14 @@ struct NonCuttingPartParameters {
   static constexpr double spacing = 0.25e-3;  // m, sample spacing of the coarse patch (field around the shank)
   // Coarse voxels, upper bound of the error by which linear interpolation overestimates the distance.
   static constexpr double overestimate = 0.5;
-  // Coarse voxels. The patch stores no distance larger than a limit (band). If a stored distance differs from the limit
-  // by at most this much, it counts as equal to the limit, because distances are rounded.
+  // Coarse voxels. The patch stores no distance larger than a limit (the band), and rounds distances. So a stored
+  // distance that differs from the limit by at most this counts as equal to it.
   static constexpr double at_band = 1e-3;
-  // Coarse voxels; a nearest point is computed from value and gradient of the field. If it is farther than this from
-  // the surface, the field there is not a true distance (as for an intersection of solids).
+  // Coarse voxels. The nearest surface point is computed from value and gradient of the field. If the computed point is
+  // farther than this from the surface, the field there is not a true distance (as for an intersection of solids).
   static constexpr double edge_distance = 0.4;
-  // voxels of the fine patch (field around the head); while the shank can move farther than this without contact, its
-  // contacts are not searched again
+  // Voxels of the fine patch (field around the head). While the shank can certainly move farther than this without
+  // contact, its contacts are not searched again.
   static constexpr double enough_room = 3;
   // voxels of the fine patch (around the head); if the shank cannot move this far freely, its contacts are searched
   static constexpr double close_room = 0.8;

@@ -130,8 +130,8 @@ bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foo
                      dvec3& nearest) noexcept {
   const dvec3 n = (c - foot) / distance;
   const auto face_along = [&](const dvec3& u, Face& face) {
-    // Searches a face beside the foot point. If this place is in air, it lies beyond the edge, and the search continues
-    // below it.
+    // Searches a face beside the foot point. If that place is in air, it lies beyond the edge, and a second search
+    // starts below it.
     return face_from(patch, foot + E::aside * u, foot, face) || face_from(patch, foot + E::down * (u - n), foot, face);
   };
   const dvec3 aside = std::abs(n.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);

@@ -121,10 +121,10 @@ void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const
   }
 }
 
-/// Returns the allowed overlap (voxels) between a part with this `radius` and the tissue at x. The wider the part, the
-/// smaller is the allowed overlap. If the allowed overlap is at least `every_` (the spacing of the coarse samples), the
-/// part has no contact. Reason: the coarse field cannot separate a thin neck from the wall of the hole that the head
-/// has cut. So near cuts, a part that is hardly wider than the head gets no contact.
+/// Returns the allowed overlap (voxels) between the tissue at x and a part of the tool with this `radius`. The wider
+/// the part, the smaller is the allowed overlap. A part whose allowed overlap is at least `every_` (the spacing of the
+/// coarse samples) has no contact. Reason: the coarse field cannot separate a thin neck from the wall of the hole that
+/// the head has cut. So near cuts, a part that is hardly wider than the head gets no contact.
 double NonCuttingContacts::tolerated_overlap(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept {
   if (radius >= head_ + 2 * every_ || patch.cut_lo.x > patch.cut_hi.x) return 0;
   const dvec3 off = glm::max(dvec3(patch.cut_lo) - x, x - dvec3(patch.cut_hi));

@@ -51,7 +51,7 @@ class NonCuttingContacts {
   struct Known {
     ContactPlane plane;  // contact plane, in voxels of the patch of this part (shank or safe end)
     bool shank;
-    double let;  // allowed overlap, in voxels of the patch of this part (shank or safe end)
+    double let;  // allowed overlap of tissue and part (shank or safe end), in voxels of the patch of this part
   };
   static constexpr int kMost = 5, kRoom = 8;  // kMost: largest number of contacts of one part; kRoom: of all parts
 

@@ -39,8 +39,8 @@ void evaluate_ball(double radius, std::size_t count, const Lanes& columns) {
 }
 
 /// Computes the signed distance of each point from a head whose outline (meridian) consists of the given pieces, and
-/// the gradient of the distance. The results are the same as those of HeadField::distance(p, n). `R`: rotation from T
-/// to W, column by column.
+/// the gradient of the distance. The results are the same as those of HeadField::distance(p, n). `R`: rotation from the
+/// tool's frame T to the workbench frame W, column by column.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double* R, std::size_t count,
                    const Lanes& columns) {
@@ -102,17 +102,17 @@ void evaluate_head(const HeadField::Piece* pieces, int piece_count, const double
 
 /// Distances of points from a head at one pose, as arrays that are read in batches of eight points.
 struct KnownDistances {
-  const float *x, *y, *z;  // m, frame T, positions of the points
+  const float *x, *y, *z;  // m, positions of the points in the tool's frame T
   const float* distance;
-  const float *n_x, *n_y, *n_z;  // frame T, gradients of the distances
+  const float *n_x, *n_y, *n_z;  // gradients of the distances, in the tool's frame T
   std::size_t count;
 };
 
-/// Extrapolates the distance of each point after a motion of the head. Relative to the head, a point p is displaced by
-/// change·p + shift (frame T). Writes the extrapolated distances of those points that the head can touch: a point
-/// qualifies if its distance, minus the component of `motion` along the gradient, is at most `far` metres (a negative
-/// component counts as 0). Also writes the indices of these points, and returns their number. `change`: 3 × 3 matrix,
-/// column by column.
+/// Extrapolates the distance of each point after a motion of the head. In the tool's frame T, this motion displaces a
+/// point p by change·p + shift. Writes the extrapolated distances (m) of the points that the head can touch in a
+/// further motion `motion`, and their indices, and returns their number. The head can touch a point if the point's
+/// distance, minus the component of `motion` along the gradient (a negative component counts as 0), is at most `far`
+/// (m). `change`: 3 × 3 matrix, column by column.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t extrapolate_near(const KnownDistances& known, const float* change, const float* shift, const float* motion,
                              float far, std::uint32_t* at, double* distance) {
@@ -139,8 +139,8 @@ std::size_t extrapolate_near(const KnownDistances& known, const float* change, c
   return found;
 }
 
-/// Rotates the gradients of the points with the indices `at` from frame T to frame W. `R`: rotation from T to W, column
-/// by column.
+/// Rotates the gradients of the points with the indices `at` from the tool's frame T to the workbench frame W. `R`:
+/// this rotation, column by column.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void rotate_gradients(const KnownDistances& known, const double* R, std::size_t count, const std::uint32_t* at,
                       const Lanes& columns) {
@@ -172,8 +172,8 @@ void HeadDistances::find(const VertexHead& head, mesh::NearPoints& points, const
     know(head, points, X_WG);
     return extrapolate(X_WG, far, dvec3(0));
   }
-  // If the head is not a ball: the distance of a point from the head changes by no more than the head has moved since
-  // the points were listed. So points whose stored distance is larger than `far` plus this motion are skipped.
+  // For a head that is not a ball: the distance of a point from the head changes by at most the head's motion since the
+  // points were listed. So points whose stored distance is larger than `far` plus this motion are skipped.
   const std::span<const std::uint32_t> listed =
       head.is_ball() ? points.within(X_WG.p, head.reach() + far)
                      : points.listed_within(far + displacement_bound(points.listed_at(), X_WG, head.reach()));
@@ -224,7 +224,8 @@ void HeadDistances::extrapolate(const Pose& X_WG, double far, const dvec3& motio
                              g_x_.data(), g_y_.data(), g_z_.data(), known_};
   size_ = extrapolate_near(known, &change[0][0], &shift.x, &motion.x, static_cast<float>(far), index_.data(),
                            distance_.data());
-  for (std::size_t i = size_; i < size_ + kBatch; ++i) index_[i] = 0;  // the last batch of eight reads these indices
+  // the last batch of eight points also reads these unused indices
+  for (std::size_t i = size_; i < size_ + kBatch; ++i) index_[i] = 0;
   rotate_gradients(known, &R_WT[0][0], size_, index_.data(),
                    {x_.data(), y_.data(), z_.data(), distance_.data(), n_x_.data(), n_y_.data(), n_z_.data()});
 }

@@ -36,9 +36,9 @@ class HeadDistances {
   /// extrapolated.
   void find(const VertexHead& head, mesh::NearPoints& points, const Pose& X_WG, double far,
             bool exact = false) noexcept;
-  /// Finds the points that would be inside the head if it moved from X_WG by `motion_W` (m). A point is found if its
-  /// extrapolated distance from the head at X_WG is at most the component of the motion along the gradient of the
-  /// distance. A negative component counts as 0. Works only if the constructor got a `reuse` above 0.
+  /// Finds the points that would be inside the head if it moved from X_WG by `motion_W` (m). The distance of each point
+  /// is extrapolated to X_WG. A point is found if this distance is at most the component of the motion along the
+  /// gradient of the distance; a negative component counts as 0. Works only if the constructor got a `reuse` above 0.
   void find_pushed(const VertexHead& head, const mesh::NearPoints& points, const Pose& X_WG,
                    const dvec3& motion_W) noexcept;
   /// Returns how many distances were computed and stored for extrapolation since the last call of count_anew().
@@ -55,7 +55,7 @@ class HeadDistances {
   void clear() noexcept { size_ = 0; }
   bool full() const noexcept { return size_ == most_; }
   /// Adds a point. `index`: any number with which the caller identifies the point. `off_W`: m, vector from the head's
-  /// centre to the point, in frame W.
+  /// centre to the point, in the workbench frame W.
   void add(std::uint32_t index, const dvec3& off_W) noexcept {
     index_[size_] = index;
     x_[size_] = off_W.x, y_[size_] = off_W.y, z_[size_] = off_W.z;
@@ -65,7 +65,7 @@ class HeadDistances {
   /// is at most `far` (m).
   void evaluate(const VertexHead& head, const glm::dmat3& R_WT, double far) noexcept;
 
-  /// Returns the largest number of points in one call.
+  /// Returns the largest number of points for which one call can compute distances.
   std::size_t most() const noexcept { return most_; }
   std::size_t size() const noexcept { return size_; }
   Columns columns() const noexcept { return {distance_.data(), n_x_.data(), n_y_.data(), n_z_.data(), size_}; }
@@ -74,7 +74,7 @@ class HeadDistances {
   std::uint32_t point(std::size_t i) const noexcept { return index_[i]; }
   /// Returns the signed distance of kept point i, m, negative inside the head.
   double distance(std::size_t i) const noexcept { return distance_[i]; }
-  /// Returns the unit direction (frame W) in which the distance of kept point i increases.
+  /// Returns the unit direction in which the distance of kept point i increases, in the workbench frame W.
   dvec3 normal_W(std::size_t i) const noexcept { return {n_x_[i], n_y_[i], n_z_[i]}; }
 
  private:
@@ -85,15 +85,16 @@ class HeadDistances {
   std::size_t most_, size_ = 0;
   double reuse_;
   std::vector<std::uint32_t> index_;
-  std::vector<double> x_, y_, z_;  // m, frame W, positions of the points relative to the head's centre
+  std::vector<double> x_, y_, z_;  // m, positions of the points relative to the head's centre, in the workbench frame W
   std::vector<double> distance_, n_x_, n_y_, n_z_;
   // The next members describe the stored distances of all listed points from a head at one pose. find() extrapolates
   // from these distances. If find() never extrapolates, the arrays are empty.
-  std::uint64_t known_list_ = 0;  // NearPoints::number() of the list to which the points belong
+  std::uint64_t known_list_ = 0;  // number of the list that contains these points (NearPoints::number())
   std::size_t known_ = 0;         // number of points
   std::size_t computed_ = 0;      // number of distances computed since the last count_anew()
   Pose known_at_;                 // pose of the head
-  // frame T, for each point: position p (m), distance d from the head (m), and unit vector g, the gradient of d
+  // For each point, in the tool's frame T: position p (m), distance d from the head (m), and unit vector g, the
+  // gradient of d.
   std::vector<float> p_x_, p_y_, p_z_, d_, g_x_, g_y_, g_z_;
 };
 

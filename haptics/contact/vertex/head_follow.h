@@ -79,11 +79,11 @@ class HeadFollower {
   ///
   /// `slack`: allowed overlap of head and points, m. `give`: true: a point that is already inside the head does not
   /// push the head out, but only prevents a deeper overlap. `list(p)` must list the points around p if the present list
-  /// is no longer valid. A fast head needs several lists in one tick; otherwise it would lag behind the hand.
-  /// `complete(p, far)` must add the points that the list lacks within the distance `far` (m) of the head at p, and
-  /// return `far`. Alternatively, complete() may return a shorter length (m) for which the present list is complete.
-  /// The head then moves at most this length; with 0, it stops. If `may_go_on()` returns false, no further round begins
-  /// in this tick, so the head stops.
+  /// is no longer valid; a fast head needs several lists in one tick, because otherwise it would lag behind the hand.
+  /// `complete(p, far)` must add the points that the list lacks within the distance `far` (m) of the head at p. It
+  /// returns the length (m) for which the list is then complete: `far`, or less if it did not add all points. The head
+  /// moves at most this length; with 0, it stops. If `may_go_on()` returns false, no further round begins in this tick,
+  /// so the head stops.
   template <class List, class Complete, class MayGoOn>
   dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double slack, bool give,
                List&& list, Complete&& complete, MayGoOn&& may_go_on) noexcept {

@@ -25,8 +25,8 @@ namespace {
 
 // m, upper bound of the rounding error of the bounding balls, which are stored as floats
 constexpr double kRounding = 1e-6;
-// Largest number of rounds in which vertices are moved back, because faces fold or intersect. If the mesh is still not
-// valid after these rounds, all vertices are moved back to the positions before the step.
+// Largest number of rounds that repair folded or intersecting faces by moving their vertices back. If the mesh is still
+// not valid after these rounds, all vertices are moved back to the positions before the step.
 constexpr int kMostRounds = 8;
 // Limit of the cosine between a face's outer normal and the direction from the head's centre to the face. If the cosine
 // is above this limit, the face does not face the head, so it may be on the far side of a thin wall.
@@ -35,9 +35,9 @@ constexpr double kLooksAway = -0.2;
 // Bound of the rounding error of the scalar product of a unit vector and a vector a, as a ratio to |a.x| + |a.y| +
 // |a.z|. If the computed product is below minus this bound, the exact product is negative, too.
 constexpr double kClearlyInward = 1e-12;
-// Limits of quick tests, which compare squares. A quick test decides only if one square is larger than kLarger × the
-// other, because rounding could change the result of a closer comparison. It also does not decide if a square is below
-// kTiny2 (m⁴), because such a small number may have lost digits (denormal numbers).
+// Limits of quick tests, which compare the squares of two numbers. A quick test decides only if one square is larger
+// than kLarger × the other; a closer comparison could be wrong because of rounding. It also does not decide if a square
+// is below kTiny2 (m⁴), because such a small number may have lost digits (denormal numbers).
 constexpr double kLarger = 1 + 1e-12, kTiny2 = 1e-100;
 
 /// Estimated computing times of the loops of a cut, for one face, one vertex or one test, in units of 10 ns. The values
@@ -68,8 +68,8 @@ double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
 }
 
 constexpr std::size_t kBatch = 8;
-// Number of bounding balls that overlap the ball of the tested face. If there are more than this, the table crowd_
-// first excludes faces that cannot intersect the tested face. In a usual cut, there are at most about 60.
+// If more bounding balls than this overlap the ball of the face under test, a table of the faces (crowd_) first
+// excludes faces that cannot intersect it. In a usual cut, at most about 60 balls overlap.
 constexpr std::size_t kCrowd = 100;
 // Largest number of faces in the table crowd_, which is used only if very many bounding balls overlap.
 constexpr std::size_t kMostInCrowd = 1 << 15;
@@ -151,10 +151,9 @@ void MeshCutter::add_if_near(const EditableMesh& mesh, Index f) noexcept {
 /// Returns true if the faces that an earlier search found (`known`) include all faces within the distance margin_ of
 /// the head at its present pose.
 bool MeshCutter::covers(const KnownFaces& known) const noexcept {
-  // Ratio of two lengths: the largest decrease of the distance between the head and a bounding ball near it, and the
-  // largest displacement of a point of the head. The ratio is above 1, because the bounding ball may be farther from
-  // the head's centre than any point of the head. Relative to the head, a rotation then displaces the ball more than
-  // any point of the head.
+  // Largest possible ratio of two lengths: the decrease of the distance between the head and the bounding ball of a
+  // near face, and the largest displacement of a point of the head. It is above 1 because of rotations: the bounding
+  // ball may be farther from the head's centre than any point of the head, so relative to the head it moves farther.
   constexpr double kMotion = 1.5;
   const double reach = head_.head->is_ball() ? 0 : head_.head->reach();
   const double moved = displacement_bound(known.X_W, head_.X_W, reach);
@@ -235,7 +234,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
     const Index g = mesh.face(f).n[longest];
     const dvec3 middle = 0.5 * (mesh.point(f, longest) + mesh.point(f, (longest + 1) % 3));
     const Index m = mesh.split(f, longest, middle);
-    if (m == kNone) return true;  // the buffers of the mesh are full
+    if (m == kNone) return true;  // the buffers of the mesh are full, so no further edge can be split
     done.changed = true;
     near_.push_back(g);
     mesh.around(m, [&](Index h, int) {
@@ -377,7 +376,7 @@ bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
 bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affected& a) const noexcept {
   const dvec3 now = normal2(mesh, a.f);
   const double along = glm::dot(now, a.normal), now2 = glm::dot(now, now), before2 = glm::dot(a.normal, a.normal);
-  // A quick test without square roots.
+  // Quick test, which avoids square roots. If it cannot decide, the exact test follows.
   if (along > 0 && now2 > kTiny2 && before2 > kTiny2 &&
       along * along > kLarger * P::least_turn * P::least_turn * now2 * before2) {
     return false;
@@ -471,9 +470,9 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t slot = from + overlapping_[i];
-      // If the other face was already tested in this round and crossed no face, that test included the pair with f. So
-      // the pair is skipped. If vertices were moved back in this round (held_), bounding balls may have changed, and
-      // the pair is tested again.
+      // Skips a face that was already tested in this round and crossed no other face, because that test included the
+      // pair with f. If vertices were moved back in this round (held_), bounding balls may have changed, so the pair is
+      // tested again.
       if (!held_ && tested_in_[near_[ball_at_[slot]]] == edge_look_) continue;
       overlapping_[kept++] = static_cast<std::uint32_t>(slot);
     }
@@ -526,7 +525,7 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
   const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
   const dvec3 way = (a + b + c) / 3.0 - head.X_W.p, n = normal2(a, b, c);
   const double cosine = glm::dot(n, way), n2 = glm::dot(n, n), way2 = glm::dot(way, way);
-  // A quick test without square roots.
+  // Quick test, which avoids square roots. If it cannot decide, the exact test follows.
   if (cosine < 0 && n2 > kTiny2 && cosine * cosine > kLarger * kLooksAway * kLooksAway * n2 * way2) return;
   if (cosine < kLooksAway * glm::length(n) * glm::length(way)) return;
   if (!head.head->may_be_within(glm::vec3(way), axis, static_cast<float>(within))) return;
@@ -535,8 +534,8 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
   if (!head.head->is_ball() && head.distance(way + head.X_W.p, out) > within) return;
   thin_ = true;
   // In a long head, the direction from the head's centre to the wall of the hole can be nearly parallel to the wall.
-  // The test above may then fail although the wall faces the head. So the direction from the nearest point of the head
-  // decides.
+  // The test above may then find that the wall does not face the head, although it does. So a second test uses the
+  // direction from the nearest point of the head.
   if (follows_laws_12_ && !head.head->is_ball() && glm::dot(n, out) < kLooksAway * glm::length(n)) return;
   suspects_.push_back(f);
   for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
@@ -694,9 +693,9 @@ bool MeshCutter::merge_into_any_neighbour(EditableMesh& mesh, const Placed& head
                                           CutDone& done) noexcept {
   struct Neighbour {
     bool inside;
-    double far2;  // m², square of the distance between v and the neighbour
-    Index face;   // face that contains the edge from v to the neighbour
-    int i;        // index of this edge in `face`
+    double far2;  // m², square of the distance between the vertex v and its neighbour
+    Index face;   // a face that contains the edge from the vertex v to this neighbour
+    int i;        // index of the edge from v to the neighbour in `face`
     bool operator<(const Neighbour& other) const noexcept {
       return inside != other.inside ? other.inside : far2 < other.far2;
     }
@@ -812,7 +811,7 @@ bool MeshCutter::work_in_stages(EditableMesh& mesh, const KnownFaces& known, std
         const std::size_t tests = std::max<std::size_t>((most - std::min(most, spent)) / kTest, 1);
         for (std::size_t k = 0; k < tests && stage_ == Stage::kTest; ++k) {
           if (at_ < suspects_.size()) spent += kTest;
-          left_ = 1;  // remaining computing effort: enough for exactly one test
+          left_ = 1;  // an effort of 1 is enough for exactly one intersection test
           run_stage(mesh, known);
         }
         left_ = kNoLimit;
@@ -840,8 +839,8 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       const double part = static_cast<double>(i) / job_.steps;
       begin_search(place(*job_.head, i == job_.steps ? job_.X_WB : interpolate(job_.X_WA, job_.X_WB, part)),
                    P::longest * edge);
-      // The faces that an earlier search found are used only in the first step of the cut, because each step changes
-      // the mesh.
+      // The faces that an earlier search found (`known`) are used only in the first step of the cut, because each step
+      // changes the mesh.
       takes_known_ = i == 1 && covers(known), known_ = known.number;
       if (follows_laws_12_) return go_to(Stage::kSearch);
       const Effort left = std::exchange(left_, kNoLimit);

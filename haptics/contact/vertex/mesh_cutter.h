@@ -45,20 +45,20 @@ struct CutParameters {
   // Length limit, in target edge lengths. An edge shorter than this may be collapsed even if a face next to it keeps a
   // bad shape.
   static constexpr double tiny = 0.1;
-  // smallest allowed area of a face after an edge is collapsed, as a ratio to half the square of the target edge length
+  // Smallest allowed area of a face after an edge is collapsed, divided by half the square of the target edge length.
   static constexpr double least_area = 1e-6;
   // first version of the servo's force laws in which an edge next to a face of bad shape may be collapsed
   static constexpr std::uint32_t laws_of_bad_faces = 11;
-  // First version of the force laws with four new rules. A vertex that cannot leave the head is merged into a neighbour
-  // even if edges get longer than `longest`. A face that faces the nearest point of the head is not tested for
-  // intersection. The search for the faces near the head may be divided over several ticks. `most_faces` limits the
-  // number of faces near the head.
+  // First version of the force laws with four new rules. (1) A vertex that cannot leave the head is merged into a
+  // neighbour even if edges get longer than `longest`. (2) A face that faces the nearest point of the head is not
+  // tested for intersection. (3) The search for the faces near the head may be divided over several ticks. (4)
+  // `most_faces` limits the number of faces near the head.
   static constexpr std::uint32_t laws_12 = 12;
   // Longest allowed edge after a vertex was merged into a neighbour, in target edge lengths. The next cut splits edges
   // longer than `longest`.
   static constexpr double longest_merged = 2;
-  // Largest ratio of two numbers of faces: the faces near the head, and equilateral faces of the target edge length
-  // that would cover the head's surface. At this ratio, edges are no longer split (since force laws 12). In a usual
+  // Limit of the number of faces near the head, divided by the number of equilateral faces of the target edge length
+  // that would cover the head's surface. At this limit, edges are no longer split (since force laws 12). In a usual
   // cut, the ratio is about two. It gets larger only at the rim of a membrane, where each split makes further splits
   // necessary.
   static constexpr double most_faces = 4;
@@ -70,11 +70,11 @@ struct CutParameters {
   // Smallest allowed cosine between the normal of a face before an edge is collapsed and its normal afterwards. A face
   // that faces the head (`faces_head`) may rotate farther.
   static constexpr double least_turn_in_mending = 0.5;
-  // largest allowed change of the solid's volume when a vertex inside the head is merged into a neighbour, as a ratio
-  // to the cube of the target edge length
+  // Largest allowed change of the solid's volume when a vertex inside the head is merged into a neighbour, divided by
+  // the cube of the target edge length.
   static constexpr double most_given = 0.2;
-  // largest allowed change of the solid's volume when a short edge is collapsed or an edge of a sliver is flipped, as a
-  // ratio to the cube of the target edge length
+  // Largest allowed change of the solid's volume when a short edge is collapsed or an edge of a sliver is flipped,
+  // divided by the cube of the target edge length.
   static constexpr double most_volume = 0.02;
 };
 
@@ -164,10 +164,10 @@ class MeshCutter {
   struct Job {
     const VertexHead* head = nullptr;
     Pose X_WA, X_WB;
-    double edge = 0;          // m, edge length of the cut surface
-    int steps = 0, step = 0;  // number of straight steps of the cut; number of steps begun so far
+    double edge = 0;          // m, target edge length of the faces on the cut surface
+    int steps = 0, step = 0;  // steps: number of straight steps of the cut; step: number of steps that have begun
   };
-  /// The stages of a step of a cut, in their order. kUnfoldAgain is followed by kSelect. kDone: the whole cut is
+  /// The stages of one step of a cut, in their order, except that kSelect follows kUnfoldAgain. kDone: the whole cut is
   /// finished.
   enum class Stage : std::uint8_t {
     kNextStep,
@@ -252,7 +252,7 @@ class MeshCutter {
   bool accepts_bad_faces_ = true;  // true: an edge may be collapsed if a face next to it keeps a bad shape
   bool follows_laws_12_ = true;    // true: the rules that CutParameters::laws_12 describes apply
   std::uint32_t look_ = 0;
-  // for each vertex and for each face: value of look_ (number of the search) when a search last visited it
+  // for each vertex and each face: number of the search (look_) that last visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
   std::vector<std::uint32_t> place_of_;  // for each vertex that moves in the present step: its index in moved_
   std::uint32_t edge_look_ = 0;
@@ -261,19 +261,21 @@ class MeshCutter {
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, sorted_, suspects_;
   HeadDistances distances_{kMostTogether};
-  std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;  // m, bounding balls of the faces in near_, sorted into slices
-  std::vector<std::uint32_t> ball_at_;                    // for each ball: index of its face in near_
-  int slice_axis_ = 0;                                    // axis along which the balls are sorted into slices
+  // m, centres and radii of the bounding balls of the faces in near_, sorted into slices
+  std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;
+  std::vector<std::uint32_t> ball_at_;  // for each ball: index of its face in near_
+  int slice_axis_ = 0;                  // axis along which the balls are sorted into slices
   float slice_lo_ = 0, slices_per_m_ = 0;
-  float widest_ = 0;                                      // m, largest radius of a ball in the slices
-  std::array<std::uint32_t, kSlices + 2> slice_start_{};  // first ball of each slice, and then of the large balls
+  float widest_ = 0;  // m, largest radius of a ball in the slices
+  // index of the first ball of each slice; the last elements: index of the first large ball, and number of balls
+  std::array<std::uint32_t, kSlices + 2> slice_start_{};
   // balls that overlap the bounding ball of the face under test
   std::vector<std::uint32_t> overlapping_;
   // The corners of the faces in near_, in the order of the bounding balls. The table is filled only if very many
   // bounding balls overlap. This happens at the rim of a hole through a sheet. A cut cannot remove the membrane that
   // remains between the two sides of the sheet, so many tiny faces collect there.
   mesh::TriangleTable crowd_;
-  bool crowded_ = false;                // true if crowd_ was filled in this round of the test
+  bool crowded_ = false;                // true if crowd_ was filled in this round of the intersection test
   std::vector<std::uint32_t> slot_of_;  // for each face: its index in crowd_; valid only if the face is in crowd_
   // for each face: number of the last round of the intersection test in which the face was tested and crossed no other
   // face
@@ -281,21 +283,23 @@ class MeshCutter {
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
   bool thin_ = false;  // true if a face near the head faces away from it (thin wall or undercut)
-  // The cut in progress, and its state between two parts.
+  // The next members are the state of the cut in progress. The cut may be made in several parts, between which the
+  // state is kept.
   Job job_;
-  Placed head_;                            // head of the present step
+  Placed head_;                            // the head at its pose in the present step of the cut
   mesh::EditableMesh::NearSearch search_;  // search for the faces near head_
   double margin_ = 0;                      // m, distance from the head within which faces are gathered
   bool takes_known_ = false;               // true if the faces come from the list of an earlier search (number known_)
   std::uint64_t known_ = 0;
   Stage stage_ = Stage::kDone;
   Effort left_ = 0;               // computing effort that the present call of work() may still spend
-  std::size_t at_ = 0;            // index at which the present stage continues
+  std::size_t at_ = 0;            // index of the face or vertex at which the present stage of the cut continues
   std::size_t looking_away_ = 0;  // number of faces that face away from the head; suspects_ begins with them
   bool held_ = false;             // true if vertices were moved back in this round of the intersection test
   int rounds_ = 0;                // number of rounds of the intersection test in this step
-  bool unfold_held_ = false;      // true if vertices were moved back in this round of the unfolding (keep_unfolded())
-  int unfold_rounds_ = 0;         // number of rounds of the unfolding in this step
+  // true if vertices were moved back in this round of keep_unfolded(), which repairs folded faces
+  bool unfold_held_ = false;
+  int unfold_rounds_ = 0;  // number of rounds of keep_unfolded() in this step of the cut
   CutDone done_;
 };
 

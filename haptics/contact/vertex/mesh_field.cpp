@@ -82,8 +82,8 @@ std::size_t at(int x, int y, int z) {
 }
 using Blocks = std::map<glm::ivec3, Block, KeyLess>;
 
-/// For each sample of the block that is near a face of the mesh (kNear), computes the side (inside or outside), and the
-/// value if a cut has moved the nearest face.
+/// Computes two properties of each sample of the block that is near a face of the mesh (kNear): its side (inside or
+/// outside), and, if a cut has moved the nearest face, its new value.
 void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3& key, Block& block) {
   struct Nearest {
     double distance2 = 1e300;

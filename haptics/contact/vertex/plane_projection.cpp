@@ -37,7 +37,7 @@ int find_worst(const StepBounds& bounds, const double* step, bool only_no_deeper
   return worst;
 }
 
-/// Passes the bounds on a step of the head to the active-set solver, as planes (lengths in metres).
+/// The linear bounds on a step of the head, in the form that the active-set solver needs: as planes. Lengths in metres.
 class BoundPlanes {
  public:
   struct Plane {

@@ -206,7 +206,8 @@ void VertexBody::bring_up_to_date(Snapshot& snapshot) {
 
 TissueVolume& VertexBody::rasterize() {
   if (unseen_.empty()) return volume_;
-  volume_.end_stroke();  // the changes by cuts must not become a part of a brush stroke
+  // ends the stroke, so that the changes of the field by cuts do not become a part of a brush stroke
+  volume_.end_stroke();
   for (const RasterBlock& block : field_of(mesh_, unseen_, untouched_, volume_)) volume_.replace(block);
   unseen_.clear();
   return volume_;

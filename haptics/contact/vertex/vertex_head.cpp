@@ -33,7 +33,7 @@ double VertexHead::distance_to_surface(const dvec3& p, const dvec3& way) const n
 
 dvec3 VertexHead::as_printed(const dvec3& p) const noexcept {
   const bool round_end = tool_.shape == HeadShape::kRoundEndCylinder;
-  const double low = radius_ - tool_.half();  // height of the centre of a round end, in the tool frame
+  const double low = radius_ - tool_.half();  // m, height of the centre of a round end along the head's axis
   if (ball_ || (round_end && p.z < low)) {
     const dvec3 c = ball_ ? dvec3(0) : dvec3(0, 0, low);
     const double length = glm::length(p - c);

@@ -1,4 +1,5 @@
-// A head at any pose, which moves vertices out of its inside (paper S4, section 3).
+// The shape of a head for the contact model "vertex": distances of points from the head, and the positions to which
+// vertices inside the head are moved (paper S4, section 3).
 #pragma once
 
 #include <cmath>
@@ -7,8 +8,8 @@
 
 namespace typodont::haptics::vertex {
 
-/// The head of one tool, as a shape outside which points must stay. Any thread; never allocates after construction.
-/// Metres, frame T of the tool.
+/// The head of one tool, as a shape that points must not enter. Any thread; never allocates after construction. Lengths
+/// in metres, vectors in the tool's frame T.
 class VertexHead {
  public:
   explicit VertexHead(const Tool& tool);
@@ -17,18 +18,18 @@ class VertexHead {
   /// Returns the distance field of the head's meridian (its outline), in metres. A ball does not need it.
   const HeadField& field() const noexcept { return field_; }
   double radius() const noexcept { return radius_; }
-  /// Returns the distance from the origin to the farthest point of the head, m.
+  /// Returns the distance from the head's centre to its farthest point, m.
   double reach() const noexcept { return reach_; }
 
-  /// Returns half the size of the bounding box of the head, in metres and frame W. `axis_W`: direction of the head's
-  /// axis (unit vector).
+  /// Returns half the edge lengths (m) of the head's bounding box, along the axes of the workbench frame W. `axis_W`:
+  /// unit vector along the head's axis.
   dvec3 half_box(const dvec3& axis_W) const noexcept {
     return ball_ ? dvec3(radius_)
                  : half_ * glm::abs(axis_W) + radius_ * glm::sqrt(glm::max(1.0 - axis_W * axis_W, 0.0));
   }
-  /// Quick test, which is cheaper than distance(). `off`: m, vector from the head's centre to a point, at most 1 cm
-  /// long. Returns false if the point is certainly farther than `far` (m) from the head. A result of true proves
-  /// nothing: the point may be near or far.
+  /// Quick test, which is cheaper than distance(). Returns false if a point is certainly farther than `far` (m) from
+  /// the head. A result of true proves nothing: the point may be near or far. `off`: m, vector from the head's centre
+  /// to the point, at most 1 cm long.
   bool may_be_within(const glm::vec3& off, const glm::vec3& axis, float far) const noexcept {
     constexpr float kRounding = 1e-8f;  // m, upper bound of the rounding error of floats
     const float room = far + kRounding, square = glm::dot(off, off), reach = static_cast<float>(reach_) + room;
@@ -60,8 +61,8 @@ class VertexHead {
   Tool tool_;
   HeadField field_;
   bool ball_;
-  // m; radius_: largest radius of the head; reach_: distance from the origin to its farthest point; half_: half its
-  // length
+  // m. radius_: largest radius of the head; reach_: distance from the head's centre to its farthest point; half_: half
+  // the head's length.
   double radius_, reach_, half_;
 };
 

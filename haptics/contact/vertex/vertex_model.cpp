@@ -24,11 +24,11 @@ constexpr std::uint32_t kLawsOfReuse = 11;
 // come from measurements
 constexpr Effort kFaceEffort = 2, kVisitEffort = 2, kVertexEffort = 2, kDistanceEffort = 2, kAreaEffort = 3,
                  kPartEffort = 2;
-// computing effort of the contact with one listed point, in units of 5 ns (half the usual unit of an effort)
+// computing effort of the contact with one listed point; its unit is 5 ns, half the unit of all other efforts
 constexpr Effort kContactEffort = 3;
 // computing effort of one distance that cannot be extrapolated, but must be computed, in units of 10 ns
 constexpr Effort kFreshEffort = 2;
-// ratio of the search distance in one round of clearance() to the search distance in the round before
+// clearance() searches in rounds; ratio of the search distance in one round to that in the round before
 constexpr double kNextShell = 4;
 // upper limit of the number of parts into which an edge of a face is divided
 constexpr int kMostParts = 64;
@@ -365,10 +365,10 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
 }
 
 /// Computes the springs of the vertices that a virtual motion of the head would push (paper S4, section 4.2). The
-/// virtual motion moves the head from X by the probe length (P::probe) along the unit vector `pull`. For a ball, the
-/// depth of each vertex inside the head is computed at the end of the virtual motion. For any other head, the depth is
-/// extrapolated linearly from the distance and the normal at X. The reason: a part of the head that is thinner than the
-/// probe length (the tip of a cone) could pass a vertex completely, and would then push the vertex to the wrong side.
+/// virtual motion starts at X and moves the head by the probe length (P::probe) along the unit vector `pull`. For a
+/// ball, the depth of each vertex is computed in the head's pose after the virtual motion. For any other head, the
+/// depth is extrapolated linearly from the distance and the normal at X. Reason: a part of the head that is thinner
+/// than the probe length (the tip of a cone) could pass a vertex completely, and would then push it to the wrong side.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const double probe = P::probe * head().radius(), stiffness = settings_.stiffness / 1000;
   const bool is_ball = head().is_ball();

@@ -38,7 +38,7 @@ struct FeelParameters {
   static constexpr double stride = 0.5;
   // In one tick, the cutting edge of a hand instrument advances by less than the height differences between
   // neighbouring vertices. So it cuts only a fraction of the area that the vertices in contact represent. The model
-  // measures this fraction after each cut and keeps a running mean. `met_weight`: weight of the newest measurement in
+  // measures this fraction in each cut and computes a running mean. `met_weight`: weight of the newest measurement in
   // the mean; `least_met`: smallest allowed mean.
   static constexpr double met_weight = 0.1, least_met = 0.01;
   // Ratio to the head's radius. If the distance between the head and the nearest contact point is smaller than this,
@@ -51,16 +51,16 @@ struct FeelParameters {
   // A list of points is valid until the head has moved by a certain distance. When the head has moved by this fraction
   // of the distance, the model begins to make the next list.
   static constexpr double begin_next = 0.3;
-  // Limit of room_in_list(), as a ratio to the head's radius. A head that waits for its next list stops when its room
-  // in the present list is used up (0). A fast rotation can make the room negative; below this limit, a list is made at
-  // once.
+  // Limit of room_in_list() (motion of the head for which the present list is still valid), as a ratio to the head's
+  // radius. A head that waits for its next list stops when this motion is used up (0). A fast rotation can make the
+  // value negative; below this limit, a new list is made at once.
   static constexpr double least_room = -0.1;
   // Ratio to the head's radius. Distances of points from the head are extrapolated until the head has moved by more
   // than this since they were computed.
   static constexpr double reuse = 0.02;
   // After a cut that took n ticks, the next cut waits for up to `rest` × n ticks, so that most ticks do not cut. The
   // farther the head could advance with the collected energy, the shorter is the wait. There is no wait if this
-  // distance is at least `hurry` × (cut area / radius²) edge lengths. A thin head has a small cut area, so it waits
+  // distance is at least `hurry` × (cut area / radius²) × edge length. A thin head has a small cut area, so it waits
   // less and advances in short cuts. If it advanced far at once, it would slide between the vertices.
   static constexpr double rest = 3, hurry = 0.08;
   // Largest computing effort of the contact and a cut together in one tick, in units of 10 ns. A cut that needs more is
@@ -142,7 +142,7 @@ class VertexModel final : public ContactModel {
   /// its `force` is in N, its `torque` in N·m and its `tissue` in m.
   struct Springs {
     dvec3 force{0}, torque{0};  // sums of force (N) and torque (N·m), each multiplied by the vertex's area (m²)
-    double area = 0;            // m², area that the vertices represent
+    double area = 0;            // m², area that the vertices in contact represent
     double across = 0;          // m², projection of `area` onto a plane perpendicular to the pull (from head to hand)
     double sum = 0;             // N·m², sum of (area × magnitude of the force) over the vertices
     double weight = 0;          // m³, sum of (area × depth) over the vertices in contact
@@ -161,8 +161,9 @@ class VertexModel final : public ContactModel {
   bool divides_search() const noexcept { return settings_.laws >= kMovesOn; }
   bool lists_ahead() const noexcept { return settings_.laws >= kListsAhead && !parameters_.as_printed; }
   bool divides_anywhere() const noexcept { return settings_.laws >= kFineParts; }
-  /// Returns true if a cut is divided only between its stages: in versions 9 and 10 of the force laws, unless the hand
-  /// drags the cutting edge, or vertices stayed inside the head in the previous cut.
+  /// Returns true if a cut may be interrupted only between its stages. This is the rule of the force laws 9 and 10.
+  /// Exceptions, in which a cut is not interrupted at all: the hand drags the cutting edge, or vertices stayed inside
+  /// the head in the previous cut.
   bool divides_in_stages() const noexcept {
     return settings_.laws >= kStages && !divides_anywhere() && !parameters_.as_printed && !part_.scrapes &&
            !part_.stayed;
@@ -170,7 +171,8 @@ class VertexModel final : public ContactModel {
   KnownFaces known_faces() const noexcept {
     return {near_, list_.points.listed_at(), found_ && !near_changed_ ? list_.within : 0, list_.points.number()};
   }
-  // m, distance from the head within which points are listed: in a complete list, and in the list while the head cuts
+  // The next two functions return the distance (m) from the head within which points are listed: in a complete list,
+  // and in the short list that is used while the head cuts.
   double complete_list_length() const noexcept;
   double short_list_length() const noexcept;
   void forget() noexcept;
@@ -209,16 +211,18 @@ class VertexModel final : public ContactModel {
   PointList list_;
   PointList next_list_;        // list that is being made: for the mesh after a cut, or for a moving head (ahead_)
   bool ahead_ = false;         // true while list_ahead() makes next_list_
-  bool near_changed_ = false;  // true if near_ contains the faces for next_list_, not for list_
+  bool near_changed_ = false;  // true if near_ (faces near the head) was found for next_list_ and not for list_
   Listing listing_;
-  Effort listed_ = 0, last_list_ = 0;  // effort of all lists made without division in this tick; of the last one
-  bool found_ = false;                 // true if list_ was made for the present mesh and tool
-  bool touching_ = false;              // true if the last constrain() found contact, at position touching_at_
-  dvec3 touching_at_{0};               // m, position of the proxy at which the last constrain() found contact
+  // computing effort in this tick: listed_: of all lists that were made in one piece; last_list_: of the last such list
+  Effort listed_ = 0, last_list_ = 0;
+  bool found_ = false;     // true if list_ was made for the present mesh and tool
+  bool touching_ = false;  // true if the last constrain() found contact, at position touching_at_
+  dvec3 touching_at_{0};   // m, position of the proxy at which the last constrain() found contact
   HeadDistances distances_, proposed_{kMostProposed};
   std::array<std::pair<dvec3, Sample>, kMostProposed> proposals_;
   HeadFollower follower_{distances_};
-  double met_ = 1;  // for a cutting edge that the hand drags: running mean of the fraction that met_weight describes
+  // for an edge that the hand drags: running mean of (removed volume) / (contact area × advance); see met_weight
+  double met_ = 1;
   /// A cut that may take several ticks. Until the cut is finished, the contact is computed from the points that were
   /// listed before the cut began.
   struct PartialCut {
@@ -229,7 +233,7 @@ class VertexModel final : public ContactModel {
     Pose from, to;
     double estimated = 0;  // m³, removed volume that was expected when the cut began
     CutDone done;
-    bool finished = false;  // true if the mesh has been cut
+    bool finished = false;  // true if the cut of the mesh is complete
     bool lists = false;     // true if the list of points after the cut has been begun
     bool advances = false;  // true if the head will move to the pose `to`; valid only if `lists` is true
     int ticks = 0;          // number of ticks that the cut took

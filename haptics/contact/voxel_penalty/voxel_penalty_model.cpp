@@ -18,8 +18,8 @@ namespace {
 /// is pressed into a flat wall by a quarter of its width: the head then has the scene's stiffness, on average over all
 /// directions. `reach`: distance from the head's centre to its farthest point, in the unit of the samples.
 double spring_scale(const std::vector<HeadSample>& samples, double reach, int shared_load) {
-  // the hand presses the head this deep into the wall, as a ratio to the smallest distance from the head's centre to a
-  // sample
+  // depth by which the hand presses the head into the wall, divided by the smallest distance between the head's centre
+  // and a sample
   constexpr double kPressed = 0.5;
   double width = reach;
   for (const HeadSample& s : samples) width = std::min(width, glm::length(s.p_TQ));
@@ -57,7 +57,8 @@ VoxelPenaltyModel::VoxelPenaltyModel(const ServoSettings& settings, const Parame
 }
 
 double VoxelPenaltyModel::clearance(const Pose& X_WG) noexcept {
-  // voxels; a point farther than this from the centre of a full voxel is not inside it; must be at least √3/2
+  // voxels, upper bound of the distance of a full voxel's corner from its centre (√3/2); farther points are not inside
+  // it
   constexpr double kCorner = 0.9;
   const dvec3 c = settings_.frame.to_voxels(X_WG.p);
   if (!patch_.holds(c, head().reach + 1)) return 0;

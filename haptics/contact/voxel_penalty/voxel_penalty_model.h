@@ -55,7 +55,7 @@ class VoxelPenaltyModel final : public PatchModel {
   std::uint32_t tool_ = 0;
   std::vector<Touching> touching_;  // contacts of this tick; memory is allocated at set-up
   std::size_t count_ = 0;
-  dvec3 c_{0};  // voxels, position of the head's centre in this tick, frame V
+  dvec3 c_{0};  // voxels, position of the head's centre in this tick, in the voxel frame V
 };
 
 }  // namespace typodont::haptics::voxel_penalty
