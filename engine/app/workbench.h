@@ -148,8 +148,8 @@ class Workbench {
   /// Sets new settings, which apply from the next tick on.
   void set(const SessionSettings& settings);
   const SessionSettings& settings() const;
-  /// Requests the tool with the index `place` in the tool set. The tool changes as soon as pedal, drill and tissue
-  /// allow it.
+  /// Requests the tool with the index `place` in the tool set. The servo changes the tool as soon as the pedal is
+  /// released, the drill has stopped and the tool touches nothing.
   void choose_tool(int place);
   /// Requests the instrument of the present phase of an implant exercise, and sets its speed and forward rotation.
   void choose_phase_tool();

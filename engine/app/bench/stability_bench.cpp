@@ -21,14 +21,15 @@ namespace {
 
 using namespace literals;
 
-// The simulated hand is a mass with a damper (Colgate & Brown 1994). A constant force pushes the hand against the wall.
-// This force is so large that the hand never leaves the wall.
-// kMass: kg, mass of the hand; kDamping: N·s/m, damper; kPush: N, force
+// The simulated hand is a mass with a damper (Colgate & Brown 1994). A constant force presses it against the wall, so
+// that it stays in contact while its vibration is small. kMass: kg, mass of the hand; kDamping: N·s/m, damper; kPush:
+// N, constant force.
 constexpr double kMass = 0.15, kDamping = 5, kPush = 4;
 constexpr int kMostDelay = 2;
 
 struct Course {
-  // true: the amplitude of the motion grows from the second to the last quarter of the run, or the hand leaves the wall
+  // true: the hand is unstable: its vibration is larger in the last quarter of the run than in the second, or the hand
+  // leaves the wall
   bool grows = false;
   double least_energy = 0;  // J, smallest value of the energy ledger
 };
@@ -135,18 +136,18 @@ double first_felt(double speed, double force, double rate) {
   return -z;
 }
 
-/// Returns the smallest depth, in m, at which any passivity controller can give `force` (N) at a wall of 1 N/mm. The
-/// controller must keep its energy ledger E above -ε (1 nJ) for every future motion of the hand. It may assume only
-/// that the hand retreats in one tick by at most a, the length of the hand's last step. So it may give a force F only
-/// if F a <= E + ε. A hand that moves inward at this speed adds F a to the ledger in each tick. Therefore E + ε can at
-/// most double per tick.
+/// Returns the lower limit of first_felt() for every possible passivity controller: the smallest depth (m) at which it
+/// can give `force` (N) at a wall of 1 N/mm. The controller must keep the energy ledger E above -ε (1 nJ), whatever the
+/// hand does next. It may assume only that the hand retreats in one tick by at most a, the length of the hand's last
+/// step. So it may give a force F only if F a <= E + ε. While the hand moves inward, each tick adds F a to E. Therefore
+/// E + ε can at most double per tick.
 double least_first_felt(double speed, double force, double rate) {
   constexpr double kCredit = 1e-9;  // J, ε: amount by which the energy ledger may be overdrawn
   const double way = speed / rate;
   return way * std::max(force / (1000 * way), std::ceil(std::log2(std::max(force * way / kCredit, 1.0))));
 }
 
-/// Finds the critical stiffness, N/m, by bisection. Above it, the hand's motion grows.
+/// Finds the critical stiffness (N/m) by bisection: at a stiffer wall, the vibration of the hand grows.
 template <class F>
 double critical(double guess, F&& course) {
   double low = 0.2 * guess, high = 5 * guess;

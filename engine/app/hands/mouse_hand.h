@@ -60,7 +60,8 @@ class PointerSmoothing {
  public:
   /// `rate`: number of calls of next() per second.
   PointerSmoothing(const Pose& start, double rate);
-  /// Returns the hand at the session time `t`. It moves towards the latest position `wanted`.
+  /// Returns the hand's sample at the session time `t`. Its position approaches the latest position of the pointer,
+  /// `wanted`.
   haptics::HandSample next(const haptics::HandSample& wanted, Nanos t) noexcept;
 
  private:

@@ -74,8 +74,8 @@ class ScanReview {
   void want_full() { full_wanted_ = true; }
   /// Returns the tissue labels that should be computed next, if any are missing. Coarse labels come before full labels.
   std::optional<LabelRequest> request() const;
-  /// Receives the tissue labels of a request. Labels of an earlier region are used only if the present labels are
-  /// coarse. The corrections are applied again to full labels.
+  /// Receives the tissue labels of a request. Labels that belong to an earlier region are used only if they are coarse
+  /// and there are no full labels of the present region. The corrections are applied again to full labels.
   void take(const LabelRequest& request, haptics::Imported labels);
   /// Reports that the computation of a request failed or was cancelled. These tissue labels are not requested again for
   /// the present region.
