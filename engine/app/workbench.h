@@ -92,7 +92,7 @@ struct WorkbenchStatus {
   RecordState record;
   TissueState tissue;
   std::uint32_t saved = 0, not_saved = 0;  // number of requested saves that succeeded, and that failed
-  std::uint64_t own_frames = 0;            // number of frames from a free viewpoint
+  std::uint64_t own_frames = 0;            // number of frames that were drawn from the free viewpoint
   double motor_heat = 0;                   // heat of the device's motors as a fraction of its limit
   /// N, force limit at the present heat of the motors; 0: the device does not report it
   double bearable_force = 0;

@@ -12,7 +12,7 @@ namespace typodont {
 
 /// Values of the energy counters of all processor packages at one moment.
 struct PackageEnergy {
-  double counted = 0;  // J, sum of the counters
+  double counted = 0;  // J, sum of the energy counters of all processor packages
   double range = 0;    // J, sum of the counters' ranges; a counter starts again at zero at the end of its range
 };
 

@@ -226,7 +226,7 @@ struct Task {
   Question question;
   std::vector<std::string> tissues;
   double (*cell)(const BenchRow&);
-  const char* figure;  // explains the number that the table shows
+  const char* figure;  // unit and quantity of the number that the table shows, for example "°, direction"
 };
 
 const std::vector<Task>& tasks() {

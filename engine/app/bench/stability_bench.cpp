@@ -219,8 +219,8 @@ std::vector<BenchRow> bench_stability(const BenchRun& run) {
                            {"delay of 1 tick, jitter of 50 %", 1, 0.5}}) {
     for (const double rate : rates) {
       const Clock clock{rate, kind.delay, kind.jitter};
-      // N/m, first guess from Colgate's condition: a wall of stiffness K is stable if the damping is b > K (T / 2 +
-      // delay), where T is the servo's period
+      // N/m, first guess of the critical stiffness, from Colgate's condition: a wall of stiffness K is stable if the
+      // damping is b > K (T / 2 + delay), where T is the servo's period
       const double guess = 2 * kDamping * rate / (1 + 2 * kind.delay);
       const double expected = critical(guess, [&](double k) { return theory(k, clock); });
       const double found = critical(guess, [&](double k) { return servo(k, clock, false); });

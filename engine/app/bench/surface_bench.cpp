@@ -124,7 +124,7 @@ std::unique_ptr<MeshBaseline> grid_of(const haptics::TissueVolume& volume) {
 }
 
 struct Extraction {
-  double ns = 0;  // ns, median of the measured time
+  double ns = 0;  // ns, median time of a call of volumeToMesh
   surface::WholeMesh mesh;
 };
 

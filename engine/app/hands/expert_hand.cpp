@@ -32,7 +32,7 @@ struct Lead {
   static constexpr double turning_pace = 12e-3, turning_time = 0.01;
   // A cut slows down near its end. The hand reacts with a delay, so a fast cut would go too far, into tissue that
   // should stay.
-  static constexpr double slowing_time = 0.04;  // s, time constant of the slowdown
+  static constexpr double slowing_time = 0.04;  // s, time constant with which a cut slows down near its end
   static constexpr double end_pace = 0.4e-3;    // m/s, speed at the end of a cut
   // m, tolerance: during a cut, the target point moves on only while the tool is nearer than this to the target point
   static constexpr double ahead = 0.06e-3;
@@ -54,7 +54,7 @@ struct Lead {
   static constexpr double patience = 3;  // s, time without progress after which the hand abandons a stroke
   // The lead is the vector from the target point to the hand: a gain times the vector from the tool to the target
   // point. The coupling (the spring between hand and tool) turns the lead into a force.
-  static constexpr double reaction_time = 0.05;  // s, time constant of the hand's reaction
+  static constexpr double reaction_time = 0.05;  // s, time constant with which the hand follows its wanted position
   // while cutting: distance from the target point to the hand, divided by the distance from the target point to the
   // tool
   static constexpr double gain = 50;
@@ -71,8 +71,8 @@ struct Lead {
   // task's mean force: rough_force for the bulk of the tissue if another tool cuts the final surface; bulk_force for
   // the bulk if the same tool cuts the final surface; finishing_force for the final surface.
   static constexpr double rough_force = 2.3, bulk_force = 1.65, finishing_force = 1.4;
-  // wanted force for the bulk with a coarse tool, as a multiple of the task's mean force; a coarse tool needs less
-  // energy per volume than the tissue's specific energy
+  // Wanted force for the bulk of the tissue, as a multiple of the task's mean force, if a coarse tool cuts. A coarse
+  // tool needs less energy per volume than the tissue's specific energy.
   static constexpr double coarse_force = 2.7;
   // 1/s, gain with which the limit of the lead (distance of the hand ahead of the target point) is adjusted. The rate
   // of change of the limit, divided by ExpertGrip::lead, is this gain times the force error (wanted minus measured
@@ -114,8 +114,8 @@ struct Joining {
   static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank, which must not touch obstacles
   // m, smallest horizontal distance between the tool and obstacles on the path to the next stroke
   static constexpr double beside = 0.3e-3;
-  static constexpr double above = 1.0e-3;  // m, height above the highest tissue at which the tool travels
-  static constexpr double run_up = 0.6;    // s, time in which the drill reaches its speed
+  static constexpr double above = 1.0e-3;  // m, when the tool travels, it is at this height above the highest tissue
+  static constexpr double run_up = 0.6;    // s, time that the drill gets to reach its speed
 };
 
 /// m, voxel size of a typical CT of a tooth. A task with larger voxels is assumed to treat a larger body than a tooth.
@@ -332,9 +332,9 @@ class Terrain {
   }
 
   dvec3 u_, v_, w_;
-  glm::dvec2 lo_{0};  // m along the axes u and v, origin of the grid
+  glm::dvec2 lo_{0};  // m along the axes u and v, origin of the height map's grid
   glm::ivec2 size_{0};
-  std::vector<double> height_;  // m along the axis w, height of each grid cell
+  std::vector<double> height_;  // m along the axis w, height of the tissue in each grid cell
 };
 
 class Plan {
@@ -908,7 +908,7 @@ class Plan {
   double top_ = -1e9, above_ = -1e9;
   std::vector<ExpertLeg> legs_;
   double pedal_ = 0;
-  double force_ = 0;  // N, force of the cuts that are added next
+  double force_ = 0;  // N, force of the cuts that are added to the plan next
   std::uint32_t tool_ = 0;
   // true in the second pass of filling. In this pass, filling may rise above the final contour, because the excess is
   // carved away later.

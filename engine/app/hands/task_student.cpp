@@ -673,16 +673,16 @@ class StrokePlanner {
   const double layer_ = (coarse_ ? kCoarseLayer : kLayer) * tool_.diameter;
   const SurroundingsShape* around_;
   const session::DenseField ideal_;
-  session::DenseField left_;  // tissue that remains after the strokes so far
+  session::DenseField left_;  // tissue that remains after the strokes that are planned so far
   dquat R_WT_;
   glm::dmat3 axes_;          // the axes u, v, w as columns
   double step_;              // m, distance between neighbouring passes of the tool
   double allowed_;           // voxels, depth to which the head may enter the ideal (the tissue that must remain)
   std::vector<dvec3> head_;  // voxels, points on the head relative to its centre
   std::vector<Points> head_groups_, shank_groups_;
-  glm::dvec2 lo_{0};  // m along u and v, origin of the grid
+  glm::dvec2 lo_{0};  // m along u and v, origin of the grid of head positions
   glm::ivec2 count_{0};
-  double top_ = 0, bottom_ = 0;  // m along w, upper and lower bound of the heights
+  double top_ = 0, bottom_ = 0;  // m along w, upper and lower bound of the head positions
   std::vector<Layer> layers_;
   std::vector<Stroke> strokes_;
   std::optional<dvec3> last_;  // end point of the last stroke

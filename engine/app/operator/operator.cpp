@@ -443,7 +443,7 @@ class Operator {
     const Page before = s_.page;
     s_.page = Page::kLoading;
     draw();
-    s_.page = before;  // the page to return to if the session cannot begin
+    s_.page = before;  // if the session cannot begin, the window returns to this page
     Scene scene = from.empty() ? read_scene(choice.file) : with_resume(scene_left_at(from), from);
     // A preparation that is continued keeps its contact model; otherwise the user's selection is used.
     if (from.empty() && s_.model >= 0) choose_model(scene, s_.models[static_cast<std::size_t>(s_.model)]);

@@ -29,7 +29,7 @@ class SoftGumView;
 /// A tool and the handpiece that holds it, in the form in which they are drawn.
 struct DrawnTool {
   render::ToolMesh tool;
-  Handpiece handpiece;  // has no parts if the tool has no handpiece
+  Handpiece handpiece;  // the drawn handpiece; it has no parts if the tool has no handpiece
   Pose X_GH;            // pose of the handpiece (frame H) relative to the drawn tool (frame G)
   /// true: the handpiece is not drawn where it hides the working point (see render::ToolState::open)
   bool open = false;

@@ -101,7 +101,8 @@ ImportedMouth import_mouth(const MouthFiles& files, const haptics::ImportOptions
   ImportedMouth mouth;
   mouth.scans.resize(files.scans.size());
   if (arch) {
-    constexpr double kFieldVoxel = 0.25e-3, kFieldBand = 3e-3;  // m, voxel size, and largest stored distance
+    // m, voxel size of a scan's distance field, and largest stored distance
+    constexpr double kFieldVoxel = 0.25e-3, kFieldBand = 3e-3;
     std::vector<Jaw> jaws;
     for (const std::filesystem::path& file : files.scans) {
       haptics::IntraoralScan scan(file, options.mesh_unit);

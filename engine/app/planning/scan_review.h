@@ -121,7 +121,7 @@ class ScanReview {
 
   std::shared_ptr<const haptics::ScanVolume> scan_;
   dvec3 crosshair_, centre_;
-  double whole_ = 0, width_ = 0;  // m, width of the whole scan, and width of the shown part
+  double whole_ = 0, width_ = 0;  // m, width of the whole scan, and width of the part that a section shows
   haptics::ImportRegion region_;
   haptics::ImportPreset preset_ = haptics::ImportPreset::kTooth;
   bool dragging_ = false, full_wanted_ = false;
