@@ -579,7 +579,8 @@ class Plan {
     // wanted: for each k and each height level, the number of voxels in the dome up to this level in which filling is
     // missing.
     std::vector<double> excess, wanted;
-    // m along the preparation's axis; lowest: height of the lowest level; step: distance between two levels
+    // Height levels of the member `wanted`, in m along the preparation's axis. lowest: height of the lowest level;
+    // step: distance between two levels.
     double lowest = 0, step = 0;
     std::size_t level(double height) const {
       return static_cast<std::size_t>(

@@ -43,7 +43,8 @@ using namespace std::chrono_literals;
 constexpr double kIdleFrame = 60;  // s, time between two frames while nothing happens
 // ns, interval at which the loop checks for changes that the desktop does not report
 constexpr Nanos kIdleWait = 25'000'000;
-// ns; if the loop waited for less than this time until input arrived, it then sleeps, which saves computing time
+// ns. In each pass, the loop waits for input. If input arrived after less than this time, the loop sleeps before the
+// next pass, which saves computing time.
 constexpr Nanos kBriefWait = 4'000'000;
 constexpr double kSessionFrame = 0.05;  // s, time between two frames of this window during a session
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
