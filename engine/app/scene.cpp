@@ -278,7 +278,8 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
       law.tooth_count = static_cast<int>(vibration->number_or("teeth", law.tooth_count, 1, 64));
     } else {
       if (vibration->boolean()) vibration->fail("false, or an object with band_Hz and what else is to differ");
-      scene.vibration_band_set = true;  // "vibration": false switches vibration off, even if the device can vibrate
+      // a scene with "vibration": false has no vibration, even if the device can vibrate
+      scene.vibration_band_set = true;
     }
   }
 

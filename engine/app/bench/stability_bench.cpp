@@ -136,11 +136,11 @@ double first_felt(double speed, double force, double rate) {
   return -z;
 }
 
-/// Returns the lower limit of first_felt() for every possible passivity controller: the smallest depth (m) at which it
-/// can give `force` (N) at a wall of 1 N/mm. The controller must keep the energy ledger E above -ε (1 nJ), whatever the
-/// hand does next. It may assume only that the hand retreats in one tick by at most a, the length of the hand's last
-/// step. So it may give a force F only if F a <= E + ε. While the hand moves inward, each tick adds F a to E. Therefore
-/// E + ε can at most double per tick.
+/// Returns a lower limit of first_felt(): the smallest depth (m) at which a passivity controller can give `force` (N)
+/// at a wall of 1 N/mm, even if it is the best possible one. The energy ledger E must stay above -ε (1 nJ) in the next
+/// tick, too. In this tick, the hand may retreat by its last step a, and then takes the energy F a from the ledger. So
+/// a force F is allowed only if F a <= E + ε. While the hand moves inward, each tick adds at most F a to E. Therefore
+/// the sum E + ε at most doubles per tick.
 double least_first_felt(double speed, double force, double rate) {
   constexpr double kCredit = 1e-9;  // J, ε: amount by which the energy ledger may be overdrawn
   const double way = speed / rate;

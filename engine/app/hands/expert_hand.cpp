@@ -321,7 +321,7 @@ class Terrain {
   }
 
  private:
-  // kCell: m, cell size of the grid; kRim: m, margin around the tissue
+  // kCell: m, cell size of the height map's grid; kRim: m, margin of this grid around the tissue
   static constexpr double kCell = 0.2e-3, kRim = 2e-3;
   std::size_t cell(const glm::ivec2& at) const {
     return static_cast<std::size_t>(at.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(at.y);
