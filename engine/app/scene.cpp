@@ -318,7 +318,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
   }
   if (const auto rig = json.find("rig")) {
     scene.rig = rig->string();
-    (void)usual_rig(scene, "closeup");  // reports a display rig that does not exist
+    (void)usual_rig(scene, "closeup");  // throws Error if the scene's display rig does not exist
   }
   if (const auto mirror = json.find("mouth_mirror")) scene.mouth_mirror = read_mouth_mirror(*mirror);
   if (const auto suction = json.find("suction")) {
