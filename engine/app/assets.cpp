@@ -53,8 +53,8 @@ fs::path assets_folder() {
 
 namespace {
 
-/// Returns `file` if it exists, otherwise the file of this name in assets/KIND/. Throws Error. `noun` is the name of
-/// the kind in the message, for example "rig".
+/// Returns the path `file` if this file exists, otherwise the path assets/KIND/FILE.json, where KIND is the value of
+/// `kind`. Throws Error if neither file exists. `noun`: word for such a file in the message, for example "rig".
 fs::path file_or_shipped(const std::string& file, std::string_view kind, std::string_view noun) {
   std::error_code code;
   if (fs::exists(file, code)) return file;
@@ -64,8 +64,8 @@ fs::path file_or_shipped(const std::string& file, std::string_view kind, std::st
   throw Error(file, "", "no such file", fmt::format("a {} file, or {}", noun, names_in(folder)));
 }
 
-/// Throws Error if the file is not a scene but an input of another kind. The message names the command that opens the
-/// file.
+/// Throws Error if the file is not a scene but the input of another command, for example a scan or a mesh. The message
+/// names the command that opens the file.
 void refuse_other_input(const fs::path& file) {
   std::error_code code;
   const std::string ending = lower_case(file.extension().string());

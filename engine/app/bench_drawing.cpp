@@ -134,7 +134,8 @@ class Page {
   std::unique_ptr<cairo_t, decltype(&cairo_destroy)> cairo_;
 };
 
-/// A view of the workbench: a rectangle on the page that shows two axes of frame W.
+/// A view of the workbench in a rectangle on the page. The page is parallel to two axes of frame W; the view is along
+/// the third.
 struct View {
   double left, top, width, height;  // points, position and size on the page
   int across, up;                   // indices of the two axes of frame W that point right and up on the page

@@ -20,10 +20,10 @@ namespace {
 
 // Size of a reserve in bytes. The program never writes to a reserve, so a reserve uses address space but no memory.
 constexpr std::size_t kReserve = 4 << 20;
-/// Freed when memory runs out for the first time.
+/// First reserve of memory. It is freed when memory runs out for the first time.
 std::atomic<void*> g_reserve{std::malloc(kReserve)};
-/// Freed when memory runs out again, while destructors run because of an exception. Other threads may have used the
-/// memory of g_reserve by then.
+/// Second reserve of memory. It is freed when memory runs out again, while destructors run because of an exception. By
+/// then, other threads may have used the memory of the first reserve.
 std::atomic<void*> g_reserve_for_destructors{std::malloc(kReserve)};
 
 /// Handler for failed allocations (std::new_handler). Frees a reserve. Then throws std::bad_alloc, except while
@@ -40,7 +40,8 @@ void make_room() {
 // The library calls the handler where it requests memory from the operating system itself (map_twice()).
 [[maybe_unused]] const std::new_handler g_handler_before = std::set_new_handler(make_room);
 
-/// Returns the memory that `get` returns. Throws std::bad_alloc.
+/// Calls `get` until it returns memory, and returns this memory. After each call that returned null, it calls
+/// make_room(), which frees a reserve or throws std::bad_alloc.
 template <class Get>
 void* allocate(const Get& get) {
   for (;; make_room())

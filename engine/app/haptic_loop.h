@@ -42,7 +42,7 @@ class HapticLoop {
 
  private:
   haptics::LockStep steps_;
-  double stall_ = 0;  // s, duration of each pause (stall) that the loop simulates
+  double stall_ = 0;  // s, duration of each stall of the carver that the loop simulates; 0: no stalls
   bool held_ = false;
 };
 

@@ -278,7 +278,8 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
       law.tooth_count = static_cast<int>(vibration->number_or("teeth", law.tooth_count, 1, 64));
     } else {
       if (vibration->boolean()) vibration->fail("false, or an object with band_Hz and what else is to differ");
-      scene.vibration_band_set = true;  // "vibration": false switches vibration off, even if the device can vibrate
+      // a scene with "vibration": false has no vibration, even if the device can vibrate
+      scene.vibration_band_set = true;
     }
   }
 
@@ -317,7 +318,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
   }
   if (const auto rig = json.find("rig")) {
     scene.rig = rig->string();
-    (void)usual_rig(scene, "closeup");  // reports a display rig that does not exist
+    (void)usual_rig(scene, "closeup");  // throws Error if the scene's display rig does not exist
   }
   if (const auto mirror = json.find("mouth_mirror")) scene.mouth_mirror = read_mouth_mirror(*mirror);
   if (const auto suction = json.find("suction")) {

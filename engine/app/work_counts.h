@@ -24,7 +24,7 @@ struct WorkCounts {
   std::uint64_t bricks_skipped = 0;
   std::uint64_t pipelines = 0;         // largest number of graphics pipelines that existed at the same time
   std::uint64_t turns = 0;             // number of passes of the drawing loop; most passes draw nothing
-  std::uint64_t desktop_requests = 0;  // number of requests to the desktop
+  std::uint64_t desktop_requests = 0;  // number of requests to the window system
   std::uint64_t samples = 0;           // number of sound samples that were computed
   std::uint64_t particles_stepped = 0;
   // Counts of the spray, and of the film of water and slurry on the tissue. film_texels: number of texels that were

@@ -92,7 +92,7 @@ struct WorkbenchStatus {
   RecordState record;
   TissueState tissue;
   std::uint32_t saved = 0, not_saved = 0;  // number of requested saves that succeeded, and that failed
-  std::uint64_t own_frames = 0;            // number of frames from a free viewpoint
+  std::uint64_t own_frames = 0;            // number of frames that were drawn from the free viewpoint
   double motor_heat = 0;                   // heat of the device's motors as a fraction of its limit
   /// N, force limit at the present heat of the motors; 0: the device does not report it
   double bearable_force = 0;
@@ -148,8 +148,8 @@ class Workbench {
   /// Sets new settings, which apply from the next tick on.
   void set(const SessionSettings& settings);
   const SessionSettings& settings() const;
-  /// Requests the tool with the index `place` in the tool set. The tool changes as soon as pedal, drill and tissue
-  /// allow it.
+  /// Requests the tool with the index `place` in the tool set. The servo changes the tool as soon as the pedal is
+  /// released, the drill has stopped and the tool touches nothing.
   void choose_tool(int place);
   /// Requests the instrument of the present phase of an implant exercise, and sets its speed and forward rotation.
   void choose_phase_tool();

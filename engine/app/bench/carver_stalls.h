@@ -55,7 +55,7 @@ struct StallResult {
   double most_speed = 0;  // m/s, highest speed of the hand during the measured time
   // N, largest component of the force in the direction -z of frame W, that is, towards the tissue
   double held_back = 0;
-  double end_force = 0;  // N, force in the last tick
+  double end_force = 0;  // N, force on the hand in the last tick of the run
   std::uint32_t faults = 0;
 };
 

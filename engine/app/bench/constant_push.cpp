@@ -29,10 +29,10 @@ constexpr const char* kTissue = R"("tissue": {"volume": "teeth/molar.vdb"}, "pai
   {"tissue": "caries", "solid": {"capsule": {"a_mm": [6.6, 5.1, 18.8], "b_mm": [6.75, 6.5, 18.9], "radius_mm": 0.6}}}])";
 constexpr std::uint32_t kLawsBeforeLanding = 7;  // last version of the force laws with a force jump at first contact
 constexpr double kRate = 1000;                   // Hz, rate of the servo
-// N/m, 10 % above 1 N/mm. The force may change between two ticks by this stiffness times the distance that the hand
-// moved between them. A larger change counts as a step.
+// N/m, limit for a force step: the stiffness of the coupling spring (1 N/mm) plus 10 %. From one tick to the next, the
+// force may change by this stiffness times the distance that the hand moved. A larger change counts as a step.
 constexpr double kSpring = 1.1 * 1000;
-constexpr double kSeconds = 2.5;  // s, duration of the motion of a random hand
+constexpr double kSeconds = 2.5;  // s, duration of the motion of a hand from random_push()
 // number of ticks; a contact is a new touch only if more than this number of ticks without contact came before it
 constexpr std::size_t kFreeTicks = 30;
 

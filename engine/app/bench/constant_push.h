@@ -37,12 +37,12 @@ struct ForceStep {
   double speed = 0;  // m/s, speed of the hand when the force changed
 };
 
-/// The largest force steps that a hand felt. A change of the force is within the limit if it is smaller than kPushStep,
-/// or smaller than 1.1 N/mm times the distance that the hand moved in the same tick. `over` is the largest amount by
-/// which a change exceeds this limit.
+/// The largest force steps (changes of the force from one tick to the next) that a hand felt. The limit for a step is
+/// kPushStep, or 1.1 N/mm times the distance that the hand moved in this tick if that is larger. `over` is the largest
+/// amount by which a step exceeds its limit.
 struct PushSteps {
   ForceStep largest, beyond_spring;
-  double over = 0;  // N, largest excess of a step over the limit that PushSteps describes
+  double over = 0;  // N, largest amount by which a force step exceeds its limit (see PushSteps)
 };
 struct PushResult {
   PushSteps any;             // largest force steps in all ticks

@@ -60,7 +60,8 @@ void write_hands(const fs::path& rest, const fs::path& drill, double seconds) {
                                      seconds);
   std::ofstream out(drill);
   out << "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
-  constexpr double kStep = 0.02, kSink = 0.05;  // kStep: s, time between lines; kSink: mm/s, downward speed of the hand
+  // kStep: s, time between two lines of the file; kSink: mm/s, downward speed of the hand
+  constexpr double kStep = 0.02, kSink = 0.05;
   for (double t = 0; t <= seconds; t += kStep) {
     out << fmt::format("{:.3f},{:.4f},0,{:.4f},1,0,0,0,1\n", t, 1.5 * std::sin(t), 2.55 - kSink * t);
   }

@@ -12,7 +12,7 @@ namespace typodont {
 
 /// Values of the energy counters of all processor packages at one moment.
 struct PackageEnergy {
-  double counted = 0;  // J, sum of the counters
+  double counted = 0;  // J, sum of the energy counters of all processor packages
   double range = 0;    // J, sum of the counters' ranges; a counter starts again at zero at the end of its range
 };
 
@@ -22,7 +22,8 @@ std::optional<PackageEnergy> read_package_energy(const std::filesystem::path& po
 /// Returns the energy in J that was used between two readings. A counter may have started again at zero once.
 double energy_between(const PackageEnergy& before, const PackageEnergy& after);
 
-/// Adds rows for a live session without a picture, at rest and while it drills. `quick`: true for shorter sessions.
+/// Adds rows for live sessions without a picture: with the hand at rest, and while the hand drills. `quick`: true for
+/// shorter sessions.
 void energy_rows(bool quick, std::vector<BenchRow>& rows);
 
 }  // namespace typodont

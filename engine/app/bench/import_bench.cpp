@@ -111,8 +111,8 @@ double jaw_grey(const dvec3& q) {
   return q.z > 11 ? -1000 : 50;
 }
 
-/// Writes a CT with voxels of `voxel` mm and noise. `grey_at` returns the grey value at a position in mm, relative to
-/// the point `middle`, which is given as fractions of the scan's edges.
+/// Writes a CT with noise and with voxels of `voxel` mm. `grey_at` returns the grey value at a position in mm. The
+/// origin of this position lies in the scan, at the fractions `middle` of the scan's length along x, y and z.
 template <class Grey>
 void write_scan(const fs::path& file, const glm::ivec3& size, double voxel, const dvec3& middle, Grey grey_at) {
   std::ofstream out(file, std::ios::binary);
@@ -142,10 +142,10 @@ void write_scan(const fs::path& file, const glm::ivec3& size, double voxel, cons
 /// (radius 23 mm) lies in the socket of the pelvis, with cartilage of 3 mm between them. Neck and shaft point downwards
 /// and outwards.
 double hip_grey(const dvec3& q) {
-  constexpr double kHead = 23,
-                   kPlate = 1.5;  // mm, radius of the head; thickness of the cortical plate of head and neck
+  // mm. kHead: radius of the femur's head. kPlate: thickness of the dense bone at the surface of a bone.
+  constexpr double kHead = 23, kPlate = 1.5;
   const auto bone = [](double depth, double plate) { return depth < plate ? 1200.0 : 350.0; };
-  // Returns the depth in a rounded rod between two points, negative outside.
+  // Returns the depth (mm) of q below the surface of a rod from a to b with round ends; negative outside.
   const auto rod = [&](const dvec3& a, const dvec3& b, double radius) {
     const dvec3 along = b - a;
     const double t = std::clamp(glm::dot(q - a, along) / glm::dot(along, along), 0.0, 1.0);

@@ -99,7 +99,7 @@ void step_rows(const TemporaryFolder& folder, std::vector<BenchRow>& rows) {
   const auto& streams = played.header().streams;
   for (std::size_t i = 0; i < streams.size(); ++i) {
     if (streams[i].name != "sound") continue;
-    std::vector<double> seconds = played.streams()[i].columns.back();  // the last column, latency_s
+    std::vector<double> seconds = played.streams()[i].columns.back();  // s, the last column of the stream: latency_s
     std::erase_if(seconds, [](double v) { return !std::isfinite(v); });
     if (seconds.empty()) continue;
     for (const auto& [name, q] : {std::pair{"median", 0.5}, {"99 %", 0.99}})

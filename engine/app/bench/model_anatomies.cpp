@@ -44,7 +44,8 @@ ModelAnatomy of_mesh(const char* file, std::vector<double> voxels_mm) {
 }
 
 ModelAnatomy molar() {
-  // The file of the molar contains voxels and no mesh. So a mesh of its surface serves as the reference.
+  // The file of the molar contains voxels and no mesh. So a mesh of the voxels' surface is used as the exact surface,
+  // with which the benchmark compares the contact models.
   ModelAnatomy molar;
   molar.make = [](double) { return TissueVolume::load(assets_folder() / "teeth/molar.vdb"); };
   const TissueVolume volume = molar.make(0);

@@ -218,14 +218,15 @@ constexpr Tabled kTabled[] = {
       ""},
      error_of}};
 
-/// A task in the table of recommendations. A model fails if a tick exceeds the time limit or if the hand passes through
-/// the tissue. The best model is the one with the smallest score() among those that do not fail.
+/// A task in the table of recommendations. A contact model fails in the task if its ticks take too long at every
+/// resolution (kMostTick), or if the hand falls through the tissue. Of the models that do not fail, the one with the
+/// smallest score() is the best.
 struct Task {
   const char* task;
   Question question;
   std::vector<std::string> tissues;
   double (*cell)(const BenchRow&);
-  const char* figure;  // explains the number that the table shows
+  const char* figure;  // unit and quantity of the number that the table shows, for example "°, direction"
 };
 
 const std::vector<Task>& tasks() {
@@ -279,11 +280,12 @@ const std::vector<Task>& tasks() {
   return all;
 }
 
-constexpr double kMostTick = 500e3;  // ns, limit of the 99.9 % quantile of a tick's time: half of the period at 1 kHz
+// ns, time limit for the ticks of a contact model, for their 99.9 % quantile: half of the period at 1 kHz
+constexpr double kMostTick = 500e3;
 
-/// Returns a contact model's score in a task; a smaller score is better. It is the geometric mean of the measured
-/// values on the task's tissues. For each tissue, the value at the finest resolution is used at which a tick meets the
-/// time limit. Infinite if the model fails on one of the tissues.
+/// Returns a contact model's score in a task: the geometric mean of the measured values on the task's tissues. A
+/// smaller score is better. On each tissue, the model may have been measured at several resolutions; the finest
+/// resolution whose ticks meet the time limit is used. Infinite if the model fails on one of the tissues.
 double score(const std::vector<ModelFigure>& figures, const Task& task, const std::string& model) {
   double sum = 0;
   for (const std::string& tissue : task.tissues) {

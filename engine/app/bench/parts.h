@@ -24,7 +24,7 @@ struct BenchRun {
 struct BenchPart {
   std::string_view name;
   std::string_view title;
-  std::string_view what;  // text of the page: what the part measures
+  std::string_view what;  // text for the page that says what the part measures
   /// Returns the measured rows. Throws Error if a required file or device is missing.
   std::vector<BenchRow> (*rows)(const BenchRun& run);
   bool takes_model = false;  // true: the part uses BenchRun::method

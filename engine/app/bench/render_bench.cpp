@@ -73,8 +73,8 @@ struct Shimmer {
 
 constexpr glm::ivec2 kShimmerEye{320, 256};
 
-/// Measures the shimmer of one quality level. `size`: pixels of the drawn picture. The picture is then scaled to
-/// kShimmerEye pixels: a screen also shows the pictures of all quality levels at the same size.
+/// Measures the shimmer of one quality level. `size`: pixels of the drawn picture. Before the measurement, the picture
+/// is scaled to kShimmerEye pixels, because a screen shows the pictures of all quality levels at the same size.
 Shimmer shimmer(const Scene& scene, haptics::TissueVolume& volume, const Surroundings& around,
                 const render::Quality& quality, const glm::ivec2& size, int frames) {
   display::DisplayRig rig = display::load_rig(assets_folder() / "rigs/closeup.json");

@@ -21,14 +21,15 @@ namespace {
 
 using namespace literals;
 
-// The simulated hand is a mass with a damper (Colgate & Brown 1994). A constant force pushes the hand against the wall.
-// This force is so large that the hand never leaves the wall.
-// kMass: kg, mass of the hand; kDamping: N·s/m, damper; kPush: N, force
+// The simulated hand is a mass with a damper (Colgate & Brown 1994). A constant force presses it against the wall, so
+// that it stays in contact while its vibration is small. kMass: kg, mass of the hand; kDamping: N·s/m, damper; kPush:
+// N, constant force.
 constexpr double kMass = 0.15, kDamping = 5, kPush = 4;
 constexpr int kMostDelay = 2;
 
 struct Course {
-  // true: the amplitude of the motion grows from the second to the last quarter of the run, or the hand leaves the wall
+  // true: the hand is unstable: its vibration is larger in the last quarter of the run than in the second, or the hand
+  // leaves the wall
   bool grows = false;
   double least_energy = 0;  // J, smallest value of the energy ledger
 };
@@ -135,18 +136,18 @@ double first_felt(double speed, double force, double rate) {
   return -z;
 }
 
-/// Returns the smallest depth, in m, at which any passivity controller can give `force` (N) at a wall of 1 N/mm. The
-/// controller must keep its energy ledger E above -ε (1 nJ) for every future motion of the hand. It may assume only
-/// that the hand retreats in one tick by at most a, the length of the hand's last step. So it may give a force F only
-/// if F a <= E + ε. A hand that moves inward at this speed adds F a to the ledger in each tick. Therefore E + ε can at
-/// most double per tick.
+/// Returns a lower limit of first_felt(): the smallest depth (m) at which a passivity controller can give `force` (N)
+/// at a wall of 1 N/mm, even if it is the best possible one. The energy ledger E must stay above -ε (1 nJ) in the next
+/// tick, too. In this tick, the hand may retreat by its last step a, and then takes the energy F a from the ledger. So
+/// a force F is allowed only if F a <= E + ε. While the hand moves inward, each tick adds at most F a to E. Therefore
+/// the sum E + ε at most doubles per tick.
 double least_first_felt(double speed, double force, double rate) {
   constexpr double kCredit = 1e-9;  // J, ε: amount by which the energy ledger may be overdrawn
   const double way = speed / rate;
   return way * std::max(force / (1000 * way), std::ceil(std::log2(std::max(force * way / kCredit, 1.0))));
 }
 
-/// Finds the critical stiffness, N/m, by bisection. Above it, the hand's motion grows.
+/// Finds the critical stiffness (N/m) by bisection: at a stiffer wall, the vibration of the hand grows.
 template <class F>
 double critical(double guess, F&& course) {
   double low = 0.2 * guess, high = 5 * guess;
@@ -218,8 +219,8 @@ std::vector<BenchRow> bench_stability(const BenchRun& run) {
                            {"delay of 1 tick, jitter of 50 %", 1, 0.5}}) {
     for (const double rate : rates) {
       const Clock clock{rate, kind.delay, kind.jitter};
-      // N/m, first guess from Colgate's condition: a wall of stiffness K is stable if the damping is b > K (T / 2 +
-      // delay), where T is the servo's period
+      // N/m, first guess of the critical stiffness, from Colgate's condition: a wall of stiffness K is stable if the
+      // damping is b > K (T / 2 + delay), where T is the servo's period
       const double guess = 2 * kDamping * rate / (1 + 2 * kind.delay);
       const double expected = critical(guess, [&](double k) { return theory(k, clock); });
       const double found = critical(guess, [&](double k) { return servo(k, clock, false); });

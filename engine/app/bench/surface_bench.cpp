@@ -1,7 +1,7 @@
 // Compares the cost of this program's surface mesh with OpenVDB's volumeToMesh, in one run and on one thread. There are
 // three inputs: the whole molar with voxels of 0.05 mm; the part of the molar that changes in one frame of drilling;
-// and a ball. For the ball, each program gets a grid with which its mesh has the same error as the other mesh. The row
-// "triangles" measures only the meshing, because volumeToMesh does nothing else. The row "picture" measures all work of
+// and a ball. For the ball, volumeToMesh gets a finer grid, with which both meshes have the same error. The rows
+// "triangles" measure only the meshing, because volumeToMesh does nothing else. The rows "picture" measure all work of
 // a TissueView, which also reads the samples from the volume and finds the tissues below the surface.
 #include <fmt/format.h>
 
@@ -124,7 +124,7 @@ std::unique_ptr<MeshBaseline> grid_of(const haptics::TissueVolume& volume) {
 }
 
 struct Extraction {
-  double ns = 0;  // ns, median of the measured time
+  double ns = 0;  // ns, median time of a call of volumeToMesh
   surface::WholeMesh mesh;
 };
 
@@ -192,8 +192,8 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
       Json::parse(R"({"tissue": {"volume": "teeth/molar.vdb"}, "tool": "round_012", "parts": ["haptics"]})", "bench"),
       {});
   for (const float tolerance : {-1.0f, 0.1f}) {
-    // A carver cuts the tissue and reports the changes only once. The rows "triangles" and "picture" both need these
-    // changes, so each has its own carver.
+    // A carver cuts the tissue, and reports each change of the tissue only once. The rows "triangles" and "picture"
+    // both need the changes, so each of these rows has its own carver.
     haptics::Carver carver(volume.clone(), haptics::tool_set(scene.servo)),
         same(volume.clone(), haptics::tool_set(scene.servo));
     TissueView view(tolerance);

@@ -191,9 +191,9 @@ KeptRows kept_rows(const Options& options) {
   return kept;
 }
 
-/// Adds rows that the option --keep has read from files. `rows`: rows of the part that were measured now, on `tissues`.
-/// `kept`: rows of the same part from the files; only those of other tissues are added. The result is in the usual
-/// order of all tissues.
+/// Adds the rows of earlier measurements (option --keep) to new rows. `rows`: new rows of the part, measured on
+/// `tissues`. `kept`: earlier rows of the same part; those of the tissues in `tissues` are ignored. The result is in
+/// the usual order of all tissues.
 std::vector<BenchRow> with_kept(std::string_view part, std::vector<BenchRow> rows, const std::vector<BenchRow>& kept,
                                 const std::vector<std::string>& tissues) {
   for (const BenchRow& row : kept) {

@@ -42,7 +42,7 @@ enum class State { kOk, kDegraded, kMissing };
 struct Check {
   Check(std::string id_text, std::string name_text) : id(std::move(id_text)), name(std::move(name_text)) {}
   std::string id;    // name of the item for other programs, for example "vulkan"
-  std::string name;  // name that the report shows
+  std::string name;  // name of the item in the report
   State state = State::kOk;
   std::string found;      // what the check has found on this machine
   std::string without;    // what does not work while the item is missing; empty if nothing is missing

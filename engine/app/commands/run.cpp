@@ -29,7 +29,7 @@ struct Options {
   bool json = false;
 };
 
-/// Returns the masses (mg) of the water and of the solid particles of each tissue as JSON.
+/// Converts masses to JSON, in mg: the mass of the water, and for each tissue the mass of its solid particles.
 nlohmann::ordered_json load_json(const debris::Load& load) {
   nlohmann::ordered_json json = {{"water_mg", load.water * 1e6}};
   for (std::size_t t = 0; t < kTissueCount; ++t)

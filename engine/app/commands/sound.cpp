@@ -188,8 +188,8 @@ void run_synth(const SynthCommand& c) {
     models.free_speed = c.spindle_krpm * kKrpm;
     reference = "option";
   } else if (track.has_spindle && track.fastest > 0) {
-    // The speeds of the track may show that its drill is of another type than the recorded drill. Then the sound of the
-    // recorded drill at its highest speed is used for the highest speed of the track.
+    // The file of --contact contains a drill's speed over time. Its highest speed may show that this drill is of
+    // another type than the drill of the sound model. Then the model's sound is used for the highest speed in the file.
     const bool told = models.free_speed > 0 && !models.idle.spindle_estimated;
     const bool beyond = track.fastest > 4.0 / 3 * models.free_speed;
     const bool far_below = track.fastest < models.free_speed / 3 && !told;
@@ -205,8 +205,7 @@ void run_synth(const SynthCommand& c) {
     }
   }
   if (models.free_speed == 0) {
-    // No input states the speed of the recorded drill. So an arbitrary value is used as the speed of the whole
-    // recording.
+    // No input states at which speed the drill of the sound model was recorded. So an arbitrary speed is assumed.
     models.free_speed = 100 * kKrpm;
     reference = "none";
   }
@@ -217,7 +216,8 @@ void run_synth(const SynthCommand& c) {
     idle.pedal = 1;
     track.states.push_back(idle);
     track.has_spindle = true;
-    // before the first sample of the track, the drill is assumed to have the state of this sample
+    // if the first state of the drill in the file of --contact is later than 0 s, the sound begins with this state at 0
+    // s
   } else if (track.states.front().t > 0) {
     track.states.insert(track.states.begin(), track.states.front());
     track.states.front().t = 0;

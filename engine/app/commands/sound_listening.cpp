@@ -56,7 +56,7 @@ std::vector<double> sound_of(const audio::ArModel& model, std::span<const double
   audio::SoundState state;
   state.spindle = models.free_speed;
   synth.push(state);
-  constexpr double kEvery = 0.01;  // s, time between two states of the drill
+  constexpr double kEvery = 0.01;  // s, time between two states of the drill that are passed to the synthesizer
   std::size_t i = 0;
   std::vector<float> y(static_cast<std::size_t>(seconds * model.rate));
   const auto block = static_cast<std::size_t>(kEvery * model.rate);
@@ -148,7 +148,7 @@ struct AbxCommand {
 /// Cuts a part out of a sound. All parts get the same loudness, and a fade at both ends prevents clicks.
 std::vector<double> excerpt_of(std::span<const double> x, double rate, double from, double seconds) {
   constexpr double kLoudness = 0.1;  // root mean square of the samples after scaling; full scale is 1
-  constexpr double kFade = 0.02;     // s, duration of the fade at each end
+  constexpr double kFade = 0.02;     // s, duration of the fade-in and of the fade-out of an excerpt
   const auto first = static_cast<std::size_t>(from * rate), count = static_cast<std::size_t>(seconds * rate);
   std::vector<double> y(x.begin() + static_cast<std::ptrdiff_t>(first),
                         x.begin() + static_cast<std::ptrdiff_t>(std::min(x.size(), first + count)));

@@ -136,8 +136,8 @@ class Likelihood {
     }
     return sum;
   }
-  /// Finds by bisection the border of a region of numbers. `inside(x)` is true for the numbers in the region. `in` is a
-  /// number in the region, `out` a number outside.
+  /// Finds by bisection the end of an interval. `inside(x)`: true if x is in the interval. `in`: a number in the
+  /// interval; `out`: a number outside; the end that is found lies between them.
   static double border(const std::function<bool(double)>& inside, double in, double out) {
     for (int i = 0; i < 24; ++i) {
       const double middle = 0.5 * (in + out);
@@ -176,7 +176,7 @@ Estimate fraction_of(int chosen, int count) {
 
 double chance_of(int chosen, int count) {
   const int more = std::max(chosen, count - chosen);
-  // two-sided test: twice the probability that a certain answer is given at least `more` times
+  // two-sided test: twice the probability that random answers choose one given alternative at least `more` times
   return std::min(1.0, 2 * cdf(complement(Binomial(count, 0.5), more - 1)));
 }
 

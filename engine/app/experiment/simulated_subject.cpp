@@ -51,7 +51,7 @@ struct ScriptedTouch::Loop {
   Scene scene;
   haptics::LockStep steps;
   haptics::ForceDelay delay;
-  Nanos ended = 0;  // time at which the previous stimulus ended
+  Nanos ended = 0;  // ns, time at which the previous stimulus ended
 
   Loop(const Scene& s, const haptics::DeviceInfo& hand)
       : scene(s), steps(load_lock_step(s, hand)), delay(steps.settings(), kDelayRange) {}

@@ -10,7 +10,7 @@
 namespace typodont {
 
 struct TrialLog {
-  ExperimentPlan plan;  // only the members that a fit needs: question, models, rule
+  ExperimentPlan plan;  // the experiment's plan; contains only the members that a fit needs: question, models, rule
   std::string scene;    // name of the scene file as the user wrote it
   std::string subject;  // name or code of the person; may be empty
   std::vector<AnsweredTrial> answered;

@@ -12,10 +12,10 @@
 
 namespace typodont {
 
-/// Sets the normal of each vertex to the gradient of the distance function. With the mesher's normals, a coarse mesh
-/// would look faceted, because the mesher treats each bend between two large triangles as a crease (a sharp edge). Only
-/// at a real crease, the mesher's normal is kept. `lo`: m, frame W, origin of the vertices; `step`: m, half the
-/// distance of the two points with which the gradient is computed.
+/// Replaces the normal of each vertex by the gradient of the distance function. Reason: the mesher treats each bend
+/// between two large triangles as a crease (a sharp edge), so a coarse mesh would look faceted. At a real crease, the
+/// mesher's normal is kept. `lo`: m, frame W, origin of the vertices. `step`: m; each component of the gradient is the
+/// difference of the distances at +step and -step from the vertex.
 template <class Distance>
 void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, double step, Distance&& distance) {
   /// The vertex lies at a crease if the cosine of the angle between two directions is smaller than this. The directions
@@ -41,16 +41,17 @@ void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, do
 constexpr double kSteepest = 1.5;  // m per m, largest allowed slope of the distance function of a body that is meshed
 
 /// Meshes the box from `lo` to `hi` (m, frame W). Vertices are relative to `lo`. `distance(p)`: m, negative inside,
-/// with a slope of at most kSteepest; `label(p)`: the tissue at p, used near the surface. `tolerances`: voxels, one for
-/// each mesh that is made. `wanted(lo, hi)`: false for a part of the box that is not meshed.
+/// with a slope of at most kSteepest. `label(p)`: the tissue at p, called only near the surface. `tolerances`: voxels,
+/// largest error of each mesh; one mesh is made for each tolerance. `wanted(lo, hi)`: false for a box that is not
+/// meshed.
 template <std::size_t kMeshes, class Distance, class Label, class Wanted>
 std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3& lo, const dvec3& hi, double voxel,
                                                                      const std::array<float, kMeshes>& tolerances,
                                                                      Distance&& distance, Label&& label,
                                                                      Wanted&& wanted) {
-  // The bodies that are meshed here are round, so their meshes must have no creases. The mesher searches for creases
-  // only where the slope of the field is 1. So the field is multiplied by kFlat, which keeps its slope below 1
-  // everywhere.
+  // The bodies that are meshed here are round, so their meshes must have no creases (sharp edges). The mesher searches
+  // for creases only where the slope of the distance field is 1. So the field is multiplied by kFlat, which keeps its
+  // slope below 1 everywhere.
   constexpr float kFlat = 0.3f, kBand = 4 * kFlat;
   const VoxelFrame frame{lo, voxel};
   const glm::ivec3 bricks(glm::ceil((hi - lo) / (voxel * FieldBrick::kCells)));

@@ -17,9 +17,9 @@ namespace typodont {
 struct CutPlane {
   dvec3 normal;
   double offset;  // m, distance of the plane from the origin along its normal
-  // m. The face lies this deep inside the kept side, so that clipping at the plane does not remove the face. The depth
-  // must be small: where an inner surface meets the face at a right angle, a strip of this surface is visible in front
-  // of the face, and the strip has this width.
+  // m, depth of the face inside the kept side; without it, clipping at the plane would remove the face. The depth must
+  // be small: where an inner surface meets the face at a right angle, a strip of this surface is visible in front of
+  // the face. The strip is as wide as this depth.
   double within = 0.2e-6;
 };
 

@@ -107,7 +107,9 @@ class GuideHand {
   StillTouch still_;  // detects touches; used only by the hand's thread
   bool wait_for_prompt_;
   std::unique_ptr<haptics::HapticDevice> device_;
-  Press press_;  // shared by the hand's thread and the main thread; the member `state_` says which of them may use it
+  // the captured touch; either the hand's thread or the main thread may use it: the hand's thread only while `state_`
+  // is kReady, the main thread only while it is kPressed
+  Press press_;
   std::atomic<State> state_{State::kBusy};
   std::atomic<bool> asked_{false}, stop_{false}, ended_{false};
   std::thread thread_;

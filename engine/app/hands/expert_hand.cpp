@@ -32,7 +32,7 @@ struct Lead {
   static constexpr double turning_pace = 12e-3, turning_time = 0.01;
   // A cut slows down near its end. The hand reacts with a delay, so a fast cut would go too far, into tissue that
   // should stay.
-  static constexpr double slowing_time = 0.04;  // s, time constant of the slowdown
+  static constexpr double slowing_time = 0.04;  // s, time constant with which a cut slows down near its end
   static constexpr double end_pace = 0.4e-3;    // m/s, speed at the end of a cut
   // m, tolerance: during a cut, the target point moves on only while the tool is nearer than this to the target point
   static constexpr double ahead = 0.06e-3;
@@ -54,35 +54,37 @@ struct Lead {
   static constexpr double patience = 3;  // s, time without progress after which the hand abandons a stroke
   // The lead is the vector from the target point to the hand: a gain times the vector from the tool to the target
   // point. The coupling (the spring between hand and tool) turns the lead into a force.
-  static constexpr double reaction_time = 0.05;  // s, time constant of the hand's reaction
-  // while cutting: distance of the hand from the target point, divided by the distance of the tool from it
+  static constexpr double reaction_time = 0.05;  // s, time constant with which the hand follows its wanted position
+  // while cutting: distance from the target point to the hand, divided by the distance from the target point to the
+  // tool
   static constexpr double gain = 50;
   // Upper limit for the product gain · tick duration / reaction_time. With a larger product, the hand would oscillate,
   // so the gain is reduced.
   static constexpr double steady_gain = 1.5;
-  // while scraping soft filling: distance of the hand from the target point, divided by the distance of the tool from
-  // it
+  // while scraping soft filling: distance from the target point to the hand, divided by the distance from the target
+  // point to the tool
   static constexpr double scrape_gain = 30;
   // m, largest lead of the hand (distance ahead of the target point) while scraping
   static constexpr double most_scrape_lead = 1.2e-3;
-  // The lead of a cut is limited. The force that a lead causes depends on the tissue, so the limit is adjusted until
-  // the force equals the wanted force. The wanted forces here are multiples of the task's mean force. rough_force: for
-  // the bulk of the tissue if another tool cuts the final surface; bulk_force: for the bulk if the same tool cuts the
-  // final surface; finishing_force: for the final surface.
+  // The lead of a cut (distance of the hand ahead of the target point) is limited. The force at this limit depends on
+  // the tissue, so the limit is adjusted until the force equals the wanted force. Wanted forces, as multiples of the
+  // task's mean force: rough_force for the bulk of the tissue if another tool cuts the final surface; bulk_force for
+  // the bulk if the same tool cuts the final surface; finishing_force for the final surface.
   static constexpr double rough_force = 2.3, bulk_force = 1.65, finishing_force = 1.4;
-  // wanted force for the bulk with a coarse tool, as a multiple of the task's mean force; a coarse tool needs less
-  // energy per volume than the tissue's specific energy
+  // Wanted force for the bulk of the tissue, as a multiple of the task's mean force, if a coarse tool cuts. A coarse
+  // tool needs less energy per volume than the tissue's specific energy.
   static constexpr double coarse_force = 2.7;
-  // 1/s, gain of the control of the lead (distance of the hand ahead of the target point): the largest allowed lead
-  // changes in proportion to the force error (wanted force minus measured force)
+  // 1/s, gain with which the limit of the lead (distance of the hand ahead of the target point) is adjusted. The rate
+  // of change of the limit, divided by ExpertGrip::lead, is this gain times the force error (wanted minus measured
+  // force), divided by the task's mean force.
   static constexpr double lead_per_force = 15;
-  // Bounds of the largest allowed lead (distance of the hand ahead of the target point), as multiples of the lead at
-  // which the force equals the task's mean force.
+  // Bounds between which the limit of the lead (distance of the hand ahead of the target point) is adjusted. They are
+  // multiples of ExpertGrip::lead, at which the force equals the task's mean force.
   static constexpr double least_most_lead = 0.6, most_lead = 3;
   // m; the limit of the lead (distance of the hand ahead of the target point) may always grow up to this value, because
   // in soft bone the same force needs a longer lead than in a tooth
   static constexpr double always_allowed_lead = 2e-3;
-  // largest force of a cut, as a fraction of the largest force that the task accepts
+  // upper limit of the wanted force of a cut, as a fraction of the largest force that the task accepts
   static constexpr double below_most_force = 0.9;
   // Limits the speed in the air if the tool falls behind the hand. waits_from: m, distance of the tool from the target
   // point at which the hand begins to slow down. waits_over: m; when this distance has grown by waits_over, the hand
@@ -107,13 +109,13 @@ struct Joining {
   static constexpr double longest_run = 3e-3;
   // m; two strokes with a gap smaller than this are joined without lifting the tool
   static constexpr double joined = 0.6e-3;
-  // m, height of the tool above the highest obstacle on the way between two strokes
+  // m, height of the tool above the highest obstacle on the path between two strokes
   static constexpr double hop = 0.5e-3;
   static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank, which must not touch obstacles
-  // m, smallest horizontal distance between the tool and obstacles on the way to the next stroke
+  // m, smallest horizontal distance between the tool and obstacles on the path to the next stroke
   static constexpr double beside = 0.3e-3;
-  static constexpr double above = 1.0e-3;  // m, height above the highest tissue at which the tool travels
-  static constexpr double run_up = 0.6;    // s, time in which the drill reaches its speed
+  static constexpr double above = 1.0e-3;  // m, when the tool travels, it is at this height above the highest tissue
+  static constexpr double run_up = 0.6;    // s, time that the drill gets to reach its speed
 };
 
 /// m, voxel size of a typical CT of a tooth. A task with larger voxels is assumed to treat a larger body than a tooth.
@@ -150,13 +152,14 @@ struct ToolChoice {
   // m; no bur stroke is planned for tissue that is thinner than this; this limit is less than the 0.02 mm that the
   // score tolerates
   static constexpr double least_cut = 0.015e-3;
-  // Each tool can remove a certain volume. A tool is good enough if it removes at least the fraction 1 - tolerated_loss
-  // of the largest of these volumes. Of the tools that are good enough, the widest is chosen, because it is the
-  // fastest.
+  // Choice of the next cutting tool. The error is the volume that differs from the ideal result. A tool is good enough
+  // if it reduces the error by at least (1 - tolerated_loss) of what the best tool achieves. Of the tools that are good
+  // enough, the widest is chosen, because it is the fastest.
   static constexpr double tolerated_loss = 0.12;
   static constexpr double same_width = 0.01e-3;  // m, tolerance: tool widths that differ by less count as equal
-  // Ratio of two volumes of tissue: what another tool would leave, divided by what the chosen tool leaves. If this
-  // ratio is smaller than hardly_less, the other tool cuts the final surface.
+  // Ratio of two errors (volumes that differ from the ideal result): the error after the best tool, divided by the
+  // error after the chosen tool. If the ratio is smaller than this, the chosen tool cuts only the bulk, and another
+  // tool cuts the final surface.
   static constexpr double hardly_less = 0.6;
   // Two conditions for using another tool; both must be met. The error is the volume that differs from the ideal
   // result. needed_reduction: the tool must leave less than this fraction of the present error. least_gain: the tool
@@ -192,8 +195,8 @@ struct Filling {
   static constexpr double rise = 0.3e-3;
   // voxels, smallest distance between the dome of filling and the instrument's head
   static constexpr double head_free = 0.5;
-  // The gradient of a distance field has the length 1 near a single surface. If it is shorter than this at a point, the
-  // point is assumed to lie midway between two surfaces.
+  // Smallest length of a distance field's gradient near a single surface (exactly, the length is 1 there). If the
+  // gradient at a point is shorter than this, the point is assumed to lie midway between two surfaces.
   static constexpr double one_surface = 0.5;
   static constexpr double proud = 0.12e-3,
                           // m, largest height of the instrument's end above the final contour: `proud` in the first
@@ -203,10 +206,10 @@ struct Filling {
   // costs over the cavity in the first and in the second pass of filling, because this excess is carved away later.
   // flash: high cost on the enamel beside the cavity, because a hand instrument hardly removes this excess.
   static constexpr double carved_again = 0.1, overfilled = 0.03, flash = 3;
-  // voxels. Decides if a position above the final contour lies over the cavity: this is true if the point that lies
-  // below the position, at this depth below the contour, is in the cavity.
+  // voxels, depth of a test point below the final contour. A position above the contour counts as over the cavity if
+  // the test point under this position was empty before the task.
   static constexpr double rim = 0;
-  // m; filling counts as a gain only up to this height above the lowest voxel in which filling is missing
+  // m; added filling counts as a gain only up to this height above the lowest voxel that still lacks filling
   static constexpr double layer = 0.6e-3;
   // voxels; a voxel counts as filled only if its centre lies at least this deep inside the dome of filling
   static constexpr double whole_voxel = 0.9;
@@ -219,12 +222,11 @@ struct Filling {
 
 /// Parameters that decide when the hand stops cutting and filling.
 struct Rounds {
-  // If no filling was added since the last round of cutting, another round is planned only if the last round was
-  // useful: the error (volume that differs from the ideal result) must now be smaller than this fraction of the error
-  // before that round.
+  // Another round of cutting is planned if filling was added since the last round. Otherwise, it is planned only if the
+  // last round reduced the error (the volume that differs from the ideal result) to less than this fraction.
   static constexpr double still_left = 0.5;
   static constexpr int most_cuts = 4;  // largest number of rounds of cutting
-  // m; the first carving leaves excess filling that is not thicker than this
+  // m; in the first carving, excess filling stays if it is not thicker than this
   static constexpr double clearly_too_high = 0.1e-3;
   // m³; if a layer of filling reduces the missing volume by less than this, it counts as useless
   static constexpr double least_layer = 0.01e-9;
@@ -299,8 +301,8 @@ class Terrain {
       }
     }
   }
-  /// Returns the height (m, along the preparation's axis) of the highest tissue near the way from a to b. Tissue is
-  /// near if its distance from this way, measured perpendicular to the axis, is at most `beside` (m).
+  /// Returns the height (m, along the preparation's axis) of the highest tissue near the straight path from a to b.
+  /// Tissue is near if its distance from this path, measured perpendicular to the axis, is at most `beside` (m).
   double highest(const dvec3& a, const dvec3& b, double beside) const {
     const glm::ivec2 ca = cell_of(a), cb = cell_of(b), around(static_cast<int>(beside / kCell) + 1);
     const glm::ivec2 lo = glm::max(glm::min(ca, cb) - around, glm::ivec2(0)),
@@ -319,7 +321,7 @@ class Terrain {
   }
 
  private:
-  // kCell: m, cell size of the grid; kRim: m, margin around the tissue
+  // kCell: m, cell size of the height map's grid; kRim: m, margin of this grid around the tissue
   static constexpr double kCell = 0.2e-3, kRim = 2e-3;
   std::size_t cell(const glm::ivec2& at) const {
     return static_cast<std::size_t>(at.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(at.y);
@@ -330,14 +332,14 @@ class Terrain {
   }
 
   dvec3 u_, v_, w_;
-  glm::dvec2 lo_{0};  // m along the axes u and v, origin of the grid
+  glm::dvec2 lo_{0};  // m along the axes u and v, origin of the height map's grid
   glm::ivec2 size_{0};
-  std::vector<double> height_;  // m along the axis w, height of each grid cell
+  std::vector<double> height_;  // m along the axis w, height of the tissue in each grid cell
 };
 
 class Plan {
  public:
-  /// Begins a plan. `filled`: positions of all portions of filling that earlier plans added; this plan adds its own
+  /// Begins a plan. `filled`: positions at which earlier plans added portions of filling; this plan appends its own
   /// positions.
   Plan(const Scene& scene, const ExpertGrip& grip, const haptics::TissueVolume& now, const TaskEvaluator& judge,
        const SurroundingsShape* around, double whole, std::vector<FilledSpot>& filled)
@@ -410,9 +412,9 @@ class Plan {
     return static_cast<std::size_t>(
         std::count_if(tools_.begin(), tools_.end(), [](const haptics::Tool& t) { return t.fill != Tissue::kAir; }));
   }
-  /// Plans portions of filling. `coarser`: index of the instrument; the finest instrument has index 0. `over`: true in
-  /// the second pass, in which the instrument may stand higher above the contour, and excess filling costs less. If no
-  /// portion improves the result, the plan stays empty.
+  /// Plans portions of filling. `coarser`: index of the filling instrument, sorted by reach; 0: the smallest reach,
+  /// which is the finest instrument. `over`: true in the second pass, in which the instrument may stand higher above
+  /// the contour, and excess filling costs less. If no portion improves the result, the plan stays empty.
   void fill(std::size_t coarser, bool over) {
     over_ = over;
     std::vector<std::uint32_t> by_reach;
@@ -479,9 +481,9 @@ class Plan {
     constexpr double kStraight = 1 - 1e-9;
     return strokes.size() == 1 && glm::dot(glm::normalize(strokes[0].from.p - strokes[0].to.p), axis_) > kStraight;
   }
-  /// Prepares the stroke `in` of the tool `last`, as with a set of reamers: adds the same stroke for every narrower
-  /// tool of the same shape, the narrowest first. All tools reach the same depth. The caller adds the stroke of `last`
-  /// itself.
+  /// Prepares a hole for the stroke `in` of the tool `last`, as a set of reamers does: adds the same stroke for every
+  /// narrower tool of the same shape, the narrowest first. All tools reach the same depth. The caller adds the stroke
+  /// of `last` itself.
   void go_up_by_sizes(std::size_t last, const Stroke& in) {
     std::vector<std::uint32_t> sizes;
     for (std::uint32_t i = 0; i < tools_.size(); ++i) {
@@ -577,7 +579,8 @@ class Plan {
     // wanted: for each k and each height level, the number of voxels in the dome up to this level in which filling is
     // missing.
     std::vector<double> excess, wanted;
-    // m along the preparation's axis; lowest: height of the lowest level; step: distance between two levels
+    // Height levels of the member `wanted`, in m along the preparation's axis. lowest: height of the lowest level;
+    // step: distance between two levels.
     double lowest = 0, step = 0;
     std::size_t level(double height) const {
       return static_cast<std::size_t>(
@@ -750,8 +753,8 @@ class Plan {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
     const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
     const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
-    // Returns the free distance (voxels) around the instrument at the height c: the distance to the tissue minus the
-    // required clearance Filling::free. 0 if the tissue is too near.
+    // Returns the free space (voxels) around the instrument at the height c: the distance to the tissue minus the
+    // required clearance Filling::free. 0 if the tissue is nearer than this clearance.
     const auto room = [&](double c) {
       double least = 1e9;
       for (const dvec3& p : instrument.head) {
@@ -768,8 +771,8 @@ class Plan {
     while (c > middle - span) {
       const double below = room(c - Filling::down);
       if (below <= 0) break;
-      // Lowers the instrument by a multiple of Filling::down. If there is much room below the instrument, the multiple
-      // is larger.
+      // Lowers the instrument by a multiple of Filling::down. The multiple grows with the distance of the tissue below
+      // the instrument.
       c -= Filling::down * (1 + std::floor(Filling::trusted * below * h / Filling::down));
     }
     // If a wall is near, moves the instrument to this wall. Otherwise a slit between instrument and wall would stay
@@ -906,7 +909,7 @@ class Plan {
   double top_ = -1e9, above_ = -1e9;
   std::vector<ExpertLeg> legs_;
   double pedal_ = 0;
-  double force_ = 0;  // N, force of the cuts that are added next
+  double force_ = 0;  // N, force of the cuts that are added to the plan next
   std::uint32_t tool_ = 0;
   // true in the second pass of filling. In this pass, filling may rise above the final contour, because the excess is
   // carved away later.
@@ -958,8 +961,8 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
       log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
                 (off - missing) * 1e9);
     plan.cut(/*by_hand=*/false);
-    // If filling will continue after this carving (the first one), a thin excess may stay. So only excess above a
-    // certain thickness is removed.
+    // If filling continues after this carving, the excess on the surface is filled over again. So the first carving
+    // leaves thin excess, and removes only excess that is thicker than a limit.
     const bool filling_resumes = layers_ > 0 && cuts_ == 0;
     plan.cut(/*by_hand=*/true, filling_resumes ? grip_.size * Rounds::clearly_too_high : 0);
     legs = plan.take_legs();

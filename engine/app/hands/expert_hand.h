@@ -33,7 +33,7 @@ struct ExpertLeg {
   double pedal = 0;
   std::uint32_t tool = 0;
   double seconds = 0;
-  double volume = 0;  // m³, for kWait: the step ends when this volume has been filled
+  double volume = 0;  // m³; a step of the kind kWait ends when this volume has been filled
   /// m/s, speed at the end of this stroke; the next step starts with the same speed. 0: the hand stops
   double end_pace = 0;
   double force = 0;     // N, force with which the hand pushes during a cut
@@ -80,8 +80,8 @@ class Expert {
   std::optional<haptics::TissueVolume> planned_;
   std::vector<FilledSpot> filled_;
   int layers_ = 0, cuts_ = 0;  // number of plans so far for filling, and for cutting
-  /// Number of layers that were filled before the last carving. It stays 0 after the first carving until filling
-  /// continues.
+  /// Number of layers that had been filled when the last carving was planned. It stays 0 after the first carving until
+  /// filling continues.
   int layers_cut_ = 0;
   double missing_ = 1e9;    // m³, smallest volume of missing filling so far
   double off_ = 0;          // m³, volume that differed from the ideal result before the last round of cutting

@@ -37,7 +37,8 @@ struct Hands {
 using WindowHands =
     std::function<std::unique_ptr<haptics::HapticDevice>(const std::string& scheme, const std::string& rest)>;
 
-/// Returns the address of the hand, or `usual` if the user gave none. Throws Error if `usual` is also empty.
+/// Returns the address of the hand: the user's choice, otherwise that of the rig file, otherwise `usual`. Throws Error
+/// if all three are empty.
 std::string hand_address(const HandChoice& choice, const display::DisplayRig* rig, const std::string& usual);
 /// Opens the hands of `choice`. `window`: function that creates the hands of a window or headset; it may throw. Throws
 /// Error.

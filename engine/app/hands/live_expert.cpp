@@ -24,7 +24,7 @@ namespace {
 using namespace std::chrono_literals;
 using Legs = std::vector<ExpertLeg>;
 
-// time between two checks of the planner thread: has a request or a copy of the tissue arrived?
+// time between two checks of the planner thread if a request for a plan, or a copy of the tissue, has arrived
 constexpr auto kPollInterval = 2ms;
 
 class LiveExpert final : public haptics::HapticDevice {
@@ -114,8 +114,8 @@ class LiveExpert final : public haptics::HapticDevice {
   Nanos began_ = 0;
   bool held_ = false;
   bool waits_ = false;              // true while the hand waits for the next plan
-  std::atomic<bool> asked_{false};  // request from the servo thread to the planner thread
-  Ring<Legs*> plans_{2};            // channel from the planner thread to the servo thread
+  std::atomic<bool> asked_{false};  // request for the next plan, from the servo thread to the planner thread
+  Ring<Legs*> plans_{2};            // new plans, from the planner thread to the servo thread
   // all plans; they are freed at the end of the session; used only by the planner thread
   std::vector<std::unique_ptr<Legs>> made_;
   std::jthread planner_;

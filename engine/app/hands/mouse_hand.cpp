@@ -92,7 +92,7 @@ void Pointer::come_into_sight(const haptics::TissueVolume& tissue) {
     const dvec3 p = seen.middle + depth / distance * (seen.eye - seen.middle);
     const glm::ivec3 at(glm::round(frame.to_voxels(p)));
     if (glm::any(glm::lessThan(at, lo)) || glm::any(glm::greaterThan(at, hi))) continue;
-    float outside = 0;  // voxels, distance from the surface
+    float outside = 0;  // voxels, distance from the tissue's surface; positive: outside the tissue
     tissue.copy(at, glm::ivec3(1), &outside, nullptr);
     if (outside > 0) continue;
     depth_ = depth + kInFront;

@@ -36,7 +36,9 @@ class Pointer {
  private:
   /// Position and axes of the screen, as the user sees them, and the direction to the eye.
   struct View {
-    dvec3 middle{0}, half_right{0}, half_up{0}, toward_eye{0};  // m, frame W; toward_eye is a unit vector
+    // m, frame W. middle: middle of the screen; half_right, half_up: vectors from there to the middle of the right and
+    // of the upper edge; toward_eye: unit vector
+    dvec3 middle{0}, half_right{0}, half_up{0}, toward_eye{0};
     dvec3 eye{0};
   };
   View view() const;
@@ -60,12 +62,13 @@ class PointerSmoothing {
  public:
   /// `rate`: number of calls of next() per second.
   PointerSmoothing(const Pose& start, double rate);
-  /// Returns the hand at the session time `t`. It moves towards the latest position `wanted`.
+  /// Returns the hand's sample at the session time `t`. Its position approaches the latest position of the pointer,
+  /// `wanted`.
   haptics::HandSample next(const haptics::HandSample& wanted, Nanos t) noexcept;
 
  private:
   Pose pose_;
-  double fraction_;  // fraction of the distance to the wanted position that remains after one call
+  double fraction_;  // fraction of the distance to the wanted position that remains after one call of next()
 };
 
 /// Makes the hand for the servo thread. It reads the pointer's latest position at `rate` (Hz) and smooths it.

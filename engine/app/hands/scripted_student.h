@@ -1,6 +1,6 @@
-// The hand of the demonstration: a simulated student. The student first explores the lesion with the drill off, by
-// moving the tool over its surface in two directions, then removes the caries with the strokes of the expert, and
-// withdraws the tool.
+// The hand of the demonstration: a simulated student. First, the student explores the lesion: the tool, with the drill
+// off, moves over the surface in two directions. Then the student removes the caries with the strokes of the expert. At
+// the end, the student withdraws the tool.
 #pragma once
 
 #include <memory>

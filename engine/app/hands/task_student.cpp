@@ -25,16 +25,16 @@ constexpr double kGrid = 0.1e-3;  // m, distance between the head positions that
 constexpr double kLayer =
     0.5;  // distance between two layers of strokes in the bulk of the tissue, as a fraction of the head's diameter
 constexpr double kCoarseLayer = 0.8;  // coarse tool: distance between two layers, as a fraction of the head's diameter
-// Fraction of the head's diameter. A coarse tool makes no separate row of strokes for tissue that is thinner than this
-// fraction. Its passes along the floor remove this tissue.
+// Fraction of the head's diameter. If the tissue is thinner than this, a coarse tool makes no row of strokes in it,
+// because the passes along the floor remove this tissue.
 constexpr double kAtOnce = 0.5;
 constexpr double kRow = 0.6;  // distance between two rows of strokes in a layer, as a fraction of the head's diameter
 // m, tolerance: floor points whose heights differ by less than this belong to the same flat part of the floor
 constexpr double kSameLevel = 10e-6;
 // m²; if a flat part of the cavity's floor is smaller than this, the tool makes no pass along the walls around it
 constexpr double kLeastFlat = 0.1e-6;
-// a flat part of the floor also gets no pass along the walls around it if its area is smaller than this fraction of the
-// cross-section of the tool's head
+// Ratio of two areas: a flat part of the cavity's floor, divided by the cross-section of the tool's head. If the ratio
+// is smaller than this, the tool makes no pass along the walls around the flat part.
 constexpr double kFlatShare = 0.15;
 // A row of strokes ends at this distance from a wall, stated as a fraction of the head's diameter. A separate pass then
 // cuts along the wall.
@@ -43,13 +43,13 @@ constexpr double kFromAround = 0.03e-3;  // m, smallest distance between the hea
 constexpr double kLeastTaken = 0.05;     // voxels; no stroke is planned for tissue that is thinner than this
 // m, tolerance: a point of the tool's path is omitted if it is nearer than this to the line between its neighbours
 constexpr double kOnLine = 2e-6;
-// m; on a part of a pass, the tool may remove nothing. If this part is shorter than kBridged, the tool moves along it;
+// m. On a part of a pass, the tool may remove nothing. If the part is shorter than this, the tool moves along it;
 // otherwise the tool is lifted over it.
 constexpr double kBridged = 1e-3;
-// m; the same limit as kBridged, for a coarse tool. For a part of this length, lifting the tool would take longer than
-// moving along the part.
+// m, for a coarse tool. On a part of a pass, the tool may remove nothing. If the part is shorter than this, the tool
+// moves along it, because lifting the tool would take longer.
 constexpr double kCoarseBridged = 3e-3;
-// m; if the straight way from one pass to the next is shorter than this, the tool takes it; otherwise the tool moves
+// m; if the straight path from one pass to the next is shorter than this, the tool takes it; otherwise the tool moves
 // up, across and down
 constexpr double kStraight = 3e-3;
 constexpr double kHop = 0.3e-3;  // m, height step of the search for a free path between two strokes
@@ -62,8 +62,8 @@ constexpr double kDown = 0.1e-3;         // m, step of the search for the lowest
 constexpr double kFloorOfColumn = 1e-6;  // m, precision of the search for the lowest head position above a grid point
 constexpr int kHeadPoints = 360, kShankPoints = 60;
 constexpr double kFieldErrorLimit = 1;  // voxels, upper bound of the distance field's error far from the surface
-// Largest number of points in a group. A group of points is first tested as one ball that contains all of them. Its
-// points are tested one by one only if the ball is near the ideal (the tissue that must remain).
+// Largest number of head points in a group. First, a ball that contains the whole group is tested. Only if this ball is
+// near the ideal (the tissue that must remain), the points are tested one by one.
 constexpr std::size_t kTogether = 12;
 constexpr int kBisectionSteps = 7;  // number of bisection steps that refine a position between two grid positions
 
@@ -108,8 +108,8 @@ class StrokePlanner {
     }
     if (!finish) return std::move(strokes_);
     bulk_ = false;
-    // Makes passes along the walls. Begins at the edges between floor and walls, and continues upward. So the side of a
-    // long head cuts a steep wall in one pass.
+    // Makes passes along the walls. The first passes are at the heights of the floor's flat parts, the next ones above.
+    // So the side of a long head cuts a steep wall in one pass.
     for (const double height : floors())
       for (Chain& wall : walls_at(height)) take(wall, /*closed=*/true);
     for (double height = layers_.back().height; height < layers_.front().height; height += step_) {
@@ -673,16 +673,16 @@ class StrokePlanner {
   const double layer_ = (coarse_ ? kCoarseLayer : kLayer) * tool_.diameter;
   const SurroundingsShape* around_;
   const session::DenseField ideal_;
-  session::DenseField left_;  // tissue that remains after the strokes so far
+  session::DenseField left_;  // tissue that remains after the strokes that are planned so far
   dquat R_WT_;
   glm::dmat3 axes_;          // the axes u, v, w as columns
   double step_;              // m, distance between neighbouring passes of the tool
   double allowed_;           // voxels, depth to which the head may enter the ideal (the tissue that must remain)
   std::vector<dvec3> head_;  // voxels, points on the head relative to its centre
   std::vector<Points> head_groups_, shank_groups_;
-  glm::dvec2 lo_{0};  // m along u and v, origin of the grid
+  glm::dvec2 lo_{0};  // m along u and v, origin of the grid of head positions
   glm::ivec2 count_{0};
-  double top_ = 0, bottom_ = 0;  // m along w, upper and lower bound of the heights
+  double top_ = 0, bottom_ = 0;  // m along w, upper and lower bound of the head positions
   std::vector<Layer> layers_;
   std::vector<Stroke> strokes_;
   std::optional<dvec3> last_;  // end point of the last stroke

@@ -94,7 +94,7 @@ struct XrSession::Thread {
   std::optional<SoftGumView> gum;  // the soft gum; empty if the gum is rigid
   MouthMirror mirror;              // the scene's mouth mirror, at its initial pose or at the second hand's pose
   MouthMirror scene_mirror;
-  std::optional<MirrorFog> fog;  // fog of the mouth mirror; empty if it is constant
+  std::optional<MirrorFog> fog;  // fog of the mouth mirror; empty if the fog does not change
   SuctionTip suction_tip;        // the scene's suction tip at its initial pose
   int mirror_hand = -1;          // index of the controller that holds the mouth mirror; -1: none
 
@@ -299,7 +299,8 @@ struct XrSession::Thread {
     if (hand.tracked) mirror = held(scene_mirror, hand.X_WT);
   }
 
-  /// Requests the next tool of the tool set. The servo changes the tool when pedal, drill and tissue allow it.
+  /// Requests the next tool of the tool set. The servo changes the tool when the pedal is released, the drill has
+  /// stopped and the tool touches nothing.
   void choose_next_tool(const ServoTick& tick) {
     const auto tools = static_cast<std::int32_t>(haptics::tool_set(servo).size());
     const std::int32_t chosen = wiring.chosen_tool;

@@ -74,7 +74,7 @@ class XrStage {
   std::vector<haptics::Tool> tools_;
   haptics::Spindle spindle_;
   HandpieceView handpieces_;
-  Pose X_GH_;          // pose of the handpiece relative to the tool
+  Pose X_GH_;          // pose of the handpiece (frame H) relative to the drawn tool (frame G)
   bool open_ = false;  // true: the handpiece is not drawn where it hides the working point (render::ToolState::open)
   std::uint32_t shown_tool_ = 0;
   bool shown_placed_ = false;  // true after an implant was placed; its head then stays visible in the tissue

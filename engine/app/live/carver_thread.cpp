@@ -144,16 +144,18 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   Wiring& wiring = s.wiring;
   Done done;
   done.worked = repeat_cuts();
-  // Tells the carver up to which time all cuts are applied, so that it can end a stroke after a pause. This tick was
-  // received in the previous call of turn(), so repeat_cuts() has already applied its cuts. A tick without a valid pose
-  // is not used.
+  // Tells the carver up to which time all cuts are applied, so that it can end a stroke after a pause. This is the time
+  // of the tick that the previous call of turn() received: repeat_cuts() has just applied all cuts up to this tick. A
+  // tick without a valid pose is not used.
   if (const ServoTick& tick = wiring.tick_to_carver.front(); !(tick.faults & haptics::kNoPose)) s.carver.rest(tick.t);
   pause();
   done.awaited = wiring.patch.keep_up(s.carver, wiring.tick_to_carver.front().patch);
   hand_over_pieces();
   pause();
   TissueCommand command;
-  bool edited = false;  // true: the tissue was edited; before the next cut, the servo needs a new copy (patch) of it
+  // true: undo, redo or another edit changed the tissue, so the servo needs a new patch (copy of the tissue) before its
+  // next cut
+  bool edited = false;
   while (wiring.tissue_commands.pop(command)) {
     edited |= execute_command(s, command, wiring.tick_to_carver.front().t, saver);
     done.worked = true;
@@ -227,10 +229,10 @@ void carve(LiveSession& s) {
   int idle = 0;  // number of consecutive calls of turn() without work
   while (!s.wiring.stop.load(std::memory_order_relaxed)) {
     const CarverTurns::Done done = turns.turn();
-    // Chooses the sleep time of the carver thread until it checks for work again. After 30 ms without work, the hand is
-    // assumed to be slow: at 3 cm/s, the hand moves 0.1 mm until the next check. After one second without work, the
-    // hand is assumed to rest: if it then accelerates with 10 m/s², it moves 0.5 mm until the next check. In an idle
-    // session, these checks use 0.4 % of a core. Checks without such a long sleep would use 3 %.
+    // Chooses the time for which the carver thread sleeps before it checks for work again. After 30 ms without work, it
+    // sleeps 3 ms: at 3 cm/s, a slow hand moves 0.1 mm in this time. After one second without work, it sleeps 10 ms: a
+    // hand at rest that accelerates with 10 m/s² moves 0.5 mm in this time. In an idle session, these checks use 0.4 %
+    // of a core. Without the long sleep, they would use 3 %.
     idle = done.worked ? 0 : std::min(idle + 1, 400);
     if (!done.worked)
       std::this_thread::sleep_for(done.awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 10'000us);

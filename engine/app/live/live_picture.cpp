@@ -311,8 +311,8 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   Wiring& wiring = session_.wiring;
   if (wiring.tick_to_render.fetch()) tick = wiring.tick_to_render.front();
   if (frames_ > 0 && ++turns_since_first_ == 2)
-    // Stores when the first picture appeared on the screen. At the latest, the window shows a frame at the second
-    // poll() after drawing it, so this time may be a little too late, but not too early.
+    // Stores the time at which the first picture is certainly on the screen. The window shows a frame at the latest at
+    // the second poll() after drawing it. So this time may be a little too late, but not too early.
     first_shown_ = now();
   collect();
   const double dt = to_seconds(now() - last_turn_);

@@ -127,7 +127,7 @@ class LivePicture {
   const display::DisplayRig* rig_ = nullptr;
   haptics::ServoSettings shown_;             // the scene's settings, with the tissue colours that the pictures show
   Surroundings around_;                      // meshes of the tooth's surroundings
-  std::optional<MirrorFog> fog_;             // fog of the mouth mirror; empty if it is constant
+  std::optional<MirrorFog> fog_;             // fog of the mouth mirror; empty if the fog does not change
   std::optional<SoftGumView> gum_;           // the soft gum; empty if the gum is rigid
   std::optional<render::BoxInWorld> reach_;  // m, frame W: box that contains the tissue
   QualityLadder ladder_;

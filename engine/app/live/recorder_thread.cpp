@@ -33,8 +33,9 @@ void RecorderTurns::turn() {
   // patches and cuts.
   const std::size_t ticks = wiring.ticks_to_recorder.ready();
   while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
-  // An edit (undo or redo) is sent before the patch (copy of the tissue) that contains its effect. The patches were
-  // read first, so the edit of every patch is already in its ring. Both are stored in the same call of turn().
+  // The carver sends an edit (undo or redo) before the patch (copy of the tissue) in which the edit is visible. The
+  // patches were read above. So the edits that belong to these patches have arrived, and are stored in the same call of
+  // turn().
   while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
   LoosePiece piece;
   while (wiring.pieces_to_recorder.pop(piece)) writer.append(event_of(piece));

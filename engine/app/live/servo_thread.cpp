@@ -75,7 +75,7 @@ bool ServoTurns::turn() noexcept {
   if (s.sound) s.sound->push(tick_);
   if (s.draw || s.operated || s.sound || s.steered) wiring.tick_to_render.publish(tick_);
   if (s.record) wiring.ticks_to_recorder.push(tick_);
-  // If the ring is full, the lost tick is counted and the session continues.
+  // If the ring to the stream thread is full, the ring counts the tick as lost, and the session continues.
   if (wiring.ticks_to_stream) wiring.ticks_to_stream->push(tick_);
   s.faults |= tick_.faults;
   wiring.newest_faults.store(tick_.faults, std::memory_order_relaxed);

@@ -32,7 +32,7 @@ struct LiveSession {
   const Scene& scene;
   haptics::Carver carver;
   Wiring wiring;
-  std::optional<haptics::Servo> servo;  // created as soon as the hand is known
+  std::optional<haptics::Servo> servo;  // the servo of the session; it is created as soon as the hand's device is known
   std::optional<haptics::ForceDelay>
       delay;  // delays the force; empty if the session does not delay forces; used only by the servo thread
   std::optional<LoopStatistics> loop;  // servo thread only: statistics of the servo loop's timing

@@ -22,7 +22,7 @@ struct SessionEntry {
   std::filesystem::path file;
   std::string scene, trainee, date;  // parts of the name of the recording's file
   std::string title;                 // title of the exercise in the user's language; empty if it is unknown
-  // Empty if the score was not yet computed, or if there is no recording.
+  // score of the session; empty if it was not yet computed, or if there is no recording
   std::optional<CachedScore> score;
   double megabytes = 0;
   bool report = false;   // true: a report exists beside the recording

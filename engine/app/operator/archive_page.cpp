@@ -156,7 +156,9 @@ void draw_archive_page(OperatorState& s, InterfaceWindow& w) {
   draw_sessions(s, w, {body.x - side - gap.x, height});
   ImGui::SameLine();
   begin_column("side", {side, height});
-  const float actions = 15.1f * u;  // the form below must show its button without scrolling
+  // height of the upper panel; the import form below it gets the remaining height, in which its button must be visible
+  // without scrolling
+  const float actions = 15.1f * u;
   draw_actions(s, w, {0, actions});
   draw_import(s, w, {0, height - actions - gap.y});
   ImGui::EndChild();

@@ -58,7 +58,7 @@ class DrawListPainter {
   gpu::Device& device_;
   gpu::Image font_;
   VkSampler sampler_ = VK_NULL_HANDLE;
-  gpu::ShaderInputs inputs_;  // shader inputs, with one descriptor set for each slot's textures
+  gpu::ShaderInputs inputs_;  // shader inputs; each slot (frame in flight) has its own descriptor set for each texture
   VkPipeline pipeline_ = VK_NULL_HANDLE;
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   std::array<gpu::Buffer, kSlots> vertices_, indices_;

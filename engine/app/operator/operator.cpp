@@ -43,7 +43,8 @@ using namespace std::chrono_literals;
 constexpr double kIdleFrame = 60;  // s, time between two frames while nothing happens
 // ns, interval at which the loop checks for changes that the desktop does not report
 constexpr Nanos kIdleWait = 25'000'000;
-// ns; if the loop waited for less than this time until input arrived, it then sleeps, which saves computing time
+// ns. In each pass, the loop waits for input. If input arrived after less than this time, the loop sleeps before the
+// next pass, which saves computing time.
 constexpr Nanos kBriefWait = 4'000'000;
 constexpr double kSessionFrame = 0.05;  // s, time between two frames of this window during a session
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
@@ -443,7 +444,7 @@ class Operator {
     const Page before = s_.page;
     s_.page = Page::kLoading;
     draw();
-    s_.page = before;  // the page to return to if the session cannot begin
+    s_.page = before;  // if the session cannot begin, the window returns to this page
     Scene scene = from.empty() ? read_scene(choice.file) : with_resume(scene_left_at(from), from);
     // A preparation that is continued keeps its contact model; otherwise the user's selection is used.
     if (from.empty() && s_.model >= 0) choose_model(scene, s_.models[static_cast<std::size_t>(s_.model)]);

@@ -190,7 +190,7 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::Separator();
   row(s.text("duration"), fmt::format("{} s", s.number(r.seconds, 1)));
   double removed = 0;
-  // The volumes that the tissues have lost so far; strokes that were undone do not count.
+  // Adds the volumes that the tissues have lost so far. Strokes that were undone are not included.
   for (const double v : s.status.tissue.removed) removed += v;
   row(s.text("volumes"), fmt::format("{} mm³", s.number(removed / kCubicMillimetre, 2)));
   row(s.text("op.servo_p999"), fmt::format("{} µs", s.number(r.tick_us_p999, 1)));

@@ -164,8 +164,8 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::PushStyleColor(ImGuiCol_ChildBg, ImVec4(0.03f, 0.032f, 0.035f, 1));
   ImGui::BeginChild("live", size, false, ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoNav);
   s.live_hovered = false;
-  s.live_input.left = s.live_input.right = s.live_input.middle = s.live_input.shift =
-      false;  // set to false first; it becomes true only if the mouse pointer is over the picture
+  // Mouse buttons and Shift count as released, unless the code below finds that the user uses them over the picture.
+  s.live_input.left = s.live_input.right = s.live_input.middle = s.live_input.shift = false;
   s.live_input.wheel = 0;
   // A picture that this window draws fills the available area. A picture that another window draws keeps its aspect
   // ratio.

@@ -94,7 +94,7 @@ struct SceneChoice {
   std::string name;  // name of the scene, which file names of its recordings contain
   std::string title, description;
   std::string fault;  // reason why the scene cannot be used; empty if it can be used
-  int picture = -1;   // index of its picture in OperatorState::pictures; -1: none
+  int picture = -1;   // index of the scene's picture in OperatorState::pictures; -1: none
   std::string model;  // the scene's contact model (the default if the scene states none)
   bool own = false;   // true: the user created this scene; false: it is shipped
   // true: an implant can be planned in this scene, because the scene is an implant exercise, or because its tissue is a

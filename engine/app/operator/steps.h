@@ -8,7 +8,7 @@
 
 namespace typodont {
 
-/// The part of a session's state that can complete a step.
+/// The data of a session from which Steps finds out whether the user has completed the current step.
 struct StepActions {
   ServoTick tick;
   SessionSettings settings;

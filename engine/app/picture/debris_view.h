@@ -31,8 +31,8 @@ struct WaterPlan {
   std::optional<Nozzles> nozzles;
   bool on = false;  // true: the spray is on at the start
   glm::dvec4 drain{
-      // The plane at which the film of water ends. This film exists only at points p_W with dot(drain, (p_W, 1)) >= 0,
-      // because below this plane the tooth is inside the gum. Zero: there is no such plane.
+      // The plane at which the film of water ends, because below it the tooth is inside the gum. xyz: normal n; w:
+      // offset d. The film exists only at points p_W with n · p_W + d >= 0. Zero: there is no such plane.
       0};
 };
 
@@ -84,8 +84,8 @@ class DebrisView {
   /// Returns the particles in the renderer's format. The span is valid until the next call.
   std::span<const render::Particle> particles();
   std::size_t alive() const { return cloud_ ? cloud_->alive() : debris_.alive(); }
-  /// Creates the chips of the waiting cuts and returns the mass balance. Call it at the end of the session. Masses that
-  /// only the GPU knows are NaN.
+  /// Creates the chips of the cuts that still wait for it, and returns the mass balance. Call it at the end of the
+  /// session. Masses that only the GPU knows are NaN.
   DebrisBalance settle();
 
  private:
@@ -115,13 +115,13 @@ class DebrisView {
   debris::Debris debris_;
   debris::DebrisOptions options_;
   std::optional<debris::Suction> suction_;
-  /// number of cuts whose chips are created together, and number of cuts that wait now
+  /// number of cuts whose chips are created together (a batch), and number of cuts in the present batch
   int batch_size_ = 1, batched_ = 0;
-  PerTissue batch_removed_{};  // m³, volume that the waiting cuts removed
-  Cut last_;                   // the last waiting cut, and the radius of its tool in m
-  double last_radius_ = 0;
-  PerTissue given_{};         // kg, mass of chips that were passed to the GPU
-  double given_dropped_ = 0;  // kg, mass of the chips that did not fit into the GPU's buffer
+  PerTissue batch_removed_{};  // m³, volume that the cuts of the present batch removed
+  Cut last_;                   // the last cut of the present batch
+  double last_radius_ = 0;     // m, radius of the tool that made the last cut of the present batch
+  PerTissue given_{};          // kg, mass of chips that were passed to the GPU
+  double given_dropped_ = 0;   // kg, mass of the chips that did not fit into the GPU's buffer
   std::optional<render::ParticleCloud> cloud_;
   std::vector<debris::NewParticle> newborn_;
   std::vector<float> distance_;

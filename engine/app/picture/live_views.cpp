@@ -273,7 +273,8 @@ void LiveViews::run() {
   std::uint64_t judged_version = kNever;
   Nanos judge_due = 0;
   bool ideal_made = false;
-  // created when the first section is requested, because this takes time and memory
+  // distance functions of the tooth's surroundings; created when the first section is requested, because this takes
+  // time and memory
   std::optional<SurroundingsShape> surroundings;
   while (true) {
     std::array<Wish, 2> wishes;

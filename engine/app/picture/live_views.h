@@ -125,7 +125,7 @@ class LiveViews {
   bool judging_;
   std::shared_ptr<const ToothField> ideal_;
   std::optional<session::ExploreMeter> explore_;
-  std::vector<ServoTick> unexplored_;  // ticks that are not yet evaluated
+  std::vector<ServoTick> unexplored_;  // ticks of an exploration task that are not yet evaluated
 
   // The render thread and the computing thread use the next members while they hold the mutex.
   std::mutex mutex_;

@@ -29,8 +29,8 @@ class SoftGumView;
 /// A tool and the handpiece that holds it, in the form in which they are drawn.
 struct DrawnTool {
   render::ToolMesh tool;
-  Handpiece handpiece;  // has no parts if the tool has no handpiece
-  Pose X_GH;            // pose of the handpiece relative to the tool
+  Handpiece handpiece;  // the drawn handpiece; it has no parts if the tool has no handpiece
+  Pose X_GH;            // pose of the handpiece (frame H) relative to the drawn tool (frame G)
   /// true: the handpiece is not drawn where it hides the working point (see render::ToolState::open)
   bool open = false;
 };
@@ -224,7 +224,7 @@ class PictureStage {
   std::vector<render::Particle> with_dots_;  // particles of the debris, followed by the dots of the cursor
   double angle_ = 0;
   bool open_ = false;  // true: the handpiece is not drawn where it hides the working point (render::ToolState::open)
-  Pose X_GH_;          // pose of the handpiece relative to the tool
+  Pose X_GH_;          // pose of the handpiece (frame H) relative to the drawn tool (frame G)
   Pose shown_at_;      // pose of the tool in the last frame
   bool at_rest_ = false;
   std::size_t shown_tool_ = 0;  // index of the drawn tool in the tool set

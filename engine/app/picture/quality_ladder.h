@@ -11,10 +11,10 @@ namespace typodont {
 
 class QualityLadder {
  public:
-  /// If the running mean of the frames' times is longer than `slow` (s), the quality is lowered; if it is shorter than
-  /// `quick` (s), the quality is raised. If the quality is raised and then proves too slow, the wait before the next
-  /// raise becomes longer. The default of `slow` is a little less than 1/30 s, so that 30 frames per second are
-  /// reached. `first`: level at the start.
+  /// `slow`, `quick`: s. If the running mean of the frame times is longer than `slow`, the quality is lowered; if it is
+  /// shorter than `quick`, the quality is raised. If a raised quality proves too slow, the wait before the next raise
+  /// becomes longer. The default of `slow` is a little less than 1/30 s, so that 30 frames per second are reached.
+  /// `first`: quality level at the start.
   explicit QualityLadder(double slow = kSlow, double quick = 1.0 / 90, std::size_t first = 1)
       : slow_(slow), quick_(quick), step_(first), mean_((slow + quick) / 2) {}
   /// Makes a ladder for software rendering, which starts at a quality that a CPU can draw. A frame of the next better

@@ -32,8 +32,8 @@ class ShownGeometry {
     std::uint8_t body = 0, tissue = 0, second = 0, under = 0;
     // 0..1, fraction of the tissue `second` in the colour of this corner; the rest is the colour of the tissue `tissue`
     float share = 0;
-    float depth = 0;     // mm, depth of the tissue below the surface tissue; 0: there is none
-    glm::vec3 color{0};  // linear RGB, colour of the surface tissue over the tissue below it
+    float depth = 0;     // mm, depth of a deeper tissue (`under`) below the surface; 0: there is no such tissue
+    glm::vec3 color{0};  // linear RGB, colour of the surface tissue, through which the tissue below it is visible
   };
   void add_triangles(std::span<const std::uint32_t> indices, std::size_t first);
 

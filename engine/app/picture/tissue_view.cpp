@@ -147,7 +147,7 @@ void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::
   if (update.vertices.empty()) return;
   find_cuts_and_edges(volume, update);
   // Finds the box of voxels whose tissue labels are needed: the voxels below the vertices, and a few around them.
-  // `reach_of` returns how deep (voxels) below a vertex labels are needed.
+  // `reach_of` returns the depth (voxels) below a vertex down to which labels are needed.
   const auto reach_of = [&](const render::Vertex& v) {
     return static_cast<float>(std::min(translucency_depth(own(v)) / voxel, static_cast<double>(kSearchDepth)));
   };

@@ -23,7 +23,8 @@ constexpr double kNearTooth = 10e-3;    // m, distance from the implant within w
 constexpr double kRootMargin = 1.5e-3;  // m, smallest distance between a proposed implant and a tooth
 // m, smallest distance between the points at which the planner searches for teeth
 constexpr double kToothStep = 0.25e-3;
-constexpr double kCanalReach = 25e-3;  // m, distance from the implant within which a plan contains the nerve canal
+// m; a plan contains the part of the nerve canal that is nearer to the implant than this
+constexpr double kCanalReach = 25e-3;
 // m, distance between the implant positions that the planner tries for a proposal
 constexpr double kGrid = 1e-3;
 constexpr double kBelowCrest = 0.5e-3;  // m, depth of a proposed implant's upper end below the jaw's ridge

@@ -20,7 +20,7 @@ inline constexpr dvec3 kCrownTop{6.8e-3, 6.0e-3, 20.2e-3};
 
 /// Returns the quarter turns (haptics::quarter_turns) that turn the crown to the direction +z; empty for no turn.
 const char* upright_rotation(Crown crown);
-/// Returns the one of the six directions that has the smallest angle to `up`.
+/// Returns the direction in Crown that has the smallest angle to `up`.
 Crown crown_along(const dvec3& up);
 
 struct ImportedExercise {

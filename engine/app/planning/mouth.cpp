@@ -39,8 +39,8 @@ void register_bite(const std::filesystem::path& file, double unit, std::vector<J
   constexpr double kLeastPoints = 2000, kMostPoints = 40'000;  // numbers of points
   // m, for the first and the second round of the registration: points farther than this from every jaw are not used
   constexpr double kReach[] = {2.5e-3, 1e-3};
-  // The registration is refused if less than this fraction of the points near a jaw agrees with this jaw. For a scan of
-  // one jaw, the limit is higher. Here, some points near a jaw belong to the teeth of the other jaw.
+  // The registration is refused if less than this fraction of the points near a jaw agrees with this jaw. The limit is
+  // lower than for a scan of a single jaw, because some points near a jaw belong to the teeth of the other jaw.
   constexpr double kLeastAgreement = 0.6;
   const haptics::TissueMesh bite = haptics::read_tissue_mesh(file, unit, Tissue::kEnamel).mesh;
   const double area = haptics::area_of(bite);
@@ -101,7 +101,8 @@ ImportedMouth import_mouth(const MouthFiles& files, const haptics::ImportOptions
   ImportedMouth mouth;
   mouth.scans.resize(files.scans.size());
   if (arch) {
-    constexpr double kFieldVoxel = 0.25e-3, kFieldBand = 3e-3;  // m, voxel size, and largest stored distance
+    // m, voxel size of a scan's distance field, and largest stored distance
+    constexpr double kFieldVoxel = 0.25e-3, kFieldBand = 3e-3;
     std::vector<Jaw> jaws;
     for (const std::filesystem::path& file : files.scans) {
       haptics::IntraoralScan scan(file, options.mesh_unit);

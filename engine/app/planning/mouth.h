@@ -29,7 +29,7 @@ struct BiteFit {
 struct MouthScan {
   Pose X_WK;
   double moved = 0;            // m, displacement of this scan's middle by the bite registration
-  std::optional<BiteFit> fit;  // empty if there is no bite scan
+  std::optional<BiteFit> fit;  // registration of the bite scan to this scan; empty if there is no bite scan
 };
 
 struct ImportedMouth {

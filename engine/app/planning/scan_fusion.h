@@ -20,8 +20,8 @@ namespace typodont {
 
 struct ScanRegistration {
   calibration::RegistrationResult start;  // initial registration of the scan, by the points that the user picked
-  /// Registration by the surfaces. The solver calls the CT's frame D; this frame is frame C here. So the solver's
-  /// result X_DS is the pose X_CS of the scan in the CT's frame.
+  /// Registration by the surfaces. The solver uses the letter D for the CT's frame, which is frame C in this file. So
+  /// the solver's result X_DS is the pose of the scan in the CT's frame, X_CS.
   calibration::SurfaceRegistration fine;
 };
 

@@ -176,7 +176,8 @@ void ScanReview::take(const LabelRequest& request, haptics::Imported labels) {
   volumes_ = labels_.report.volume;
   ++changes_;
   if (detail_ != LabelDetail::kFull) return;
-  steps_.resize(done_);  // undone corrections cannot be repeated now, because they belong to older tissue labels
+  // removes undone corrections: they belong to the old tissue labels, so they can no longer be redone
+  steps_.resize(done_);
   for (Step& step : steps_) {
     const std::vector<haptics::Correction> again = std::exchange(step, {}).corrections;
     for (const haptics::Correction& correction : again) apply(step, correction);

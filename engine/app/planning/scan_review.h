@@ -74,8 +74,8 @@ class ScanReview {
   void want_full() { full_wanted_ = true; }
   /// Returns the tissue labels that should be computed next, if any are missing. Coarse labels come before full labels.
   std::optional<LabelRequest> request() const;
-  /// Receives the tissue labels of a request. Labels of an earlier region are used only if the present labels are
-  /// coarse. The corrections are applied again to full labels.
+  /// Receives the tissue labels of a request. Labels that belong to an earlier region are used only if they are coarse
+  /// and there are no full labels of the present region. The corrections are applied again to full labels.
   void take(const LabelRequest& request, haptics::Imported labels);
   /// Reports that the computation of a request failed or was cancelled. These tissue labels are not requested again for
   /// the present region.
@@ -121,7 +121,7 @@ class ScanReview {
 
   std::shared_ptr<const haptics::ScanVolume> scan_;
   dvec3 crosshair_, centre_;
-  double whole_ = 0, width_ = 0;  // m, width of the whole scan, and width of the shown part
+  double whole_ = 0, width_ = 0;  // m, width of the whole scan, and width of the part that a section shows
   haptics::ImportRegion region_;
   haptics::ImportPreset preset_ = haptics::ImportPreset::kTooth;
   bool dragging_ = false, full_wanted_ = false;

@@ -81,7 +81,8 @@ render::Picture SurfacePicture::draw(int pixels) {
     const dvec3 &p = mesh_.vertices[c.x], &q = mesh_.vertices[c.y], &r = mesh_.vertices[c.z];
     const dvec3 normal = glm::cross(q - p, r - p);
     const double length = glm::length(normal);
-    // The sign of the normal is ignored, because the back of an open scan is also visible.
+    // The surface is lit from both sides (the sign of the normal is ignored), because the back of an open scan is also
+    // visible.
     const double lit = length > 0 ? std::abs(glm::dot(normal, light)) / length : 0;
     const glm::vec3 color = colors_[t] * static_cast<float>(0.25 + 0.75 * lit);
     for (int y = y0; y <= y1; ++y) {

@@ -165,8 +165,8 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   Fnv1a force_hash;
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();
-  // Applies the edits (undo and redo) that belong before the patch number `patches` + 1. (A patch is a copy of the
-  // tissue; the carver, which owns the tissue, creates the patches.)
+  // Applies all edits (undo and redo) that the session made before the carver created patch number `patches` + 1. (A
+  // patch is a copy of the tissue for the servo. The carver owns the tissue.)
   const auto edit_through = [&](std::uint32_t patches) {
     for (; edit != edits.end() && edit->patches <= patches; ++edit) {
       steps.apply_cuts(edit->cuts);

@@ -14,8 +14,8 @@
 
 namespace typodont {
 
-/// Compares ticks and cuts, which must be passed in order. Data after the first gap of the recording is not compared.
-/// For one thread only.
+/// Compares the ticks and cuts of a replay with those of the recording. They must be passed in order. Data after the
+/// first gap of the recording are not compared. For one thread only.
 class StreamCheck {
  public:
   explicit StreamCheck(const session::SessionReader& session);

@@ -209,7 +209,7 @@ class Side {
   std::optional<Detail> detail_;
   std::optional<DebrisView> debris_;
   MouthMirror mirror_;
-  std::optional<MirrorFog> fog_;  // fog of the mouth mirror; empty if it is constant
+  std::optional<MirrorFog> fog_;  // fog of the mouth mirror; empty if the fog does not change
   std::optional<haptics::TissueVolume> ideal_;
   std::optional<debris::Suction> nozzle_;
   std::string view_ = "look";

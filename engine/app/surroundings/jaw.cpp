@@ -19,21 +19,29 @@ constexpr double kTiltFrom = 6e-3, kTiltTo = 10e-3;
 constexpr double kEdgeTo = 6e-3, kEvenFrom = 12e-3;
 constexpr double kRowDepth = 15.5e-3;  // m, thickness of a jaw with a row of teeth
 constexpr double kBlockDepth = 9e-3;   // m, smallest thickness of a jaw without a row of teeth
-// m, dimensions of the jaw's ridge, on which the teeth stand. The ridge is wider at its bottom. On the sides of cheek
-// and tongue, it ends in a fold.
+// m, shape of the jaw's ridge, on which the teeth stand. kRidgeTop: depth of its top below the gum's edge. kRidgeRim:
+// distance of its side from the teeth at the top. kBuccalSwell, kLingualSwell: how much wider it becomes below, towards
+// cheek and tongue; kSwellDepth: m, depth scale of this widening.
 constexpr double kRidgeTop = 1.3e-3, kRidgeRim = 0.5e-3, kBuccalSwell = 1.7e-3, kLingualSwell = 1.1e-3,
                  kSwellDepth = 4e-3;
+// m. kBuccalFold, kLingualFold: depths below the gum's edge of the folds between the jaw's ridge and the cheek or
+// tongue. kFoldRound: radius of these folds. kJawEdge: half the width of a jaw that is drawn without cheek and tongue.
 constexpr double kBuccalFold = 8.5e-3, kLingualFold = 9.5e-3, kFoldRound = 5e-3, kJawEdge = 13.5e-3;
 constexpr double kBack = 25e-3;  // m, distance from the working tooth to the back of the mouth
 // kAttached: m, height of the attached gum; kLine: m, half the width of the zone in which the attached gum changes to
 // movable mucosa
 constexpr double kAttached = 4.4e-3, kLine = 0.5e-3;
-// m, dimensions of tongue and cheek: distances from the curve of the teeth, and heights above the plane of the chewing
-// surfaces.
+// m. kTongueFrom: distance of the tongue's edge from the curve of the teeth. kTongueBelow: depth of this edge below the
+// plane of the chewing surfaces. kTongueDome: height of the tongue's middle above the edge. kTongueRound: radius of the
+// edge.
 constexpr double kTongueFrom = 9.0e-3, kTongueBelow = 3.5e-3, kTongueDome = 5.5e-3, kTongueRound = 6e-3;
+// m. kCheekFrom: distance of the cheek from the curve of the teeth. kCheekOver: height of the cheek's edge above the
+// plane of the chewing surfaces. kLipBelow: depth of the lip's edge below this plane. kCheekRound: radius of the edge.
 constexpr double kCheekFrom = 11.5e-3, kCheekOver = 6.5e-3, kLipBelow = 1.5e-3, kCheekRound = 7e-3;
-constexpr double kLipFrom = 18e-3, kLipRadius = 3.4e-3, kFaceTo = 36e-3, kFaceFall = 14,
-                 kFaceThick = 4e-3;  // kFaceFall: 1/m, curvature of the face; the other values are lengths in m
+// m, shapes of lip and face. kLipFrom, kFaceTo: distances from the curve of the teeth at which the lip lies and the
+// face ends. kLipRadius: radius of the lip. kFaceFall: 1/m; the face falls by kFaceFall times the square of the
+// distance from the lip. kFaceThick: thickness of the face.
+constexpr double kLipFrom = 18e-3, kLipRadius = 3.4e-3, kFaceTo = 36e-3, kFaceFall = 14, kFaceThick = 4e-3;
 // m, height of the lip above the rim of the mouth, and depth of the face below this rim
 constexpr double kLipOver = 0.4e-3, kFaceBelow = 1.6e-3;
 

@@ -14,8 +14,8 @@ namespace typodont {
 struct RowTooth {
   ToothForm form;
   dvec3 at{0, 0, 0};  // m, middle of the tooth's neck
-  // Rotation from the frame of the row to the frame of the form. It includes a reflection for a tooth of the other side
-  // of the jaw.
+  // Rotation from the frame of the row (R) to the frame of the tooth's form (F). It includes a reflection for a tooth
+  // of the other side of the jaw.
   glm::dmat3 R_FR{1};
 
   dvec3 to_form(const dvec3& p_row) const { return R_FR * (p_row - at); }

@@ -40,7 +40,7 @@ double half_width(double z, double neck, double widest, double table, double at,
 /// the tips and where two hills meet.
 double ridges(const glm::dvec2& from_tip, double over) {
   const double r2 = glm::dot(from_tip, from_tip) + 1e-9, c = from_tip.x * from_tip.x / r2;
-  // cos(4 φ), computed from c = cos² φ
+  // cos(4 φ), where φ is the angle of from_tip about the hill's tip; computed from c = cos² φ
   const double wave = 8 * c * c - 8 * c + 1;
   return kRidges * wave * std::min(r2 / 1.5e-6, 1.0) * std::clamp(over / 0.3e-3, 0.0, 1.0);
 }

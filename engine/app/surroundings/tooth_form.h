@@ -31,7 +31,8 @@ struct ToothForm {
   double height = 0;  // m, height of the crown up to its highest cusp
   // m, heights of the widest point on the sides towards neighbours, cheek and tongue
   double proximal = 0, buccal = 0, lingual = 0;
-  double square = 2.5;  // exponent of the superellipse that is the outline; 2 gives an ellipse
+  // exponent of the superellipse that the tooth's outline has, seen from above; 2 gives an ellipse
+  double square = 2.5;
   double rounding = 0;  // m, radius of the edge between the side and the chewing surface
   double lean = 0;      // m per m, inclination of the crown towards the tongue
   double root = 0;      // m, length of the tooth's root

@@ -75,8 +75,8 @@ glm::dmat3 basis(const dvec3& axis) {
 /// tooth's outline at the margin; `height`: m along the preparation's axis.
 double from_centers(const CrownReduction& crown, double aside, double height) {
   const double lean = 0.5 * crown.taper, bottom = crown.margin_height + crown.chamfer_radius;
-  const double wall =
-      (aside + crown.chamfer + (height - crown.margin_height) * std::tan(lean)) * std::cos(lean);  // distance from it
+  // m, distance of the point from the wall of the preparation
+  const double wall = (aside + crown.chamfer + (height - crown.margin_height) * std::tan(lean)) * std::cos(lean);
   const double inside = std::max(0.0, crown.chamfer_radius - wall), below = std::max(0.0, bottom - height);
   if (height + inside * std::sin(lean) >= bottom) return inside;
   const double corner = crown.chamfer_radius / std::cos(lean) - crown.chamfer - crown.chamfer_radius * std::tan(lean);

@@ -67,7 +67,8 @@ std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissu
   return session::redistanced(field).distance;
 }
 
-/// Samples the volume `other` at the voxels of `at`.
+/// Replaces the distances in `at` by those of the volume `other` at the same points, and the labels where `other` has a
+/// label.
 void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
   const DenseCopy from = dense_copy(other);
   const double ratio = from.frame.voxel / at.frame.voxel;

@@ -48,7 +48,7 @@ class TaskEvaluator {
 struct FinishedHand {
   session::ScoreInput input;  // measured values of the hand, and the damage
   std::optional<session::ExploreMeter> explore;
-  std::vector<ServoTick> unexplored;  // ticks that are not yet evaluated
+  std::vector<ServoTick> unexplored;  // ticks of an exploration task that are not yet evaluated
 };
 /// Computes only the score of a finished session, not the other data of a report. The result equals that of
 /// evaluate_session() for the session's recording. Takes a second or more. Throws Error if the scene's tissue or its

@@ -17,7 +17,7 @@ class DrawnAs {
   }
   void set(Tissue tissue, Tissue as) { as_[static_cast<std::size_t>(tissue)] = as; }
   Tissue operator()(Tissue tissue) const { return as_[static_cast<std::size_t>(tissue)]; }
-  /// Replaces each label by the tissue as which it is drawn.
+  /// Replaces each label by the label of the tissue whose look it gets in pictures.
   template <class Labels>
   void apply(Labels& labels) const {
     if (*this == DrawnAs()) return;
