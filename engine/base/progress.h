@@ -38,7 +38,7 @@ class Progress {
   /// Sets the progress of the stage, from 0 to 1. Throws Cancelled if the work should stop.
   void at(double fraction);
 
-  // The following functions are for threads that watch and for signal handlers.
+  // The following functions are for threads that watch the progress, and for signal handlers.
   void cancel() noexcept { cancelled_.store(true, std::memory_order_relaxed); }
   bool cancelled() const noexcept { return cancelled_.load(std::memory_order_relaxed); }
   double fraction() const noexcept { return fraction_.load(std::memory_order_relaxed); }

@@ -54,7 +54,7 @@ struct Compositor::Impl {
   using Rects = std::array<std::vector<VkRect2D>, 2>;
   struct Change {
     Parts pictures;  // changed parts of the pictures of both eyes
-    Rects written;   // changed parts of the target, for each eye's region
+    Rects written;   // parts of the target in which the text changed, for each eye's region
   };
   std::deque<Change> history;  // the newest change is the last; it belongs to frame `frame`
   std::uint64_t frame = 0;

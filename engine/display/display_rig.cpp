@@ -258,8 +258,9 @@ EyeView eye_view(const Screen& panel, const std::optional<Mirror>& mirror, const
   const Screen screen = mirror ? reflect(*mirror, panel) : panel;
   const dvec3 right_edge = screen.lower_right - screen.lower_left, up_edge = screen.upper_left - screen.lower_left;
   const dvec3 v_r = glm::normalize(right_edge), v_u = glm::normalize(up_edge);
-  // The panel emits light along v_r × v_u. Its mirror image emits light in the opposite direction, so (v_r, v_u, v_n)
-  // is left-handed. The mirror affects the computation only here: the view matrix has the determinant −1.
+  // v_r, v_u and v_n are unit vectors: to the picture's right, to its top, and out of the picture towards the eye. The
+  // panel emits light along v_r × v_u. Its mirror image emits light in the opposite direction, so the three vectors are
+  // then left-handed. The mirror affects the computation only here: the view matrix has the determinant −1.
   const dvec3 v_n = glm::normalize(glm::cross(v_r, v_u)) * (mirror ? -1.0 : 1.0);
 
   const dvec3 v_a = screen.lower_left - p_WE, v_b = screen.lower_right - p_WE, v_c = screen.upper_left - p_WE;

@@ -26,7 +26,7 @@ class EyePictures {
   void record(VkCommandBuffer commands, const gpu::Image& pictures, const std::array<Hmd::Depth, 2>& depth);
   void release();
 
-  // The next functions describe what was recorded last.
+  // The next functions describe the last call of record().
   bool has_depth() const { return has_depth_; }
   XrSwapchainSubImage color(std::uint32_t eye) const;
   XrSwapchainSubImage depth(std::uint32_t eye) const;

@@ -28,8 +28,8 @@ constexpr int kLevels = 5;                // number of block sizes: 1³, 2³, 4�
 // kCreaseCosine (angle above 14°) for any crossing, the cell contains a crease of 28° or more.
 constexpr float kCreaseCosine = 0.97f;
 constexpr float kSmoothSpread = 0.008f;
-// cosine of 64°; a crease is gentle (ContourVertex::gentle) if any two normals in its cell differ by less than this
-// angle
+// Cosine of 64°. A crease is gentle (ContourVertex::gentle) if all normals in its cell differ from each other by
+// less than this.
 constexpr float kGentleCosine = 0.44f;
 // These constants place the vertices on a curved surface. The four vertices around an edge of the grid form a facet;
 // its sides are about as long as the side s of a cell. If the vertices lay on a surface of curvature κ, the middle of
