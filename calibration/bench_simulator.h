@@ -42,7 +42,8 @@ class BenchSimulator {
   /// Returns the position to which this user moves the tip in order to touch a point that a program draws at p_W.
   dvec3 reached_for(const RigGeometry& believed, const dvec3& p_W) const;
 
-  // Each capture function makes the captures of one step. `bench` is the estimate of the bench before this step.
+  // Each function capture_…() simulates the captures (recorded touches) of one calibration step. `bench` is the
+  // estimate of the bench before this step.
   void capture_arm(Captures& captures, const BenchState& bench);
   void capture_screen(Captures& captures, const BenchState& bench);
   void capture_eyes(Captures& captures, const BenchState& bench);

@@ -49,7 +49,8 @@ struct Compositor::Impl {
   VkPipeline writing_pipeline = VK_NULL_HANDLE;
   VkFormat format = VK_FORMAT_UNDEFINED;
 
-  // The next members store the changes of the last frames, and the number of the frame that each target contains.
+  // The members from `history` on store the changes of the last frames, and the number of the frame that each target
+  // contains.
   using Parts = std::array<std::vector<Part>, 2>;
   using Rects = std::array<std::vector<VkRect2D>, 2>;
   struct Change {
@@ -63,7 +64,7 @@ struct Compositor::Impl {
   Layout layout = Layout::kMono;
   int first_row = 0;
 
-  // The text over each region. Frames that are in flight and show the same text share one object.
+  // The text over each eye's region of the target. Frames that are in flight and show the same text share one object.
   using Writings = std::array<std::shared_ptr<const Writing>, 2>;
   Writings writing{std::make_shared<const Writing>(), std::make_shared<const Writing>()};
   std::array<ivec2, 2> region_sizes{};  // size of the regions in pixels

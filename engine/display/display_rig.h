@@ -162,8 +162,8 @@ dmat2 upright(const DisplayRig& rig);
 std::array<double, 16> row_major_mm(const dmat4& view);
 std::array<double, 16> row_major_mm_projection(const Frustum& frustum);
 
-/// The first function returns the size (pixels) of one eye's picture for a screen of the given size. The second
-/// function returns the size of the composed screen for an eye's picture of the given size.
+/// eye_pixels() returns the size (pixels) of one eye's picture for a screen of the given size. screen_pixels() returns
+/// the size of the composed screen for an eye's picture of the given size.
 ivec2 eye_pixels(Layout layout, const ivec2& screen_pixels);
 ivec2 screen_pixels(Layout layout, const ivec2& eye_pixels);
 /// Returns the size (pixels) of one eye's picture in a composed screen of the given size. This is the inverse of

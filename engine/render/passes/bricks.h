@@ -64,8 +64,7 @@ struct DrawGroup {
   std::uint32_t first = 0, count = 0;  // range of the group's commands in the indirect buffer
 };
 
-/// The first function returns whether the view draws the mesh. The second function returns whether the view draws the
-/// mesh as glass.
+/// shown_in() returns true if the view draws the mesh. glassy_in() returns true if the view draws the mesh as glass.
 bool shown_in(View view, MeshId mesh);
 bool glassy_in(View view, MeshId mesh);
 

@@ -78,7 +78,7 @@ std::uint32_t solid_bits(const float* row) {
 struct Node {
   Moments moments;
   glm::vec3 position{0};         // position of the vertex; cell corners have integer coordinates
-  Tissue tissue = Tissue::kAir;  // the only tissue near the vertex; kAir: several tissues
+  Tissue tissue = Tissue::kAir;  // tissue around the vertex; kAir: there are several tissues
   bool crease = false, gentle = false;
   std::uint16_t vertex = kNone;
 };
@@ -89,8 +89,8 @@ constexpr int mid_bit(int x, int y, int z) {
   return (x * 3 + y) * 3 + z;
 }
 struct Middles {
-  // Bit masks of 19 items: the edges, the faces and the block itself. `point`: the item's midpoint. `corners`: the
-  // item's corners.
+  // A block has 19 parts: 12 edges, 6 faces, and its inside. For each part: the bit of its midpoint (`point`) and the
+  // bits of its corners (`corners`), numbered by mid_bit().
   std::uint32_t point[19], corners[19];
 };
 constexpr Middles kMiddles = [] {
