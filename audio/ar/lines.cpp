@@ -46,7 +46,7 @@ void smooth(std::vector<std::complex<double>>& z, std::size_t half) {
   }
 }
 
-/// Returns the half length of each moving average for which the filter's gain at `bandwidth` (Hz) is -3 dB.
+/// Returns the half length of the moving averages of smooth() for which the gain at `bandwidth` (Hz) is -3 dB.
 std::size_t half_length(double bandwidth, double rate) {
   return static_cast<std::size_t>(std::lround(0.5 * 0.26 * rate / bandwidth));
 }

@@ -209,7 +209,8 @@ class Consensus {
       return;
     }
     // If 30 % of the pairs are good, one triple in 37 consists of good pairs. The probability that 1500 triples contain
-    // no such triple is 1e-18. Once many pairs agree, fewer triples are needed for a probability of 1e-9.
+    // no such triple is 1e-18. Once many pairs agree, fewer triples suffice: the probability of missing a good triple
+    // must only be below 1e-9.
     Noise random(1);
     double needed = 1500;
     for (int draw = 0; draw < needed; ++draw) {

@@ -301,8 +301,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   result.width = glm::length(start.lower_right - start.lower_left),
   result.height = glm::length(start.upper_left - start.lower_left);
 
-  // Fits a plane to the touched points. If all points lie near this plane, the first poses of the cameras are computed
-  // from the plane.
+  // Fits a plane to the touched points. If all points lie near this plane, the initial poses of the camera are computed
+  // from it.
   std::vector<dvec3> points;
   for (const auto& [key, value] : touched) points.push_back(key);
   if (points.size() < 4) {

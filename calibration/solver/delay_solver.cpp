@@ -378,8 +378,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   result.reference_time = matcher.start();
   const double motion = std::min(variance_of(track_a), variance_of(track_b));
 
-  // A stream contains no information if its variation is not larger than its noise explains. The more samples there
-  // are, the smaller is the additional variation that can be detected.
+  // A stream contains no information about the delay if noise alone explains its variation. With more samples, a
+  // smaller variation beyond the noise can be detected.
   const double sigma_q = noise_of(query), sigma_s = noise_of(sparse);
   const auto rests = [](const Track& track, double sigma) {
     return variance_of(track) <= 3 * sigma * sigma * (1 + 10 / std::sqrt(static_cast<double>(track.t.size()))) + 1e-20;

@@ -97,7 +97,7 @@ struct ServoTick {
   PerTissue removed{};           // m³, for each tissue: volume that was removed since the start
   Tissue tissue = Tissue::kAir;  // the tissue with the largest area of contact
   double spindle = 0;            // rad/s, rotation speed of the spindle
-  double cutting_power = 0;      // W, present cutting power
+  double cutting_power = 0;      // W, power that cutting takes in this tick
   // J, energy that the hand has given to the device so far; negative: the hand has received energy (passivity observer)
   double energy = 0;
   Nanos cpu_time = 0;  // ns, thread CPU time of the tick; set by the loop that calls the servo

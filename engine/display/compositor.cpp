@@ -289,7 +289,7 @@ struct Compositor::Impl {
     }
   }
 
-  /// The target needs only some parts of the pictures. Copies these parts into memory, where the CPU composes them.
+  /// Copies the parts of the pictures that the target needs into memory, where the CPU composes them.
   void fetch(VkCommandBuffer commands, const gpu::Image& pictures, Layout how, const Target& target, int slot, int row,
              const std::optional<Rects>& parts, const std::array<std::vector<std::size_t>, 2>& panels) {
     CpuJob& job = cpu_jobs[static_cast<std::size_t>(slot)];

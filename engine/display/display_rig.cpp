@@ -197,7 +197,7 @@ DisplayRig magnified(const DisplayRig& rig, const dvec3& about) {
 }
 
 dmat4 opengl_projection(const Frustum& f) {
-  // Kooima 2009, section 5: glFrustum(l, r, b, t, n, f). glm is column-major: m[column][row].
+  // The same matrix as glFrustum(l, r, b, t, n, f); see Kooima 2009, section 5. glm is column-major: m[column][row].
   dmat4 m(0.0);
   m[0][0] = 2 * f.near / (f.right - f.left);
   m[1][1] = 2 * f.near / (f.top - f.bottom);
@@ -225,7 +225,7 @@ dvec3 reflect(const Mirror& mirror, const dvec3& p) {
 }
 
 dmat4 reflection(const Mirror& mirror) {
-  // Homogeneous matrix H = [[I − 2nnᵀ, 2cn], [0, 1]] for the plane n·p = c.
+  // Homogeneous matrix of the reflection in the plane n·p = c: H = [[I − 2nnᵀ, 2cn], [0, 1]].
   const dvec3 n = mirror.normal;
   const glm::dmat3 linear = glm::dmat3(1.0) - 2.0 * glm::outerProduct(n, n);
   dmat4 h(linear);

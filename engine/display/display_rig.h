@@ -124,7 +124,8 @@ dmat4 opengl_projection(const Frustum& frustum);
 /// Returns the projection in Vulkan's clip space (y down, depth 0..1).
 dmat4 vulkan_projection(const Frustum& frustum);
 
-/// Returns the reflection of p in the plane: p ↦ p − 2 (n·p − c) n. The reflection is its own inverse.
+/// Returns the reflection of p in the mirror's plane: p ↦ p − 2 (n·p − c) n (n: normal, c: offset). The reflection is
+/// its own inverse.
 dvec3 reflect(const Mirror& mirror, const dvec3& p);
 dmat4 reflection(const Mirror& mirror);
 /// Returns the mirror image of the panel.

@@ -83,7 +83,7 @@ struct UserInput {
   double wheel = 0;                                  // steps of the wheel since the last poll
   std::vector<int> pressed;                          // keys pressed since the last poll, upper-case ASCII or GLFW codes
 
-  // Input for a user interface that is drawn into the picture.
+  // A keyboard event for a user interface that is drawn into the picture.
   struct Key {
     int code;
     bool down;

@@ -252,7 +252,8 @@ class Renderer {
   const gpu::Image& pictures() const;
   /// Returns the parts of an eye's picture that the last record() redrew.
   std::span<const PixelBox> redrawn(int view) const;
-  /// Depth picture of an eye, in format D32. After record() it has the layout of a copy source. Needs keep_depth(true).
+  /// Depth picture of an eye, in format D32. After record(), its Vulkan image layout is that of a copy source. Needs
+  /// keep_depth(true).
   struct DepthPicture {
     const gpu::Image* image = nullptr;
     std::uint32_t layer = 0;

@@ -86,7 +86,7 @@ struct ScoreInput {
   std::optional<ImplantMeasures> implant;      // exists only for an exercise in implant surgery
 };
 
-/// Source of the default pass mark, as a key of the text catalogue.
+/// Origin of the default pass mark, as a text for the user. It is also a key of the text catalogue.
 inline constexpr std::string_view kDefaultPassSource =
     "75 of 100, as in the ADEX licensure examination in dentistry; Typodont's default, set it in the scene";
 

@@ -21,8 +21,8 @@ class EyePictures {
 
   bool wants_depth() const { return wants_depth_; }
 
-  /// Records the copies of the pictures into the swapchains, see Hmd::record. The program owns the swapchain's images
-  /// until release().
+  /// Records the commands that copy the pictures into the swapchains (see Hmd::record). The swapchains' images belong
+  /// to the program until release(), and to the runtime afterwards.
   void record(VkCommandBuffer commands, const gpu::Image& pictures, const std::array<Hmd::Depth, 2>& depth);
   void release();
 
