@@ -25,7 +25,7 @@ class TickVoice {
  private:
   struct Seen {
     Nanos t = 0;
-    double removed = 0;  // m³, removed volume of all tissues
+    double removed = 0;  // m³, volume removed so far, sum over all tissues
     dvec3 p_WG{0, 0, 0};
   };
   static constexpr std::size_t kSeen = 64;  // number of ticks in the ring buffer, sufficient for a servo rate of 12 kHz

@@ -12,7 +12,7 @@ namespace typodont::calibration {
 
 struct SimulationOptions {
   std::uint64_t seed = 1;
-  double touch_noise = 2e-4;  // m per axis, standard deviation of a touch
+  double touch_noise = 2e-4;  // m per axis, standard deviation of the noise of a touched position
   double slipped = 0.02;      // fraction of the touches that miss by millimetres
   bool arm_errors = true;  // true: the arm has link errors of ±1 mm, joint errors of ±1°, and scale errors of ±0.5 %
   // m and rad; range of the random errors in the positions and orientations of panel, mirror, haptic base and eyes,

@@ -32,7 +32,7 @@ const char* name(Defect defect);
 /// haptic base.
 struct Degeneracy {
   Defect defect = Defect::kNone;
-  std::string reason;  // one sentence for the user
+  std::string reason;  // one sentence for the user: what the points do not determine
   // unit axes, in frame H of the haptic base, of the rotations that the points do not determine
   std::vector<dvec3> undetermined_H;
 };

@@ -67,7 +67,7 @@ struct Compositor::Impl {
   // The text over each eye's region of the target. Frames that are in flight and show the same text share one object.
   using Writings = std::array<std::shared_ptr<const Writing>, 2>;
   Writings writing{std::make_shared<const Writing>(), std::make_shared<const Writing>()};
-  std::array<ivec2, 2> region_sizes{};  // size of the regions in pixels
+  std::array<ivec2, 2> region_sizes{};  // pixels, size of each eye's region of the target
   struct OnDevice {
     Writings holds;
     gpu::Buffer pixels;                                // pixels of all text panels, one after the other

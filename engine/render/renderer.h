@@ -46,7 +46,7 @@ inline constexpr double kTranslucentThickness = 1.6e-3;
 
 /// The present content of one brick (a block of triangles) of a mesh. An empty content removes the brick.
 struct MeshUpdate {
-  std::uint64_t brick = 0;  // any number that is unique in its mesh
+  std::uint64_t brick = 0;  // number of the brick; any number that is unique in the mesh
   std::vector<Vertex> vertices;
   std::vector<std::uint32_t> indices;  // triangles, counter-clockwise seen from outside
   bool two_sided = false;              // true for an open surface: its back is drawn too, in dull blue-grey

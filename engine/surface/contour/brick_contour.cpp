@@ -280,8 +280,9 @@ struct Contourer::Scratch {
 
   const FieldBrick* brick = nullptr;
   const CellShapes& shapes = CellShapes::get();
-  std::uint32_t solid[kCorners * kCorners];                  // bit z of row (x, y) is set if corner (x,y,z) is solid
-  std::uint16_t edge_at[3][kCorners * kCorners * kCorners];  // by axis and corner: index of the edge's crossing
+  std::uint32_t solid[kCorners * kCorners];  // bit z of row (x, y) is set if corner (x,y,z) is solid
+  // For each axis and corner: index of the crossing on the edge of the grid that starts at this corner along this axis.
+  std::uint16_t edge_at[3][kCorners * kCorners * kCorners];
   std::vector<Crossing> crossings;
   std::vector<Cell> cells;                     // cells that contain surface
   std::vector<Node> nodes[kLevels];            // level 0: one node per piece of surface; else one per merged block
