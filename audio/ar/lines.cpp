@@ -224,8 +224,8 @@ std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<std::pair<double, double>> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
     if (lines.size() == kMostLines) break;
-    // A spectral line whose frequency fluctuates has several peaks. So a peak that is nearer to a tried frequency than
-    // the width of the tried line's band belongs to that line, and is skipped.
+    // A spectral line whose frequency fluctuates has several peaks in the spectrum. So a peak is skipped if its
+    // distance from a frequency already tried is less than the full width of the band of the line tried there.
     const auto near = [&](const auto& other) { return std::abs(other.first - found.frequency) < other.second; };
     if (found.frequency < kBandwidths.front() || std::any_of(tried.begin(), tried.end(), near)) continue;
     const LineTrack track = follow_line(x, rate, found.frequency);

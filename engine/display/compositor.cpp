@@ -321,7 +321,8 @@ struct Compositor::Impl {
 
     std::vector<VkBufferImageCopy> copies;
     for (std::uint32_t layer = 0; layer < layers; ++layer) {
-      // If the eyes share every region of the target, a part that is needed for one eye is copied for both eyes.
+      // A layer is the picture of one eye. If the layout has no separate region for each eye, the list of changed
+      // parts is stored only for eye 0. Each of these parts is then copied from both pictures.
       const std::size_t eye = two_places(how) ? layer : 0;
       const Place place = place_of(static_cast<int>(layer), how, target.size);
       const dvec2 scale = dvec2(now.width, now.height) / dvec2(place.size);
@@ -389,8 +390,8 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
     return drawn;
   };
   if (target.memory.first) {
-    // If the CPU has not composed the previous frame with this index (slot), the target lacks the changes of that
-    // frame. Then everything is composed.
+    // `slot` is the index of the frame's buffers. If the CPU has not yet composed the frame that used these buffers
+    // before, the target lacks the changes of that frame. So the whole picture is composed again.
     if (m.cpu_jobs[static_cast<std::size_t>(slot)].waits) parts.reset();
     const auto panels = m.panels_over(parts, layout, target);
     m.fetch(commands, pictures, layout, target, slot, first_row, parts, panels);

@@ -88,7 +88,7 @@ struct Particle {
 struct FilmGrid {
   dvec3 origin{0};     // m, frame W, position of the first sample
   double spacing = 0;  // m, distance between neighbouring samples
-  glm::ivec3 size{0};  // number of samples; 0: no film
+  glm::ivec3 size{0};  // number of samples along x, y and z; 0: no film
 };
 /// The film at a sample, as shaders/film.glsl reads it. All members are zero for a dry and clean surface.
 struct FilmTexel {
@@ -108,7 +108,7 @@ struct FilmBox {
 struct LightGrid {
   dvec3 origin{0};     // m, frame W, position of the first sample
   double spacing = 0;  // m, distance between neighbouring samples
-  glm::ivec3 size{0};  // number of samples; 0: no grid
+  glm::ivec3 size{0};  // number of samples along x, y and z; 0: no grid
   // Light for a surface that faces +x, -x, +y, -y, +z or -z (see index()). xyz: irradiance divided by π, linear; w:
   // fraction of the lamp that is visible from the sample.
   std::vector<glm::vec4> faces;
