@@ -75,7 +75,8 @@ struct FitReport {
   double condition = 0;  // condition number of the direct form, see ar/filter.h
   std::string form;      // filter form that the synthesizer will use: float, double, lattice
   std::vector<double> variance_by_order;
-  /// `frequencies`: Hz; the other two: power spectra of recording and model at these frequencies, dB re 1/Hz
+  /// `frequencies`: Hz; `recording_dB`, `model_dB`: power spectra of the recording and of the model at these
+  /// frequencies, dB re 1/Hz
   std::vector<double> frequencies, recording_dB, model_dB;
   std::vector<SoundPart> parts;  // parts of the whole recording, in order
   // For each spectral line of the model: standard deviation of its amplitude divided by the mean amplitude, in the

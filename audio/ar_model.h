@@ -27,10 +27,10 @@ struct ModelLine {
   LineNoise frequency_noise;  // Hz, fluctuation of the frequency about its mean
 };
 
-/// y[n] = gain·e[n] − Σ a_i y[n−i] with white noise e of unit variance, and A(z) = 1 + Σ a_i z^-i. The model stores the
-/// reflection coefficients k_1…k_p of the lattice instead of the coefficients a_i (k_p equals a_p of the predictor of
-/// order p). The filter is stable if and only if all k lie in (−1, 1). So if the k of two stable models are
-/// interpolated, the result is stable, too. The rotor's lines are added to y.
+/// A model of noise: y[n] = gain·e[n] − Σ a_i y[n−i], where y is the sound and e is white noise of unit variance. The
+/// model stores the reflection coefficients k_1…k_p of the lattice form instead of the coefficients a_i. The filter is
+/// stable if and only if all k lie in (−1, 1), so interpolating the k of two stable models gives a stable model. The
+/// rotor's spectral lines are added to y.
 struct ArModel {
   std::vector<double> reflection;  // reflection coefficients k_1 … k_p, each in (−1, 1)
   double gain = 0;                 // standard deviation of the residual; full scale is 1

@@ -1,6 +1,6 @@
-// Turns one channel of sound into two channels for a listener whose head is a sphere. The farther an ear is turned away
-// from the source, the later and duller is the sound at this ear (Woodworth 1938; Brown & Duda, IEEE Trans. Speech
-// Audio Process. 6 (1998) 476-488).
+// Turns one channel of sound into two channels for a listener whose head is a sphere. If an ear is turned away from the
+// source, the sound at this ear is later and duller (Woodworth 1938; Brown & Duda, IEEE Trans. Speech Audio Process. 6
+// (1998) 476-488).
 #pragma once
 
 #include <glm/glm.hpp>

@@ -42,8 +42,9 @@ struct CompareOptions {
   std::vector<double> lines;
 };
 
-/// Averages the channels and includes silence. Sounds of different sample rates are compared up to the highest
-/// frequency that both contain. Throws Error like read_recording(), and if a sample is not finite.
+/// Compares two sounds. The channels of each sound are averaged, and silence is included. Sounds of different sample
+/// rates are compared up to the highest frequency that both contain. Throws Error like read_recording(), and if a
+/// sample is not finite.
 Comparison compare_sounds(const std::filesystem::path& a, const std::filesystem::path& b,
                           const CompareOptions& options = {});
 

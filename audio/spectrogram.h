@@ -17,8 +17,8 @@ struct Spectrogram {
   float at(std::size_t frame, std::size_t bin) const { return dB[frame * bins + bin]; }
 };
 
-/// Computes the spectrogram. `rate`: Hz, sampling rate. Each frame is the mean power over its part of the sound, and
-/// over at least `window` s.
+/// Computes the spectrogram. `rate`: Hz, sampling rate. Each frame is the mean power over its part of the sound. If
+/// this part is shorter than `window` (s), the mean is over about `window` around the middle of the part.
 Spectrogram spectrogram(std::span<const double> sound, double rate, std::size_t frames, double window = 0.04);
 
 }  // namespace typodont::audio

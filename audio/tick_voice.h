@@ -25,10 +25,10 @@ class TickVoice {
  private:
   struct Seen {
     Nanos t = 0;
-    double removed = 0;  // m³, removed volume of all tissues
+    double removed = 0;  // m³, volume removed so far, sum over all tissues
     dvec3 p_WG{0, 0, 0};
   };
-  static constexpr std::size_t kSeen = 64;  // length of the ring buffer, sufficient for a servo rate of 12 kHz
+  static constexpr std::size_t kSeen = 64;  // number of ticks in the ring buffer, sufficient for a servo rate of 12 kHz
   std::array<Seen, kSeen> seen_{};
   // count_: number of ticks so far; back_: index of the earlier tick from which the differences to the latest tick are
   // computed

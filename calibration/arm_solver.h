@@ -59,7 +59,8 @@ struct ArmParameter {
   double before = 0, after = 0;  // values of the parameter before and after the calibration, in SI units
   /// standard deviation of the parameter, SI units; if the captures do not determine the parameter, its plausible error
   double sigma = 0;
-  double determined = 0;  // 0..1: fraction by which the captures reduced the uncertainty
+  // 0..1: fraction by which the captures reduced the parameter's uncertainty, compared with its plausible error
+  double determined = 0;
 };
 
 struct ArmResult {

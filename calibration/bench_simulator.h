@@ -12,7 +12,7 @@ namespace typodont::calibration {
 
 struct SimulationOptions {
   std::uint64_t seed = 1;
-  double touch_noise = 2e-4;  // m per axis, standard deviation of a touch
+  double touch_noise = 2e-4;  // m per axis, standard deviation of the noise of a touched position
   double slipped = 0.02;      // fraction of the touches that miss by millimetres
   bool arm_errors = true;  // true: the arm has link errors of ±1 mm, joint errors of ±1°, and scale errors of ±0.5 %
   // m and rad; range of the random errors in the positions and orientations of panel, mirror, haptic base and eyes,
@@ -42,7 +42,8 @@ class BenchSimulator {
   /// Returns the position to which this user moves the tip in order to touch a point that a program draws at p_W.
   dvec3 reached_for(const RigGeometry& believed, const dvec3& p_W) const;
 
-  // Each capture function makes the captures of one step. `bench` is the estimate of the bench before this step.
+  // Each function capture_…() simulates the captures (recorded touches) of one calibration step. `bench` is the
+  // estimate of the bench before this step.
   void capture_arm(Captures& captures, const BenchState& bench);
   void capture_screen(Captures& captures, const BenchState& bench);
   void capture_eyes(Captures& captures, const BenchState& bench);

@@ -25,9 +25,8 @@ struct PosePairs {
   std::vector<Pose> A, B;
 };
 
-/// Reads pairs of points in the frames H (haptic base) and D (display). The file has the columns
-/// hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm. `H` and `D` contain the text that the column names have in place of "h" and
-/// "d".
+/// Reads pairs of points in the frames H (haptic base) and D (display), by default from the columns
+/// hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm. The arguments `H` and `D` replace the prefixes "h" and "d" of the column names.
 PointPairs read_pairs(const std::filesystem::path& file, const std::string& H = "h", const std::string& D = "d");
 Stream read_stream(const std::filesystem::path& file);  // the file has the columns t_s,x_mm,y_mm,z_mm
 /// Reads pairs of poses. Columns ax_mm,ay_mm,az_mm,aqw,aqx,aqy,aqz, and the same columns for b. A quaternion's length

@@ -27,15 +27,15 @@ enum class SeenOn { kTouchedPoint, kPanel, kPanelInMirror };
 struct Sighting {
   int picture = 0;
   SeenOn on = SeenOn::kPanel;
-  PanelPoint corner;  // position on the panel
+  PanelPoint corner;  // position of the corner on the panel
   // m, position of a touched point; sightings (corners in pictures) with equal `touched_W` show the same point
   dvec3 touched_W{0, 0, 0};
   double px = 0, py = 0;  // pixels, position to the right of and below the centre of the first pixel
 };
 
 struct CameraOptions {
-  double touch_sigma = 2e-4;  // m per axis, standard deviation of a touch
-  double pixel_sigma = 0.1;   // pixels per axis, standard deviation of a corner
+  double touch_sigma = 2e-4;  // m per axis, standard deviation of the noise of a touched position
+  double pixel_sigma = 0.1;   // pixels per axis, standard deviation of the noise of a corner's position
 };
 
 struct CameraResult {

@@ -34,8 +34,9 @@ struct EyesResult {
   EyePair eyes;
   std::array<double, 3> center_sigma{};  // m per axis, standard deviation of the eyes' centre
   double ipd_sigma = 0;                  // m, standard deviation of the interpupillary distance
-  // m, components perpendicular to the line of sight. sigma: standard deviation of the noise. rms: root mean square
-  // residual of the alignments (touches at which the tip covers a dot).
+  // m; an alignment is a touch at which the tip covers a dot, and its residual is the distance of the tip from the line
+  // of sight. sigma: standard deviation of the noise in each direction perpendicular to this line; rms: root mean
+  // square of the residuals.
   double sigma = 0, rms = 0;
   std::vector<std::size_t> rejected;      // indices of the rejected alignments of tip and dot
   std::vector<double> residuals;          // m, residual of each alignment of tip and dot

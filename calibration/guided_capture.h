@@ -27,8 +27,8 @@ struct Prompt {
   std::optional<Dots> dots;                // dots to show to the left and the right eye
   bool left_eye = true, right_eye = true;  // true: the dot for this eye is shown
   std::optional<dvec3> target_D;           // m, frame D of the display: position at which the point should appear
-  // If the last touch does not fit the others, a ring is drawn around it. This is the position of the ring on the
-  // panel, for each eye.
+  // for each eye, the position on the panel of a ring around the last touch; it is drawn only if this touch does not
+  // fit the other touches
   std::optional<Dots> astray;
 };
 

@@ -24,8 +24,8 @@ struct HandEyeOptions {
 
 struct HandEyeResult {
   Pose X, Z;  // solution of A X = Z B; for relative motions, Z equals X
-  /// Row-major 6×6 covariance of (rotation vector, rad; translation, m), defined as in RegistrationResult: X =
-  /// (exp([θ]) R, p + t).
+  /// Row-major 6×6 covariance of the errors of X and Z: rotation vector θ (rad), then translation t (m). The errors
+  /// change a pose (p, R) to (p + t, exp([θ]) R).
   std::array<double, 36> X_covariance{}, Z_covariance{};
   std::vector<std::size_t> inliers, outliers;  // indices of the pairs (A_i, B_i), ascending
   std::vector<double> rotation_residuals;      // rad, one per pair: angle between the rotations of A X and Z B
@@ -34,8 +34,8 @@ struct HandEyeResult {
   double rotation_sigma = 0;
   /// m per axis, standard deviation of the noise of arm and tracker together
   double translation_sigma = 0;
-  // rad, root mean square of the arm's rotations between the captured poses; main_turn: about the axis with the largest
-  // rotations; second_turn: about the axis perpendicular to it with the next largest rotations
+  // rad, root mean square of the arm's rotations between the captured poses. main_turn: about the axis with the largest
+  // rotations. second_turn: about the perpendicular axis with the next largest rotations.
   double main_turn = 0, second_turn = 0;
   std::string not_determined;  // reason why X and Z must not be used; empty: they can be used
 };

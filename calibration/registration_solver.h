@@ -32,7 +32,7 @@ const char* name(Defect defect);
 /// haptic base.
 struct Degeneracy {
   Defect defect = Defect::kNone;
-  std::string reason;  // one sentence for the user
+  std::string reason;  // one sentence for the user: what the points do not determine
   // unit axes, in frame H of the haptic base, of the rotations that the points do not determine
   std::vector<dvec3> undetermined_H;
 };
@@ -64,8 +64,9 @@ struct RegistrationResult {
   /// m per axis, standard deviation of the noise; NaN if it cannot be estimated
   double sigma = 0;
   int degrees_of_freedom = 0;  // degrees of freedom of the estimate of sigma
-  /// Row-major 6×6 covariance of (rotation vector, rad; translation, m), both expressed in D: X = (exp([θ]) R, p + t).
-  /// An undetermined rotation has the variance of a uniform angle, π²/3.
+  /// Row-major 6×6 covariance of the errors of X_DH in frame D (display): rotation vector θ (rad), then translation t
+  /// (m). The errors change the pose (p, R) to (p + t, exp([θ]) R). An undetermined rotation has the variance of a
+  /// uniform angle, π²/3.
   std::array<double, 36> covariance{};
   // condition number: uncertainty of the worst determined rotation divided by that of the best determined rotation;
   // 1e16 if a rotation is undetermined
@@ -79,9 +80,9 @@ struct RegistrationResult {
 };
 
 /// Registers pairs of points robustly, with uncertainty and outlier detection. Fewer than half of the pairs may have
-/// errors of any size. The accuracy is then at least as good as if the errors of these pairs were only as large as the
-/// noise. If the wrong pairs do not agree with each other, up to 70 % of the pairs may be wrong. Throws Error if there
-/// is no pair, or if the two lists differ in length.
+/// errors of any size: the result is then at least as accurate as if these errors were only as large as the noise. If
+/// the wrong pairs do not agree with each other, up to 70 % of the pairs may be wrong. Throws Error if there is no
+/// pair, or if the two lists differ in length.
 RegistrationResult register_points(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                    const RegistrationOptions& options = {});
 

@@ -60,7 +60,8 @@ struct Captures {
 /// drift.csv, delay_a.csv, delay_b.csv). Steps without captures have no file. Throws Error.
 void write_captures(const std::filesystem::path& folder, const Captures& captures);
 Captures read_captures(const std::filesystem::path& folder);
-// Each of the following functions reads the captures of one calibration step.
+// Each of the functions read_arm_captures() to read_pair_captures() reads the captures of one calibration step from its
+// file.
 std::vector<ArmCapture> read_arm_captures(const std::filesystem::path& file);
 std::vector<MarkCapture> read_mark_captures(const std::filesystem::path& file);
 std::vector<Touch> read_touches(const std::filesystem::path& file);
@@ -86,8 +87,8 @@ struct BenchState {
   std::optional<DelayResult> delay;
 };
 
-// Each of the following functions solves one calibration step. If the captures determine the result, the bench uses
-// this result from then on. Otherwise the bench keeps its old values. Throws Error.
+// Each function with a name solve_…_step() solves one calibration step. If the captures determine the result, the bench
+// uses this result from then on. Otherwise the bench keeps its old values. Throws Error.
 void solve_arm_step(BenchState& bench, const Captures& captures);
 void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius = 0);
 /// Estimates the eyes. `user_offset`: true if the user's systematic offset between seeing and feeling is estimated,

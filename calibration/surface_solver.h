@@ -44,8 +44,8 @@ struct SurfaceRegistration {
   Pose X_DS;
   bool converged = false;
   int rounds = 0;
-  // Number of points near the surface of the data (frame D): the field is known there, the distance is below
-  // start_reach, and the normals agree within 60°.
+  // Number of points of the scan that lie near the surface D: the distance field is known there, the distance is below
+  // start_reach, and the normals of the two surfaces differ by less than 60°.
   std::size_t near = 0;
   double agreement = 0;  // fraction of the `near` points whose residual is small enough to be used
   double area = 0;       // m², area of the agreeing points
@@ -54,9 +54,9 @@ struct SurfaceRegistration {
   double offset = 0;
   // Quantiles of |residual| over the agreeing points, after the offset was subtracted.
   double median = 0, most_of = 0;  // m; median: 50 % of the points are below it; most_of: 95 % of the points
-  /// Row-major 6×6 covariance of (rotation vector, rad; translation, m), both expressed in D, as in RegistrationResult.
-  /// Residuals of neighbouring points are correlated, so the covariance is computed from sums over cells of size
-  /// `correlation` (cluster-robust "sandwich" estimator, Liang & Zeger 1986).
+  /// Row-major 6×6 covariance of a small motion in frame D, after the pose X_DS: rotation vector about the origin of D
+  /// (rad), then translation (m). Residuals of neighbouring points are correlated, so the covariance is computed from
+  /// sums over cells of size `correlation` (cluster-robust "sandwich" estimator, Liang & Zeger 1986).
   std::array<double, 36> covariance{};
   double predicted_error = 0;  // m, rms error at the agreeing points, predicted by the covariance
   std::string distrust;        // one sentence, the reason why the result cannot be trusted; empty: it can be trusted

@@ -1,7 +1,7 @@
 #version 460
 // Computes one step of all particles that are stored on the GPU, by the physics of engine/debris (motion.h,
-// Debris::State::update_fully). Every particle gets a full update in every step. The shader also writes the instances for
-// drawing.
+// Debris::State::update_fully). Every particle gets a full update in every step. The shader also writes the instances
+// for drawing.
 layout(local_size_x = 64) in;
 
 struct Particle {

@@ -9,8 +9,9 @@ float vessels(vec3 p) {
 }
 
 /// Returns the normal of a surface with round dimples like those of orange peel. Each cell of a cubic grid has one
-/// dimple at a random place and with a random size, whose depth falls smoothly to 0 at its edge. A dimple reaches at most
-/// into the next cell, so the eight nearest cells suffice. `spacing`: m, edge of a cell; `tilt`: steepest slope, rad.
+/// dimple at a random place and with a random size, whose depth falls smoothly to 0 at its edge. A dimple reaches at
+/// most into the next cell, so the eight nearest cells suffice. `spacing`: m, edge of a cell; `tilt`: steepest slope,
+/// rad.
 vec3 dimpled(vec3 n, vec3 p, float spacing, float tilt) {
   vec3 q = p / spacing, first = floor(q - 0.5), slope = vec3(0);
   for (int i = 0; i < 8; ++i) {

@@ -5,19 +5,21 @@ const float kPi = 3.14159265;
 // m, limits of the half width of the penumbra of the lamp's shadow. A wider penumbra would need more shadow lookups,
 // because each lookup is seen as a step.
 const float kNarrowest = 0.15e-3, kWidest = 0.6e-3;
-// m, assumed height of the tissue that hides the lamp, and weight of this height beside the heights of the lookups
+// kUsualHeight: m, assumed height of the tissue that hides the lamp. kUsualWeight: weight of this height in the mean of
+// it and the heights that the shadow lookups find.
 const float kUsualHeight = 2.5e-3, kUsualWeight = 0.5;
 // smallest cosine of the angle between normal and lamp for which a shadow lookup follows the tangent plane
 const float kLeastFacing = 0.3;
-// A surface shadows a point beside it only if it is higher than this factor times its distance. So concave edges that
-// face the lamp are not dark.
+// A surface shadows a point beside it only if its height above the point is larger than this factor times its distance
+// from the point. So concave edges that face the lamp are not dark.
 const float kContact = 2.0;
 const float kOcclusionRadius = 2.2e-3;  // m, radius around a point in which ambient occlusion is sampled
 
 // Factor of the estimated ambient occlusion if there is a grid of light. The factor is below 1, because the grid
 // already contains most of the occlusion by tissue nearby. It was fitted to the pictures of tests/reference.
 const float kNearShare = 0.5;
-// Irradiance of nearby tissue that the grid does not resolve, relative to tissue that faces the lamp; fitted likewise.
+// Irradiance of nearby tissue that the grid of light does not resolve, relative to tissue that faces the lamp. It was
+// fitted to the pictures of tests/reference.
 const float kNearBounce = 0.6;
 // Fraction of the grid's light that the wet film reflects where nearby tissue hides the whole room.
 const float kNearMirrored = 0.2;
@@ -227,7 +229,7 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light, vec3 a
   // Light in a narrow gap was reflected by gum and teeth, which absorb blue light. The factor was fitted to the
   // pictures of tests/reference.
   opened *= mix(vec3(0.75, 0.62, 0.50), vec3(1.0), open);
-  // Where tissue hides the room, it reflects the lamp's light instead, in its own colour.
+  // Where nearby tissue hides the room, this tissue reflects the lamp's light to the point, in its own colour.
   vec3 bounce = kBounce * (1.0 - open) * albedo * lamp;
   return front * arrives * lamp + bounce + ambient_light(n) * opened;
 }

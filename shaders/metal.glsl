@@ -16,9 +16,9 @@ const float kRoomOnMetal = 0.62;
 /// Returns the light that metal with fine grooves along the unit vector `groove` reflects. The grooves spread a
 /// reflection perpendicular to their direction, which gives the streak of brushed metal. For the room's reflection, the
 /// normal is bent towards the viewer (Revie 2011). For the lamp, an anisotropic GGX distribution is used (Burley 2012).
-/// `brushed`: 0: isotropic, 1: strongest. `open`: fraction of the room that the metal reflects; instead of the rest, it
-/// reflects `around`. In the open room, a constant fraction of the lamp's light replaces the lamp's light that nearby
-/// surfaces reflect; `around` contains this light.
+/// `brushed`: 0: isotropic, 1: strongest. `open`: fraction of the room that the metal reflects. In place of the hidden
+/// fraction, it reflects `around`, which contains the lamp's light that nearby surfaces reflect. Where the room is
+/// open, a constant fraction of the lamp's light replaces this light.
 vec3 brushed_metal(vec3 n, vec3 v, vec3 groove, float brushed, float rough, vec3 albedo, float open, vec3 around) {
   vec3 across = cross(n, groove), l = frame.key.xyz;
   vec3 bent = normalize(mix(n, cross(cross(groove, v), groove), 0.8 * brushed));

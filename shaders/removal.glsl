@@ -28,7 +28,7 @@ double overlap_of(dvec3 a, dvec3 b, double r, dvec3 center, double radius, out d
   return overlap;
 }
 
-// Returns true if the ball's path from a to `near` comes near the sphere. The test equals the test in the CPU's tree.
+// Returns true if the ball comes near the sphere on the line from a to n. The test equals the test in the CPU's tree.
 bool is_near(Sphere s, Ball ball) {
   double r = tree_radius(s);
   if (!(r > 0.0LF)) return false;

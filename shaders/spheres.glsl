@@ -6,8 +6,8 @@
 struct Sphere {
   double bx, by, bz, base_radius, base_volume, ax, ay, az, overlap, tool;
 };
-// A ball of the tool that moves from a to b; only spheres near the path from a to `near` are examined. In pass 1, b is
-// the displacement.
+// A ball of the tool with the radius r. It moves from a to b; in pass 1, b is the displacement from a instead. Only
+// spheres near the line from a to n are examined; n lies at b or beyond it.
 struct Ball {
   double ax, ay, az, bx, by, bz, nx, ny, nz, r;
 };

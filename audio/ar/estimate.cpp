@@ -21,8 +21,8 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
   }
   double variance = power / weight;
   result.by_order.push_back(variance);
-  // In stage m of the recursion, forward[i] is the forward prediction error at sample m + i, and backward[i] is the
-  // backward prediction error at sample m − 1 + i.
+  // In pass m = 0, 1, … of Burg's recursion, forward[i] is the forward prediction error at sample m + 1 + i, and
+  // backward[i] is the backward prediction error at sample m + i, both of order m.
   std::vector<double> forward(x.begin() + 1, x.end()), backward(x.begin(), x.end() - 1);
   for (std::size_t m = 0; m < order; ++m) {
     const std::size_t count = n - m - 1;
@@ -42,7 +42,7 @@ Estimate burg(std::span<const double> x, std::size_t order, std::span<const doub
         energy += w * (forward[i] * forward[i] + backward[i] * backward[i]);
       }
     }
-    // |k| never exceeds 1, because |2fb| ≤ f² + b² for the forward error f and the backward error b.
+    // The reflection coefficient k has |k| ≤ 1, because |2fb| ≤ f² + b² for each forward error f and backward error b.
     const double k = energy > 0 ? -2 * cross / energy : 0.0;
     result.reflection.push_back(k);
     variance *= 1 - k * k;
@@ -82,8 +82,8 @@ Estimate yule_walker(std::span<const double> x, std::size_t order, std::span<con
 Estimate modified_covariance(std::span<const double> x, std::size_t order) {
   const std::size_t n = x.size(), p = order;
   const auto lag = [&](std::size_t m, std::size_t i) { return x[m - i]; };
-  // The matrix is c(i,j) = Σ_{m=p}^{n−1} x[m−i] x[m−j] for the order p and the n samples x. Its first row is summed
-  // directly. Every other element is computed from its upper left neighbour.
+  // The covariance matrix has the elements c(i,j) = Σ_{m=p}^{n−1} x[m−i] x[m−j], where p is the order and x are the n
+  // samples. Its first row is summed directly. Every other element is computed from its upper left neighbour.
   const auto size = static_cast<Eigen::Index>(p + 1);
   Eigen::MatrixXd c(size, size);
   for (std::size_t j = 0; j <= p; ++j) {

@@ -27,7 +27,8 @@ Estimate yule_walker(std::span<const double> x, std::size_t order, std::span<con
 Estimate modified_covariance(std::span<const double> x, std::size_t order);
 
 enum class Criterion { kAkaike, kBayes };
-/// Returns the order p that minimises n·ln σ²_p + 2p (Akaike 1974) or n·ln σ²_p + p·ln n (Schwarz 1978).
+/// Returns the order p that minimises n·ln σ²_p + 2p (Akaike 1974) or n·ln σ²_p + p·ln n (Schwarz 1978). n: number of
+/// samples; σ²_p: variance of the prediction residual at order p.
 std::size_t best_order(const std::vector<double>& variance_by_order, std::size_t samples, Criterion criterion);
 
 }  // namespace typodont::audio

@@ -39,7 +39,7 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
   for (int slice = 0; slice < kBlock; slice += kSlice) {
     T* const p = y + slice;
     // Adds the contribution of the past output to the slice (a part of the block). The samples of the slice itself are
-    // not known yet. They are set to zero first, so that all lanes can use all coefficients without a test.
+    // not known yet. They are set to zero, so that they add nothing, and all lanes can use all coefficients.
     std::memset(p, 0, kSlice * sizeof(T));
     Vector even[4], odd[4];
     for (int v = 0; v < 4; ++v) {

@@ -15,7 +15,8 @@ namespace typodont::audio {
 /// true excitation is the machine epsilon times the condition number.
 double direct_form_condition(const ArModel& model);
 
-/// Reference implementation, a plain loop: y[n] = gain·e[n] − Σ a_i y[n−i].
+/// Reference implementation, a plain loop: y[n] = gain·e[n] − Σ a_i y[n−i]. e: noise; y: output; a_i: coefficients of
+/// the model.
 template <class T>
 class DirectFilter {
  public:
@@ -56,7 +57,8 @@ class LatticeFilter {
   explicit LatticeFilter(const ArModel& model);
 
   double next(double noise) noexcept;
-  /// Replaces the coefficients by others of the same order, between two samples. The states are kept.
+  /// Sets new reflection coefficients and a new level, between two samples. The order and the states of the filter stay
+  /// the same.
   void set(const std::vector<double>& reflection, double level) noexcept;
   double energy() const noexcept;  // returns the sum of the squared states of the filter
   double level() const noexcept { return level_; }

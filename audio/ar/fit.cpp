@@ -26,7 +26,7 @@ namespace typodont::audio {
 
 namespace {
 
-// Hz, lowest frequency that the distances between spectra include, because the window cannot resolve lower frequencies
+// Hz, lowest frequency at which spectra are compared, because the analysis window cannot resolve lower frequencies
 constexpr double kLowestCompared = 60;
 // a recording whose peak amplitude is lower than this (-60 dB re full scale) counts as silent
 constexpr double kSilence = 1e-3;
@@ -233,8 +233,8 @@ std::size_t order_asked(const FitOptions& options) {
   return static_cast<std::size_t>(order);
 }
 
-/// Compares the spectrum of the held-out samples with the spectrum that the model is expected to give (`model`). The
-/// comparison uses the same frequencies as the comparison in `report`.
+/// Compares the spectrum of the held-out samples `unseen` with `model`, the spectrum that is expected for the model.
+/// The fitted part was compared with the model at the same frequencies (`report`).
 HeldOut compared(std::span<const double> unseen, double rate, const FitReport& report,
                  const std::vector<double>& model) {
   HeldOut held;

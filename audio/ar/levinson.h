@@ -14,10 +14,11 @@ std::vector<double> step_up(const std::vector<double>& reflection);
 std::vector<double> step_down(std::vector<double> a);
 /// Levinson–Durbin recursion: converts an autocorrelation r_0…r_p to reflection coefficients k_1…k_p.
 std::vector<double> reflection_of_autocorrelation(const std::vector<double>& r);
-/// Returns |A|² at an angular frequency (rad; 2π is the sampling rate), computed by the lattice recursion. This
-/// recursion avoids the predictor coefficients, which can be huge although all |k| < 1.
+/// Returns |A|², where A is the prediction-error filter, at an angular frequency (rad; 2π is the sampling rate). It is
+/// computed by the lattice recursion, without the predictor coefficients, which can be huge although all |k| < 1.
 double predictor_power(const std::vector<double>& reflection, double angle);
-/// Returns gain²/|A|² at `count` evenly spaced frequencies from 0 to half the sampling rate, both included.
+/// Returns the model's power spectrum gain²/|A|² (A: prediction-error filter) at `count` evenly spaced frequencies from
+/// 0 to half the sampling rate, both included.
 std::vector<double> sampled_power(const std::vector<double>& reflection, double gain, std::size_t count);
 /// Returns the stable model whose power spectrum has the least Itakura–Saito distance to `power`. `power` is given at
 /// the same frequencies as in sampled_power(). A Fourier transform gives the autocorrelation, then Levinson–Durbin

@@ -27,8 +27,8 @@ constexpr double kDrift = 1;
 constexpr double kLongestTrack = 60;  // s, longest part in the middle of a recording in which a line is followed
 // Hz, width of the two bands, one on each side of a spectral line, in which the noise next to the line is measured
 constexpr double kFloorReach = 100;
-// Limit of (variance of the line's amplitude that noise causes) / (mean amplitude)². If the value for a band is below
-// this limit, the line is followed in this band.
+// Limit of a ratio: the variance that noise causes in the amplitude of the line, divided by the squared mean amplitude.
+// A band in which the ratio is below this limit is narrow enough to follow the line.
 constexpr double kWeakNoise = 0.02;
 // Hz, half widths of the bands in which a line may be followed, in the order in which they are tried
 constexpr std::array kBandwidths = {80.0, 40.0, 20.0};
@@ -46,7 +46,7 @@ void smooth(std::vector<std::complex<double>>& z, std::size_t half) {
   }
 }
 
-/// Returns the half length of each moving average for which the filter's gain at `bandwidth` (Hz) is -3 dB.
+/// Returns the half length of the moving averages of smooth() for which the gain at `bandwidth` (Hz) is -3 dB.
 std::size_t half_length(double bandwidth, double rate) {
   return static_cast<std::size_t>(std::lround(0.5 * 0.26 * rate / bandwidth));
 }
@@ -91,8 +91,8 @@ void replace_band(std::vector<double>& x, double rate, double frequency, double 
   }
 }
 
-/// Measures amplitude and frequency of a spectral line from its band `z`. `z` must not include the ends of the sound,
-/// where the moving averages use samples of one side only.
+/// Measures amplitude and frequency of a spectral line over time. `z`: complex amplitude of the line's band. It must
+/// not include the ends of the sound, where the moving averages use samples of one side only.
 LineTrack track_of(std::span<const std::complex<double>> z, double rate, double frequency, double bandwidth) {
   LineTrack track;
   track.bandwidth = bandwidth;
@@ -177,7 +177,8 @@ double LineTrack::mean_amplitude() const {
 }
 
 double LineTrack::amplitude_variance_of_noise() const {
-  // Power of the noise in the band: `floor` times the integral of the filter's power response |H|² = 2^-(f/bandwidth)².
+  // The noise in the band has the power `floor` times the integral of |H|² = 2^-(f/bandwidth)². This is the power
+  // response of the band's filter at the distance f (Hz) from the line.
   const double mean = mean_amplitude();
   return mean > 0 ? floor * std::sqrt(kPi / std::log(2.0)) * bandwidth / (mean * mean) : 0.0;
 }
@@ -223,8 +224,8 @@ std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<std::pair<double, double>> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence, kFineWindow)) {
     if (lines.size() == kMostLines) break;
-    // A spectral line whose frequency fluctuates has several peaks. So a peak that is nearer to a tried frequency than
-    // the width of the tried line's band belongs to that line, and is skipped.
+    // A spectral line whose frequency fluctuates has several peaks in the spectrum. So a peak is skipped if its
+    // distance from a frequency already tried is less than the full width of the band of the line tried there.
     const auto near = [&](const auto& other) { return std::abs(other.first - found.frequency) < other.second; };
     if (found.frequency < kBandwidths.front() || std::any_of(tried.begin(), tried.end(), near)) continue;
     const LineTrack track = follow_line(x, rate, found.frequency);

@@ -36,15 +36,15 @@ struct LineTrack {
   // A spectral line counts as a sinusoid if its own_variation() is at most this. The limit lies between 0 (a sinusoid)
   // and 0.52 (narrow-band noise).
   static constexpr double kSteadyVariation = 0.3;
-  // Limit of (variance of the amplitude that noise causes) / (mean amplitude)². Above this limit, the spectral line is
-  // too weak to be evaluated.
+  // Limit of a ratio: the variance that noise causes in the amplitude of the line, divided by the squared mean
+  // amplitude. If the ratio is above this limit, the spectral line is too weak to be evaluated.
   static constexpr double kWeakestLine = 0.1;
 };
 
 /// Follows the line near `frequency` (Hz, an estimate) through the middle minute of the sound. Tries bands with half
-/// widths of 80, 40 and 20 Hz, and uses the first one in which the noise causes a variance of the amplitude below 0.02
-/// of its squared mean. If there is none, uses the band in which the amplitude varies least. Returns an empty track if
-/// the sound is shorter than 0.2 s.
+/// widths of 80, 40 and 20 Hz. Uses the first band in which noise causes an amplitude variance below 0.02 of the
+/// squared mean amplitude. If there is none, uses the band in which the amplitude varies least. Returns an empty track
+/// if the sound is shorter than 0.2 s.
 LineTrack follow_line(std::span<const double> x, double rate, double frequency);
 
 struct TakenLine {

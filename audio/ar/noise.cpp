@@ -60,7 +60,7 @@ TYPODONT_CLONES void fill_32(std::uint32_t (*state)[16], float* out) {
   std::memcpy(state[2], &s2, 64);
   std::memcpy(state[3], &s3, 64);
 
-  // Uniform numbers with 24 bits: u in (0, 1), t in [−½, ½).
+  // The Box–Muller transform needs two uniform numbers, here with 24 bits: u in (0, 1) and t in [−½, ½).
   const Int16x first = std::bit_cast<Int16x>(drawn[0]);
   const Float16 u = (__builtin_convertvector((first >> 8) & 0x00ffffff, Float16) + 0.5f) * 5.9604645e-8f;
   const Int16x second = std::bit_cast<Int16x>(drawn[1]);

@@ -12,10 +12,11 @@ namespace {
 constexpr double kFrame = 0.05;  // s, length of the frames into which the recording is divided
 // dB, if the level is lower than that of the loud frames by more than this, the drill counts as inaudible
 constexpr double kAudible = 25;
-constexpr double kEvenWithin = 1.5;      // dB, largest change over kEvenOver frames that counts as a constant level
-constexpr std::ptrdiff_t kEvenOver = 6;  // number of frames over which the level must be constant
-constexpr double kUnderLoad = 2.5;       // dB, increase over the idle level that counts as load
-constexpr double kShortest = 0.2;        // s, shortest part; a part that is shorter is merged with its neighbour
+constexpr double kEvenWithin = 1.5;  // dB, largest change over kEvenOver frames that counts as a constant level
+// number of frames over which the change of the level must be at most kEvenWithin
+constexpr std::ptrdiff_t kEvenOver = 6;
+constexpr double kUnderLoad = 2.5;  // dB, increase over the idle level that counts as load
+constexpr double kShortest = 0.2;   // s, shortest part; a part that is shorter is merged with its neighbour
 constexpr std::array<std::string_view, 4> kNames = {"run-up", "idle", "load", "run-down"};
 
 /// Returns the level of each frame in dB.

@@ -28,9 +28,10 @@ class InterpolationKernels {
 
  private:
   struct Set {
-    double speed;             // the highest playback speed for which this set of kernels is used
-    int taps;                 // number of filter taps; a multiple of 16
-    std::vector<float> rows;  // table of (kPhases + 1) rows with `taps` coefficients each
+    double speed;  // the highest playback speed for which this set of kernels is used
+    int taps;      // number of filter taps; a multiple of 16
+    // filter coefficients: one row of `taps` values for each of kPhases + 1 positions between two samples
+    std::vector<float> rows;
   };
   const Set& set_for(double speed) const noexcept;
   std::vector<Set> sets_;

@@ -24,7 +24,8 @@ std::vector<double> autocorrelation(std::span<const double> x, std::size_t lags)
 /// the rate.
 std::vector<double> autocorrelation_of_power(const std::vector<double>& power);
 
-/// Returns |1 + Σ taps_i z^-i|² at `points` = 2^m + 1 frequencies from 0 to half the rate.
+/// Returns the power response |1 + Σ taps_i z^-i|² of a filter at `points` = 2^m + 1 frequencies from 0 to half the
+/// rate.
 std::vector<double> power_of_taps(std::span<const double> taps, std::size_t points);
 
 /// Returns the log-spectral distance in dB: the root mean square of 10·log10(a/b).

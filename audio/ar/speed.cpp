@@ -77,8 +77,9 @@ SpeedTrack speed_of(std::span<const double> x, double rate) {
     LineTrack track = follow_line(x, rate, lines[i].frequency);
     if (!track.steady() || track.frequency < 4 * track.bandwidth) continue;
     smooth(track.deviation, static_cast<std::size_t>(0.5 * kSmoothing * rate / kLineStep));
-    // The line's filter needs samples on both sides. So the track begins some time after the sound's start and ends
-    // equally long before its end. Before and after the track, the speed is assumed to be constant.
+    // The filter that isolates the spectral line needs samples on both sides. So the track begins some time after the
+    // sound's start and ends equally long before its end. Before and after the track, the speed is assumed to be
+    // constant.
     const auto steps = x.size() / kLineStep;
     const auto missing = (steps - std::min(steps, track.deviation.size())) / 2;
     SpeedTrack speed;

@@ -17,8 +17,8 @@ class ClockFilter {
   ClockFilter(double sample_rate, double bandwidth = 0.7) noexcept : rate_(sample_rate), bandwidth_(bandwidth) {}
 
   /// Returns the time at which the callback for `samples` samples would have come without jitter. `t` is the time at
-  /// which it came. A callback that is late or early by more than four periods and 20 ms (because the device stopped or
-  /// starved) restarts the filter.
+  /// which it came. If `t` differs from the expected time by more than four periods plus 20 ms (because the device
+  /// stopped or starved), the filter restarts.
   Nanos filtered(Nanos t, int samples) noexcept {
     const double nominal = samples / rate_ * 1e9;
     if (samples != samples_ || !running_ || std::abs(static_cast<double>(t - next_) - rest_) > 4 * nominal + 20e6) {

@@ -50,7 +50,7 @@ class DeviceOutput final : public AudioOutput {
   Nanos last_look_samples_at_ = 0, next_try_ = 0;
   std::uint64_t last_look_samples_ = 0, losses_ = 0, recoveries_ = 0, underruns_told_ = 0;
 
-  // Used only by the audio thread while a stream runs.
+  // Estimates the device's clock. While a stream runs, only the audio thread uses clock_, offset_ and block_.
   ClockFilter clock_{48000};
   Nanos offset_ = 0;  // ns, difference between the two clocks: tick time minus host time
   std::array<float, 4096> block_{};

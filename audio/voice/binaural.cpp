@@ -40,7 +40,8 @@ double ear_shadow(double angle) {
 }
 
 Binaural::Binaural(double sample_rate) : rate_(sample_rate), glide_(1 - std::exp(-1 / (kGlide * sample_rate))) {
-  // Coefficients of the bilinear transform of (1 + jαω/2ω0) / (1 + jω/2ω0), with k = rate/ω0.
+  // Coefficients of the bilinear transform of the filter (1 + jαω/2ω0) / (1 + jω/2ω0), which models the acoustic shadow
+  // of the head (α: factor of the shadow). k: sample rate divided by ω0.
   const double k = rate_ / kOmega;
   input_ = 1 / (1 + k);
   slope_ = k / (1 + k);

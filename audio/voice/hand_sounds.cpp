@@ -111,7 +111,8 @@ float Scrape::next(float slip, float level, Tissue tissue) noexcept {
 }
 
 Suction::Suction(double sample_rate, std::uint64_t seed) : noise_(seed), slow_(mixed(seed)) {
-  const double radius = std::exp(-kPi * 900 / sample_rate);  // resonance at 1.4 kHz with a bandwidth of 900 Hz
+  // radius of the poles of a resonance at 1.4 kHz with a bandwidth of 900 Hz
+  const double radius = std::exp(-kPi * 900 / sample_rate);
   a1_ = static_cast<float>(-2 * radius * std::cos(2 * kPi * 1400 / sample_rate));
   a2_ = static_cast<float>(radius * radius);
   slow_gain_ = static_cast<float>(2 * kPi * 5 / sample_rate);  // modulation at 5 Hz (gurgling)

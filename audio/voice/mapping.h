@@ -13,7 +13,7 @@ inline constexpr double kTypicalRemoval = 1e-9;  // m³/s, removal rate of a typ
 inline constexpr double kBrightForce = 1.5;      // N, force at which high frequencies have 63 % of their largest gain
 // m³/s, removal rate at which high frequencies have 63 % of their largest gain
 inline constexpr double kBrightRemoval = 0.5e-9;
-inline constexpr double kBrightFrom = 4000;  // Hz, lower edge of the high frequencies
+inline constexpr double kBrightFrom = 4000;  // Hz; frequencies above this become louder with force and removal rate
 
 // exponent: the amplitude of the idle sound is proportional to this power of the speed, as measured on a run-down
 inline constexpr double kIdleExponent = 3.75;

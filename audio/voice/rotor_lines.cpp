@@ -11,7 +11,7 @@ namespace typodont::audio {
 namespace {
 // ratio of a spectral line's frequency to the sample rate; a line with a higher ratio is omitted
 constexpr double kHighest = 0.45;
-constexpr int kWarmUp = 4000;  // number of values after which a line noise that starts from zero is stationary
+constexpr int kWarmUp = 4000;  // a LineNoise process starts from zero; after this number of values it is stationary
 }  // namespace
 
 RunningNoise::RunningNoise(const LineNoise& noise, std::uint64_t seed)

@@ -36,9 +36,10 @@ class RotorLines {
   void add(const ModelLine& line, double model_rate, const Factors& factors, std::uint64_t seed);
   bool empty() const noexcept { return oscillators_.empty(); }
 
-  /// Adds the next samples, at most kMost, to `out`. `speeds`: ratio of the spindle's speed to the recorded speed.
-  /// gains[t][i]: gain of tissue t's sound at sample i, read only if active[t]. The idle sound is that of tissue air.
-  static constexpr int kMost = 64;
+  static constexpr int kMost = 64;  // largest number of samples per call of add()
+  /// Adds the next `count` samples, at most kMost, of all lines to `out`. `speeds`: for each sample, the ratio of the
+  /// spindle's speed to its speed in the recording. gains[t][i]: gain of tissue t's sound at sample i, read only if
+  /// active[t]. The idle sound is that of tissue air.
   void add(const double* speeds, const float (*gains)[kMost], const bool* active, float* out, int count) noexcept;
 
  private:
@@ -48,7 +49,7 @@ class RotorLines {
     Factors factors;
     RunningNoise amplitude_noise, frequency_noise;
     int step;                 // number of device samples between two values of the line noises
-    int since = 0;            // number of samples since the last value of the line noises
+    int since = 0;            // number of samples since the last value of the line noises was computed
     std::uint32_t phase = 0;  // phase of the oscillator in units of 2^-32 turns
     /// relative deviation of the spectral line's amplitude: last and next value of its noise; interpolated in between
     double varies = 0, varies_next = 0;

@@ -23,7 +23,7 @@ namespace {
 
 // Parameters of the mapping from the hand's work to sound. audio/README.md gives the source of each number.
 constexpr double kFastestSpeed = 2;  // largest speed of the spindle, as a ratio to its free speed
-constexpr double kAttack = 0.5e-3;   // s, time constant of all level changes
+constexpr double kAttack = 0.5e-3;   // s, time constant of all level changes except those of water and suction
 // s, duration of the run-up from rest to free speed, measured in one recording; used if the spindle's speed jumps
 constexpr double kRunUp = 0.4;
 // s, time constant of the run-down from free speed, measured in the same recording as kRunUp
@@ -48,7 +48,8 @@ constexpr float kWaterRate = 0.02f;
 // until the next one. The mean power of the bursts equals the power of the steady sound. Up to kApart edges per second
 // (Hz), all edges are heard separately; from kFused on, the sound is steady.
 constexpr double kApart = 60, kFused = 200;
-constexpr double kDying = 6;  // time between two cutting edges, in time constants of a burst's decay
+// within the interval between two cutting edges, a burst decays by the factor exp(-kDying)
+constexpr double kDying = 6;
 constexpr int kChunk = 64;
 
 /// While an object of this type exists, denormal numbers are set to zero. So a decaying filter takes no more time than

@@ -148,8 +148,8 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
 }
 
 std::optional<SoundState> VoicedTrack::next() noexcept {
-  // Turbine: stall torque of at most 2.33 N·mm (measured handpieces); bur of 1.2 mm diameter, friction coefficient 0.4
-  // at its rim.
+  // Values for an air turbine: stall torque of at most 2.33 N·mm (measured on handpieces); bur with a diameter of 1.2
+  // mm; friction coefficient of 0.4 at the bur's rim.
   constexpr double kStallTorque = 2.33e-3, kRim = 0.6e-3, kFriction = 0.4;
   constexpr Nanos kStep = kNanosPerSecond / 1000;
   if (row_ == track_.states.size()) return std::nullopt;

@@ -36,7 +36,8 @@ double brightened(double frequency, double gain) {
   return std::norm(1.0 + gain * (1.0 - pole / (1.0 - (1 - pole) * z)));
 }
 
-/// Adds the power of a model that is played at `speed`. The model's power is multiplied by `gain`.
+/// Adds the power of the model's noise. `speed`: playback speed relative to the recording; `gain`: factor of the power;
+/// `bright`: gain of the high frequencies.
 void add_noise(Power& power, const ArModel& model, double speed, double gain, double bright) {
   const auto density = sampled_power(model.reflection, model.gain, kPoints);
   for (std::size_t i = 0; i < kPoints; ++i) {
@@ -75,9 +76,8 @@ bool calibrate(SoundModels& models, const WorkLevel& measured) {
   const double wanted_high = idle.high * std::pow(10, measured.high_dB / 10);
 
   // The search varies the gain of the high frequencies. For each value of this gain, the gain of the working sound is
-  // computed such that the whole sound has the measured level. The larger the gain of the high frequencies is, the
-  // higher is then the level above kBrightFrom. So bisection finds the gain at which this level equals the measured
-  // one.
+  // chosen so that the whole sound has the measured level. A larger gain of the high frequencies then gives a higher
+  // level above kBrightFrom. So bisection finds the gain at which this level equals the measured one.
   double gain = 0;
   const auto excess = [&](double brightness) {
     const double bright = brightness * brightness_of(measured.force, measured.removal_rate);

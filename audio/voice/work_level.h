@@ -5,9 +5,9 @@
 
 namespace typodont::audio {
 
-/// Sets models.working_gain and models.brightness so that the change from idling at free speed to the measured contact
-/// agrees with the measurement, both for the level of the whole sound and for the level above kBrightFrom. Returns
-/// false if no gains give these levels.
+/// Sets models.working_gain and models.brightness from a measurement. When the drill goes from idling at free speed to
+/// the measured contact, two levels then change as measured: the level of the whole sound, and the level above
+/// kBrightFrom. Returns false if no gains give these levels.
 bool calibrate(SoundModels& models, const WorkLevel& measured);
 
 }  // namespace typodont::audio

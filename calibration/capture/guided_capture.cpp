@@ -110,9 +110,9 @@ Prompt GuidedCapture::prompt() const {
     prompt.dots = dots_for(bench_.rig, target);
   };
   if (astray_W_) {
-    // Marks the last touch, if it does not fit the others. In the step in which the user touches the panel itself, both
-    // eyes get the same mark on the panel. In other steps, each eye gets its own dot, so that the mark appears at the
-    // touch.
+    // If the last touch does not fit the others, its position is marked. In the step in which the user touches the
+    // panel itself, both eyes get the same mark on the panel. In the other steps, each eye gets its own dot, so that
+    // the user sees the mark at the position of the touch.
     if (step_ == Step::kScreen) {
       const Panel& panel = bench_.rig.panel;
       const dvec3 right = panel.lower_right - panel.lower_left, up = panel.upper_left - panel.lower_left,

@@ -25,9 +25,10 @@ double extent(Points points) {
   return std::max({size.x, size.y, size.z});
 }
 
-// Robust consensus for an unknown noise level, after Moisan & Stival 2004 (a contrario RANSAC). The number of false
-// alarms for k agreeing pairs of n is NFA(k) = n · C(n,k) · C(k,3) · α_k^(k-3), where α_k is the probability that a
-// wrong pair, whose point lies at random, has a residual of at most the k-th smallest residual.
+// Robust consensus for an unknown noise level, after Moisan & Stival 2004 (a contrario RANSAC). A set of k agreeing
+// pairs of n has the number of false alarms NFA(k) = n · C(n,k) · C(k,3) · α_k^(k-3): the expected number of equally
+// good sets by chance. C is the binomial coefficient; α_k is the probability that a wrong pair, whose point lies at
+// random, has a residual of at most the k-th smallest residual.
 class Consensus {
  public:
   /// The points of wrong pairs are assumed to lie at random. `sigma`: m, standard deviation of their normal
@@ -192,7 +193,8 @@ class Consensus {
 
   struct Candidate {
     Pose X_DH;
-    double score;  // smaller is better; logarithm of NFA, or median of the squared residuals in m²
+    // smaller is better; logarithm of the number of false alarms (NFA), or median of the squared residuals in m²
+    double score;
     std::size_t count;
   };
 
@@ -207,7 +209,8 @@ class Consensus {
       return;
     }
     // If 30 % of the pairs are good, one triple in 37 consists of good pairs. The probability that 1500 triples contain
-    // no such triple is 1e-18. Once many pairs agree, fewer triples are needed for a probability of 1e-9.
+    // no such triple is 1e-18. Once many pairs agree, fewer triples suffice: the probability of missing a good triple
+    // must only be below 1e-9.
     Noise random(1);
     double needed = 1500;
     for (int draw = 0; draw < needed; ++draw) {
@@ -372,7 +375,8 @@ class KnownNoise {
       mark();
       needed = needed_for(std::max(least, found));
     }
-    // Computes the probability that random pairs agree equally well, as the class Consensus does.
+    // Computes the number of false alarms (NFA): the expected number of equally good sets of pairs by chance, as in the
+    // class Consensus.
     const auto n = static_cast<double>(n_), k = static_cast<double>(best.fit.pairs.size());
     if (k < 4) return {std::move(best.fit)};
     const double edge = std::max({extent(p_H_), extent(p_D_), 1e-300});

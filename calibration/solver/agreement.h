@@ -33,7 +33,8 @@ double rounding_of(Points p_H, Points p_D);
 /// The largest set of agreeing pairs, and the expected number of equally good sets that arise by chance.
 struct Agreement {
   Fit fit;
-  double log_nfa = std::numeric_limits<double>::infinity();  // logarithm of the expected number of such sets by chance
+  // logarithm of the expected number of equally good sets by chance
+  double log_nfa = std::numeric_limits<double>::infinity();
 };
 /// Finds the largest set of agreeing pairs. If the noise is known, the search may miss sets of fewer than `least`
 /// pairs.

@@ -87,8 +87,9 @@ struct Joints {
 };
 
 dvec3 wrist(const ArmGeometry& g, const std::array<double, 6>& q) {
-  // Kinematics of WoodenHaptics: r = Lb sinB + Lc sinC, x = cosA r - ox, y = sinA r - oy, z = La + Lb cosB - Lc cosC
-  // - oz.
+  // Kinematics of WoodenHaptics: the wrist's centre is at x = cosA r - ox, y = sinA r - oy, z = La + Lb cosB - Lc cosC
+  // - oz, with r = Lb sinB + Lc sinC. A, B, C: joint angles; La, Lb, Lc: lengths of base, upper arm and forearm; o:
+  // origin of frame H (haptic base).
   const double r = g.upper * std::sin(q[1]) + g.fore * std::sin(q[2]);
   return dvec3(std::cos(q[0]) * r, std::sin(q[0]) * r, g.base + g.upper * std::cos(q[1]) - g.fore * std::cos(q[2])) -
          g.origin;

@@ -19,9 +19,9 @@ namespace typodont::calibration {
 
 namespace {
 
-// Parameter blocks: lens (fx fy cx cy k1 k2 p1 p2 k3), camera (angle-axis of R_KW, t), panel (angle-axis, middle,
-// width, height), mirror (unit normal), its offset, touched points. The derivatives are analytic, because automatic
-// derivatives with 23 variables took ten times as long.
+// Parameter blocks: lens (fx fy cx cy k1 k2 p1 p2 k3); camera (pose from frame W to camera frame K: angle-axis, then
+// translation); panel (angle-axis, middle, width, height); mirror (unit normal); the mirror's offset; touched points.
+// The derivatives are analytic, because automatic derivatives with 23 variables took ten times as long.
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -102,8 +102,8 @@ struct PanelSpot {
   }
 };
 
-// Base class of all sightings: lens and camera are the first parameter blocks, and residuals are in units of the
-// pixel's sigma.
+// Common part of the cost functions of all sightings (corners in pictures). Their first two parameter blocks are lens
+// and camera. Their residuals (pixels) are multiplied by `weight`, 1 / the standard deviation of a corner.
 struct Seen {
   double x, y, weight;
   void residual(const Projection& seen, double* r) const { r[0] = (seen.x - x) * weight, r[1] = (seen.y - y) * weight; }
@@ -301,8 +301,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   result.width = glm::length(start.lower_right - start.lower_left),
   result.height = glm::length(start.upper_left - start.lower_left);
 
-  // Fits a plane to the touched points. If all points lie near this plane, the first poses of the cameras are computed
-  // from the plane.
+  // Fits a plane to the touched points. If all points lie near this plane, the initial poses of the camera are computed
+  // from it.
   std::vector<dvec3> points;
   for (const auto& [key, value] : touched) points.push_back(key);
   if (points.size() < 4) {
@@ -342,8 +342,9 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
     }
     return list;
   };
-  // Computes the focal length f from all homographies. If the principal point is in the middle and pixels are square,
-  // the equations h1ᵀ ω h2 = 0 and h1ᵀ ω h1 = h2ᵀ ω h2 with ω = diag(1/f², 1/f², 1) are linear in 1/f².
+  // Computes the focal length f from all homographies. h1 and h2 are the first two columns of a homography. If the
+  // principal point is in the middle and pixels are square, the equations h1ᵀ ω h2 = 0 and h1ᵀ ω h1 = h2ᵀ ω h2 with ω =
+  // diag(1/f², 1/f², 1) are linear in 1/f².
   const double cx = 0.5 * (width_px - 1), cy = 0.5 * (height_px - 1);
   double aa = 0, ab = 0;
   for (const auto& [id, seen] : pictures) {

@@ -1,7 +1,7 @@
-// The sparser stream is interpolated at the times of the denser stream. Least squares would bias the delay towards
-// times halfway between two samples, where the noise of the interpolated stream is smallest. To avoid this bias, the
-// solver uses an instrumental variable that does not contain this noise: the slope of the denser stream without its
-// central sample. The variance of the estimate reaches the bound σ² / Σ ṡ² (σ: noise, ṡ: slope).
+// The sparser stream is interpolated at the times of the denser stream. Interpolated positions have the least noise
+// halfway between two samples, so least squares would bias the delay towards such times. To avoid this bias, the solver
+// uses an instrumental variable that does not contain this noise: the slope of the denser stream at a sample, computed
+// without the sample itself. The variance of the estimate reaches the bound σ² / Σ ṡ² (σ: noise, ṡ: slope).
 #include "calibration/delay_solver.h"
 
 #include <fmt/format.h>
@@ -86,7 +86,7 @@ Track clean(const Stream& stream, const char* which) {
 struct Interpolated {
   bool valid = false;
   dvec3 p{0, 0, 0}, v{0, 0, 0};
-  double noise_gain = 1;  // ratio of the variance of the interpolated p to the variance of one sample
+  double noise_gain = 1;  // ratio of the variance of the interpolated position p to the variance of one sample
 };
 
 // Interpolates by the Lagrange polynomial through the six samples around the time u. Returns no value across a gap.
@@ -198,8 +198,8 @@ class Matcher {
     } else {
       for (std::size_t i = 0; i < h.size(); ++i) X.p += (d[i] - h[i]) / static_cast<double>(h.size());
     }
-    // The mean is limited to 1.5 times a robust estimate, because glitches make it too large. The estimate is the
-    // median, converted to the mean for a three-dimensional normal distribution.
+    // The mean squared difference is limited to 1.5 times a robust estimate, because glitches make the mean too large.
+    // The robust estimate is the median, converted to the mean of a three-dimensional normal distribution.
     scratch_r_.clear();
     double sum = 0;
     for (std::size_t i = 0; i < h.size(); ++i) {
@@ -378,8 +378,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   result.reference_time = matcher.start();
   const double motion = std::min(variance_of(track_a), variance_of(track_b));
 
-  // A stream contains no information if its variation is not larger than its noise explains. The more samples there
-  // are, the smaller is the additional variation that can be detected.
+  // A stream contains no information about the delay if noise alone explains its variation. With more samples, a
+  // smaller variation beyond the noise can be detected.
   const double sigma_q = noise_of(query), sigma_s = noise_of(sparse);
   const auto rests = [](const Track& track, double sigma) {
     return variance_of(track) <= 3 * sigma * sigma * (1 + 10 / std::sqrt(static_cast<double>(track.t.size()))) + 1e-20;
@@ -433,8 +433,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     std::sort(curve.minima.begin(), curve.minima.end(), [](auto& x, auto& y) { return x.mismatch < y.mismatch; });
     if (curve.minima.size() > 40) curve.minima.resize(40);
   }
-  // Minima up to 1.5 times the best one count as equally good, because interpolation scales the noise variance by 0.7
-  // to 1, and because a difference between the rates of the clocks makes a minimum less deep.
+  // Minima up to 1.5 times the best one count as equally good, for two reasons: interpolation scales the noise variance
+  // by 0.7 to 1, and a difference between the rates of the clocks makes a minimum less deep.
   const auto plausible_up_to = [&](double best) { return 1.5 * best + 1e-6 * motion; };
   const double significant = 1 + 60.0 / static_cast<double>(std::max<std::size_t>(1, samples_in_horizon / stride));
   result.rotated = curves[0].best() > significant * curves[1].best() + 1e-6 * motion;

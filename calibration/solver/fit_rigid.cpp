@@ -68,15 +68,16 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     for (double& x : row) x *= 2 / spread;  // after this scaling, the largest eigenvalue of K is at most 1
   }
 
-  // Horn 1987: the unit quaternion is the eigenvector of K for its largest eigenvalue.
+  // Horn 1987: the unit quaternion of the rotation is the eigenvector of the symmetric 4×4 matrix K for its largest
+  // eigenvalue.
   const double xx = m[0][0], xy = m[0][1], xz = m[0][2], yx = m[1][0], yy = m[1][1], yz = m[1][2], zx = m[2][0],
                zy = m[2][1], zz = m[2][2];
   double K[4][4] = {{xx + yy + zz, zy - yz, xz - zx, yx - xy},
                     {zy - yz, xx - yy - zz, xy + yx, xz + zx},
                     {xz - zx, xy + yx, yy - xx - zz, yz + zy},
                     {yx - xy, xz + zx, yz + zy, zz - xx - yy}};
-  // Theobald 2005: Newton's method on the characteristic polynomial λ⁴ + c2 λ² + c1 λ + c0, started above the largest
-  // root.
+  // Theobald 2005: Newton's method finds the largest eigenvalue of K. It is the largest root of the characteristic
+  // polynomial λ⁴ + c2 λ² + c1 λ + c0, and the method starts above it.
   double c2 = 0;
   for (const auto& row : m) {
     for (const double x : row) c2 -= 2 * x * x;
@@ -96,8 +97,8 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     lambda -= step;
     if (std::abs(step) < 1e-13) break;
   }
-  // Each row of the adjugate of K - λ is a multiple of the eigenvector; the largest diagonal element selects the
-  // longest row.
+  // Let λ be the largest eigenvalue of K. Each row of the adjugate of K - λ is a multiple of the wanted eigenvector;
+  // the largest diagonal element selects the longest row.
   for (int i = 0; i < 4; ++i) K[i][i] -= lambda;
   const auto cofactor = [&](int row, int col) {
     int r[3], c[3];
@@ -126,8 +127,9 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     R = glm::normalize(largest_eigenvector(K));
   }
 
-  // The rotation from the polynomial does not have full precision, so two Newton steps improve it. They maximise
-  // tr(exp(-[δ]) B) with B = M Rᵀ; the maximum fulfils (tr B - sym B) δ = axial(B).
+  // The rotation R from the polynomial does not have full precision, so two Newton steps δ improve it. They maximise
+  // tr(exp(-[δ]) B) with B = M Rᵀ (M: scaled cross-covariance of the points); the maximum fulfils (tr B - sym B) δ =
+  // axial(B).
   for (int polish = 0; polish < 2; ++polish) {
     const glm::dmat3 r = glm::mat3_cast(R);  // r[column][row]
     double B[3][3];

@@ -190,7 +190,8 @@ class Solver {
       if (R_X.determinant() < 0) R_X = -R_X, R_Z = -R_Z;
       R_X = nearest_rotation(R_X), R_Z = nearest_rotation(R_Z);
     }
-    // The translation is computed from the linear equation R_A t_X - t_Z = R_Z t_B - t_A.
+    // The translations t_X and t_Z are computed from the linear equation R_A t_X - t_Z = R_Z t_B - t_A, where R is the
+    // rotation and t the translation of a pose.
     const Eigen::Index unknowns = options_.motions ? 3 : 6;
     Eigen::MatrixXd J(3 * static_cast<Eigen::Index>(rows.size()), unknowns);
     Eigen::VectorXd d(J.rows());
@@ -209,7 +210,7 @@ class Solver {
     return {X, options_.motions ? X : pose_of(R_Z, t.tail<3>())};
   }
 
-  /// Returns the square (m²) of the residual of row i (the poses A_i, B_i), which combines rotation and translation.
+  /// Returns the squared residual (m²) of row i, the poses A_i and B_i. kLever converts its rotation (rad) to a length.
   double distance2(const Unknowns& at, std::size_t i) const {
     const Vector6 r = residual(at, i);
     return kLever * kLever * r.head<3>().squaredNorm() + r.tail<3>().squaredNorm();

@@ -117,8 +117,8 @@ class Model {
     VectorXd scale = VectorXd::Constant(layout_.size, 0.02);
     const auto arm = arm_parameter_scales();
     for (std::size_t i = 0; i < arm.size(); ++i) scale[static_cast<Eigen::Index>(i)] = arm[i];
-    scale.segment<3>(layout_.panel + 3).setConstant(0.1);  // rad, scale of the panel's rotation
-    scale.segment<2>(layout_.mirror).setConstant(0.1);     // rad, scale of the mirror's tilt
+    scale.segment<3>(layout_.panel + 3).setConstant(0.1);  // rad, plausible error of the panel's rotation
+    scale.segment<2>(layout_.mirror).setConstant(0.1);     // rad, plausible error of the mirror's tilt
     return scale;
   }
 

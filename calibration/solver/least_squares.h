@@ -16,11 +16,13 @@ struct LeastSquares {
   int degrees_of_freedom = 0;
   std::vector<bool> used;
   std::vector<double> residuals;  // norm of the residual of each block (for example a touch)
-  Eigen::MatrixXd open_axes;      // each column is a combination of x / scale that the data do not determine
+  // directions that the data do not determine, one per column: combinations of the unknowns, each divided by its scale
+  Eigen::MatrixXd open_axes;
 };
 
-/// Minimises the residuals. `residual(x, block, r)` fills `size` numbers. `scale` contains the plausible error of
-/// each unknown. A direction is determined if its standard deviation is below a third of this error.
+/// Minimises the residuals. `residual(x, block, r)` writes the `size` residuals of one block (for example a touch) to
+/// r. `scale` contains the plausible error of each unknown. A direction is determined if its standard deviation is
+/// below a third of this error.
 template <class Residual>
 LeastSquares solve_least_squares(Eigen::VectorXd x, const Eigen::VectorXd& scale, std::size_t blocks, int size,
                                  Residual residual) {

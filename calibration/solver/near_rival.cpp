@@ -147,9 +147,10 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   }
   if (best.pairs[0].empty() || !splitter.settle(pairs, best, 30)) return std::nullopt;
 
-  // Computes the probability that two motions improve the fit so much by chance. For a single normal distribution and a
-  // given split of the m pairs, the ratio of the residual sums is distributed as Beta((3m-12)/2, 3). With known noise,
-  // the difference is chi-squared with 6 degrees of freedom. The probability is multiplied by the number of splits.
+  // Computes the probability that a second motion improves the fit so much by chance. For normal noise and a given
+  // split of the m pairs, the ratio of the residual sums (two motions / one motion) has the distribution
+  // Beta((3m-12)/2, 3). With known noise σ, the decrease of the residual sum, divided by σ², is chi-squared with 6
+  // degrees of freedom. The probability is multiplied by the number of possible splits.
   Split split;
   const double freedom = 3 * static_cast<double>(m) - 12;
   const double left = std::max(best.sse, std::max(freedom, 1.0) * floor2);

@@ -26,9 +26,9 @@ struct Split {
 std::optional<Split> split_in_two(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                   std::span<const std::size_t> pairs, double known_sigma, double rounding);
 
-/// Assigns every pair of points whose residual under one of the two motions is at most `limit` (m) to the motion with
-/// the smaller residual, and fits both motions again, until nothing changes. Returns the expected number of pairs that
-/// noise assigned to the wrong motion.
+/// Every pair whose residual under one of the two motions is at most `limit` (m) goes to the motion with the smaller
+/// residual. Then both motions are fitted again. This is repeated until nothing changes. Returns the expected number of
+/// pairs that noise assigned to the wrong motion.
 double assign_to_nearer(std::span<const dvec3> p_H, std::span<const dvec3> p_D, double limit, Split& split);
 
 }  // namespace typodont::calibration

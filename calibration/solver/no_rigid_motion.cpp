@@ -28,7 +28,8 @@ std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double
   dvec3 c_H(0), c_D(0);
   for (const std::size_t i : fit.pairs) c_H += p_H[i], c_D += p_D[i];
   c_H /= static_cast<double>(fit.pairs.size()), c_D /= static_cast<double>(fit.pairs.size());
-  // The best rotation is the same for every scale (Umeyama 1991), so the scale is computed after it.
+  // The best rotation is the same for every scale (Umeyama 1991). So the rotation of `fit` is used, and only the scale
+  // is computed here.
   double hh = 0, hd = 0;
   for (const std::size_t i : fit.pairs) {
     const dvec3 h = p_H[i] - c_H;

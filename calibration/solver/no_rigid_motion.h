@@ -16,8 +16,9 @@ bool mirrored(Points p_H, Points p_D, const Fit& fit, double rounding);
 /// pairs agree, or the pairs agree more closely.
 bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const RegistrationOptions& options);
 
-/// Returns the ratio of lengths in D to lengths in H, if a rigid fit with a scale explains the pairs far better than a
-/// fit without scale, and the scale differs from 1 by 2 % or more.
+/// Returns the ratio of lengths in frame D to lengths in frame H if two conditions hold: a rigid fit with a scale
+/// explains the pairs far better than a fit without scale, and the scale differs from 1 by 2 % or more. Otherwise
+/// returns no value.
 std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double rounding);
 
 /// Same as other_scale(), but in the presence of outliers. The scale is the median of the ratios of corresponding

@@ -214,8 +214,9 @@ class Registration {
     }
   }
 
-  // Three outliers can agree by chance. But the result is reported as doubtful if the three agree within the noise of
-  // the pairs of the found motion (fit_.pairs), and if their own motion fits at least 30 % as many pairs as fit_.pairs.
+  // Three outliers can agree by chance. But the result is reported as doubtful under two conditions: the three agree
+  // within the noise of the pairs of the found motion (fit_.pairs), and the motion of the three fits at least 30 % as
+  // many pairs as fit_.pairs has.
   void check_three_outliers() {
     const Indices& rest = result_.outliers;
     if (rest.size() < 3 || rest.size() > 12) return;
@@ -297,8 +298,8 @@ class Registration {
     }
   }
 
-  // Tests whether no rigid motion can explain the pairs, because the points p_D are a mirror image of the points p_H,
-  // or because p_D and p_H have different units of length.
+  // Tests whether no rigid motion can explain the pairs. There are two reasons: the points p_D are a mirror image of
+  // the points p_H, or p_D and p_H have different units of length.
   void test_rigidity() {
     Degeneracy& degeneracy = result_.degeneracy;
     const auto mirror = [&] {
@@ -330,8 +331,8 @@ class Registration {
     }
   }
 
-  // Covariance (Cramér–Rao) for the noise σ and N pairs: σ² (Σ(|p|² I - p pᵀ))⁻¹ for the rotation and σ²/N for the
-  // centroid, transformed to the origin.
+  // Covariance (Cramér–Rao) for the noise σ and N pairs: σ² (Σ(|p|² I - p pᵀ))⁻¹ for the rotation (p: points relative
+  // to their centroid) and σ²/N for the centroid. It is then transformed to the origin of the frame.
   void estimate_uncertainty() {
     const auto k = static_cast<double>(fit_.pairs.size());
     const double sigma2 = std::isfinite(result_.sigma) ? result_.sigma * result_.sigma : 0.0;

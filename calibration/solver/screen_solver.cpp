@@ -43,7 +43,8 @@ PanelResult solve_panel(std::span<const MarkTouch> touches, double tip_radius) {
         fmt::format("{} touches: at least three marks that do not lie on one line are needed", touches.size());
     return result;
   }
-  // Initial size of the panel: linear least squares of p = c + u a + v b gives the lengths along u and v.
+  // Initial size of the panel: least squares of p = c + (u - ½) a + (v - ½) b, where p is the touch of the mark (u, v),
+  // and c, a and b are unknown vectors. The lengths of a and b are the panel's width and height.
   Eigen::MatrixXd A(static_cast<Eigen::Index>(touches.size()), 3), P(static_cast<Eigen::Index>(touches.size()), 3);
   for (std::size_t i = 0; i < touches.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);

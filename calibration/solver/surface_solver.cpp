@@ -26,7 +26,7 @@ constexpr double kFaces = 0.5;
 constexpr double kTukey = 4.685;  // Tukey's constant, for which the estimate has 95 % efficiency if errors are normal
 // ratio of the standard deviation to the median of |residual|, for normal errors
 constexpr double kPerMedian = 1.4826;
-// After each round, the limit of the used residuals is at least this fraction of its value before the round
+// in one round, the limit of the residuals that are used may fall at most to this fraction of its value
 constexpr double kShrink = 0.8;
 constexpr double kStill = 1e-7;  // m, if a step is shorter than this, the iteration ends
 // Weight of a penalty (ridge term) on the offset between the two surfaces. Without it, touches of the three walls of a
@@ -52,10 +52,10 @@ double quantile(std::vector<double> values, double share) {
   return *at;
 }
 
-/// A point of the scan (frame S) that lies near the surface of the data (frame D).
+/// A point of the scanned surface S that lies near the surface D.
 struct Residual {
   std::size_t point;
-  double distance;  // m, signed distance of the point from the surface of the data (frame D)
+  double distance;  // m, signed distance of the point from the surface D
   dvec3 p_D, n_D;
 };
 
@@ -94,7 +94,7 @@ class SurfaceFit {
   }
 
  private:
-  /// Finds the points of the scan (frame S) that lie near the surface of the data (frame D), and their residuals.
+  /// Finds the points of the scanned surface S that lie near the surface D, and computes their residuals.
   void look() {
     residuals_.clear();
     for (std::size_t i = 0; i < points_.size(); ++i) {
@@ -198,8 +198,9 @@ class SurfaceFit {
     const Matrix7 inverse = H.ldlt().solve(Matrix7::Identity());
     const Eigen::Matrix<double, 6, 6> C = (count / (count - 7) * inverse * scores * inverse).topLeftCorner<6, 6>();
 
-    // Transforms the covariance from the centroid to the origin of frame D: t = centre + x - R c, so a rotation θ
-    // changes t by −θ × centre.
+    // C belongs to rotations about the scan's centroid, which lies at `centre` in frame D. The covariance of the result
+    // belongs to rotations about the origin of D. A rotation θ about the origin would move the centroid by θ × centre,
+    // so the translation contains −θ × centre.
     Eigen::Matrix<double, 6, 6> to_origin = Eigen::Matrix<double, 6, 6>::Identity();
     to_origin.topLeftCorner<3, 3>() /= radius_;
     to_origin.bottomLeftCorner<3, 3>() = cross_matrix(X_ * centroid_S_) / radius_;

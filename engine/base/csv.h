@@ -28,7 +28,7 @@ struct CsvTable {
 /// returns NaN if the cell is invalid.
 struct CellReader {
   std::function<double(std::string_view cell)> read;
-  std::string expected;  // text for the message, e.g. "a tissue's name"
+  std::string expected;  // text after "expected" in the error message, for example "a tissue's name"
 };
 
 /// Reads a table file. The file must have all columns of `required`, in any order, and may have columns of `optional`.

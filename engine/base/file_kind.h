@@ -35,8 +35,8 @@ enum class FileKind {
 std::string_view name_of(FileKind kind) noexcept;
 /// File name extensions of a kind, in lower case and with the dot. kText has none.
 std::span<const std::string_view> endings_of(FileKind kind) noexcept;
-/// Returns the kind among `kinds` that has the extension of this file name (upper and lower case are equal). Returns
-/// kText if none of them has it.
+/// Returns the kind among `kinds` that has the extension of this file name (in upper or lower case). Returns kText if
+/// none of them has it.
 FileKind kind_of_name(const std::filesystem::path& file, std::span<const FileKind> kinds);
 /// Returns the kind among all kinds that has the extension of this file name, or kText if none of them has it.
 FileKind kind_of_name(const std::filesystem::path& file);

@@ -71,7 +71,7 @@ class Reader {
   /// Returns the column of the parser's present position, in characters, counted from 1.
   std::size_t column() const {
     const std::string_view before = text_.substr(0, at_);
-    // also correct on the first line, where rfind() returns npos, because npos + 1 is 0
+    // This is also correct on the first line: there, rfind() returns npos, and npos + 1 is 0.
     const std::string_view line = before.substr(before.rfind('\n') + 1);
     return 1 + count_characters(line);
   }

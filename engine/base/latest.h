@@ -24,7 +24,8 @@ class Latest {
   template <std::invocable Make>
   explicit Latest(Make make) : slots_{make(), make(), make()} {}
 
-  // The following functions are for the writer thread. The writer fills back() and then publishes it.
+  // The writer thread calls this function and the next ones. Returns the writer's slot: the writer fills this slot,
+  // then publishes it.
   T& back() noexcept { return slots_[back_]; }
   void publish() noexcept {
     back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | kFresh), std::memory_order_acq_rel) & kIndex;
@@ -51,8 +52,8 @@ class Latest {
     return true;
   }
 
-  // The following functions are for the reader thread.
-  /// Fetches the newest value. Returns true if a value was published since the last fetch.
+  // Fetches the newest value. Returns true if a value was published since the last fetch. The reader thread calls this
+  // function and the next ones.
   bool fetch() noexcept {
     // compare_exchange is necessary here. Between the load and the exchange, the writer may take back the new value
     // (take_back) and leave an old value. A plain exchange would fetch the old value. The compare_exchange fails in

@@ -13,7 +13,8 @@ std::filesystem::path own_file() {
   link_map* object = nullptr;
   const bool known =
       dladdr1(reinterpret_cast<const void*>(&own_file), &info, reinterpret_cast<void**>(&object), RTLD_DL_LINKMAP) != 0;
-  // In the list of the dynamic loader, the entry of the program itself has an empty name.
+  // The dynamic loader stores no name for the program itself, only for shared libraries. The program's path comes from
+  // /proc/self/exe.
   if (known && object && object->l_name && *object->l_name) return std::filesystem::canonical(object->l_name, code);
   return std::filesystem::read_symlink("/proc/self/exe", code);
 }

@@ -38,7 +38,8 @@ class Progress {
   /// Sets the progress of the stage, from 0 to 1. Throws Cancelled if the work should stop.
   void at(double fraction);
 
-  // The following functions are for threads that watch and for signal handlers.
+  // Asks the thread that does the work to stop. Threads that watch the progress, and signal handlers, may call this
+  // function and the next ones.
   void cancel() noexcept { cancelled_.store(true, std::memory_order_relaxed); }
   bool cancelled() const noexcept { return cancelled_.load(std::memory_order_relaxed); }
   double fraction() const noexcept { return fraction_.load(std::memory_order_relaxed); }
@@ -47,8 +48,8 @@ class Progress {
  private:
   void show();
 
-  // progress of the whole work (0..1) at the begin and at the end of the present stage; used only by the thread that
-  // does the work
+  // Progress of the whole work (0..1) when the present stage begins, and when it ends. Used only by the thread that
+  // does the work.
   double from_ = 0, to_ = 1;
   std::atomic<double> fraction_{0};
   std::atomic<const char*> what_{""};

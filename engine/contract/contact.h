@@ -97,7 +97,7 @@ struct ServoTick {
   PerTissue removed{};           // m³, for each tissue: volume that was removed since the start
   Tissue tissue = Tissue::kAir;  // the tissue with the largest area of contact
   double spindle = 0;            // rad/s, rotation speed of the spindle
-  double cutting_power = 0;      // W, present cutting power
+  double cutting_power = 0;      // W, power that cutting takes in this tick
   // J, energy that the hand has given to the device so far; negative: the hand has received energy (passivity observer)
   double energy = 0;
   Nanos cpu_time = 0;  // ns, thread CPU time of the tick; set by the loop that calls the servo
@@ -121,7 +121,7 @@ struct Cut {
   std::uint64_t tick = 0;   // number of the tick that made the cut
   Nanos t = 0;
   Pose X_WA, X_WB;         // pose of the head before and after the cut; origin in the head's centre
-  std::uint32_t tool = 0;  // index in the session's list of tools
+  std::uint32_t tool = 0;  // tool that made the cut, as an index in the session's list of tools
   PerTissue removed{};     // m³, for each tissue: volume that this cut removed; negative for a filling
   dvec3 n_C_W{0, 0, 0};    // unit normal of the contact, pointing out of the tissue
   double spindle = 0;      // rad/s, rotation speed of the spindle about the tool's z, with sign
@@ -134,7 +134,7 @@ struct LoosePiece {
   std::uint64_t cut = 0;    // number of the cut that separated the piece
   Nanos t = 0;              // ns, time of the cut
   dvec3 center_W{0, 0, 0};  // m, centre of the piece's bounding box
-  double radius = 0;        // m, half the longest edge of the bounding box
+  double radius = 0;        // m, half the longest edge of the piece's bounding box
   PerTissue removed{};      // m³, for each tissue: its volume in the piece
 };
 

@@ -27,7 +27,8 @@ struct FieldBrick {
   /// voxels, signed distance to the surface, negative inside the tissue; absolute values are limited to the largest
   /// distance that the volume stores (the band)
   std::array<float, kCount> distance;
-  std::array<Tissue, kCount> tissue;  // kAir only where no tissue is near
+  // label of each sample; kAir far from all tissue, and in the whole brick if it contains no surface
+  std::array<Tissue, kCount> tissue;
 };
 
 /// Position of the voxel grid in frame W: p_W = origin + voxel · index. The distance field and the tissue labels have

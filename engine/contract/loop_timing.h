@@ -87,7 +87,7 @@ struct LoopReport {
   // States which rights were refused and how to fix this. The text is zero-terminated, and empty if nothing was
   // refused.
   std::array<char, 320> note{};
-  // The next fields describe the safety layer of a device with motors.
+  // The following members describe the safety layer of a device with motors.
   double heat = 0;        // present heat of the motor windings, as a fraction of the limit, 0..1
   double worst_heat = 0;  // largest heat of the motors so far, as a ratio to the limit
   // N, largest force that the motors may produce now without overheating; 0 if the device has no motors

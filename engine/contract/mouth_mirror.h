@@ -6,8 +6,8 @@
 namespace typodont {
 
 /// A mouth mirror. The origin of its frame M is the middle of the glass, and z points out of the glass. The handle
-/// points along (1, 0, 1)/√2 of M. The handle is on the reflecting side, as on a real mirror, so that the user can see
-/// into the mirror. Trivially copyable.
+/// points in the direction (1, 0, 1)/√2 in M. It is on the reflecting side, as on a real mirror, so that the user can
+/// see into the mirror. Trivially copyable.
 struct MouthMirror {
   Pose X_WM;
   double diameter = 0;  // m, diameter of the glass; 0: no mirror

@@ -7,8 +7,8 @@
 
 namespace typodont {
 
-/// The pose X_WH and its uncertainty, as the 6×6 covariance (row-major) of the rotation vector in rad and the
-/// translation in m.
+/// The pose X_WH of the haptic base in the workbench frame W, and its uncertainty: the 6×6 covariance (row-major) of
+/// the rotation vector in rad and the translation in m.
 struct Registration {
   Pose X_WH;
   std::array<double, 36> covariance{};

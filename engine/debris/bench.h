@@ -14,9 +14,10 @@ struct BenchOptions {
   int repeats = 500;
 };
 
-/// Measures three cases: chips one second after the last one was created; chips that still fly and bounce; and droplets
-/// and film on a wet ball, in a step of 1/30 s. In the first two cases, a ball of tissue is drilled. The baseline only
-/// reads and writes the data of each step: positions, velocities and drag factors.
+/// Measures the time of one step in several cases: chips one second after the last one was created, without and with
+/// suction; chips that still fly and bounce; no chips; and water, as droplets and film on a wet ball, in a step of 1/30
+/// s. The chips come from drilling a ball of tissue. The baseline only reads and writes the data of each step:
+/// positions, velocities and drag factors.
 std::vector<BenchRow> bench_debris(const BenchOptions& options);
 
 }  // namespace typodont::debris

@@ -37,7 +37,8 @@ constexpr double kStokesReynolds = 0.02;  // below this Reynolds number, the err
 // particle always ends first, and the living particles fill one or two ranges of the buffer.
 struct Debris::State {
   DebrisOptions options;
-  std::vector<float> x, y, z, vx, vy, vz, rate, keep;  // rate: drag rate, 1/s; keep: velocity factor of drag per step
+  // rate: drag rate, 1/s; keep: factor by which drag multiplies the velocity per step
+  std::vector<float> x, y, z, vx, vy, vz, rate, keep;
   std::vector<std::uint32_t> due;  // due step: the step of a particle's next full update (update_fully)
   // for each group of kGroup particles: a lower bound of the steps in which its particles need a full update
   std::vector<std::uint32_t> first_due;
@@ -54,7 +55,8 @@ struct Debris::State {
   std::size_t first = 0, count = 0;
   double time = 0;
   float last_dt = 0;  // s, length of the last step; `keep` is valid only for steps of this length
-  // number of the present step; starts at kMostSteps, because set_due_within() subtracts less than kMostSteps from it
+  // number of the present step; it starts at kMostSteps, so that it stays positive when set_due_within() subtracts less
+  // than kMostSteps from it
   std::uint32_t step = kMostSteps;
   PerTissue born{};
   double decayed = 0, sucked = 0, dropped = 0, deposited = 0;
@@ -185,7 +187,8 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
         std::min(undisturbed_steps, soon(std::min(0.5 * nozzle, nozzle - 0.5 * suction->radius), p - suction->p_W));
   auto steps = static_cast<std::uint32_t>(std::clamp(undisturbed_steps, 1.0, double{kMostSteps}));
   if (reynolds > kStokesReynolds) {
-    // relative change of the drag rate, divided by the relative change of the speed; factor = 1 + 0.15 Re^0.687
+    // relative change of the drag rate, divided by the relative change of the speed; `factor` (1 + 0.15 Re^0.687) is
+    // the ratio of the drag to Stokes drag
     const double sensitivity = 0.687 * (factor - 1) / factor;
     // m/s, upper bound of the change of the particle's velocity in one step: its acceleration times dt
     const double change = glm::length(options.gravity_W - static_cast<double>(rate[s]) * (v - air)) * dt;

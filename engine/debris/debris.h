@@ -81,7 +81,7 @@ class Film;
 
 /// A particle at the moment the bur throws it.
 struct NewParticle {
-  glm::dvec3 p_W{0}, v_W{0};  // position in m, velocity in m/s
+  glm::dvec3 p_W{0}, v_W{0};  // position (m) and velocity (m/s) of the particle in frame W
   double chip = 0;            // m, diameter of one chip of the particle
   double density = 0;         // kg/m³, density of the particle
   float mass = 0;             // kg, mass of the particle

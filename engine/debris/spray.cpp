@@ -20,7 +20,7 @@ constexpr double kTouch = 0.1e-3;  // m; the bur throws off film that is nearer 
 constexpr double kSlowRim = 0.05;  // m/s; if the rim of the bur is slower than this, it throws nothing off
 
 struct Droplet {
-  dvec3 p, v;  // position in m, velocity in m/s
+  dvec3 p, v;  // position (m) and velocity (m/s) of the droplet in frame W
   double diameter = 0;
   double age = 0;  // s, time since the droplet left the nozzle
   Load load;

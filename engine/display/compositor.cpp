@@ -49,12 +49,13 @@ struct Compositor::Impl {
   VkPipeline writing_pipeline = VK_NULL_HANDLE;
   VkFormat format = VK_FORMAT_UNDEFINED;
 
-  // The next members store the changes of the last frames, and the number of the frame that each target contains.
+  // The members from `history` on store the changes of the last frames, and the number of the frame that each target
+  // contains.
   using Parts = std::array<std::vector<Part>, 2>;
   using Rects = std::array<std::vector<VkRect2D>, 2>;
   struct Change {
     Parts pictures;  // changed parts of the pictures of both eyes
-    Rects written;   // changed parts of the target, for each eye's region
+    Rects written;   // parts of the target in which the text changed, for each eye's region
   };
   std::deque<Change> history;  // the newest change is the last; it belongs to frame `frame`
   std::uint64_t frame = 0;
@@ -63,10 +64,10 @@ struct Compositor::Impl {
   Layout layout = Layout::kMono;
   int first_row = 0;
 
-  // The text over each region. Frames that are in flight and show the same text share one object.
+  // The text over each eye's region of the target. Frames that are in flight and show the same text share one object.
   using Writings = std::array<std::shared_ptr<const Writing>, 2>;
   Writings writing{std::make_shared<const Writing>(), std::make_shared<const Writing>()};
-  std::array<ivec2, 2> region_sizes{};  // size of the regions in pixels
+  std::array<ivec2, 2> region_sizes{};  // pixels, size of each eye's region of the target
   struct OnDevice {
     Writings holds;
     gpu::Buffer pixels;                                // pixels of all text panels, one after the other
@@ -288,7 +289,7 @@ struct Compositor::Impl {
     }
   }
 
-  /// The target needs only some parts of the pictures. Copies these parts into memory, where the CPU composes them.
+  /// Copies the parts of the pictures that the target needs into memory, where the CPU composes them.
   void fetch(VkCommandBuffer commands, const gpu::Image& pictures, Layout how, const Target& target, int slot, int row,
              const std::optional<Rects>& parts, const std::array<std::vector<std::size_t>, 2>& panels) {
     CpuJob& job = cpu_jobs[static_cast<std::size_t>(slot)];
@@ -320,7 +321,8 @@ struct Compositor::Impl {
 
     std::vector<VkBufferImageCopy> copies;
     for (std::uint32_t layer = 0; layer < layers; ++layer) {
-      // If the eyes share every region of the target, a part that is needed for one eye is copied for both eyes.
+      // A layer is the picture of one eye. If the layout has no separate region for each eye, the list of changed
+      // parts is stored only for eye 0. Each of these parts is then copied from both pictures.
       const std::size_t eye = two_places(how) ? layer : 0;
       const Place place = place_of(static_cast<int>(layer), how, target.size);
       const dvec2 scale = dvec2(now.width, now.height) / dvec2(place.size);
@@ -388,8 +390,8 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
     return drawn;
   };
   if (target.memory.first) {
-    // If the CPU has not composed the previous frame with this index (slot), the target lacks the changes of that
-    // frame. Then everything is composed.
+    // `slot` is the index of the frame's buffers. If the CPU has not yet composed the frame that used these buffers
+    // before, the target lacks the changes of that frame. So the whole picture is composed again.
     if (m.cpu_jobs[static_cast<std::size_t>(slot)].waits) parts.reset();
     const auto panels = m.panels_over(parts, layout, target);
     m.fetch(commands, pictures, layout, target, slot, first_row, parts, panels);

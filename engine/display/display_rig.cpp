@@ -197,7 +197,7 @@ DisplayRig magnified(const DisplayRig& rig, const dvec3& about) {
 }
 
 dmat4 opengl_projection(const Frustum& f) {
-  // Kooima 2009, section 5: glFrustum(l, r, b, t, n, f). glm is column-major: m[column][row].
+  // The same matrix as glFrustum(l, r, b, t, n, f); see Kooima 2009, section 5. glm is column-major: m[column][row].
   dmat4 m(0.0);
   m[0][0] = 2 * f.near / (f.right - f.left);
   m[1][1] = 2 * f.near / (f.top - f.bottom);
@@ -225,7 +225,7 @@ dvec3 reflect(const Mirror& mirror, const dvec3& p) {
 }
 
 dmat4 reflection(const Mirror& mirror) {
-  // Homogeneous matrix H = [[I − 2nnᵀ, 2cn], [0, 1]] for the plane n·p = c.
+  // Homogeneous matrix of the reflection in the plane n·p = c: H = [[I − 2nnᵀ, 2cn], [0, 1]].
   const dvec3 n = mirror.normal;
   const glm::dmat3 linear = glm::dmat3(1.0) - 2.0 * glm::outerProduct(n, n);
   dmat4 h(linear);
@@ -258,8 +258,9 @@ EyeView eye_view(const Screen& panel, const std::optional<Mirror>& mirror, const
   const Screen screen = mirror ? reflect(*mirror, panel) : panel;
   const dvec3 right_edge = screen.lower_right - screen.lower_left, up_edge = screen.upper_left - screen.lower_left;
   const dvec3 v_r = glm::normalize(right_edge), v_u = glm::normalize(up_edge);
-  // The panel emits light along v_r × v_u. Its mirror image emits light in the opposite direction, so (v_r, v_u, v_n)
-  // is left-handed. The mirror affects the computation only here: the view matrix has the determinant −1.
+  // v_r, v_u and v_n are unit vectors: to the picture's right, to its top, and out of the picture towards the eye. The
+  // panel emits light along v_r × v_u. Its mirror image emits light in the opposite direction, so the three vectors are
+  // then left-handed. The mirror affects the computation only here: the view matrix has the determinant −1.
   const dvec3 v_n = glm::normalize(glm::cross(v_r, v_u)) * (mirror ? -1.0 : 1.0);
 
   const dvec3 v_a = screen.lower_left - p_WE, v_b = screen.lower_right - p_WE, v_c = screen.upper_left - p_WE;

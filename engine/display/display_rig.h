@@ -124,7 +124,8 @@ dmat4 opengl_projection(const Frustum& frustum);
 /// Returns the projection in Vulkan's clip space (y down, depth 0..1).
 dmat4 vulkan_projection(const Frustum& frustum);
 
-/// Returns the reflection of p in the plane: p ↦ p − 2 (n·p − c) n. The reflection is its own inverse.
+/// Returns the reflection of p in the mirror's plane: p ↦ p − 2 (n·p − c) n (n: normal, c: offset). The reflection is
+/// its own inverse.
 dvec3 reflect(const Mirror& mirror, const dvec3& p);
 dmat4 reflection(const Mirror& mirror);
 /// Returns the mirror image of the panel.
@@ -162,8 +163,8 @@ dmat2 upright(const DisplayRig& rig);
 std::array<double, 16> row_major_mm(const dmat4& view);
 std::array<double, 16> row_major_mm_projection(const Frustum& frustum);
 
-/// The first function returns the size (pixels) of one eye's picture for a screen of the given size. The second
-/// function returns the size of the composed screen for an eye's picture of the given size.
+/// eye_pixels() returns the size (pixels) of one eye's picture for a screen of the given size. screen_pixels() returns
+/// the size of the composed screen for an eye's picture of the given size.
 ivec2 eye_pixels(Layout layout, const ivec2& screen_pixels);
 ivec2 screen_pixels(Layout layout, const ivec2& eye_pixels);
 /// Returns the size (pixels) of one eye's picture in a composed screen of the given size. This is the inverse of

@@ -20,7 +20,7 @@ struct TrackerAddress {
   std::array<std::uint8_t, 4> host{127, 0, 0, 1};
   std::uint16_t port = 4242;
 };
-/// Returns no value if the text is not a valid address.
+/// Parses the address of a tracker. Returns no value if the text is not a valid address.
 std::optional<TrackerAddress> parse_tracker_address(std::string_view text);
 
 /// Motion of the head relative to its rest pose, as OpenTrack sends it, in SI units. Axes: x to the user's right, y up,
@@ -41,7 +41,7 @@ std::optional<HeadMotion> parse_opentrack(std::span<const std::byte> packet);
 class MotionFilter {
  public:
   MotionFilter(double sigma, double agility) : sigma2_(sigma * sigma), density_(agility * agility) {}
-  /// Ignores a sample that is not newer than the last one.
+  /// Adds a sample. Ignores it if it is not newer than the last one.
   void add(Nanos t, const dvec3& measured) noexcept;
   /// Returns the value at time t. It is extrapolated at most kHorizon beyond the newest sample, and constant after this
   /// time. Before the first sample it is zero.

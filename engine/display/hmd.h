@@ -83,8 +83,8 @@ class Hmd {
   virtual bool running() const = 0;
   /// Waits for the runtime's next frame, begins it, and locates the head and the hands.
   virtual HmdFrame wait() = 0;
-  /// The image and layer with the depth of one eye's picture (null: no depth is copied). record() copies the pictures
-  /// and the depths of both eyes to the swapchain.
+  /// The depth of one eye's picture: an image and the layer in it. If the image is null, no depth is copied. record()
+  /// copies the pictures and the depths of both eyes to the swapchain.
   struct Depth {
     const gpu::Image* image = nullptr;
     std::uint32_t layer = 0;

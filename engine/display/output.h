@@ -29,7 +29,7 @@ struct Target {
   /// if set, there is no Vulkan image: the CPU composes into this memory after the eyes' pictures are drawn
   HostPixels memory;
   VkImage image = VK_NULL_HANDLE;
-  std::vector<VkImageView> layers;  // one view; two views if the surface itself is stereo
+  std::vector<VkImageView> layers;  // views of the target's image: one, or two if the surface itself is stereo
   ivec2 size{0};
   VkFormat format = VK_FORMAT_UNDEFINED;
   VkImageLayout final_layout = VK_IMAGE_LAYOUT_UNDEFINED;
@@ -77,13 +77,14 @@ class Compositor {
 /// Mouse and keyboard input since the last poll.
 struct UserInput {
   bool close = false;
-  dvec2 pointer{0, 0};                               // position in the picture, −1..1, y up
-  bool left = false, right = false, middle = false;  // true: down, or pressed and released since the last poll
-  bool shift = false;                                // true if the shift key is down
-  double wheel = 0;                                  // steps of the wheel since the last poll
-  std::vector<int> pressed;                          // keys pressed since the last poll, upper-case ASCII or GLFW codes
+  dvec2 pointer{0, 0};  // position of the pointer in the picture, −1..1, y up
+  // mouse buttons; true: down, or pressed and released since the last poll
+  bool left = false, right = false, middle = false;
+  bool shift = false;        // true if the shift key is down
+  double wheel = 0;          // steps of the wheel since the last poll
+  std::vector<int> pressed;  // keys pressed since the last poll, upper-case ASCII or GLFW codes
 
-  // Input for a user interface that is drawn into the picture.
+  // A keyboard event for a user interface that is drawn into the picture.
   struct Key {
     int code;
     bool down;

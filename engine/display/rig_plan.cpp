@@ -53,7 +53,7 @@ void solve(std::array<std::array<double, N>, N>& A, std::array<double, N>& b) {
 }
 
 struct LargestBox {
-  dvec3 middle{0, 0, 0}, half{0, 0, 0};  // m, middle and half edges of the box
+  dvec3 middle{0, 0, 0}, half{0, 0, 0};  // m, middle of the box, and half the length of its edges
 };
 
 /// Computes the largest axis-parallel box inside all limits. The origin must lie strictly inside all of them. The box

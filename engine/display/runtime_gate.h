@@ -14,13 +14,15 @@ namespace typodont::display {
 
 class RuntimeGate {
  public:
-  // The following functions are called by the headset's thread.
+  // Marks the start of a call into the headset's runtime; `call` is its name. The headset's thread calls this function
+  // and the next ones.
   void enter(const char* call) noexcept {
     call_.store(call, std::memory_order_relaxed);
     since_.store(now(), std::memory_order_relaxed);
     where_.store(kInside, std::memory_order_release);
   }
-  /// Ends a call. Does not return if the watching thread abandoned this thread during the call.
+  /// Marks the end of a call into the runtime. Does not return if the watching thread abandoned this thread during the
+  /// call.
   void leave() noexcept {
     int expected = kInside;
     if (where_.compare_exchange_strong(expected, kOutside, std::memory_order_acq_rel)) {
@@ -32,14 +34,15 @@ class RuntimeGate {
   /// Marks that the thread has ended or that its supervision is over.
   void done() noexcept { where_.store(kDone, std::memory_order_release); }
 
-  // The watching thread calls this function and the following ones. Returns the duration in s of the present call into
-  // the runtime; 0 outside a call.
+  // Returns the duration in s of the present call into the headset's runtime; 0 outside a call. The watching thread
+  // calls this function and the next ones.
   double silent() const noexcept { return where_.load(std::memory_order_acquire) == kInside ? age() : 0; }
-  /// Returns the duration in s of the program's own code since the last call; 0 during a call, or after done().
+  /// Returns for how many seconds the supervised thread has been executing the program's own code, since its last call
+  /// into the runtime; 0 during a call, or after done().
   double busy() const noexcept { return where_.load(std::memory_order_acquire) == kOutside ? age() : 0; }
   const char* call() const noexcept { return call_.load(std::memory_order_relaxed); }
-  /// Abandons the thread. Returns true if the thread is inside a call; it will never return from this call. Returns
-  /// false if the thread is outside a call or has ended.
+  /// Abandons the supervised thread. Returns true if the thread is inside a call into the runtime: it will never return
+  /// from this call. Returns false if the thread is outside a call or has ended.
   bool give_up() noexcept {
     int expected = kInside;
     return where_.compare_exchange_strong(expected, kGivenUp, std::memory_order_acq_rel);

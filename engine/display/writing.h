@@ -59,7 +59,7 @@ class Writing {
  public:
   struct Panel {
     WritingBox box;
-    std::vector<std::uint8_t> rgba;  // rows of box.size.x pixels; premultiplied alpha, sRGB
+    std::vector<std::uint8_t> rgba;  // pixels of the panel, in rows of box.size.x pixels; premultiplied alpha, sRGB
   };
 
   /// Returns true if write() would change a pixel.

@@ -33,7 +33,7 @@ class RangeAllocator {
   static constexpr std::uint64_t kNone = ~0ull;
   RangeAllocator() = default;
   explicit RangeAllocator(std::uint64_t size);
-  /// returns kNone if no free range is large enough
+  /// Allocates a range of `count` numbers. Returns its first number, or kNone if no free range is large enough.
   std::uint64_t allocate(std::uint64_t count, std::uint64_t alignment = 1);
   void release(std::uint64_t start, std::uint64_t count);
   std::uint64_t free() const { return free_; }

@@ -22,9 +22,9 @@ constexpr std::int32_t kBack = -2;     // value in `met` if the ray meets the ba
 constexpr double kInside = 0.25;
 constexpr float kMargin = 20e-6f;  // m, a ray starts this far outside a surface, so that the ray does not meet it
 constexpr int kLampRays = 4;
-// in grid spacings: margin of the box that contains the points at which the shaders look up a triangle's light. The
-// margin is needed because the drawn surface may be curved where the triangle is flat. Some of these points then lie
-// outside the box of the points that belong to the flat triangle.
+// In grid spacings: margin around the box of the points at which the shaders look up a triangle's light. The drawn
+// surface may be curved where the triangle is flat. Some lookup points then lie outside the box that is computed from
+// the flat triangle.
 constexpr float kCurved = 0.15f;
 // distance from a surface, in grid spacings, of the point at which the surface's light is looked up
 constexpr double kBegin = 0.5;

@@ -11,8 +11,8 @@
 
 namespace typodont::render {
 
-/// Returns the reflection p ↦ p − 2 n·(p − o) n, where o is the middle of the glass and n its normal. The reflection is
-/// its own inverse.
+/// Returns the matrix of the reflection p ↦ p − 2 n·(p − o) n in the mirror's plane, where o is the middle of the glass
+/// and n its normal. The reflection is its own inverse.
 glm::dmat4 reflection_in(const Pose& X_WM);
 
 /// Returns the same eye with a view of the reflected scene. The view matrix first reflects the scene. So an object in

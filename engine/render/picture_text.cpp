@@ -44,7 +44,8 @@ double text_width(std::string_view text, double height) {
 void write_text(Picture& picture, glm::dvec2 at, double height, std::string_view text, glm::u8vec3 color) {
   const double s = height / font::kSize;
   // In the font's atlas, the values at a letter's edge rise from 0 to 1 over ten pixels of the atlas (bake_font). In
-  // the picture, a letter's edge should be one pixel wide. So the values' difference from 0.5 is multiplied by this.
+  // the picture, a letter's edge should be one pixel wide. So the difference of each value from 0.5 is multiplied by
+  // this factor.
   const double steep = 10.0 * s;
   for (const char c : text) {
     const font::Glyph& g = glyph_of(c);

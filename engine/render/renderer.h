@@ -46,7 +46,7 @@ inline constexpr double kTranslucentThickness = 1.6e-3;
 
 /// The present content of one brick (a block of triangles) of a mesh. An empty content removes the brick.
 struct MeshUpdate {
-  std::uint64_t brick = 0;  // any number that is unique in its mesh
+  std::uint64_t brick = 0;  // number of the brick; any number that is unique in the mesh
   std::vector<Vertex> vertices;
   std::vector<std::uint32_t> indices;  // triangles, counter-clockwise seen from outside
   bool two_sided = false;              // true for an open surface: its back is drawn too, in dull blue-grey
@@ -88,7 +88,7 @@ struct Particle {
 struct FilmGrid {
   dvec3 origin{0};     // m, frame W, position of the first sample
   double spacing = 0;  // m, distance between neighbouring samples
-  glm::ivec3 size{0};  // number of samples; 0: no film
+  glm::ivec3 size{0};  // number of samples along x, y and z; 0: no film
 };
 /// The film at a sample, as shaders/film.glsl reads it. All members are zero for a dry and clean surface.
 struct FilmTexel {
@@ -108,7 +108,7 @@ struct FilmBox {
 struct LightGrid {
   dvec3 origin{0};     // m, frame W, position of the first sample
   double spacing = 0;  // m, distance between neighbouring samples
-  glm::ivec3 size{0};  // number of samples; 0: no grid
+  glm::ivec3 size{0};  // number of samples along x, y and z; 0: no grid
   // Light for a surface that faces +x, -x, +y, -y, +z or -z (see index()). xyz: irradiance divided by π, linear; w:
   // fraction of the lamp that is visible from the sample.
   std::vector<glm::vec4> faces;
@@ -252,7 +252,8 @@ class Renderer {
   const gpu::Image& pictures() const;
   /// Returns the parts of an eye's picture that the last record() redrew.
   std::span<const PixelBox> redrawn(int view) const;
-  /// Depth picture of an eye, in format D32. After record() it has the layout of a copy source. Needs keep_depth(true).
+  /// Depth picture of an eye, in format D32. After record(), its Vulkan image layout is that of a copy source. Needs
+  /// keep_depth(true).
   struct DepthPicture {
     const gpu::Image* image = nullptr;
     std::uint32_t layer = 0;

@@ -153,7 +153,8 @@ ToolShape tool_shape(std::string_view shape, double diameter, double length) {
     p.push_back({tool.neck_radius, h + 0.3 * r});
   } else if (shape == "flame") {
     for (int i = 0; i <= 24; ++i) {
-      const double s = i / 24.0;  // the radius grows from a point to its maximum at s = 0.6 and then decreases
+      // fraction of the head's length; a flame's radius grows from 0 to its maximum at s = 0.6 and then decreases
+      const double s = i / 24.0;
       const double w = s < 0.6 ? std::sin(kPi / 2 * s / 0.6) : std::cos(0.75 * (s - 0.6) / 0.4);
       p.push_back({r * w, -h + length * s});
     }

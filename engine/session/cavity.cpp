@@ -95,8 +95,9 @@ Axes axes_about(const dvec3& axis) {
   return {u, glm::cross(w, u), w};
 }
 
-/// The plane w = c0 + c1 u + c2 v. fit_plane() fits it to weighted points by least squares. It returns false if the
-/// points do not determine a plane.
+/// A plane w = c0 + c1 u + c2 v. u, v and w are coordinates in voxels along three perpendicular axes; w points out of
+/// the opening. fit_plane() fits it to weighted points by least squares, and returns false if the points do not
+/// determine a plane.
 struct Plane {
   double c0 = 0, c1 = 0, c2 = 0;
 };
@@ -134,8 +135,8 @@ std::optional<Ball> fit_ball(const std::vector<Facet>& facets) {
   dvec3 mean(0);
   for (const Facet& f : facets) weight += f.area, mean += f.area * f.p;
   mean /= weight;
-  // With q = p - mean, the points of the sphere satisfy |q|² = 2 q·c + k. The normal equations for c and k are
-  // independent, and k is the mean of |q|².
+  // Let q be a point relative to the mean of all points, and c the sphere's centre relative to this mean. Then |q|² = 2
+  // q·c + k holds on the sphere. The normal equations for c and k are independent, and k is the mean of |q|².
   glm::dmat3 normal(0);
   dvec3 right(0);
   double square = 0;

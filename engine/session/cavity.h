@@ -25,7 +25,7 @@ struct Preparation {
 };
 
 struct Place {
-  double depth = 0;  // m, depth of the deviation; 0 if there is none
+  double depth = 0;  // m, depth of the deviation from the ideal (target shape); 0 if there is none
   dvec3 p_W{0};      // m, position of the deviation; valid if depth > 0
 };
 
@@ -61,8 +61,8 @@ struct CavityMeasures {
   std::optional<double> pulp_distance;
   std::optional<double> pulp_exposed;  // m², area of exposed pulp; no value if there is no pulp
   struct Cup {
-    dvec3 center_W{0};  // m, centre of the sphere
-    double radius = 0;  // m, radius of the sphere
+    dvec3 center_W{0};  // m, frame W, centre of the sphere that is fitted to a reamed socket
+    double radius = 0;  // m, radius of the sphere that is fitted to a reamed socket
     dvec3 axis_W{0};    // unit vector out of the opening, the mean normal of the new surface
   };
   std::optional<Cup> cup;            // a sphere fitted to the new surface, for a socket that was reamed

@@ -300,7 +300,8 @@ ImplantMeasures ImplantMeter::result() const {
       glm::dot(bottom_W_ - plan.entry_W, plan.axis_W) / std::max(0.1, glm::dot(axis, plan.axis_W));
   bed.entry_error = glm::length(bottom_W_ - to_platform * axis - plan.entry_W);
   bed.apex_error = glm::length(bottom_W_ - plan.apex_W());
-  // If a path (axis of the canal or of a root) passes through the bed (drilled hole), outside() returns 0.
+  // The bed (drilled hole) as a cylinder. If a path (axis of the canal or of a root) passes through the bed, outside()
+  // returns 0.
   const ImplantCylinder shape{bottom_W_, axis, to_platform, bed_radius_};
   const auto outside = [&](std::span<const dvec3> path_W) { return std::max(0.0, shape.distance(path_W)); };
   if (!task_.canal_W.empty()) bed.canal_distance = outside(task_.canal_W) - task_.canal_radius;

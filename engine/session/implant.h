@@ -51,7 +51,7 @@ std::optional<ImplantAction> implant_action_named(std::string_view name) noexcep
 struct ImplantPhase {
   TaskText name;
   ImplantAction deed = ImplantAction::kDrill;
-  std::uint32_t tool = 0;  // index in the session's list of tools
+  std::uint32_t tool = 0;  // tool of the phase, as an index in the session's list of tools
   double depth = 0;        // m, required depth of the tool's tip below the planned entry
   double volume = 0;       // m³, volume that must be removed, for kSmooth and kMark
   double speed = 0;        // rad/s, highest speed of the tool; 0: the tool does not turn

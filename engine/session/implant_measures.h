@@ -54,7 +54,7 @@ struct ImplantPhaseMeasures {
   double force_max = 0;                           // N, largest force in the phase
   double over_force = 0;                          // s, time for which the force was above its limit
   double depth = 0;                               // m, largest depth below the planned entry point
-  double hottest = HeatModel::body;               // °C, highest temperature
+  double hottest = HeatModel::body;               // °C, highest temperature of the bone
   std::array<double, kImplantNoteCount> noted{};  // s, time for which each note was shown
   ForceCurve force;
 };
@@ -80,7 +80,7 @@ struct ImplantMeasures {
   double insertion_torque = 0;       // N·m, largest torque during the insertion of the implant
   double bone_contact = -1;          // fraction of the implant's surface that touches bone; negative if unknown
   double over_force = 0;             // s, time for which the force was above its limit
-  double hottest = HeatModel::body;  // °C, highest temperature
+  double hottest = HeatModel::body;  // °C, highest temperature of the bone
   double phases_done() const;        // returns the fraction of the phases that are complete, 0..1
 };
 

@@ -17,8 +17,9 @@ constexpr double kSquare = 0.05;
 // A point lies on a floor (or on an occlusal surface or a shoulder) if the cosine of the angle between the surface's
 // normal at the point and the task's axis is larger than this. Otherwise it lies on a wall.
 constexpr double kLevel = 0.7;
-// A point is called "central" if its distance from the middle of the changed region, measured in the plane of the
-// directions mesial and buccal, is less than this fraction of the region's half width (Work::half_width).
+// A point is called "central" if it lies near the middle of the changed region. Its distance from this middle, in the
+// plane of the directions mesial and buccal, is then less than this fraction of the region's half width
+// (Work::half_width).
 constexpr double kCentral = 0.25;
 
 /// Position and size of the changed region: all tissue that was removed or added, or should have been removed or added.

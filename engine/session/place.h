@@ -14,7 +14,8 @@ namespace typodont::session {
 
 /// Orientation of a tooth in frame W. The task's axis points to the occlusal side of the tooth.
 struct ToothSides {
-  dvec3 mesial_W{1, 0, 0}, buccal_W{0, 1, 0};  // unit vectors, perpendicular to each other
+  // unit vectors towards the mesial and the buccal side, perpendicular to each other
+  dvec3 mesial_W{1, 0, 0}, buccal_W{0, 1, 0};
 };
 
 /// Reads the value "tooth" of a scene: {"mesial": [x, y, z], "buccal": [x, y, z]}. Returns no value if the scene has no

@@ -246,9 +246,10 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
 }
 
 bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
-  // Size of a chunk, as a fraction of the rows that the servo's nominal rate gives in a flush interval. A chunk should
-  // become full shortly before a flush is due. Then the flush writes the full chunk, and each chunk is written only
-  // once. With 0.9, a chunk is full in time if the servo runs at nine tenths of its nominal rate or faster.
+  // A chunk of the table should become full shortly before a flush is due. Then the flush writes the full chunk, and
+  // each chunk is written only once. So the size of a chunk is this fraction of the rows that arrive in a flush
+  // interval at the servo's nominal rate. With 0.9, a chunk is full in time if the servo runs at nine tenths of its
+  // nominal rate or faster.
   constexpr double kOfAFlush = 0.9;
   const double rows = std::clamp(header.servo_rate * to_seconds(options.flush_interval) * kOfAFlush, 256.0, 8192.0);
   const auto tick_chunk = static_cast<std::size_t>(rows);

@@ -55,8 +55,8 @@ class SessionWriter {
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
 
-  // Cuts, and uses of patches (tissue copies), must be appended before the tick that contains their number, so that the
-  // file is always complete up to its last tick.
+  // Appends ticks. The cut and the patch (tissue copy) whose numbers a tick contains must be appended before this tick.
+  // So the file is always complete up to its last tick.
   void append(std::span<const ServoTick> ticks) noexcept;
   void append(std::span<const Cut> cuts) noexcept;
   void append(std::span<const PatchUse> patches) noexcept;

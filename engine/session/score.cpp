@@ -551,7 +551,8 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     const Measure* measure = find_measure(rule.name);
     if (!measure) continue;
     const auto value = value_of(*measure, input);
-    // If the task asks for a measure, but the result does not have it, the item gets no points.
+    // If the task asks for a measure that the result does not have, the measure's item (line of the score) gets no
+    // points.
     if (!value && !(rule.asked && input.cavity)) continue;
     ScoreItem item;
     item.name = rule.name;
@@ -568,8 +569,8 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     if (input.cavity && rule.name.starts_with("under_cut") && input.cavity->under.depth > 0) {
       item.place_W = input.cavity->under.p_W;
     }
-    // The item gets this fraction of its full points. The function is a hyperbola, so that a worse value always costs
-    // more points.
+    // An item (line of the score) gets this fraction of its full points. The function is a hyperbola, so that a worse
+    // value always costs more points.
     item.points = value ? 1.0 / (1.0 + excess(rule, *value) / rule.tolerance) : 0.0;
     weights += rule.weight;
     total.items.push_back(std::move(item));

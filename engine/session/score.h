@@ -86,7 +86,7 @@ struct ScoreInput {
   std::optional<ImplantMeasures> implant;      // exists only for an exercise in implant surgery
 };
 
-/// Source of the default pass mark, as a key of the text catalogue.
+/// Origin of the default pass mark, as a text for the user. It is also a key of the text catalogue.
 inline constexpr std::string_view kDefaultPassSource =
     "75 of 100, as in the ADEX licensure examination in dentistry; Typodont's default, set it in the scene";
 
@@ -110,13 +110,14 @@ struct ScoreRule {
 
 struct ScoreItem {
   std::string name;
-  double value = 0;  // NaN if the value was not measured; then the item gets no points
+  double value = 0;  // value of the measure; NaN: it was not measured, and this line of the score gets no points
   std::string unit;
-  std::optional<dvec3> place_W;  // m, position of this item's worst point
+  // m, frame W, point at which this measure is worst; no value if the measure has no such point
+  std::optional<dvec3> place_W;
   double target = 0, tolerance = 0, weight = 0;
   Best best = Best::kAtMost;
   std::string source;
-  double points = 0;  // points that this item gets, 0 to `full`
+  double points = 0;  // points of this line of the score, 0 to `full`
   double full = 0;    // points for a perfect value: 100 · weight / sum of all weights
 };
 
@@ -129,7 +130,7 @@ struct PassMark {
 struct Score {
   std::vector<ScoreItem> items;
   double points = 0;  // sum of the items' points, multiplied by `completion`
-  double full = 0;    // 100, or 0 if no item gives points
+  double full = 0;    // largest possible number of points: 100, or 0 if no line of the score gives points
   // Completed fraction of the task. The sum of the items' points is multiplied by this fraction. So a session without
   // work has the score 0, although items without deviation show their full points. Depending on the task, it is the
   // fraction of lesions found and surface explored, of the phases of an implant exercise, of the planned changes
@@ -139,8 +140,8 @@ struct Score {
 
   bool counts() const { return full > 0; }
   bool passed() const { return points >= pass.points; }
-  /// Returns true if the item is below the pass mark: item.points / item.full is less than the pass mark divided by
-  /// 100.
+  /// Returns true if an item (a line of the score) gets a smaller fraction of its full points than the pass mark
+  /// requires (pass mark / 100).
   bool missed(const ScoreItem& item) const { return item.full > 0 && item.points < pass.points / 100 * item.full; }
 };
 

@@ -26,7 +26,7 @@ std::string_view text(std::string_view key, Language language) noexcept;
 bool has_text(std::string_view key) noexcept;
 
 // Formats a number for people, with the decimal sign of the language, without exponent, and without a minus sign before
-// zero. The second function shows three significant digits.
+// zero. Without `decimals`, it shows three significant digits.
 std::string number_text(double v, int decimals, Language language);
 std::string number_text(double v, Language language);
 /// Formats a number with its unit and a no-break space between them. If the unit is empty, the number is a count. NaN

@@ -128,10 +128,10 @@ void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c,
     low = static_cast<Tissue>(std::min(best, next));
     high = static_cast<Tissue>(std::max(best, next));
   }
-  // A triangle lies on one side of a crease. Its corners on the crease get the normal `side` of this side: the mean
-  // direction of the normals at its other corners, or, if all corners lie on creases, the triangle's own normal.
-  // Exception: if the crease is gentle (like the floor of a fissure that is narrower than a cell) and the triangle is
-  // small, the corner gets the mean normal of both sides, so that the crease looks round.
+  // A triangle lies on one side of a crease. Its corners on the crease get the normal of this side, `side`. It is the
+  // mean of the normals at the triangle's other corners; if all corners lie on creases, it is the triangle's own
+  // normal. Exception: on a gentle crease (like the floor of a fissure that is narrower than a cell), the corner of a
+  // small triangle gets the mean normal of both sides, so that the crease looks round.
   glm::vec3 side(0);
   bool small = false;
   if (a.data->crease || b.data->crease || c.data->crease) {

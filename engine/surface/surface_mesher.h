@@ -27,7 +27,7 @@ struct SurfaceVertex {
   glm::vec3 normal{0};    // unit normal, pointing out of the tissue; on a crease the normal of this triangle's side
   // The three corners of a triangle store the same two tissues. The boundary between the tissues lies where the
   // interpolated `second` passes 0.5. A shader that switches there draws a sharp boundary.
-  Tissue tissue[2]{};       // in ascending order: [0] <= [1]
+  Tissue tissue[2]{};       // the two tissues, in ascending order: [0] <= [1]
   std::uint8_t second = 0;  // 0..255: fraction of tissue[1] around the vertex
   std::uint8_t unused = 0;
 };

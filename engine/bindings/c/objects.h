@@ -62,8 +62,8 @@ struct CoreObject {
   };
   std::shared_ptr<Shared> shared;
   std::uint64_t ticks = 0;  // number of ticks that step() has computed
-  // Every tick uses the recording and the members that follow it. They are next to each other in memory, so that the
-  // cache loads them together.
+  // Every tick uses `recording` and the members below it. They are next to each other in memory, so that the cache
+  // loads them together.
   std::optional<OfflineRecording> recording;
   ServoTick tick;  // the latest tick
   Cut cut;
@@ -72,7 +72,7 @@ struct CoreObject {
   std::optional<PatchUse> next_patch;
   std::optional<Cut> next_cut;
 
-  // The following members belong to the surface mesh.
+  // Converts the tissue's surface to triangles. This member and the following ones belong to the surface mesh.
   surface::SurfaceMesher mesher;
   bool meshed = false;
   std::vector<std::vector<typodont_vertex>> vertices;  // vertices of each element of `parts`

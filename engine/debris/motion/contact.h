@@ -44,7 +44,7 @@ class Contact {
 
  private:
   glm::dvec3 f_{0};            // position of the point within the grid's cell, 0..1 along each axis
-  std::array<double, 8> d_{};  // distances at the cell's corners
+  std::array<double, 8> d_{};  // m, distances from the surface at the eight corners of the grid's cell
   std::array<double, 4> x_{};  // the distances `d_` after interpolation along x
 };
 

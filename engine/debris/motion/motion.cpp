@@ -33,10 +33,10 @@ inline float reciprocal_root(float a) {
   return guess * (1.5f - 0.5f * a * guess * guess);
 }
 
-/// Returns the mean approach speed of the air towards the nozzle (sink) during a step, divided by the distance r: 1/s.
-/// `pull` is strength/r³. Because r³ falls by 3·strength·dt, the exact result is (1 − ∛(1 − 3q))/dt with q =
-/// pull·dt. If q < 1/3, the function approximates it by pull·(1 + 2q). For larger q, the air reaches the sink within
-/// this step, and the result is 1/dt.
+/// Returns the mean speed of the air towards the nozzle (sink) during a step, divided by the distance r from the
+/// nozzle: 1/s. `pull` is strength/r³, where strength is the suction's flow per solid angle. Because r³ falls by
+/// 3·strength·dt, the exact result is (1 − ∛(1 − 3q))/dt with q = pull·dt. If q < 1/3, the function approximates it by
+/// pull·(1 + 2q). For larger q, the air reaches the sink within this step, and the result is 1/dt.
 inline float mean_approach_rate(float pull, float dt) {
   return pull * dt < 1.0f / 3 ? pull * (1 + 2 * dt * pull) : 1 / dt;
 }

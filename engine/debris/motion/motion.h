@@ -11,8 +11,8 @@ namespace typodont::debris {
 struct Motion {
   float *x, *y, *z;     // m, frame W, positions of the particles
   float *vx, *vy, *vz;  // m/s, frame W, velocities of the particles
-  // Factor 1/(1 + rate·dt) by which drag multiplies the velocity relative to the air in one step; 0 for a particle at
-  // rest.
+  // factor 1/(1 + rate·dt) by which drag (rate, 1/s) multiplies the velocity relative to the air in one step; 0 for a
+  // particle at rest
   const float* keep;
 };
 
@@ -26,8 +26,8 @@ struct Surroundings {
 };
 
 /// Moves particles first … last−1 by one step dt (semi-implicit Euler). Drag decelerates a particle with the velocity v
-/// by rate·(v − air), where `air` is the velocity of the air. So v ← keep·(v + g·dt) + (1 − keep)·air (g: gravity), and
-/// the position p ← p + v·dt.
+/// by rate·(v − air), where `rate` is the drag rate (1/s) and `air` the velocity of the air. So v ← keep·(v + g·dt) +
+/// (1 − keep)·air (g: gravity), and the position p ← p + v·dt.
 void move(const Motion& motion, std::size_t first, std::size_t last, float dt, const Surroundings& around) noexcept;
 
 /// Reads and writes the same memory as move(), but computes almost nothing. So the running time of this function is a
@@ -37,7 +37,7 @@ void copy_through(const Motion& motion, std::size_t count) noexcept;
 /// Returns the mean speed, in m/s, of the air at `distance` (m) from the nozzle during a step.
 double mean_air_speed(double strength, double distance, double dt) noexcept;
 
-/// Computes keep = 1/(1 + rate·dt) for a new step length dt.
+/// Computes keep = 1/(1 + rate·dt) from each particle's drag rate (1/s) for a new step length dt (s).
 void set_keep(const float* rate, float* keep, std::size_t count, float dt) noexcept;
 
 /// Returns the drag of a ball divided by its Stokes drag: 1 + 0.15 Re^0.687 (Schiller & Naumann). The value comes from

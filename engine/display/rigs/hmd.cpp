@@ -397,8 +397,8 @@ class OpenXrHmd final : public Hmd {
         if (running_) break;
         const XrSessionBeginInfo info{XR_TYPE_SESSION_BEGIN_INFO, nullptr, kStereo};
         const XrResult result = api.attempt("xrBeginSession", api.BeginSession, session_, &info);
-        // The runtime has changed its state again before this call, so the call fails. The next event contains the new
-        // state.
+        // The runtime changed the session's state again before this call, so the call fails. The next event contains
+        // the new state.
         if (result == XR_ERROR_SESSION_NOT_READY) break;
         if (XR_FAILED(result)) Api::fail("xrBeginSession", result);
         running_ = true;

@@ -101,7 +101,8 @@ Api::Api(RuntimeGate& gate) : gate_(gate) {
   if (!find("xr" #name, name)) missing = "xr" #name;
   TYPODONT_XR_CORE(TYPODONT_XR_FIND)
 #undef TYPODONT_XR_FIND
-  // Runtimes also return functions of extensions that were not enabled, and such functions must not be called.
+  // Runtimes also return functions of extensions that were not enabled, but such functions must not be called. So only
+  // the functions of enabled extensions are looked up; the others stay null.
 #define TYPODONT_XR_FIND(name, extension) \
   if (has(extension)) find("xr" #name, name);
   TYPODONT_XR_EXTENSIONS(TYPODONT_XR_FIND)

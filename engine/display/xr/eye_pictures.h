@@ -21,12 +21,12 @@ class EyePictures {
 
   bool wants_depth() const { return wants_depth_; }
 
-  /// Records the copies of the pictures into the swapchains, see Hmd::record. The program owns the swapchain's images
-  /// until release().
+  /// Records the commands that copy the pictures into the swapchains (see Hmd::record). The swapchains' images belong
+  /// to the program until release(), and to the runtime afterwards.
   void record(VkCommandBuffer commands, const gpu::Image& pictures, const std::array<Hmd::Depth, 2>& depth);
   void release();
 
-  // The next functions describe what was recorded last.
+  // The next functions describe the last call of record().
   bool has_depth() const { return has_depth_; }
   XrSwapchainSubImage color(std::uint32_t eye) const;
   XrSwapchainSubImage depth(std::uint32_t eye) const;

@@ -125,7 +125,7 @@ void Input::suggest() {
     const XrInteractionProfileSuggestedBinding info{XR_TYPE_INTERACTION_PROFILE_SUGGESTED_BINDING, nullptr,
                                                     path(profile.path), static_cast<std::uint32_t>(bindings.size()),
                                                     bindings.data()};
-    // A runtime need not support every controller.
+    // A runtime may reject the bindings of a controller that it does not know. This is no error.
     const XrResult result = api.attempt("xrSuggestInteractionProfileBindings", api.SuggestInteractionProfileBindings,
                                         api.instance(), &info);
     if (XR_FAILED(result) && result != XR_ERROR_PATH_UNSUPPORTED)

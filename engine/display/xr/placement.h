@@ -24,7 +24,8 @@ class Placement {
   void follow(XrTime display_time);
   /// Places the tissue in front of the user again, unless its position is measured.
   void recentre();
-  /// Reports that the user's head is at X_DV. If the tissue has no position yet, it is placed in front of the user.
+  /// Reports the pose of the user's head, X_DV, in the headset's space D. If the tissue has no position yet, it is
+  /// placed in front of the user.
   void see(const Pose& X_DV) {
     if (!known()) place(X_DV);
   }
@@ -32,8 +33,8 @@ class Placement {
   Pose in_workbench(const Pose& X_DQ) const;
 
  private:
-  /// Places the tissue in front of the head. In frame W, y points away from the user and z up; the user sits at
-  /// negative y.
+  /// Places the tissue in front of the head, which has the pose X_DV in the headset's space D. In frame W, y points
+  /// away from the user and z up; the user sits at negative y.
   void place(const Pose& X_DV);
 
   struct Move {

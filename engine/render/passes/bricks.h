@@ -64,8 +64,7 @@ struct DrawGroup {
   std::uint32_t first = 0, count = 0;  // range of the group's commands in the indirect buffer
 };
 
-/// The first function returns whether the view draws the mesh. The second function returns whether the view draws the
-/// mesh as glass.
+/// shown_in() returns true if the view draws the mesh. glassy_in() returns true if the view draws the mesh as glass.
 bool shown_in(View view, MeshId mesh);
 bool glassy_in(View view, MeshId mesh);
 
@@ -82,8 +81,9 @@ struct BrickStore {
   std::map<MeshId, glm::dvec4> covers;
   std::vector<BrickBlock> blocks;
   SlotBuffers indirect, shadow_indirect, mirror_indirect;
-  std::uint64_t version = 1;        // version of all bricks; increases with every change
-  std::uint64_t order = 1;          // increases when a body is placed, removed or covered
+  std::uint64_t version = 1;  // version of all bricks; increases with every change
+  // version of the bodies' poses and planes; increases when a body is placed, removed or covered
+  std::uint64_t order = 1;
   std::vector<BoxInWorld> changed;  // old and new boxes of the bricks that changed since the last frame
   int uploaded = 0;                 // number of bricks (blocks of triangles) uploaded since the last frame
   std::uint64_t uploaded_bytes = 0;

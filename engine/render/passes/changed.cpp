@@ -185,9 +185,9 @@ ShadowMapBox shadow_map_box(const glm::dmat4& light_from_box, const glm::vec3& l
 }
 
 float shadow_lookup_reach(const shared::FrameData& data) {
-  // Sum of three lengths in lighting.glsl: kOcclusionRadius, the distance of the lookup point from the surface, and the
-  // width of the filter. The sum is divided by the width of the shadow map. (The points at which the shadow is looked
-  // up lie within kOcclusionRadius.)
+  // The shaders look up shadow and occlusion within this distance of a point. It is the sum of three lengths in
+  // lighting.glsl: kOcclusionRadius, the distance of the lookup point from the surface, and the width of the filter.
+  // The sum is divided by the width of the shadow map.
   return (2.2e-3f + 0.27e-3f + 4 * data.light_size.z) / data.light_size.x;
 }
 

@@ -54,7 +54,7 @@ bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float r
 /// A rectangle of the shadow map in which tissue changed. The shadow or occlusion may be different for all surface
 /// points whose shaders read this rectangle.
 struct ShadowMapBox {
-  glm::vec2 lo{1e9f}, hi{-1e9f};  // corners in shadow-map coordinates, 0..1
+  glm::vec2 lo{1e9f}, hi{-1e9f};  // corners of the rectangle in shadow-map coordinates, 0..1
   bool empty() const { return lo.x > hi.x; }
   void take(const ShadowMapBox& b) {
     lo = glm::min(lo, b.lo);

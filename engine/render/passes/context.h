@@ -76,7 +76,8 @@ inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int vie
 }
 
 inline void push(VkCommandBuffer commands, VkPipelineLayout layout, const Pose& X_WM) {
-  // The object's matrix needs the rows of the rotation R. GLM stores columns, and the columns of rᵀ are the rows of R.
+  // The object's matrix needs the rows of the rotation matrix R. GLM stores columns, and the columns of the transpose r
+  // are the rows of R.
   const glm::dmat3 r = glm::transpose(glm::mat3_cast(X_WM.R));
   shared::ObjectData object;
   for (int i = 0; i < 3; ++i) object.world_row[i] = glm::vec4(glm::dvec4(r[i], X_WM.p[i]));

@@ -145,7 +145,7 @@ struct HiddenPass {
 struct MaskPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   SlotBuffers corners;
-  std::array<std::uint32_t, 2> first{}, count{};  // vertex range for each eye
+  std::array<std::uint32_t, 2> first{}, count{};  // range of the mask's vertices for each eye
   void prepare(PassContext& context, int slot, const glm::ivec2& size, const EyeBoxes& kept);
   void record(PassContext& context, VkCommandBuffer commands, int slot, int view, FrameStats& stats);
   void destroy(gpu::Device& device);

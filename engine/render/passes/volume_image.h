@@ -21,7 +21,7 @@ struct VolumeImage {
   }
   /// Makes an image of `size` texels, all zero, in the layout that shaders read.
   void create(gpu::Device& device, const glm::ivec3& size, VkFormat format);
-  /// Records copies from a buffer to the image. Call it between two draws.
+  /// Records copies from a buffer to the image. The recorded commands must not be inside a rendering pass.
   void copy(VkCommandBuffer commands, VkBuffer from, std::span<const VkBufferImageCopy> parts) const;
   void destroy(gpu::Device& device);
 };

@@ -210,8 +210,8 @@ std::vector<Column<ServoTick>> make_tick_columns() {
   c.push_back(added_later(exact<T>("tool", "", "which of the session's tools is in the hand",
                                    [](T& t) -> std::uint32_t& { return t.tool; })));
 
-  // The next columns contain values that contact models compute. Only CSV tables have these columns; session files do
-  // not, because a replay computes the values again.
+  // The following columns contain values that contact models compute. Only CSV tables have these columns; session files
+  // do not, because a replay computes the values again.
   const auto model_force = [&](const char* name, const char* text, auto field) {
     Column<T> column = added_later(exact<T>(name, "N", text, field));
     column.in_file = false;

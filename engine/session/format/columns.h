@@ -41,7 +41,8 @@ struct Column {
   std::string text;  // meaning of the column, in one line
   Type type = Type::kF64;
   void (*get)(const Message&, std::byte*) = nullptr;
-  void (*set)(Message&, const std::byte*) = nullptr;  // null if the column is computed from other columns
+  // stores a value from the file in a message; null if the column is computed from other columns
+  void (*set)(Message&, const std::byte*) = nullptr;
   bool in_csv = true;
   bool in_file = true;
   // True if the column was added after the first release. Older files do not have this column; the message then keeps

@@ -16,7 +16,8 @@ namespace typodont::session {
 /// The journal of one file during its recording. It must exist longer than the HDF5 file is open. Recorder thread only.
 class Journal {
  public:
-  /// Makes the journal of the session file with the final path `file`. Until start(), that file may have another name.
+  /// Makes the journal of a session file. `file` is the final path of the session file; until start(), the session file
+  /// may have another name.
   explicit Journal(const std::filesystem::path& file);
   ~Journal();
   Journal(const Journal&) = delete;

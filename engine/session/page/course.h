@@ -35,7 +35,8 @@ struct Course {
 Course course_of(const SessionReader& session);
 
 /// Returns the input of the score: the hand's measures from `course`, and the tissue volumes from the session's result.
-/// If the session has no final volumes, they are the initial volumes minus the volumes that the ticks removed.
+/// If the session has no final volumes, they are computed: the initial volumes minus the volumes that the ticks
+/// removed.
 ScoreInput input_of(const SessionReader& session, const Course& course);
 /// Computes the score with the rules of the session's scene.
 Score score_of(const SessionReader& session, const ScoreInput& input);

@@ -19,7 +19,7 @@ struct Window {
   double x0 = 0, x1 = 0, y0 = 0, y1 = 0;
 };
 
-/// Returns the segments of the contour value = 0 in drawing units (marching squares).
+/// Returns the line on which value(x, y) = 0, as segments in drawing units (marching squares).
 std::string contour(const Window& w, double step, double scale, const std::function<double(double, double)>& value) {
   std::string path;
   const int nx = static_cast<int>((w.x1 - w.x0) / step), ny = static_cast<int>((w.y1 - w.y0) / step);

@@ -28,8 +28,8 @@ constexpr int kLevels = 5;                // number of block sizes: 1³, 2³, 4�
 // kCreaseCosine (angle above 14°) for any crossing, the cell contains a crease of 28° or more.
 constexpr float kCreaseCosine = 0.97f;
 constexpr float kSmoothSpread = 0.008f;
-// cosine of 64°; a crease is gentle (ContourVertex::gentle) if any two normals in its cell differ by less than this
-// angle
+// Cosine of 64°. A crease is gentle (ContourVertex::gentle) if all normals in its cell differ from each other by
+// less than this.
 constexpr float kGentleCosine = 0.44f;
 // These constants place the vertices on a curved surface. The four vertices around an edge of the grid form a facet;
 // its sides are about as long as the side s of a cell. If the vertices lay on a surface of curvature κ, the middle of
@@ -78,7 +78,7 @@ std::uint32_t solid_bits(const float* row) {
 struct Node {
   Moments moments;
   glm::vec3 position{0};         // position of the vertex; cell corners have integer coordinates
-  Tissue tissue = Tissue::kAir;  // the only tissue near the vertex; kAir: several tissues
+  Tissue tissue = Tissue::kAir;  // tissue around the vertex; kAir: there are several tissues
   bool crease = false, gentle = false;
   std::uint16_t vertex = kNone;
 };
@@ -89,8 +89,8 @@ constexpr int mid_bit(int x, int y, int z) {
   return (x * 3 + y) * 3 + z;
 }
 struct Middles {
-  // Bit masks of 19 items: the edges, the faces and the block itself. `point`: the item's midpoint. `corners`: the
-  // item's corners.
+  // A block has 19 parts: 12 edges, 6 faces, and its inside. For each part: the bit of its midpoint (`point`) and the
+  // bits of its corners (`corners`), numbered by mid_bit().
   std::uint32_t point[19], corners[19];
 };
 constexpr Middles kMiddles = [] {
@@ -280,8 +280,9 @@ struct Contourer::Scratch {
 
   const FieldBrick* brick = nullptr;
   const CellShapes& shapes = CellShapes::get();
-  std::uint32_t solid[kCorners * kCorners];                  // bit z of row (x, y) is set if corner (x,y,z) is solid
-  std::uint16_t edge_at[3][kCorners * kCorners * kCorners];  // by axis and corner: index of the edge's crossing
+  std::uint32_t solid[kCorners * kCorners];  // bit z of row (x, y) is set if corner (x,y,z) is solid
+  // For each axis and corner: index of the crossing on the edge of the grid that starts at this corner along this axis.
+  std::uint16_t edge_at[3][kCorners * kCorners * kCorners];
   std::vector<Crossing> crossings;
   std::vector<Cell> cells;                     // cells that contain surface
   std::vector<Node> nodes[kLevels];            // level 0: one node per piece of surface; else one per merged block

@@ -19,8 +19,8 @@ struct ContourVertex {
   Tissue tissue[2]{};     // the two most frequent tissues around the vertex, the most frequent first
   float second = 0;       // 0..0.5, fraction of the second tissue, tissue[1]
   bool crease = false;    // true on a sharp edge, where `normal` is only the mean of the sides' normals
-  // true if the vertex is on a crease and any two normals in its cell differ by less than 64°; a small triangle on such
-  // a crease is shaded with the mean normal
+  // true if the vertex is on a crease and all normals in its cell differ from each other by less than 64°; a small
+  // triangle on such a crease is shaded with the mean normal
   bool gentle = false;
 };
 

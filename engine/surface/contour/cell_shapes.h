@@ -21,11 +21,11 @@ struct CellShape {
 };
 
 /// All shapes. Numbers 0..255 are the sign configurations of a cell (bit c is set if corner c is solid). In these
-/// shapes, solid corners that are diagonally opposite on a face are not connected. The surface patches of two
-/// neighbouring cells could therefore be joined along two arcs of the common face, and an edge of the mesh would have
-/// four polygons. In this case both cells use a flipped shape, which connects the solid corners across this face. Both
-/// cells make the same decision, because it depends only on their two sign configurations. (Wenger 2013, sec. 3.3:
-/// manifold dual contouring)
+/// shapes, solid corners that are diagonally opposite on a face are not connected. Then the surfaces of two
+/// neighbouring cells may meet in two arcs on their common face, and an edge of the mesh would have four polygons. In
+/// this case, both cells use a flipped shape, which connects the solid corners across this face. Both cells decide
+/// equally, because the decision depends only on their two sign configurations. (Wenger 2013, sec. 3.3: manifold dual
+/// contouring)
 class CellShapes {
  public:
   static const CellShapes& get();

@@ -10,8 +10,8 @@ namespace {
 // the two ends by less than kSame. On a curved surface, both conditions are very rarely met.
 constexpr float kUnit = 2e-6f;
 constexpr float kSame = 3e-3f;
-// voxels; if any second difference of the field at the ends of the edge is larger than this, there is a crease near the
-// edge, or the surface has a radius of curvature of less than four voxels
+// Voxels, limit of the second differences of the field at the ends of the edge. If one of them is larger, there is a
+// crease near the edge, or the surface has a radius of curvature of less than four voxels.
 constexpr float kBent = 0.25f;
 // The slope of the field before the edge is compared with its slope behind the edge, along the edge's line. If the
 // slopes differ by more than this, the surface has a crease there, because curvature alone changes the slope less.

@@ -27,7 +27,7 @@ struct Moments {
     m[3][0] += low;
     m[3][1] += high;
   }
-  /// Adds moments with another centre. `shift`: the other centre relative to this one.
+  /// Adds the moments `o`, which are relative to another centre. `shift`: position of that centre relative to this one.
   void add(const Moments& o, const glm::vec3& shift) {
     const Four by{shift.x, shift.y, shift.z, 0};
     for (int i = 0; i < 4; ++i) {

@@ -46,7 +46,8 @@ PlaneFit fit_planes(const PlaneSums& sums, double cutoff, int most) {
                n22 = sums.nn[5];
   const glm::dvec3 nm(n00 * m.x + n01 * m.y + n02 * m.z, n01 * m.x + n11 * m.y + n12 * m.z,
                       n02 * m.x + n12 * m.y + n22 * m.z);
-  const glm::dvec3 b = sums.nd - nm;  // right-hand side of A y = b; y is relative to the mean
+  // right-hand side of the normal equations A y = b; y is the wanted point relative to the mean of the crossings
+  const glm::dvec3 b = sums.nd - nm;
   double a[3][3] = {{n00, n01, n02}, {n01, n11, n12}, {n02, n12, n22}};
   double v[3][3];
   eigen(a, v);
