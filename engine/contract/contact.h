@@ -43,6 +43,8 @@ constexpr std::uint32_t bits(Fault fault) {
 
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
+/// - 14: In the models vertex and mesh_lod, a cut examines fewer faces around a head that is not a cylinder. The limits
+/// of the computing effort in a tick count these faces.
 /// - 13: In the vertex model, a head that cuts needs a list of the tissue's points around it. A new list is now made in
 /// parts over several ticks. Until it is complete, the head moves only where the old list is valid.
 /// - 12: In the vertex model, some vertices may stay inside the head after a cut. The head now moves on during the next
@@ -78,7 +80,7 @@ constexpr std::uint32_t bits(Fault fault) {
 /// - 2: While the copy of the tissue is late, the contact yields (docs/safety.md). The force is reduced if the energy
 /// ledger contains too little energy for it. Small debts of the ledger (negative values) are cancelled, too.
 /// - 1: The laws before version 2, used for recordings without a version.
-inline constexpr std::uint32_t kServoLaws = 13;
+inline constexpr std::uint32_t kServoLaws = 14;
 
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {

@@ -1,8 +1,10 @@
 // Tests whether triangles cross each other. Triangles that only touch do not cross.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "haptics/mesh/editable_mesh.h"
@@ -49,21 +51,51 @@ class TriangleTable {
   std::vector<Entry> entries_;
 };
 
-/// Returns the first face of the mesh that crosses a triangle, or kNone. Only faces for which counts(face) is true are
-/// tested.
-template <class Counts>
-Index crossed_by(const EditableMesh& mesh, const Corners& t, Counts&& counts) {
-  const dvec3 lo = glm::min(glm::min(t.p[0], t.p[1]), t.p[2]), hi = glm::max(glm::max(t.p[0], t.p[1]), t.p[2]);
-  Index found = kNone;
-  mesh.near(lo, hi, [&](Index g) {
-    if (found != kNone || !counts(g)) return;
-    const Corners other = corners(mesh, g);
-    for (int axis = 0; axis < 3; ++axis) {
-      const double a = other.p[0][axis], b = other.p[1][axis], c = other.p[2][axis];
-      if ((a < lo[axis] && b < lo[axis] && c < lo[axis]) || (a > hi[axis] && b > hi[axis] && c > hi[axis])) return;
+/// Triangles with their bounding boxes, for crosses_any().
+class BoxedTriangles {
+ public:
+  void add(const Corners& t) noexcept {
+    Boxed& next = triangles_[count_++];
+    next.t = t;
+    next.lo = glm::min(glm::min(t.p[0], t.p[1]), t.p[2]), next.hi = glm::max(glm::max(t.p[0], t.p[1]), t.p[2]);
+    next.lo_f = glm::vec3(next.lo), next.hi_f = glm::vec3(next.hi);
+    lo_ = glm::min(lo_, next.lo), hi_ = glm::max(hi_, next.hi);
+  }
+  /// Corners of the box around all triangles, m.
+  const dvec3& lo() const noexcept { return lo_; }
+  const dvec3& hi() const noexcept { return hi_; }
+  /// Returns true if the face g of the mesh crosses one of the triangles.
+  bool crossed_by(const EditableMesh& mesh, Index g) const noexcept {
+    const dvec3 &a = mesh.point(g, 0), &b = mesh.point(g, 1), &c = mesh.point(g, 2);
+    const dvec3 lo = glm::min(glm::min(a, b), c), hi = glm::max(glm::max(a, b), c);
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Boxed& boxed = triangles_[i];
+      const bool apart = (hi.x < boxed.lo.x) | (hi.y < boxed.lo.y) | (hi.z < boxed.lo.z) | (lo.x > boxed.hi.x) |
+                         (lo.y > boxed.hi.y) | (lo.z > boxed.hi.z);
+      if (!apart && mesh.may_meet(g, boxed.lo_f, boxed.hi_f) && cross_each_other(boxed.t, corners(mesh, g)))
+        return true;
     }
-    if (cross_each_other(t, other)) found = g;
-  });
+    return false;
+  }
+
+ private:
+  struct Boxed {
+    dvec3 lo, hi;          // m, corners of the bounding box
+    glm::vec3 lo_f, hi_f;  // the same as floats
+    Corners t;
+  };
+  std::array<Boxed, EditableMesh::kMostAround> triangles_;
+  std::size_t count_ = 0;
+  dvec3 lo_{std::numeric_limits<double>::max()}, hi_{std::numeric_limits<double>::lowest()};
+};
+
+/// Returns true if a face of the mesh crosses one of the triangles, which should be near each other. Only faces for
+/// which counts(face) is true are tested.
+template <class Counts>
+bool crosses_any(const EditableMesh& mesh, const BoxedTriangles& triangles, Counts&& counts) {
+  bool found = false;
+  mesh.near(triangles.lo(), triangles.hi(),
+            [&](Index g) { found = found || (counts(g) && triangles.crossed_by(mesh, g)); });
   return found;
 }
 

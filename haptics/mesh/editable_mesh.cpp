@@ -9,9 +9,6 @@ namespace typodont::haptics::mesh {
 
 namespace {
 
-// If a vertex has more faces than this, its edges cannot be collapsed.
-constexpr int kMostAround = 64;
-
 struct HalfEdge {
   Index lo, hi, face;
   int edge;
@@ -40,6 +37,7 @@ EditableMesh& EditableMesh::operator=(const EditableMesh& other) {
   take(vertices_, other.vertices_, other.vertices_used_);
   take(faces_, other.faces_, other.faces_used_);
   take(places_, other.places_, other.faces_used_);
+  take(rough_normals_, other.rough_normals_, other.faces_used_);
   heads_ = other.heads_;
   vertices_used_ = other.vertices_used_, faces_used_ = other.faces_used_;
   free_vertex_ = other.free_vertex_, free_face_ = other.free_face_;
@@ -127,6 +125,7 @@ void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
 void EditableMesh::make_grid(double edge) {
   for (int level = 0; level < kLevels; ++level) size_[level] = edge * static_cast<double>(1u << level);
   places_.resize(faces_.size());
+  rough_normals_.resize(faces_.size());
   const auto buckets = std::bit_ceil(std::max<std::size_t>(faces_.size() / 2, 64));
   heads_.assign(buckets, kNone);
   bucket_shift_ = 64 - std::countr_zero(buckets);
@@ -177,9 +176,19 @@ EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
   return place;
 }
 
+void EditableMesh::set_rough_normal(Index f) noexcept {
+  constexpr double kTiny2 = 1e-100;  // m⁴; such a small square may have lost digits (denormal numbers)
+  const dvec3& a = point(f, 0);
+  const dvec3 n = glm::cross(point(f, 1) - a, point(f, 2) - a);
+  const double n2 = glm::dot(n, n);
+  const dvec3 scaled = n2 > kTiny2 ? n * (127 / std::sqrt(n2)) : dvec3(0);
+  for (int k = 0; k < 3; ++k) rough_normals_[f][k] = static_cast<std::int8_t>(std::lrint(scaled[k]));
+}
+
 void EditableMesh::link(Index f) noexcept {
   Place& place = places_[f];
   place = place_for(f);
+  set_rough_normal(f);
   ++in_level_[place.key >> kLevelShift];
   Index& head = heads_[bucket_of(place.key)];
   place.next = head;
@@ -208,6 +217,7 @@ void EditableMesh::place(Index f) noexcept {
   }
   now.next = place.next, now.before = place.before;
   place = now;
+  set_rough_normal(f);
 }
 
 // The following functions change vertices and faces, and record these changes.

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -52,6 +53,7 @@ struct MeshRecord {
 
 class EditableMesh {
  public:
+  static constexpr int kMostAround = 64;  // if a vertex has more faces than this, its edges cannot be collapsed
   EditableMesh() = default;
   /// Makes an editable copy of a mesh. `edge` is the longest edge, in m, of the faces in the finest level of the grid.
   /// `spare` is the number of vertices that can be added. An edge with more than two faces, or with two faces of
@@ -191,6 +193,14 @@ class EditableMesh {
   /// Centre of a ball that encloses a face, in m.
   const glm::vec3& ball_center(Index f) const noexcept { return places_[f].center; }
   float ball_radius(Index f) const noexcept { return places_[f].radius; }
+  /// Outer unit normal of a face. Each component is rounded to a multiple of 1/127, so the scalar product of this
+  /// vector and a unit vector has an error of at most kRoughNormalError. The result is the zero vector if the face has
+  /// almost no area. Reading the rough normal is cheaper than computing the normal from the corners.
+  glm::vec3 rough_normal(Index f) const noexcept {
+    const RoughNormal& n = rough_normals_[f];
+    return glm::vec3(n[0], n[1], n[2]) * (1.0f / 127);
+  }
+  static constexpr float kRoughNormalError = 0.01f;
 
   // Records changes: from this call on, the mesh stores each vertex and face in `record` before its first change. A
   // null pointer ends the recording. Allocates memory in `record`.
@@ -243,6 +253,8 @@ class EditableMesh {
     }
   };
 
+  using RoughNormal = std::array<std::int8_t, 4>;  // three components in units of 1/127, and an unused byte
+
   static std::uint64_t key_of(int level, const glm::ivec3& cell) noexcept {
     constexpr std::uint64_t kMask = (1u << 20) - 1;
     const auto bits = [](int c) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(c)) & kMask; };
@@ -265,6 +277,7 @@ class EditableMesh {
   void link(Index f) noexcept;
   void unlink(Index f) noexcept;
   void place(Index f) noexcept;
+  void set_rough_normal(Index f) noexcept;
   Vertex& write_vertex(Index v) noexcept;
   Face& write_face(Index f) noexcept;
   Index take_vertex() noexcept;
@@ -278,6 +291,7 @@ class EditableMesh {
   std::vector<Vertex> vertices_;  // all vertices, used and unused
   std::vector<Face> faces_;
   std::vector<Place> places_;
+  std::vector<RoughNormal> rough_normals_;
   std::vector<Index> heads_;  // for each bucket of the hash table: its first face
   Index vertices_used_ = 0, faces_used_ = 0, free_vertex_ = kNone, free_face_ = kNone;
   std::size_t vertex_count_ = 0, face_count_ = 0;

@@ -240,6 +240,48 @@ TEST(HeadDistances, EqualTheDistancesOfSinglePointsBitForBitForEveryHeadAndPose)
   }
 }
 
+TEST(VertexHead, TheQuickTestNeverExcludesANearPointAndExcludesMostFarOnes) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> spread(-1, 1);
+  for (const HeadShape shape : haptics::head_shapes()) {
+    for (const double slender : {1.2, 1.6, 6.0}) {
+      Tool tool = head_of(shape, 0.6_mm + 0.5_mm * std::abs(spread(random)));
+      if (shape != HeadShape::kSphere) tool.length = slender * tool.diameter;
+      const VertexHead head(tool);
+      VertexHead before(tool);
+      before.set_laws(13);
+      const dquat R = glm::normalize(dquat(spread(random), spread(random), spread(random), spread(random)));
+      const glm::vec3 axis(R * dvec3(0, 0, 1));
+      int far_ones = 0, excluded = 0, excluded_before = 0;
+      for (int i = 0; i < 20'000; ++i) {
+        dvec3 p_T = 1.3 * head.reach() * dvec3(spread(random), spread(random), spread(random));
+        if (i % 4 == 0) {  // a point on the surface or very near it
+          dvec3 n;
+          for (int k = 0; k < 3; ++k) p_T -= head.distance(p_T, n) * n;
+          p_T += 1e-9 * spread(random) * n;
+        }
+        const double d = head.distance(p_T), far = i % 3 == 0 ? 0 : 0.2 * head.radius() * std::abs(spread(random));
+        const glm::vec3 off(R * p_T);
+        const bool may = head.may_be_within(off, axis, static_cast<float>(far));
+        if (d <= far) {
+          ASSERT_TRUE(may) << haptics::name_of(shape) << ' ' << p_T.x << ' ' << p_T.y << ' ' << p_T.z;
+        } else if (d > far + 0.15 * head.radius()) {
+          ++far_ones;
+          excluded += !may;
+          excluded_before += !before.may_be_within(off, axis, static_cast<float>(far));
+        }
+        ASSERT_TRUE(!may || before.may_be_within(off, axis, static_cast<float>(far)));
+      }
+      ASSERT_GT(far_ones, 1000);
+      EXPECT_GT(excluded, 0.97 * far_ones) << haptics::name_of(shape) << ' ' << slender;
+      EXPECT_GE(excluded, excluded_before);
+      if (shape == HeadShape::kCone) {
+        EXPECT_LT(far_ones - excluded, 0.3 * (far_ones - excluded_before)) << "the tangents exclude more";
+      }
+    }
+  }
+}
+
 TEST(HeadDistances, ExtrapolatedDistancesAreNeverTooLargeAndDifferLittleOnSmoothHeads) {
   constexpr double kReuse = 0.02;
   std::mt19937_64 random(11);

@@ -489,7 +489,8 @@ TEST(VertexModel, OlderForceLawsStillGiveTheirBits) {
                           {9, 0xfad4972fd459afa9u, 0x5290193899e77e5cu, 0x0d141328ef939bc4u},
                           {10, 0xfad4972fd459afa9u, 0x5290193899e77e5cu, 0x0d141328ef939bc4u},
                           {11, 0x38f48ef964a4d7d0u, 0xbee9197e3479a1acu, 0x191a0f947aa86cau},
-                          {12, 0x4d02e44de1caa807u, 0x5275a3396eb54091u, 0x79af1fbcafe33defu}};
+                          {12, 0x4d02e44de1caa807u, 0x5275a3396eb54091u, 0x79af1fbcafe33defu},
+                          {13, 0xc60a9fa6dc44cbe0u, 0xcaedbf5a0b44bd64u, 0x9fd6cb425f01dec0u}};
   for (const Expected& expected : all) {
     EXPECT_EQ(hash_of_session(expected.laws, haptics::HeadShape::kCylinder), expected.cylinder) << expected.laws;
     EXPECT_EQ(hash_of_session(expected.laws, haptics::HeadShape::kCone), expected.cone) << expected.laws;

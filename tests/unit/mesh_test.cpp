@@ -93,6 +93,29 @@ TEST(EditableMesh, TheGridFindsEveryFaceThatReachesIntoABox) {
   }
 }
 
+TEST(EditableMesh, RoughNormalsFollowEveryEdit) {
+  std::mt19937 random(17);
+  EditableMesh mesh(ball(dvec3(5.0_mm), kEdge), kEdge, 4000);
+  MeshRecord record;
+  const auto check = [&](const EditableMesh& m) {
+    for (Index f = 0; f < m.face_range(); ++f) {
+      if (!m.uses(f)) continue;
+      const dvec3 n = glm::cross(m.point(f, 1) - m.point(f, 0), m.point(f, 2) - m.point(f, 0));
+      const dvec3 unit = glm::length(n) > 1e-40 ? glm::normalize(n) : dvec3(0);
+      ASSERT_LE(glm::distance(dvec3(m.rough_normal(f)), unit), static_cast<double>(EditableMesh::kRoughNormalError));
+    }
+  };
+  for (int round = 0; round < 10; ++round) {
+    record = {};
+    mesh.record(&record);
+    edit(mesh, random, 300);
+    mesh.record(nullptr);
+    check(mesh);
+    check(EditableMesh(mesh));
+    if (round % 3 == 0) mesh.exchange(record), check(mesh);
+  }
+}
+
 TEST(EditableMesh, ARecordUndoesAndRedoesEditsBitForBit) {
   EditableMesh mesh(ball(dvec3(3.0_mm), kEdge), kEdge, 5000);
   std::mt19937 random(11);

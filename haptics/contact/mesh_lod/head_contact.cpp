@@ -21,7 +21,9 @@ constexpr double kLiftReach = 2e-3;  // m, search distance for the surface, from
 
 }  // namespace
 
-HeadContact::HeadContact(const Tool& tool, bool divides) : head_(tool), divides_(divides) {}
+HeadContact::HeadContact(const Tool& tool, std::uint32_t laws) : head_(tool), divides_(laws >= kLawsOfParts) {
+  head_.set_laws(laws);
+}
 
 double HeadContact::moved_since(const HeadPoints& list, const dvec3& c) const noexcept {
   return displacement_bound(list.points.listed_at(), {c, R_WT_}, head_.reach());

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "haptics/contact/mesh_lod/head_points.h"
+#include "haptics/contact/mesh_lod/mesh_lod_parts.h"
 #include "haptics/contact/mesh_lod/surface_contact.h"
 #include "haptics/contact/vertex/head_follow.h"
 
@@ -12,9 +13,9 @@ namespace typodont::haptics::mesh_lod {
 /// is valid, the next list is made, a part of it in each tick.
 class HeadContact final : public SurfaceContact {
  public:
-  /// `divides`: true: a list of contact points is made in several parts, and lists made by the carver thread are used;
-  /// false: neither is done, as in the servo's force laws before version 12.
-  HeadContact(const Tool& tool, bool divides);
+  /// `laws`: version of the servo's force laws. Since version 12, a list of contact points is made in several parts,
+  /// and lists made by the carver thread are used.
+  HeadContact(const Tool& tool, std::uint32_t laws);
 
   double radius() const noexcept override { return head_.radius(); }
   double reach() const noexcept override { return head_.reach(); }
@@ -44,7 +45,7 @@ class HeadContact final : public SurfaceContact {
   double least_distance(const dvec3& c) noexcept;
 
   vertex::VertexHead head_;
-  bool divides_;
+  bool divides_;  // true: lists are made in several parts, and the carver's lists are used
   dquat R_WT_{1, 0, 0, 0};
   vertex::HeadDistances distances_{HeadPoints::kMost};
   vertex::HeadFollower follower_{distances_};

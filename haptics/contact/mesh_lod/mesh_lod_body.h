@@ -22,6 +22,9 @@ class MeshLodBody final : public TissueBody {
   void set_laws(std::uint32_t laws) override {
     solid_->set_laws(laws);
     lists_points_ = laws >= kLawsOfParts;
+    for (auto& head : heads_) {
+      if (head) head->set_laws(laws);
+    }
   }
   void carve(const Cut& cut, bool continues) override;
   /// Never called, because the model refuses filling instruments.

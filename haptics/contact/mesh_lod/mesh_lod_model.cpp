@@ -69,7 +69,7 @@ MeshLodModel::MeshLodModel(const ServoSettings& settings, const Parameters& para
   refuse_tools_that_fill(tool_set(settings), kName);
   for (const Tool& tool : tool_set(settings)) {
     if (whole_head(tool)) {
-      points_.push_back(std::make_unique<HeadContact>(tool, settings.laws >= kLawsOfParts));
+      points_.push_back(std::make_unique<HeadContact>(tool, settings.laws));
     } else {
       points_.push_back(
           std::make_unique<SurfacePoint>(options_for(settings, parameters, tool), stiffness_of(settings.materials)));

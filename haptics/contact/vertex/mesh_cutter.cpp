@@ -31,6 +31,13 @@ constexpr int kMostRounds = 8;
 // Limit of the cosine between a face's outer normal and the direction from the head's centre to the face. If the cosine
 // is above this limit, the face does not face the head, so it may be on the far side of a thin wall.
 constexpr double kLooksAway = -0.2;
+// Limit of the cosine between a face's outer normal and the direction from the head's core to a corner of the face. A
+// face faces the core if all its cosines are below this limit.
+constexpr double kFacesCore = -0.05;
+// The same limit for the quick test with a face's rough normal and the centre of its bounding ball. It is stricter than
+// kLooksAway by more than the error of the rough normal. Used as a positive number, because the test compares squares.
+constexpr float kClearlyToHead = 0.22f;
+static_assert(kClearlyToHead > -kLooksAway + EditableMesh::kRoughNormalError);
 
 // Bound of the rounding error of the scalar product of a unit vector and a vector a, as a ratio to |a.x| + |a.y| +
 // |a.z|. If the computed product is below minus this bound, the exact product is negative, too.
@@ -39,15 +46,11 @@ constexpr double kClearlyInward = 1e-12;
 // than kLarger × the other; a closer comparison could be wrong because of rounding. It also does not decide if a square
 // is below kTiny2 (m⁴), because such a small number may have lost digits (denormal numbers).
 constexpr double kLarger = 1 + 1e-12, kTiny2 = 1e-100;
-
-/// Estimated computing times of the loops of a cut, for one face, one vertex or one test, in units of 10 ns. The values
-/// come from measurements.
-struct Costs {
-  static constexpr Effort kGather = 2, kSort = 1, kVisit = 2, kRefine = 1, kDistance = 5, kSplit = 40, kFind = 1,
-                          kDistances = 2, kPush = 10, kCollect = 6, kUnfold = 2, kSettle = 4, kSelect = 2, kBall = 1,
-                          kSelectChanged = 1, kTest = 50, kPair = 3, kAccount = 2, kRepair = 3, kCollapse = 60,
-                          kThinCollapse = 500;
-};
+// m; if the height of a triangle is below this limit, the rounding of its normal may matter
+constexpr double kFlat = 1e-7;
+// Limit of a quick test that compares lengths: the test decides only if one length is smaller than kShorter × the
+// other.
+constexpr double kShorter = 1 - 1e-6;
 
 dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
   return glm::cross(b - a, c - a);
@@ -74,11 +77,17 @@ constexpr std::size_t kCrowd = 100;
 // Largest number of faces in the table crowd_, which is used only if very many bounding balls overlap.
 constexpr std::size_t kMostInCrowd = 1 << 15;
 
-/// Finds the bounding balls of faces that overlap the ball with centre p and radius r. Writes their indices to `at` and
-/// returns their number.
+// Bit of an index that list_overlapping() writes. The bit is set if the bounding ball lies on one side of the plane of
+// the tested face. The face in such a ball cannot intersect the tested face.
+constexpr std::uint32_t kBeside = 0x80000000;
+
+/// Finds the bounding balls of faces that overlap the bounding ball of a face, which has the centre p and the radius r.
+/// Writes their indices, some with the bit kBeside, to `at`, and returns their number. `n`: unit normal of the face at
+/// p, or the zero vector if the normal is not exact.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_overlapping(const float* x, const float* y, const float* z, const float* radius, std::size_t count,
-                             const float* p, float r, std::uint32_t* at) {
+                             const float* p, float r, const float* n, std::uint32_t* at) {
+  constexpr float kClear = 1e-7f;  // m, larger than the rounding error of a ball's distance from the plane
   std::size_t found = 0;
   for (std::size_t k = 0; k < count; k += kBatch) {
     F8 px, py, pz, far;
@@ -86,14 +95,18 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
     std::memcpy(&py, y + k, sizeof py);
     std::memcpy(&pz, z + k, sizeof pz);
     std::memcpy(&far, radius + k, sizeof far);
-    px -= p[0], py -= p[1], pz -= p[2], far += r;
+    px -= p[0], py -= p[1], pz -= p[2];
+    const F8 height = px * n[0] + py * n[1] + pz * n[2], clear = far + kClear;
+    far += r;
     const I8 overlaps = px * px + py * py + pz * pz <= far * far;
+    const unsigned beside = bits_of(I8((height > clear) | (height < -clear)));
     for (unsigned bits = bits_of(overlaps); bits; bits &= bits - 1) {
-      at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(bits));
+      at[found++] = (static_cast<std::uint32_t>(k) + lane) | (beside >> lane & 1 ? kBeside : 0);
     }
   }
   // Removes the results that belong to unused lanes of the last batch of vector operations.
-  while (found > 0 && at[found - 1] >= count) --found;
+  while (found > 0 && (at[found - 1] & ~kBeside) >= count) --found;
   return found;
 }
 
@@ -170,14 +183,14 @@ bool MeshCutter::gather_in_part(const EditableMesh& mesh, const KnownFaces& know
   }
   if (takes_known_) {
     const glm::vec3 lo(search_.lo_W), hi(search_.hi_W);
-    return each(known.faces.size(), Costs::kVisit, [&](std::size_t k) {
+    return each(known.faces.size(), costs_.visit, [&](std::size_t k) {
       if (mesh.may_meet(known.faces[k], lo, hi)) add_if_near(mesh, known.faces[k]);
     });
   }
-  const Effort most = left_ / Costs::kVisit + 1;
+  const Effort most = std::min(left_, kNoLimit - 1) / costs_.visit + 1;
   Effort visits = most;
   const bool complete = mesh.near_in_part(search_, visits, [&](Index f) { add_if_near(mesh, f); });
-  left_ -= Costs::kVisit * (most - visits);
+  left_ -= costs_.visit * (most - visits);
   return complete;
 }
 
@@ -205,8 +218,13 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
                     most = follows_laws_12_ ? std::min(room, most_faces(*head.head, edge)) : room;
   while (at_ < near_.size()) {
     if (left_ <= 0) return false;
-    left_ -= Costs::kRefine;
+    left_ -= costs_.refine;
     const Index f = near_[at_];
+    // Quick test: no edge of a face is longer than the diameter of the face's bounding ball.
+    if (static_cast<double>(mesh.ball_radius(f)) < 0.5 * P::longest * edge * kShorter) {
+      ++at_;
+      continue;
+    }
     int longest = -1;
     double greatest2 = longest2;
     for (int i = 0; i < 3; ++i) {
@@ -220,7 +238,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
     }
     bool reached = false;
     if (longest >= 0) {
-      left_ -= Costs::kDistance;
+      left_ -= costs_.distance;
       const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
       const dvec3 g = (a + b + c) / 3.0;
       const double size = std::sqrt(std::max({glm::dot(a - g, a - g), glm::dot(b - g, b - g), glm::dot(c - g, c - g)}));
@@ -230,7 +248,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       ++at_;
       continue;
     }
-    left_ -= Costs::kSplit;
+    left_ -= costs_.split;
     const Index g = mesh.face(f).n[longest];
     const dvec3 middle = 0.5 * (mesh.point(f, longest) + mesh.point(f, (longest + 1) % 3));
     const Index m = mesh.split(f, longest, middle);
@@ -304,9 +322,9 @@ bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, In
 /// Computes the target positions of the vertices that find_inside() has collected in distances_.
 void MeshCutter::find_targets(const EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double most2 = P::farthest * P::farthest * edge * edge;
-  left_ -= Costs::kDistances * static_cast<Effort>(distances_.size());
+  left_ -= costs_.distances * static_cast<Effort>(distances_.size());
   distances_.evaluate(*head.head, head.R_WT, -P::overlap);
-  left_ -= Costs::kPush * static_cast<Effort>(distances_.size());
+  left_ -= costs_.push * static_cast<Effort>(distances_.size());
   for (std::size_t i = 0; i < distances_.size(); ++i) {
     const Index v = distances_.point(i);
     const mesh::Vertex& vertex = mesh.vertex(v);
@@ -329,9 +347,13 @@ bool MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
     distances_.clear();
     ++look_;
   }
-  const glm::vec3 axis(head.R_WT[2]);
-  if (!each(near_.size(), Costs::kFind, [&](std::size_t k) {
-        for (const Index v : mesh.face(near_[k]).v) {
+  const glm::vec3 axis(head.R_WT[2]), center(head.X_W.p);
+  if (!each(near_.size(), costs_.find, [&](std::size_t k) {
+        // Quick test: if the bounding ball of a face is outside the head, so are the corners of the face.
+        const Index f = near_[k];
+        const float far = mesh.ball_radius(f) + static_cast<float>(kRounding);
+        if (!head.head->may_be_within(mesh.ball_center(f) - center, axis, far)) return;
+        for (const Index v : mesh.face(f).v) {
           if (!see_vertex(v)) continue;
           place_of_[v] = kNone;
           const dvec3 from = mesh.vertex(v).p - head.X_W.p;
@@ -394,7 +416,7 @@ bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affec
 /// wall. Returns false if the allowed effort is used up before the last face.
 bool MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept {
   for (;;) {
-    if (!each(affected_.size(), Costs::kUnfold, [&](std::size_t i) {
+    if (!each(affected_.size(), costs_.unfold, [&](std::size_t i) {
           if (folds(mesh, head, affected_[i])) unfold_held_ |= hold_back(mesh, affected_[i].f);
         })) {
       return false;
@@ -463,21 +485,23 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   const bool changed = face_seen_[f] == look_;
   const mesh::Corners corners = mesh::corners(mesh, f);
   const dvec3 n = normal2(mesh, f);
+  const double n2 = glm::dot(n, n), least = kFlat * 2 * static_cast<double>(r);
+  const glm::vec3 unit = n2 > least * least ? glm::vec3(n / std::sqrt(n2)) : glm::vec3(0);
   std::uint32_t first = kNone;
   const auto test = [&](std::size_t from, std::size_t to) {
-    std::size_t count = list_overlapping(ball_x_.data() + from, ball_y_.data() + from, ball_z_.data() + from,
-                                         ball_r_.data() + from, to - from, &c.x, r, overlapping_.data());
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t slot = from + overlapping_[i];
+    const std::size_t found = list_overlapping(ball_x_.data() + from, ball_y_.data() + from, ball_z_.data() + from,
+                                               ball_r_.data() + from, to - from, &c.x, r, &unit.x, overlapping_.data());
+    std::size_t count = 0, tested = 0;
+    for (std::size_t i = 0; i < found; ++i) {
+      const std::size_t slot = from + (overlapping_[i] & ~kBeside);
       // Skips a face that was already tested in this round and crossed no other face, because that test included the
       // pair with f. If vertices were moved back in this round (held_), bounding balls may have changed, so the pair is
       // tested again.
       if (!held_ && tested_in_[near_[ball_at_[slot]]] == edge_look_) continue;
-      overlapping_[kept++] = static_cast<std::uint32_t>(slot);
+      ++tested;
+      if (!(overlapping_[i] & kBeside)) overlapping_[count++] = static_cast<std::uint32_t>(slot);
     }
-    count = kept;
-    left_ -= Costs::kPair * static_cast<Effort>(count);
+    left_ -= costs_.pair * static_cast<Effort>(tested);
     if (count > kCrowd && near_.size() <= crowd_.room()) {
       if (!crowded_) list_crowd(mesh);
       count = crowd_.keep_possible(corners, overlapping_.data(), count);
@@ -508,20 +532,61 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   return kNone;
 }
 
-/// Lists face f for the intersection test if it may intersect other faces. If all faces near the head face the head's
-/// centre, the surface is star-shaped and cannot intersect itself. So only faces that face away from the centre are
-/// listed (the far side of a thin wall, or an undercut).
+/// Returns true if the face f faces the head's core (VertexHead::core_low) in all its corners.
+bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index f) noexcept {
+  const dvec3 axis = head.head->is_ball() ? dvec3(0) : head.R_WT[2];
+  // Vector from the nearest point of the core to a point.
+  const auto from_core = [&](const dvec3& off) {
+    return off - std::clamp(glm::dot(off, axis), head.head->core_low(), head.head->core_high()) * axis;
+  };
+  // A quick test with the rough normal and the bounding ball. The vector from the core to a corner differs from the
+  // vector to the ball's centre by at most the ball's radius.
+  const dvec3 center = from_core(dvec3(mesh.ball_center(f)) - head.X_W.p);
+  const double far = glm::length(center), radius = static_cast<double>(mesh.ball_radius(f)) + kRounding;
+  constexpr double kError = EditableMesh::kRoughNormalError;
+  if (glm::dot(dvec3(mesh.rough_normal(f)), center) < kFacesCore * (far + radius) - kError * far - radius) return true;
+  const dvec3 n = normal2(mesh, f);
+  const double length = glm::length(n);
+  for (int i = 0; i < 3; ++i) {
+    const dvec3 way = from_core(mesh.point(f, i) - head.X_W.p);
+    if (!(glm::dot(n, way) < kFacesCore * length * glm::length(way))) return false;
+  }
+  return true;
+}
+
+/// Lists face f for the intersection test if it may intersect other faces. If all faces near the head face its core,
+/// each ray from the core enters the solid only once, so the surface cannot intersect itself. So only faces that face
+/// away from the core are listed (the far side of a thin wall, an undercut, or the surface around a hole).
 void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, double edge, Index f) noexcept {
+  if (faces_core(mesh, head, f)) return;
+  // Moved vertices are on the head's surface or near it. So a face without a moved vertex can intersect a changed face
+  // only if it is very near the head.
+  const bool changed = face_seen_[f] == look_;
+  const double within = mesh.ball_radius(f) + (changed ? edge : kRounding);
+  const dvec3 way = (mesh.point(f, 0) + mesh.point(f, 1) + mesh.point(f, 2)) / 3.0 - head.X_W.p;
+  if (!head.head->may_be_within(glm::vec3(way), glm::vec3(head.R_WT[2]), static_cast<float>(within))) return;
+  left_ -= costs_.distance;
+  if (head.head->is_ball()) return add_suspect(mesh, f);
+  candidates_[distances_.size()] = {f, within, {}};
+  distances_.add(static_cast<std::uint32_t>(distances_.size()), way);
+  if (distances_.full()) decide_candidates(mesh, head);
+}
+
+/// Lists face f by the rule of force laws before version 14: a face is not listed if it faces the centre of the head
+/// or, since version 12, the nearest point of the head. The two kinds of faces can intersect each other, so this rule
+/// misses some intersections.
+void MeshCutter::select_suspect_before(const EditableMesh& mesh, const Placed& head, double edge, Index f) noexcept {
+  // A quick test with the rough normal, which does not read the corners of the face.
+  const glm::vec3 off = mesh.ball_center(f) - glm::vec3(head.X_W.p);
+  const float rough = glm::dot(mesh.rough_normal(f), off);
+  if (rough < 0 && rough * rough > kClearlyToHead * kClearlyToHead * glm::dot(off, off)) return;
   const glm::vec3 axis(head.R_WT[2]);
   // Moved vertices are on the head's surface or near it. So a face without a moved vertex can intersect a changed face
   // only if it is very near the head.
   const bool changed = face_seen_[f] == look_;
   const double within = mesh.ball_radius(f) + (changed ? edge : kRounding);
   // Quick test: if the bounding ball of the face is far from the head, the corners are not read.
-  if (!head.head->may_be_within(mesh.ball_center(f) - glm::vec3(head.X_W.p), axis,
-                                static_cast<float>(within + kRounding))) {
-    return;
-  }
+  if (!head.head->may_be_within(off, axis, static_cast<float>(within + kRounding))) return;
   const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
   const dvec3 way = (a + b + c) / 3.0 - head.X_W.p, n = normal2(a, b, c);
   const double cosine = glm::dot(n, way), n2 = glm::dot(n, n), way2 = glm::dot(way, way);
@@ -529,16 +594,38 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
   if (cosine < 0 && n2 > kTiny2 && cosine * cosine > kLarger * kLooksAway * kLooksAway * n2 * way2) return;
   if (cosine < kLooksAway * glm::length(n) * glm::length(way)) return;
   if (!head.head->may_be_within(glm::vec3(way), axis, static_cast<float>(within))) return;
-  left_ -= Costs::kDistance;
-  dvec3 out;  // direction from the nearest point of the head to the face
-  if (!head.head->is_ball() && head.distance(way + head.X_W.p, out) > within) return;
+  left_ -= costs_.distance;
+  if (head.head->is_ball()) return add_suspect(mesh, f);
+  candidates_[distances_.size()] = {f, within, n};
+  // The addition rounds the vector as older versions did, so that recordings replay with the same bits.
+  distances_.add(static_cast<std::uint32_t>(distances_.size()), way + head.X_W.p - head.X_W.p);
+  if (distances_.full()) decide_candidates(mesh, head);
+}
+
+void MeshCutter::add_suspect(const EditableMesh& mesh, Index f) noexcept {
   thin_ = true;
-  // In a long head, the direction from the head's centre to the wall of the hole can be nearly parallel to the wall.
-  // The test above may then find that the wall does not face the head, although it does. So a second test uses the
-  // direction from the nearest point of the head.
-  if (follows_laws_12_ && !head.head->is_ball() && glm::dot(n, out) < kLooksAway * glm::length(n)) return;
   suspects_.push_back(f);
   for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
+}
+
+/// Lists those faces in `candidates_` that are near the head and do not face it. Their distances from the head are
+/// computed eight at once.
+void MeshCutter::decide_candidates(const EditableMesh& mesh, const Placed& head) noexcept {
+  distances_.evaluate(*head.head, head.R_WT, std::numeric_limits<double>::infinity());
+  for (std::size_t i = 0; i < distances_.size(); ++i) {
+    const Candidate& candidate = candidates_[distances_.point(i)];
+    if (distances_.distance(i) > candidate.within) continue;
+    thin_ = true;
+    // In a long head, the direction from the head's centre to the wall of the hole can be nearly parallel to the wall.
+    // The test in select_suspect_before() may then fail although the wall faces the head. So the direction from the
+    // nearest point of the head decides.
+    if (follows_laws_12_ && !follows_laws_14_ &&
+        glm::dot(candidate.n, distances_.normal_W(i)) < kLooksAway * glm::length(candidate.n)) {
+      continue;
+    }
+    add_suspect(mesh, candidate.f);
+  }
+  distances_.clear();
 }
 
 /// Tests whether face f intersects another face. If it does, moves the vertices of both faces back.
@@ -616,14 +703,13 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
     const auto stays = [&](Index h) {
       return mesh.face(h).v[0] != gone && mesh.face(h).v[1] != gone && mesh.face(h).v[2] != gone;
     };
-    bool crosses = false;
+    mesh::BoxedTriangles fresh;  // the faces after the collapse
     mesh.around(gone, [&](Index h, int c) {
       const Index b = mesh.face(h).v[(c + 1) % 3], d = mesh.face(h).v[(c + 2) % 3];
-      if (crosses || b == kept || d == kept) return;
-      const mesh::Corners t{{kept, b, d}, {to, mesh.vertex(b).p, mesh.vertex(d).p}};
-      crosses = mesh::crossed_by(mesh, t, stays) != kNone;
+      if (b == kept || d == kept) return;
+      fresh.add({{kept, b, d}, {to, mesh.vertex(b).p, mesh.vertex(d).p}});
     });
-    if (crosses) return false;
+    if (mesh::crosses_any(mesh, fresh, stays)) return false;
   }
   done.removed[static_cast<std::size_t>(mesh.face(f).tissue)] -= volume / 6;
   return mesh.collapse(f, i, keeps_first);
@@ -650,7 +736,9 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
   if (!mesh.flip(f, i)) return false;
   if (thin_) {
     for (const Index h : {f, g}) {
-      if (mesh::crossed_by(mesh, mesh::corners(mesh, h), [&](Index k) { return k != h; }) == kNone) continue;
+      mesh::BoxedTriangles turned;
+      turned.add(mesh::corners(mesh, h));
+      if (!mesh::crosses_any(mesh, turned, [&](Index k) { return k != h; })) continue;
       mesh.flip(f, 1);  // undoes the flip: f now has the corners a, d, c, and its edge 1 is the flipped edge
       return false;
     }
@@ -673,7 +761,7 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
     if (length2[i] > length2[longest]) longest = i;
   }
   if (length2[shortest] < shortest2) {
-    left_ -= thin_ ? Costs::kThinCollapse : Costs::kCollapse;
+    left_ -= thin_ ? costs_.thin_collapse : costs_.collapse;
     // The collapse keeps one of the two vertices of the edge: if possible, a vertex that no cut has moved.
     const bool first = !mesh.vertex(mesh.face(f).v[shortest]).was_moved();
     if (collapse_edge(mesh, head, f, shortest, first, edge, P::longest, P::most_volume, done) ||
@@ -682,7 +770,7 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
     }
   }
   if (roundness(mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2)) < P::flattest) {
-    left_ -= thin_ ? Costs::kThinCollapse : Costs::kCollapse;
+    left_ -= thin_ ? costs_.thin_collapse : costs_.collapse;
     turn(mesh, f, longest, edge, done);
   }
 }
@@ -712,7 +800,7 @@ bool MeshCutter::merge_into_any_neighbour(EditableMesh& mesh, const Placed& head
     neighbours[at] = next;
   });
   for (std::size_t k = 0; k < count; ++k) {
-    left_ -= thin_ ? Costs::kThinCollapse : Costs::kCollapse;
+    left_ -= thin_ ? costs_.thin_collapse : costs_.collapse;
     const Neighbour& to = neighbours[k];
     if (collapse_edge(mesh, head, to.face, to.i, false, edge, P::longest_merged, P::most_given, done)) return true;
   }
@@ -846,13 +934,13 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       const Effort left = std::exchange(left_, kNoLimit);
       gather_in_part(mesh, known);
       sort_near();
-      left_ = left - Costs::kGather * static_cast<Effort>(near_.size()) - 1;
+      left_ = left - costs_.gather * static_cast<Effort>(near_.size()) - 1;
       return go_to(Stage::kRefine);
     }
     case Stage::kSearch:
       if (!gather_in_part(mesh, known)) return;
       sort_near();
-      left_ -= Costs::kSort * static_cast<Effort>(near_.size());
+      left_ -= costs_.sort * static_cast<Effort>(near_.size());
       return go_to(Stage::kRefine);
     case Stage::kRefine:
       if (refine(mesh, head_, edge, done_)) go_to(Stage::kFind);
@@ -862,7 +950,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       affected_.clear();
       return go_to(moved_.empty() ? Stage::kNextStep : Stage::kCollect);
     case Stage::kCollect:
-      if (!each(moved_.size(), Costs::kCollect, [&](std::size_t i) { collect_affected(mesh, head_, moved_[i].v); })) {
+      if (!each(moved_.size(), costs_.collect, [&](std::size_t i) { collect_affected(mesh, head_, moved_[i].v); })) {
         return;
       }
       for (const Moved& m : moved_) mesh.move(m.v, m.to);
@@ -871,7 +959,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       if (keep_unfolded(mesh, head_)) go_to(Stage::kSettle);
       return;
     case Stage::kSettle:
-      if (!each(affected_.size(), Costs::kSettle, [&](std::size_t i) { mesh.settle_face(affected_[i].f); })) return;
+      if (!each(affected_.size(), costs_.settle, [&](std::size_t i) { mesh.settle_face(affected_[i].f); })) return;
       thin_ = false;
       rounds_ = 0;
       return go_to(Stage::kSelect);
@@ -883,20 +971,28 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
         }
         ++edge_look_;
         suspects_.clear();
+        distances_.clear();
         held_ = false;
       }
-      if (!each(near_.size(), Costs::kSelect, [&](std::size_t k) { select_suspect(mesh, head_, edge, near_[k]); })) {
+      if (!each(near_.size(), costs_.select, [&](std::size_t k) {
+            if (follows_laws_14_) {
+              select_suspect(mesh, head_, edge, near_[k]);
+            } else {
+              select_suspect_before(mesh, head_, edge, near_[k]);
+            }
+          })) {
         return;
       }
+      decide_candidates(mesh, head_);
       looking_away_ = suspects_.size();
       if (suspects_.empty()) return go_to(Stage::kTest);
-      left_ -= Costs::kBall * static_cast<Effort>(near_.size());
+      left_ -= costs_.ball * static_cast<Effort>(near_.size());
       list_balls(mesh, edge);
       return go_to(Stage::kSelectChanged);
     case Stage::kSelectChanged:
       // At a fold, a face that faces away from the head may intersect a face that faces the head. So a changed face is
       // also tested if it shares a vertex with a face that faces away from the head.
-      if (!each(affected_.size(), Costs::kSelectChanged, [&](std::size_t i) {
+      if (!each(affected_.size(), costs_.select_changed, [&](std::size_t i) {
             const Index* const v = mesh.face(affected_[i].f).v;
             if (edge_seen_[v[0]] == edge_look_ || edge_seen_[v[1]] == edge_look_ || edge_seen_[v[2]] == edge_look_) {
               suspects_.push_back(affected_[i].f);
@@ -907,20 +1003,20 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       std::sort(suspects_.begin() + static_cast<std::ptrdiff_t>(looking_away_), suspects_.end());
       return go_to(Stage::kTest);
     case Stage::kTest:
-      if (!each(suspects_.size(), Costs::kTest, [&](std::size_t i) { test_suspect(mesh, suspects_[i]); })) return;
+      if (!each(suspects_.size(), costs_.test, [&](std::size_t i) { test_suspect(mesh, suspects_[i]); })) return;
       return go_to(held_ ? Stage::kUnfoldAgain : Stage::kAccount);
     case Stage::kUnfoldAgain:
       if (keep_unfolded(mesh, head_)) go_to(Stage::kSelect);
       return;
     case Stage::kAccount:
-      if (each(affected_.size(), Costs::kAccount, [&](std::size_t i) { account(mesh, head_, affected_[i], done_); })) {
+      if (each(affected_.size(), costs_.account, [&](std::size_t i) { account(mesh, head_, affected_[i], done_); })) {
         go_to(Stage::kMerge);
       }
       return;
     case Stage::kMerge:
       if (!each(moved_.size(), 1, [&](std::size_t i) {
             const Moved& m = moved_[i];
-            if (m.stays && !follows_laws_12_) left_ -= Costs::kThinCollapse;
+            if (m.stays && !follows_laws_12_) left_ -= costs_.thin_collapse;
             if (!m.stays || merge_into_neighbour(mesh, head_, m.v, edge, done_)) {
               done_.changed = true;
             } else {
@@ -931,7 +1027,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       }
       return go_to(Stage::kRepair);
     case Stage::kRepair:
-      if (each(affected_.size(), Costs::kRepair,
+      if (each(affected_.size(), costs_.repair,
                [&](std::size_t i) { repair_sliver(mesh, head_, affected_[i].f, edge, done_); })) {
         go_to(Stage::kNextStep);
       }

@@ -54,6 +54,9 @@ struct CutParameters {
   // tested for intersection. (3) The search for the faces near the head may be divided over several ticks. (4)
   // `most_faces` limits the number of faces near the head.
   static constexpr std::uint32_t laws_12 = 12;
+  // First version of the force laws with the present estimates of computing times (CutCosts), and with one rule that
+  // decides for all faces whether they may intersect other faces (select_suspect()).
+  static constexpr std::uint32_t laws_14 = 14;
   // Longest allowed edge after a vertex was merged into a neighbour, in target edge lengths. The next cut splits edges
   // longer than `longest`.
   static constexpr double longest_merged = 2;
@@ -92,6 +95,27 @@ struct CutDone {
 using Effort = std::int64_t;
 inline constexpr Effort kNoLimit = std::numeric_limits<Effort>::max();
 
+/// Estimated computing times of the loops of a cut, in the unit of Effort. They come from measurements.
+struct CutCosts {
+  Effort visit = 1, sort = 1;       // per face: visit in a search; sorting of the found faces
+  Effort gather = 2;                // per found face, in force laws whose searches are not divided
+  Effort refine = 1, split = 40;    // per face near the head; per split edge
+  Effort distance = 5;              // per distance between the head and a face
+  Effort find = 2;                  // per face whose corners may be inside the head
+  Effort distances = 3, push = 10;  // per vertex: distance from the head; target position
+  Effort collect = 10;              // per moved vertex: list of the faces around it
+  Effort unfold = 2, settle = 5;    // per changed face: test for folding; update of the search grid
+  Effort select = 1, ball = 1;      // per face near the head: selection for the intersection test; bounding ball
+  Effort select_changed = 1;        // per changed face: selection for the intersection test
+  Effort test = 75, pair = 4;       // per tested face; per pair of faces
+  Effort account = 2, repair = 3;   // per changed face: removed volume and tissue; search for short edges and slivers
+  Effort collapse = 60;             // per attempt to collapse or flip an edge
+  Effort thin_collapse = 500;       // the same if faces near the head face away from it
+};
+/// The estimates before version 14 of the servo's force laws.
+inline constexpr CutCosts kCutCostsBefore{
+    .visit = 2, .find = 1, .distances = 2, .collect = 6, .settle = 4, .select = 2, .test = 50, .pair = 3};
+
 /// Faces near a head that an earlier search has already found.
 struct KnownFaces {
   std::span<const mesh::Index> faces;  // contains at least all faces within the distance `within` of the head at X_W
@@ -111,6 +135,8 @@ class MeshCutter {
   void set_laws(std::uint32_t laws) noexcept {
     accepts_bad_faces_ = laws >= CutParameters::laws_of_bad_faces;
     follows_laws_12_ = laws >= CutParameters::laws_12;
+    follows_laws_14_ = laws >= CutParameters::laws_14;
+    costs_ = follows_laws_14_ ? CutCosts{} : kCutCostsBefore;
   }
   /// Moves the head from A to B in straight steps and cuts the mesh. The head at A must not overlap the solid. `edge`:
   /// m, target edge length, that is, the wanted length of mesh edges on the cut surface.
@@ -145,6 +171,12 @@ class MeshCutter {
     mesh::Index f;
     double volume6;  // m³, six times the signed volume of the tetrahedron formed by the face and the head's centre
     dvec3 normal;    // normal of the face; its length is twice the face's area
+  };
+  /// A face whose distance from the head decides whether it may intersect other faces.
+  struct Candidate {
+    mesh::Index f;
+    double within;  // m, largest distance from the head at which the face matters
+    dvec3 n;        // normal of the face; its length is twice the face's area
   };
   /// A head at a given pose.
   struct Placed {
@@ -216,7 +248,11 @@ class MeshCutter {
   void collect_affected(const mesh::EditableMesh& mesh, const Placed& head, mesh::Index v) noexcept;
   bool folds(const mesh::EditableMesh& mesh, const Placed& head, const Affected& a) const noexcept;
   bool keep_unfolded(mesh::EditableMesh& mesh, const Placed& head) noexcept;
+  static bool faces_core(const mesh::EditableMesh& mesh, const Placed& head, mesh::Index f) noexcept;
   void select_suspect(const mesh::EditableMesh& mesh, const Placed& head, double edge, mesh::Index f) noexcept;
+  void select_suspect_before(const mesh::EditableMesh& mesh, const Placed& head, double edge, mesh::Index f) noexcept;
+  void add_suspect(const mesh::EditableMesh& mesh, mesh::Index f) noexcept;
+  void decide_candidates(const mesh::EditableMesh& mesh, const Placed& head) noexcept;
   void test_suspect(mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   void list_balls(const mesh::EditableMesh& mesh, double edge) noexcept;
   void list_crowd(const mesh::EditableMesh& mesh) noexcept;
@@ -251,6 +287,8 @@ class MeshCutter {
   SharedLabels labels_;
   bool accepts_bad_faces_ = true;  // true: an edge may be collapsed if a face next to it keeps a bad shape
   bool follows_laws_12_ = true;    // true: the rules that CutParameters::laws_12 describes apply
+  bool follows_laws_14_ = true;    // true: the rules that CutParameters::laws_14 describes apply
+  CutCosts costs_;
   std::uint32_t look_ = 0;
   // for each vertex and each face: number of the search (look_) that last visited it
   std::vector<std::uint32_t> vertex_seen_, face_seen_;
@@ -260,7 +298,8 @@ class MeshCutter {
   // faced away from the head
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, sorted_, suspects_;
-  HeadDistances distances_{kMostTogether};
+  HeadDistances distances_{kMostTogether};           // points whose distances from the head are computed together
+  std::array<Candidate, kMostTogether> candidates_;  // for each point in distances_ during the selection: its face
   // m, centres and radii of the bounding balls of the faces in near_, sorted into slices
   std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;
   std::vector<std::uint32_t> ball_at_;  // for each ball: index of its face in near_

@@ -66,6 +66,7 @@ MeshCutter VertexBody::new_cutter() const {
 void VertexBody::set_laws(std::uint32_t laws) {
   laws_ = laws;
   cutter_.set_laws(laws);
+  for (VertexHead& head : heads_) head.set_laws(laws);
 }
 
 CutDone VertexBody::make(mesh::EditableMesh& mesh, MeshCutter& cutter, const Cut& cut) const {

@@ -2,7 +2,9 @@
 // vertices inside the head are moved (paper S4, section 3).
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "haptics/tool.h"
 
@@ -14,12 +16,20 @@ class VertexHead {
  public:
   explicit VertexHead(const Tool& tool);
 
+  /// Sets the version of the servo's force laws. Before version 14, may_be_within() used only the cylinder around the
+  /// head, so it found more points that are far from the head. A new head follows the present version.
+  void set_laws(std::uint32_t laws) noexcept { flanks_ = laws >= kLawsOfFlanks ? flanks_found_ : 0; }
+
   bool is_ball() const noexcept { return ball_; }
   /// Returns the distance field of the head's meridian (its outline), in metres. A ball does not need it.
   const HeadField& field() const noexcept { return field_; }
   double radius() const noexcept { return radius_; }
   /// Returns the distance from the head's centre to its farthest point, m.
   double reach() const noexcept { return reach_; }
+  /// The core of the head is the part of its axis between these heights (m, frame T). Each end of the core is the
+  /// centre of the largest ball inside the head that touches the head's end. The core of a ball is its centre.
+  double core_low() const noexcept { return core_low_; }
+  double core_high() const noexcept { return core_high_; }
 
   /// Returns half the edge lengths (m) of the head's bounding box, along the axes of the workbench frame W. `axis_W`:
   /// unit vector along the head's axis.
@@ -35,7 +45,16 @@ class VertexHead {
     const float room = far + kRounding, square = glm::dot(off, off), reach = static_cast<float>(reach_) + room;
     if (square > reach * reach || ball_) return square <= reach * reach;
     const float along = glm::dot(off, axis), wide = static_cast<float>(radius_) + room;
-    return std::abs(along) <= static_cast<float>(half_) + room && square - along * along <= wide * wide;
+    if (std::abs(along) > static_cast<float>(half_) + room || square - along * along > wide * wide) return false;
+    // No point of the head is beyond a tangent of its outline, because the outline is convex.
+    constexpr float kRoundingOfSquares = 1e-6f;  // ratio of the rounding error of `outer` to `square`
+    const float outer = square - along * along - kRoundingOfSquares * square;
+    for (int i = 0; i < flanks_; ++i) {
+      const Flank& flank = flank_[i];
+      const float most = flank.far + flank.per_far * room - flank.slope * along;  // m, largest distance from the axis
+      if (most < 0 || outer > most * most) return false;
+    }
+    return true;
   }
 
   /// Returns the signed distance (m) of the point p_TQ from the head's surface, negative inside. `n_T` receives the
@@ -58,12 +77,25 @@ class VertexHead {
   dvec3 as_printed(const dvec3& p_TQ) const noexcept;
 
  private:
+  // first version of the servo's force laws in which may_be_within() uses the flanks
+  static constexpr std::uint32_t kLawsOfFlanks = 14;
+  /// A tangent of the head's outline. At the height z along the axis (m, frame T), points of the head are at most
+  /// far - slope·z from the axis. Points within a distance d of the head are at most per_far·d farther from the axis.
+  struct Flank {
+    float far, slope, per_far;
+  };
+  void find_flanks() noexcept;
+  void find_core() noexcept;
+
   Tool tool_;
   HeadField field_;
   bool ball_;
   // m. radius_: largest radius of the head; reach_: distance from the head's centre to its farthest point; half_: half
   // the head's length.
   double radius_, reach_, half_;
+  double core_low_ = 0, core_high_ = 0;
+  std::array<Flank, HeadField::kMaxPieces> flank_{};  // tangents at the inclined pieces of the outline
+  int flanks_found_ = 0, flanks_ = 0;                 // number of tangents; number of those that may_be_within() uses
 };
 
 }  // namespace typodont::haptics::vertex

@@ -20,10 +20,16 @@ namespace {
 constexpr std::size_t kMostFaces = 1 << 17;  // upper limit of the number of faces near the head
 // first version of the servo's force laws in which distances of points from the head are extrapolated
 constexpr std::uint32_t kLawsOfReuse = 11;
-// estimated computing times of the loops that list points, for one face or one point, in units of 10 ns; the values
-// come from measurements
-constexpr Effort kFaceEffort = 2, kVisitEffort = 2, kVertexEffort = 2, kDistanceEffort = 2, kAreaEffort = 3,
-                 kPartEffort = 2;
+/// Estimated computing times of the loops that list points, in the unit of Effort. They come from measurements.
+struct ListCosts {
+  Effort face = 2;      // per found face, in force laws whose searches are not divided
+  Effort visit = 1;     // per visited cell or face of the search grid
+  Effort vertex = 2;    // per face whose vertices are listed
+  Effort distance = 3;  // per distance between the head and a point
+  Effort area = 3;      // per face whose area is distributed
+  Effort part = 2;      // per additional point on a large face
+};
+constexpr ListCosts kListCosts, kListCostsBefore{.visit = 2, .distance = 2};  // before version 14 of the force laws
 // computing effort of the contact with one listed point; its unit is 5 ns, half the unit of all other efforts
 constexpr Effort kContactEffort = 3;
 // computing effort of one distance that cannot be extrapolated, but must be computed, in units of 10 ns
@@ -60,7 +66,7 @@ VertexModel::VertexModel(const ServoSettings& settings, const Parameters& parame
       distances_(kMostSamples, settings.laws < kLawsOfReuse ? 0 : P::reuse) {
   refuse_tools_that_fill(tool_set(settings), kName);
   for (const Tool& tool : tool_set(settings)) {
-    heads_.emplace_back(tool);
+    heads_.emplace_back(tool).set_laws(settings.laws);
     edges_.push_back(parameters.edge_for(tool));
   }
   near_.reserve(kMostFaces);
@@ -123,6 +129,7 @@ void VertexModel::begin_list(const VertexHead& head, double edge, const Pose& X,
 /// `left`. Returns true if the list is complete. The division into several calls does not change the list.
 bool VertexModel::list_points(PointList& list, Effort& left) noexcept {
   Listing& now = listing_;
+  const ListCosts& costs = follows_laws_14() ? kListCosts : kListCostsBefore;
   while (left > 0 && now.stage != Listing::Stage::kDone) {
     if (now.stage == Listing::Stage::kFaces) {
       const bool divides = divides_search() && left < kNoLimit;
@@ -136,12 +143,12 @@ bool VertexModel::list_points(PointList& list, Effort& left) noexcept {
         proposed_.clear();
         near_.clear();
       }
-      Effort visits = divides ? left / kVisitEffort + 1 : kNoLimit;
+      Effort visits = divides ? left / costs.visit + 1 : kNoLimit;
       const Effort before = visits;
       const bool complete = list_near_faces(visits);
-      if (divides) left -= kVisitEffort * (before - visits);
+      if (divides) left -= costs.visit * (before - visits);
       if (!complete) return false;
-      if (!divides) left -= kFaceEffort * static_cast<Effort>(near_.size());
+      if (!divides) left -= costs.face * static_cast<Effort>(near_.size());
       now.stage = Listing::Stage::kVertices;
     }
     const bool areas = now.stage == Listing::Stage::kAreas;
@@ -153,8 +160,8 @@ bool VertexModel::list_points(PointList& list, Effort& left) noexcept {
         list_vertices(list, near_[now.at]);
       }
       const std::size_t after = proposed_.size();
-      left -= areas ? kAreaEffort : kVertexEffort;
-      left -= (kDistanceEffort + (areas ? kPartEffort : 0)) * static_cast<Effort>(after > before ? after - before : 0);
+      left -= areas ? costs.area : costs.vertex;
+      left -= (costs.distance + (areas ? costs.part : 0)) * static_cast<Effort>(after > before ? after - before : 0);
     }
     if (now.at < near_.size()) return false;
     add_proposed(list);
@@ -598,7 +605,8 @@ bool VertexModel::begin_cut(const ContactInput& in, const Contact& contact) noex
     // the head in the last cut.
     const bool waits = divides_anywhere() && (moves_on() || !part_.done.held);
     const double hurry = P::hurry * springs_.across / (head().radius() * head().radius()) * edge();
-    if (waits && part_.rest < P::rest * part_.ticks * (1 - way / hurry)) return false;
+    const double least = follows_laws_14() ? P::least_rest : 0;
+    if (waits && part_.rest < part_.ticks * std::max(P::rest * (1 - way / hurry), least)) return false;
     to.p = from.p + way / depth * pull;
   }
   part_ = {true, in.scrapes, part_.done.held, tool_, from, to, springs_.across * met_ * glm::distance(from.p, to.p),
@@ -626,7 +634,8 @@ bool VertexModel::continue_cut(Effort& left) noexcept {
 Effort VertexModel::effort_for_cut() const noexcept {
   if (divides_search()) {
     const Effort fresh = kFreshEffort * static_cast<Effort>(distances_.computed());
-    const Effort rest = P::most_effort - kContactEffort * static_cast<Effort>(list_.points.size()) / 2 - fresh;
+    const Effort most = follows_laws_14() ? P::most_effort : P::most_effort_before;
+    const Effort rest = most - kContactEffort * static_cast<Effort>(list_.points.size()) / 2 - fresh;
     return lists_ahead() ? std::max(rest, P::least_effort) : rest;
   }
   return part_.stayed ? P::more_effort_before : P::most_effort_before;

@@ -63,14 +63,17 @@ struct FeelParameters {
   // distance is at least `hurry` × (cut area / radius²) × edge length. A thin head has a small cut area, so it waits
   // less and advances in short cuts. If it advanced far at once, it would slide between the vertices.
   static constexpr double rest = 3, hurry = 0.08;
+  // Since force laws 14, the next cut waits for at least `least_rest` × n ticks, so that at most half of the ticks
+  // cut. With a longer wait, a thin head would remove less tissue, because the length of a cut is limited.
+  static constexpr double least_rest = 1;
   // Largest computing effort of the contact and a cut together in one tick, in units of 10 ns. A cut that needs more is
   // divided over several ticks.
-  static constexpr Effort most_effort = 6000;
+  static constexpr Effort most_effort = 7000;
   // Smallest computing effort (unit: 10 ns) that a cut or a list may use in a tick, since force laws 13. So the cut
   // still makes progress if the contact has used up most of `most_effort`.
   static constexpr Effort least_effort = 2000;
-  // Largest computing effort (unit: 10 ns) of a cut in one tick, for force laws 11. `more_effort_before` is used if
-  // vertices stayed inside the head in the previous cut.
+  // The same limit before force laws 14. In force laws 11, it limits the effort of a cut alone, and
+  // `more_effort_before` replaces it if vertices stayed inside the head in the previous cut.
   static constexpr Effort most_effort_before = 6000, more_effort_before = 8000;
   // Limit of the computing effort of all lists of contact points in one tick, in units of 10 ns. A fast head needs
   // several lists. If the next list would exceed the limit, the head continues its motion in the next tick.
@@ -113,6 +116,9 @@ class VertexModel final : public ContactModel {
   // First version of the force laws with these rules. The points around a moving head are listed before they are
   // needed, in parts. While a cut is in progress, lists are made only in parts, except after a fast head rotation.
   static constexpr std::uint32_t kListsAhead = 13;
+  // First version of the force laws with these rules. The estimates of the computing effort agree better with the
+  // measured times (ListCosts, CutCosts), and every cut waits (FeelParameters::least_rest).
+  static constexpr std::uint32_t kLaws14 = 14;
   /// A contact point near the head: a vertex, or an additional point on a large face.
   struct Sample {
     double area;    // m², area that the point represents, a third of the area of the triangles around it
@@ -160,6 +166,7 @@ class VertexModel final : public ContactModel {
   bool moves_on() const noexcept { return settings_.laws >= kMovesOn; }
   bool divides_search() const noexcept { return settings_.laws >= kMovesOn; }
   bool lists_ahead() const noexcept { return settings_.laws >= kListsAhead && !parameters_.as_printed; }
+  bool follows_laws_14() const noexcept { return settings_.laws >= kLaws14; }
   bool divides_anywhere() const noexcept { return settings_.laws >= kFineParts; }
   /// Returns true if a cut may be interrupted only between its stages. This is the rule of the force laws 9 and 10.
   /// Exceptions, in which a cut is not interrupted at all: the hand drags the cutting edge, or vertices stayed inside
