@@ -428,9 +428,8 @@ double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   return softer > 0 && softer < W::from_ratio * harder ? std::max(softer / harder, W::least_power) : 1;
 }
 
-/// Returns the smallest value of wall_at() of all planes that hold the head. wall_at() is the fraction 0..1 of its
-/// power that the head keeps at a wall of harder tissue, so the smallest value belongs to the strongest wall. If no
-/// plane lies at a wall, the result is the special value 0.
+/// Returns the fraction of its power with which the head cuts at the strongest wall of harder tissue that it touches:
+/// the smallest value of wall_at() over all contact planes that stop the head. Returns 0 if it touches no such wall.
 double OffsetModel::strongest_wall(const ActivePlanes& active) const noexcept {
   double least = 1;
   for (int i = 0; i < active.count; ++i) {
