@@ -40,14 +40,14 @@ struct SearchParameters {
   // ends, because it would not converge.
   static constexpr int reversals = 2;
   // Largest number of refinement rounds per iteration for a tool that does not cut. Each round computes the
-  // exact planes of the contacts that hold the head.
+  // exact planes of the contacts that block the head.
   static constexpr int refining_rounds = 6;
   // The secant method is used only if the length of a step, divided by the length of the previous step, is at most
   // this.
   static constexpr double still_converges = 0.95;
   // largest factor by which the secant method lengthens a step, if there is only one contact
   static constexpr double most_gain = 10;
-  // largest factor by which the secant method lengthens a step, if only one of several contacts holds the head
+  // largest factor by which the secant method lengthens a step, if only one of several contacts blocks the head
   static constexpr double most_gain_of_many = 2;
   // Voxels, largest depth that one tick may cut. The contact planes describe the surface only up to this
   // depth.
