@@ -34,10 +34,11 @@ class CutFront {
   /// be renewed within one tick.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
-  /// A run: consecutive groups (8 or 16 samples along z) in a list that are equal in three properties. `kind`: which
-  /// pieces of the head's outline can be nearest to the samples. `narrow`: true if only the first kNarrowest samples of
-  /// each group can change. `stage`: the lifetime of a list (a path length of the head) has eight stages; before the
-  /// head has reached this stage, no group of the run can change. For heads that are not balls, `stage` is 0.
+  /// Consecutive groups (8 or 16 samples along z) of a list with equal properties. `kind`: which pieces of the head's
+  /// outline can be nearest to the samples. `narrow`: true if only the first kNarrowest samples of each group can
+  /// change. `from`, `to`: indices of the first group and behind the last group.
+  /// `stage`: a list is valid while the head moves a given path length, which is divided into kStages equal stages. No
+  /// sample of the run can change before the head reaches this stage. For heads that are not balls, `stage` is 0.
   struct Run {
     int kind;
     bool narrow;
@@ -121,8 +122,8 @@ class CutFront {
     std::array<Run, kKinds * 2 * kStages> runs;
     int run_count = 0;
     void sort(int listed) noexcept;
-    /// Returns the stage (eighth of the lifetime of a list) that the head has reached at the path length `way`
-    /// (voxels).
+    /// Returns the stage that the head has reached at the path length `way` (voxels). A stage is an eighth of the path
+    /// length for which the list is valid.
     int stage(double way) const noexcept { return static_cast<int>((way - (until - lasts)) / lasts * kStages); }
   };
 

@@ -30,9 +30,10 @@ enum class Removal {
 /// State of a sphere that was cut. `base` is the sphere before the present cut: as packed, or after an earlier cut from
 /// another side. Eq. 6 of paper S2 computes the present sphere from the base. Shaders read this struct as ten doubles.
 struct CutSphere {
-  dvec3 base{0};           // m, centre of the base, workbench frame W
-  double base_radius = 0;  // m, radius of the base
-  double base_volume = 0;  // m³, volume of the base
+  dvec3 base{0};           // m, centre of the sphere before the present cut, workbench frame W
+  double base_radius = 0;  // m, radius of the sphere `base`
+  // m³, volume of tissue that the sphere `base` represents: its own volume and its part of the gaps around it
+  double base_volume = 0;
   // unit vector to the centre of the base sphere, from the nearest point of the path on which the tool cut it
   dvec3 away{0};
   // m, largest overlap of the tool with the base sphere so far; at 2 · base_radius the sphere is removed completely

@@ -31,10 +31,11 @@ class Sweep {
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// Removes tissue from the block of voxels from lo to lo+size-1. A distance is replaced by the depth of its voxel in
-  /// the swept head if the depth is larger; depths above kInner count as kInner. z runs fastest; the strides are in
-  /// samples. `removed` (may be null): removed volume per tissue; it requires `tissue`. Returns true if any sample
-  /// changed. Any thread. The result has the same bits on every processor.
+  /// Removes the swept volume from the block of voxels from lo to lo+size-1. `distance`: the signed distances of the
+  /// voxels, negative in tissue; z is the fastest index, the strides are in samples. Each distance becomes the larger
+  /// of its old value and the depth of the voxel in the swept head (at most kInner). `removed` (may be null): receives
+  /// the removed volume per tissue; it requires `tissue`. Returns true if any sample changed. Any thread. The result
+  /// has the same bits on every processor.
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, RemovedVolume* removed) const noexcept;
 

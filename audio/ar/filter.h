@@ -31,9 +31,10 @@ class DirectFilter {
   std::size_t head_ = 0;
 };
 
-/// Filters blocks of 64 samples. The contribution of earlier blocks is a convolution, which is computed in independent
-/// SIMD lanes. Within a block, every sample also depends on the earlier samples of the block. This is a triangular
-/// system, whose inverse consists of the first 64 samples of the impulse response.
+/// Computes the recursive filter in blocks of 64 samples, so that SIMD instructions can be used. First, the
+/// contribution of earlier blocks to all 64 samples is computed as a convolution. Within the block, each sample depends
+/// on the samples before it, which is a triangular system of equations. The block is therefore multiplied by the
+/// inverse matrix, whose elements are the first 64 samples of the impulse response.
 template <class T>
 class BlockFilter {
  public:

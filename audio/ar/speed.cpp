@@ -35,7 +35,8 @@ double extrapolated(const std::vector<double>& values, std::size_t from, std::si
   return mean + (squares > 0 ? slope / squares : 0) * (at - middle);
 }
 
-/// Applies moving averages of 2 half + 1 values. Beyond both ends, the values are extended along a straight line.
+/// Smooths `values` by kPasses moving averages, each over 2 × `half` + 1 neighbouring values. For the averages near
+/// both ends, the values are extrapolated along a fitted straight line.
 void smooth(std::vector<double>& values, std::size_t half) {
   const std::size_t count = values.size(), margin = kPasses * half, fitted = std::min(count, 2 * margin + 1);
   std::vector<double> padded(count + 2 * margin);

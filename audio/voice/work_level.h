@@ -5,9 +5,9 @@
 
 namespace typodont::audio {
 
-/// Sets models.working_gain and models.brightness from a measurement. When the drill goes from idling at free speed to
-/// the measured contact, two levels then change as measured: the level of the whole sound, and the level above
-/// kBrightFrom. Returns false if no gains give these levels.
+/// Sets models.working_gain and models.brightness so that two level differences between the drill at work and the
+/// idling drill equal the measured ones: that of the whole sound, and that of the frequencies above kBrightFrom (4
+/// kHz). `measured`: measurement on a real drill. Returns false if no values give these differences.
 bool calibrate(SoundModels& models, const WorkLevel& measured);
 
 }  // namespace typodont::audio

@@ -199,10 +199,11 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
   locate(values);
   result.before_rms = rms(nominal);
 
-  // Gauss–Newton iteration for the arm's parameters alone. For each candidate arm, the best sockets and plates are
-  // computed (variable projection); so the Jacobian is projected onto the complement of the columns of sockets and
-  // plates. A prior keeps undetermined parameters at their nominal values: its mean is the nominal geometry, and its
-  // standard deviations are the plausible errors.
+  // Gauss–Newton iteration for the arm's parameters alone. For each candidate arm, the best poses of sockets and plates
+  // are computed (variable projection). So the part of the Jacobian J that a change of these poses can compensate is
+  // subtracted: J is projected onto the orthogonal complement of the columns of N, the derivatives with respect to
+  // these poses. A prior keeps undetermined parameters at their nominal values: its mean is the nominal geometry, and
+  // its standard deviations are the plausible errors.
   MatrixXd open_axes;
   // covariance of the parameters, each divided by its scale
   MatrixXd covariance = MatrixXd::Zero(kArmParameters, kArmParameters);

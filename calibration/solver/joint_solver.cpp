@@ -35,9 +35,9 @@ Matrix3d cross_matrix(const dvec3& v) {
   m << 0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0;
   return m;
 }
-/// Returns the derivative d(R p) / dv for R = rotation_vector(v), with `turned` = R p. Uses the Gibbs vector g = v/2.
-/// If the rotation changes at the rate ġ, its angular velocity in the frame of R p is 2/(1+g²) (ġ + g × ġ) (Bauchau &
-/// Trainelli 2003, eq. 61).
+/// Returns the 3 × 3 derivative of the rotated point R p with respect to the vector v, where R is the rotation that
+/// rotation_vector(v) returns. `turned`: the rotated point R p. With the Gibbs vector g = v/2, a change of g at the
+/// rate ġ rotates the point with the angular velocity 2/(1+g²) (ġ + g × ġ) (Bauchau & Trainelli 2003, eq. 61).
 Matrix3d turn_derivative(const dvec3& v, const dvec3& turned) {
   const dvec3 g = 0.5 * v;
   return -cross_matrix(turned) * (Matrix3d::Identity() + cross_matrix(g)) / (1 + glm::dot(g, g));

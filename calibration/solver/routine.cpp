@@ -18,9 +18,10 @@ dvec3 PairCapture::shown(const RigGeometry& rig) const {
 
 namespace {
 
-// Returns the X_WH with which the touches lie on the panel's marks. (The registration computes X_WH such that a point
-// is felt where it is seen. X_WH therefore includes the user's offset between seeing and feeling. Touches of the
-// panel's marks do not depend on sight, so they give the true position of the tip.)
+// Returns X_WH, the pose of the arm's base H in the workbench frame W, computed from touches of the marks on the panel.
+// These touches do not depend on sight, so this pose gives the true position of the tip. The registration computes
+// another X_WH, with which the user feels a point where he sees it; that pose includes the user's error between seeing
+// and feeling.
 Pose true_touches(const BenchState& bench, const Captures& captures) {
   std::vector<MarkTouch> marks;
   for (const MarkCapture& capture : captures.marks)

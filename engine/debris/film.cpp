@@ -150,10 +150,11 @@ std::optional<Film::State::Cell> Film::State::made_at(const glm::ivec3& s) const
   return cell;
 }
 
-/// Finds the neighbours of a cell and computes the widths of the links to them. Link k has the vector d_k in the
-/// tangent plane, and c_k is the ratio of its width to its length. If Σ c_k d_k d_kᵀ = 2 · area · I (I: unit matrix),
-/// the flow on a plane does not depend on the plane's direction in the grid. The ratios are c_k = c (1 + d_kᵀ S d_k),
-/// where c is the mean ratio and S is the symmetric matrix that solves this equation.
+/// Finds the neighbours of a cell and computes the widths of the links through which water flows to them. Link k leads
+/// along the vector d_k in the tangent plane, and c_k is its width divided by its length. The flow must not depend on
+/// how the surface lies in the grid. This requires Σ c_k d_k d_kᵀ = 2 · area · I (I: unit matrix). The function
+/// therefore sets c_k = c (1 + d_kᵀ S d_k), where c is the mean ratio, and solves the required equation for the
+/// symmetric matrix S.
 void Film::State::link(std::int32_t i) {
   Cell& cell = cells[static_cast<std::size_t>(i)];
   cell.count = 0;

@@ -41,7 +41,8 @@ struct ModelView {
   dvec3 look_W{0, 0, -1}, up_W{0, 1, 0};
 };
 
-/// Returns an oblique view from above, as in the first picture of the report. `axis_W` points out of the opening.
+/// Returns an oblique view from above, as in the first picture of the report. `axis_W`: unit vector in frame W that
+/// points out of the opening of the prepared cavity.
 ModelView angled_view(const dvec3& axis_W);
 
 /// Draws a picture with three bytes per pixel (sRGB), top row first. `ground` is the grey value of the background, 0 to

@@ -104,7 +104,8 @@ struct ScoreRule {
   double weight = 0;
   Best best = Best::kAtMost;
   std::string source;  // publication from which target and tolerance were taken
-  // true if the task asks for this measure; then a result without it (for example, without a floor) gets no points
+  // true if the scene file lists this rule. The rule then gives no points if the result does not have this measure (for
+  // example, the depth of the floor if the cavity has no floor).
   bool asked = false;
 };
 

@@ -625,7 +625,8 @@ bool repair_session(const std::filesystem::path& file) {
   std::optional<PartialFile> partial;
   {
     const SessionReader reader(file);
-    // If the writer closed the file itself, the file is intact, even if it contains no result.
+    // Only a file whose recording was interrupted needs a repair. If the program that recorded the file closed it, the
+    // file is intact, even if it contains no result.
     if (!reader.impl_->marked || reader.being_recorded()) return false;
     std::error_code code;
     if (std::filesystem::remove(journal_of(file), code)) sync_folder_of(file);

@@ -81,7 +81,8 @@ class SurfaceMesher {
   /// Returns the keys of all bricks (blocks of 16³ cells) with triangles, sorted.
   std::vector<glm::ivec3> keys() const;
   std::size_t triangle_count() const;
-  /// Returns the hash of every vertex and triangle of every brick. Equal meshes have equal hashes.
+  /// Returns one hash value of the whole mesh (all vertices and triangles of all bricks). Equal meshes have equal
+  /// values.
   std::uint64_t hash() const;
 
  private:

@@ -136,10 +136,11 @@ inline double reversal_probability(const PassivityLaw& law, double tick, bool un
   return std::clamp(std::max(turned_lately, leaps), 0.0, 1.0);
 }
 
-/// Returns the greatest outward displacement (m) of the hand that is expected in the next tick. Two limits apply. The
-/// velocity changes by at most the largest recent change, or by more if the hand may reverse in one tick. The speed is
-/// at most slightly larger than the largest recent speed. `along`: m/s, outward velocity; `twitch`: m, displacement
-/// that is expected of any hand, even of a hand at rest.
+/// Returns the largest displacement (m) of the hand out of the tissue that is expected in the next tick. It is the
+/// smaller of two estimates. (1) The hand's velocity changes by at most its largest recent change, or by more if the
+/// hand may reverse its motion in one tick. (2) The hand moves only a little faster than its largest recent speed.
+/// `along`: m/s, velocity out of the tissue; `twitch`: m, displacement that is expected of any hand, even of a hand at
+/// rest.
 inline double expected_retreat(const PassivityLaw& law, double along, double tick, double twitch,
                                const PassivityState& state) noexcept {
   const bool uneven_clock = state.longest > 1.02 * tick;  // tolerance of 2 % for the rounding of a clock in ns

@@ -10,7 +10,7 @@ namespace typodont::haptics {
 struct TipLaw {
   double yield = 0;             // N, yield force of the tissue at the surface; 0: this tool never sinks
   double hardening = 1500;      // N/m, increase of the yield force with depth
-  double grip = 0.6;            // ratio of the force that holds the tip on withdrawal to the yield force
+  double grip = 0.6;            // ratio: force that pulls the tip out / force that pushes it in, at the same depth
   double depth_limit = 0.5e-3;  // m, largest depth of the tip in the tissue
 };
 

@@ -1,8 +1,8 @@
 // This file is included once in each namespace of lane_ops.h, that is, once for each vector width, after cut_kernel.h.
 // It raises the samples of one leaf (8³ samples) of the tissue to their depth in a ball.
 
-/// Terms of the distance of 64 samples from the ball that are the same in every plane of constant x. Index of a sample
-/// in the arrays: 8 y + z.
+/// The y and z terms in the distance of a leaf's samples from the ball. They are the same in all eight planes of
+/// constant x, so they are computed once for the 64 samples of a plane. The index of a sample in the arrays is 8 y + z.
 struct LeafPlane {
   alignas(64) float along_y[64], along_z[64], apart_y[64], apart_z[64];
 };

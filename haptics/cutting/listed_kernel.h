@@ -172,8 +172,9 @@ struct BelowEnds {
     return below;
   }
 };
-/// Computes the depth below the end of a drill that moves along its axis, including the rim. For samples that can
-/// change, the bits are the same as with the general method, BelowAny.
+/// Computes the depth of samples in the end of a drill that moves along its axis, for samples to which the flat end,
+/// the rim (the edge between end and flank) or the flank is nearest. Only for samples that this motion can cut, the
+/// result has the same bits as that of the general method, BelowAny.
 struct BelowRim {
   MeridianPiece end, flank;
   float above, beyond;

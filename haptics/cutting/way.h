@@ -1,5 +1,6 @@
-// A part of a head's motion during which samples move along straight lines in the head's frame. A head is convex, so
-// the depth of a sample is a concave function along such a path, with one maximum. Private to haptics/cutting.
+// Describes a short motion of a head as seen from the head: the samples move along straight lines through the head. A
+// head is convex, so the depth of a sample in the head is a concave function along its line and has only one maximum.
+// Private to haptics/cutting.
 #pragma once
 
 #include <cstdint>

@@ -184,12 +184,11 @@ class LayerBound {
   std::array<double, kSteps + 1> sunk_{};
 };
 
-// Computes the grey value at the inner border of a canal in bone. Across the canal's bright wall, the grey value rises
-// from the canal (0) to the wall (1) and falls to the bone beyond the wall (`beyond`). At the border of a
-// thick wall, the grey value is about 0.5. Blur and smoothing make a thin wall darker, so the grey value at its border
-// is lower. The class finds the wall's thickness from the brightest grey value across the wall, and the grey value at
-// the border from the thickness. Without a wall, the grey value at the border is halfway between the canal and the
-// bone.
+// Computes the grey value at the border between a canal in bone and the canal's bright wall. Grey values are scaled: 0
+// in the canal, 1 in a thick wall, `beyond` in the bone outside the wall. At the border of a thick wall, the grey value
+// is about 0.5. Blur and smoothing make a thin wall darker, so the grey value at its border is lower. The class
+// therefore finds the thickness of the wall from its brightest grey value, and the grey value at the border from the
+// thickness. Without a wall, the grey value at the border is halfway between the canal and the bone.
 class CanalBound {
  public:
   /// `blur`: voxels, standard deviation of the scan's blur. The grey values are smoothed by smooth_in_place(g, sigma,
@@ -233,8 +232,8 @@ class CanalBound {
 
  private:
   double least_;  // if the brightest value is smaller than this, there is no wall
-  // grey values for walls of increasing thickness; brightest_: the brightest grey value across the wall; border_: the
-  // grey value at the wall's inner border
+  // Table with one entry per thickness of a canal's bright wall, thin walls first. brightest_: the brightest grey value
+  // on a line across the wall. border_: the grey value at the border between canal and wall.
   std::vector<double> brightest_, border_;
 };
 
@@ -274,9 +273,9 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
                  SparseMask& canal, std::vector<JawCanal>& found) {
   // In m: radius of a tube, smallest length of a canal, distance between the points of a canal's centre line.
   constexpr double kRadius = 1.25e-3, kLeastLength = 8e-3, kEvery = 0.5e-3;
-  // Smallest tube measure of a sample that can belong to a canal. The tube measure is the curvature of the grey value
-  // across the tube, as a fraction of the contrast between bone and canal. In a tube with the radius kRadius it is
-  // about 1/3.
+  // A sample can belong to a canal only if its tube measure is at least kLeastTube. The tube measure is the second
+  // derivative of the grey value across the tube, divided by the difference between the grey values of bone and canal.
+  // In a tube with the radius kRadius, the tube measure is about 1/3.
   constexpr double kLeastTube = 0.15;
   const double sigma = 0.6 * kRadius / voxel;
   Sparse<float> field(grey.set, static_cast<float>(greys.cancellous), static_cast<float>(greys.cancellous));
@@ -345,12 +344,12 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
   }
 }
 
-// Corrects the border between the pulp and the dentin of the teeth. Because of the blur, narrow canals appear too
-// narrow. But the blur does not change a canal's total deficit: the sum, over the samples in and around the canal, of
-// the grey value of dentin minus the sample's grey value. The deficit divided by the difference between the grey values
-// of dentin and pulp is the canal's volume in samples. For each sample near the border, this volume is computed in a
-// ball around the sample. If the number of darker samples in the ball is smaller than this volume, the sample becomes
-// pulp, otherwise dentin.
+// Corrects the border between the pulp and the dentin of the teeth, because narrow root canals appear too narrow in a
+// blurred scan. The blur spreads the darkness of a canal, but does not change its sum. The darkness of a sample is the
+// grey value of dentin minus the grey value of the sample. The sum of the darkness in and around a canal, divided by
+// the darkness of pulp, is the number of samples in the canal. For each sample near the border, this number is computed
+// in a ball around the sample. If fewer than this number of samples in the ball are darker than the sample, the sample
+// becomes pulp, otherwise dentin.
 // `scan`, `smooth`: the scan's grey values before and after smoothing. `tooth`: mask of the teeth with their cavities.
 // `to_crown`: squared distance to enamel. `blur`: voxels, standard deviation of the scan's blur. `soft_elsewhere`: grey
 // value of soft tissue in the bone, used if the pulp is too narrow to measure its own grey value.

@@ -63,14 +63,14 @@ class Hollows {
   double largest_;
 };
 
-// Finds the cavities of the solid. A cavity is a space that is not connected to the surroundings, or is connected to
-// them only through a narrow mouth. In a bone, a closed space that contains air or is larger than any marrow space (the
-// maxillary sinus, the skull) is not a cavity but a `hollow`, so it does not become bone.
-// To find narrow mouths, a ball rolls in from the walls of the box; its radius increases step by step up to
-// `widest_mouth` (voxels). A pocket is a space into which the ball does not fit. If the mouth of the pocket is small
-// compared to the pocket's wall, the pocket is a cavity (a root canal). Otherwise it counts as outside (a fissure, the
-// gap between two roots).
-// In `set`, blocks that are not stored and not connected to the walls are marked as inside.
+// Finds the cavities of the solid: spaces without a connection to the outside, or with only a narrow opening (mouth). A
+// closed space in bone that contains air or is larger than any marrow space (the maxillary sinus, the inside of the
+// skull) is not returned as a cavity but in `hollow`, so it does not become bone.
+// Narrow mouths are found with a ball that moves from the walls of the box into all spaces in which it fits. The radius
+// of the ball increases step by step up to `widest_mouth` (voxels). A pocket is a space that the ball cannot enter. If
+// the area of its mouth is small compared with that of its wall, the pocket is a cavity (a root canal). Otherwise the
+// pocket belongs to the outside (a fissure, the gap between two roots).
+// The function also marks blocks of `set` that are not stored as inside, if they are not connected to the walls.
 SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, double widest_mouth, bool tooth,
                          const std::shared_ptr<BlockSet>& set, const Hollows& hollows, SparseMask& hollow) {
   SparseMask outside, cavity(set, 0, 1);
@@ -548,8 +548,9 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
         bound = std::min(half, 0.5 * (levels.soft + static_cast<double>(peak.v[i])));
       s.dense.v[i] = static_cast<float>(std::clamp((here - bound) / span, -0.5, 0.5));
     });
-    // Removes small isolated parts of the denser tissue, because they are noise. In a tooth, larger isolated parts are
-    // removed, too, because only the crown has enamel.
+    // Removes isolated regions of the denser tissue (enamel or cortical bone) that are small compared with the largest
+    // region, because they are noise. In a tooth, this limit is 5 % of the largest region, because enamel exists only
+    // on the crown; otherwise it is 0.01 %.
     const SparseComponents parts = components(where(set, false, false, [&](std::size_t i, const glm::ivec3&) {
       return depth.v[i] >= kInSkin && s.dense.v[i] > 0;
     }));

@@ -45,7 +45,7 @@ std::vector<Cell> uniform_cells(const Grid<float>& g, const glm::dvec3& spacing,
   // this distance on both sides.
   constexpr double kCell = 2.4e-3;
   constexpr int kMostCells = 24, kSamples = 8, kReach = 2;
-  constexpr std::size_t kLeast = 20;  // smallest number of uniform samples in a cell that is used
+  constexpr std::size_t kLeast = 20;  // a cell with fewer uniform samples than this is not used
   const glm::ivec3 edge = glm::max(glm::ivec3(glm::round(kCell / spacing)),
                                    glm::max(glm::ivec3(4), (g.size + kMostCells - 1) / kMostCells));
   const glm::ivec3 step = (edge + kSamples - 1) / kSamples, cells = (g.size + edge - 1) / edge;

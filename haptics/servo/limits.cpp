@@ -17,11 +17,11 @@ dvec3 Servo::State::force_change(const ContactTick& now) const noexcept {
   return now.force + now.teeth_force - limits.last_force - limits.last_teeth_force;
 }
 
-/// Returns the part (N) of a force change that must wait for later ticks. `change`: N, size of the change, which
-/// exceeds the limit drilling_slew. The hand's own displacement also changes the force through the coupling's spring.
-/// From version 8 of the force laws on, this part of the change need not wait while the hand retreats; while the hand
-/// advances, up to lag_limit of it may wait. The reason: a force that lags behind the hand is too small while the hand
-/// advances and too large while it retreats. Both errors reduce the ledger's energy.
+/// Returns by how much (N) a force change must be reduced in this tick; the rest follows in later ticks. `change`: N,
+/// size of the change, larger than the slew limit allows. From version 8 of the force laws on, a change that the hand's
+/// own displacement causes is excepted: while the hand retreats, it is not delayed; while the hand advances, at most
+/// lag_limit of it is delayed. A delayed force is too small while the hand advances and too large while it retreats,
+/// and both take energy from the energy ledger.
 double Servo::State::held_back(const ContactTick& now, double change) const noexcept {
   const double over = change - P::drilling_slew * now.dt;
   if (!lands(now)) return std::min(over, P::lag_limit);
@@ -106,12 +106,13 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   return std::max(most, glm::length(l.last_force) - P::drilling_slew * now.dt) / strength;
 }
 
-/// Returns the fraction of the force that may stay, 0..1 (from version 8 of the force laws on). With this fraction, the
-/// ledger can pay for the hand's whole retreat, and not only for the retreat in the next tick. Two limits follow from
-/// the ledger's energy E. (1) The force is at most √(2 k E), at which a spring of the stiffness k stores E. (2) While
-/// the hand retreats by up to Δ per tick, passive_fraction() allows at most E / a, with a = Δ × PassivityLaw::margin.
-/// The result combines both without a step in value or slope: √(2 k E - k² a²) for E > k a², and E / a for smaller E.
-/// `at_stake`: J, energy that the whole force may give to the hand in the next tick.
+/// Returns the factor 0..1 by which the force is reduced so that the energy E in the energy ledger is enough for the
+/// hand's whole retreat, not only for the next tick (from version 8 of the force laws on). `at_stake`: J, energy that
+/// the unreduced force may give to the hand in the next tick.
+/// Two limits follow from E. (1) The force is at most √(2 k E), the force at which a spring of the stiffness k stores
+/// E. (2) If the hand may retreat by Δ in a tick, passive_fraction() allows at most the force E / a, with a = Δ ×
+/// PassivityLaw::margin. The function combines both without a step in value or slope: √(2 k E - k² a²) for E > k a²,
+/// and E / a for smaller E.
 double Servo::State::landing_fraction(const ContactTick& now, double at_stake) const noexcept {
   const Limits& l = limits;
   const double strength = glm::length(now.force);

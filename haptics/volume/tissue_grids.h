@@ -114,7 +114,8 @@ struct TissueVolume::Impl {
   // inclusive. Empty (lo > hi) at first, and after bricks were removed from these sets.
   glm::ivec3 marked_lo{0}, marked_hi{-1};
   LeafFront front;  // leaves (8³ voxels) that the next cuts of the present head can change
-  // the leaves that the present cut examines, and where the front stores their data
+  // The leaves (8³ voxels) that the present cut examines. The entry of due_places with the same index points to the
+  // data that `front` stores for the leaf.
   std::vector<Sweep::Leaf> due_leaves;
   std::vector<LeafFront::DuePlace> due_places;
   KeySet filled;  // keys of leaves (8³ voxels) that may contain labels of a filling, see label.h

@@ -146,8 +146,9 @@ std::vector<std::string> chosen_tissues(const Options& options) {
   return chosen;
 }
 
-/// The first line of a table states for each part or tissue when and where it was measured. Returns the name under
-/// which this row is listed there: the tissue if the row belongs to the part `models`, otherwise the part.
+/// Returns the name under which the first line of a results file states when and where this row was measured. The name
+/// is the row's part of the benchmark (for example, `contact`). Only for the part `models`, which measures several
+/// tissues, the name is the row's tissue.
 std::string name_of_row(std::string_view part, const BenchRow& row) {
   if (part != "models") return std::string(part);
   const std::vector<ModelFigure> figures = model_figures({row});
@@ -156,12 +157,12 @@ std::string name_of_row(std::string_view part, const BenchRow& row) {
 
 /// The rows of the files of the option --keep, and where they come from.
 struct KeptRows {
-  std::map<std::string, std::vector<BenchRow>> rows;  // rows of each part
+  std::map<std::string, std::vector<BenchRow>> rows;  // rows of each part of the benchmark, by its name
   std::vector<RowOrigin> origins;
 };
 
-/// Reads the files of the option --keep. If several files contain the same part or tissue, the rows of the first of
-/// these files are used. Throws Error.
+/// Reads the files of the option --keep. If several files contain the same part of the benchmark (or the same tissue of
+/// the part `models`), the rows of the first of these files are used. Throws Error.
 KeptRows kept_rows(const Options& options) {
   KeptRows kept;
   if (options.keep.empty()) return kept;

@@ -798,9 +798,9 @@ class Plan {
   }
 
   /// Returns the portion of filling (a dome) that the instrument adds when the centre of its head is at (a, b, c), in
-  /// coordinates along the instrument's axes. The dome's centre is the same point that the servo would choose: the
-  /// surface point nearest to the instrument's free end. If this end is midway between two walls, it is the point below
-  /// the end. Empty if the instrument reaches no surface.
+  /// coordinates along the instrument's axes. The dome's centre is the surface point nearest to the instrument's free
+  /// end, as in the servo. If the free end is midway between two walls, the dome's centre is the surface point straight
+  /// below the free end. Returns no value if the instrument reaches no surface.
   std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
                                           double b, double c) const {
     const double reach = instrument.tool.fill_reach;

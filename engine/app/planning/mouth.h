@@ -15,7 +15,8 @@ namespace typodont {
 struct MouthFiles {
   std::vector<std::filesystem::path> scans;   // the first scan is the one that is drilled
   std::optional<std::filesystem::path> bite;  // surface that shows teeth of all scans while the jaws are closed
-  // m, distance by which the opposing scans are moved away from the first scan, so that an instrument has room
+  // m, opening of the mouth: the scans of the opposite jaw are moved away from the first scan by this distance, so that
+  // an instrument fits between the jaws
   double open = 0;
 };
 

@@ -52,8 +52,9 @@ double ToothForm::distance(const dvec3& p) const {
   const double x = p.x, y = p.y + lean * std::max(z, 0.0);
   const double a = half_width(z, neck.x, widest.x, table.x, proximal, height, root);
   const double b = half_width(z, neck.y, widest.y, table.y, y > 0 ? buccal : lingual, height, root);
-  // Computes the distance to the side. The outline of the side lies between an ellipse and a rectangle. The exact
-  // outline is evaluated only near the ellipse.
+  // Computes the distance of p from the side of the tooth. A horizontal section of the tooth is a superellipse, a shape
+  // between an ellipse and a rectangle. Its formula is slow, so it is evaluated only near the ellipse with the same
+  // half axes.
   const double r = std::sqrt(x * x + y * y), ellipse = std::sqrt(x * x / (a * a) + y * y / (b * b));
   const double at_most = ellipse > 1e-3 ? kSideSlope * (r - r / ellipse) : -kSideSlope * std::min(a, b);
   const auto outline = [&] {

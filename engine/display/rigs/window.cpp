@@ -132,9 +132,9 @@ class Window final : public Output {
                   .kept = std::exchange(drawn_[index_], std::uint8_t{1}) != 0};
   }
 
-  /// With software rendering, presenting waits for the drawing. Therefore this frame is not shown now, and the next
-  /// frame is prepared in the meantime. This frame is shown at the next acquire() or present(); if no next frame
-  /// comes, at the second poll().
+  /// With a GPU, shows the frame at once. With software rendering, showing a frame would wait until the CPU has drawn
+  /// it. So the frame is shown later, and the caller can prepare the next frame in the meantime: at the next acquire()
+  /// or present(), or at the second poll() if the caller draws no further frame.
   void present(const std::optional<std::vector<Part>>& drawn, std::function<void()> finish) override {
     show_finished();
     parts_ = drawn;

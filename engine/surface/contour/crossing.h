@@ -21,12 +21,12 @@ struct LocalCrossing {
   float curvature;   // mean of the two principal curvatures, 1/voxel, positive if the solid is convex; 0 near a crease
 };
 
-/// Computes the crossing of one edge. `at` is the sample at the edge's base; a, b, c are the strides along and across
-/// the edge. Reads the samples -a..2a, and the samples ±b, ±c at both ends. In a smooth field, the function uses a
-/// second-order crossing and central differences. After CSG (union or difference of bodies) the field is a maximum or
-/// minimum of distances, and its slope jumps at a crease. Near a crease the function extrapolates the field linearly
-/// from one side to find the crossing. It then takes the differences on the side on which the gradient has length 1, as
-/// in a distance field. So plane faces are reproduced exactly up to their edges.
+/// Computes the point at which the surface crosses one edge of the grid. `at`: sample at the start of the edge; a:
+/// stride along the edge; b, c: strides across it. Reads the samples -a..2a, and the samples ±b, ±c at both ends.
+/// In a smooth field, the crossing is computed to second order, and the normal by central differences. A cut makes a
+/// crease in the field, at which its slope jumps. Near a crease, only samples on one side of it are used: the field is
+/// extrapolated linearly, and the normal is computed on the side on which the gradient has the length 1, as in a
+/// distance field. So plane faces are reproduced exactly up to their edges.
 LocalCrossing cross_edge(const float* at, int a, int b, int c);
 
 }  // namespace typodont::surface

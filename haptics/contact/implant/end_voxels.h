@@ -67,11 +67,11 @@ struct EndLook {
   PerTissue hardness{};  // m², for each tissue: the area that touches it, multiplied by the tissue's hardness
 };
 
-/// Sums the cutting law over the tool voxels on the front of the tool's end, and looks for obstacles ahead of them.
-/// `center_V`: centre of the head, in voxels; `R_WT`: orientation of the tool. The patch (copy of the field) must
-/// contain all samples up to two voxels beyond the end. A tool voxel at which bone touches the tool's surface has the
-/// weight one in the sums. The weight decreases to zero while the bone's distance from this surface grows to one patch
-/// voxel, so that forces change continuously. All processors give the same bits, because the sums have a fixed order.
+/// Adds the forces of the cutting law over the tool voxels on the front of the tool's end, and looks for obstacles
+/// ahead of them. `center_V`: centre of the head, in voxels; `R_WT`: orientation of the tool. The patch (copy of the
+/// field) must contain all samples up to two voxels beyond the end. Each tool voxel has a weight in the sums: 1 if bone
+/// touches it, falling linearly to 0 if the bone is one patch voxel away, so that forces change continuously. All
+/// processors give the same bits, because the sums have a fixed order.
 EndLook look_at_end(const EndVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center_V,
                     const dquat& R_WT) noexcept;
 

@@ -356,7 +356,9 @@ double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted
   return slow;
 }
 
-/// Returns the displacement in m of a thread cutter, an implant or a screw, which follows the rotation of its thread.
+/// Returns the displacement (m) of a tool with a thread (thread cutter, implant, screw) along the bed's axis in this
+/// tick. Once the thread has engaged in the bone, the tool advances by one pitch per turn. `wanted`: m, displacement
+/// that the hand asks for.
 double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted, Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
   const double torque = thread_torque(bed, tip_);

@@ -47,9 +47,9 @@ class SurfaceContact {
   virtual void turn_to(const dquat& /*R_WT*/) noexcept {}
   /// Must be called after the faces of the grid have changed, and before the first call with another grid.
   virtual void mesh_changed() noexcept {}
-  /// Passes the contact points around this tool that the carver has listed in the new mesh. Must be called after
-  /// mesh_changed(). Until the next mesh_changed(), this object may exchange the contents of `points` for those of its
-  /// own list.
+  /// Passes the list of contact points around this tool in the changed mesh. The carver has prepared this list. Must be
+  /// called after mesh_changed(). Until the next call of mesh_changed(), this object may swap `points` with its own
+  /// list, so the caller must not use the contents of `points`.
   virtual void use_prepared(HeadPoints* /*points*/) noexcept {}
 
   /// Starts a contact. The centre of the contact shape (ball or other head) is at p. Returns false if the tool overlaps

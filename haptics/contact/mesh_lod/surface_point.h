@@ -18,7 +18,8 @@ struct SurfaceOptions {
   // true: borders between tissues have walls, which stop a tool only on its way from the softer to the stiffer tissue
   bool walls = true;
   double wall_limit = 0.5;  // N, force above which a wall yields
-  // N/m, stiffness of the coupling (the spring to the hand) in a material with the stiffness 1 N/mm
+  // N/m, stiffness of the coupling (the spring between the contact point and the hand) if the tissue's own stiffness is
+  // 1 N/mm; the stiffness of the coupling is proportional to the tissue's own stiffness
   double unit_force = 1000;
   // true: one call of follow() tests a limited number of faces (kMostTested), and ends as soon as the position is known
   // to be final; false: as in the servo's force laws before version 12

@@ -63,7 +63,7 @@ class OffsetModel : public PatchModel {
     // without contact. This position depends on the contacts, and on the energy debt (energy of past cuts that the
     // motor has not yet delivered).
     dvec3 held_off{0};
-    ActivePlanes active{};  // indices of the contacts that hold the head (the active set)
+    ActivePlanes active{};  // indices of the contacts that block the head (the active set)
     // These members have the same meaning as the members of Contact with the same names.
     bool touching = false, lost = false, deep = false, bridging = false, late = false;
   };

@@ -40,14 +40,14 @@ struct SearchParameters {
   // ends, because it would not converge.
   static constexpr int reversals = 2;
   // Largest number of refinement rounds per iteration for a tool that does not cut. Each round computes the
-  // exact planes of the contacts that hold the head.
+  // exact planes of the contacts that block the head.
   static constexpr int refining_rounds = 6;
   // The secant method is used only if the length of a step, divided by the length of the previous step, is at most
   // this.
   static constexpr double still_converges = 0.95;
   // largest factor by which the secant method lengthens a step, if there is only one contact
   static constexpr double most_gain = 10;
-  // largest factor by which the secant method lengthens a step, if only one of several contacts holds the head
+  // largest factor by which the secant method lengthens a step, if only one of several contacts blocks the head
   static constexpr double most_gain_of_many = 2;
   // Voxels, largest depth that one tick may cut. The contact planes describe the surface only up to this
   // depth.
@@ -98,7 +98,8 @@ struct FallParameters {
   static constexpr double rough_time = 2e-3;
   // s, time constant of the low-pass filter that gives the hand's mean velocity
   static constexpr double speed_time = 0.1;
-  // s, time constant of the filter for the tissue's push on the bur before a fall (the tissue under the bur is removed)
+  // s, time constant of the low-pass filter for the force with which the tissue pushes the bur. The filtered force
+  // shows the direction of the push before the tissue under the bur was removed.
   static constexpr double push_time = 0.05;
   // N/s. The hand may be in a fall (the tissue under the bur was removed) if (present velocity of the hand - its mean
   // velocity) × stiffness exceeds this limit.
@@ -107,12 +108,14 @@ struct FallParameters {
   // accelerate against the tissue's mean push. The cosine between this push and the direction opposite to the hand's
   // gain of velocity must be at least this.
   static constexpr double along = 0.3;
-  // N/s; after a fall, the bur may always meet tissue at a speed for which (speed × stiffness) is at most this limit
+  // N/s, limit for the landing (the bur meets tissue again after the tissue under it was removed). The bur may always
+  // land at a speed for which (speed × stiffness of the coupling) is at most this limit.
   static constexpr double landing_slew = 12;
-  // After a fall, the bur may always meet tissue at a speed of up to this factor times the hand's mean speed.
+  // Factor for the landing of the bur, that is, for its next contact after the tissue under it was removed. The bur may
+  // always land at a speed of up to this factor times the hand's mean speed.
   static constexpr double growth = 1.2;
-  // N/s, limit of the braking in a fall. It limits the product (speed of the hand - largest allowed speed of the bur) ×
-  // stiffness, because the force grows at this rate while the bur is slower than the hand.
+  // N/s. While the hand falls (the tissue under the bur was removed), the bur may be slower than the hand. The force
+  // then grows at the rate (speed of the hand - speed of the bur) × stiffness. This is the limit of that rate.
   static constexpr double brake = 12;
 };
 

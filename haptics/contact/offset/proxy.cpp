@@ -321,8 +321,8 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   return next;
 }
 
-/// Computes the exact planes of the contacts that hold the head (found with approximate planes), and projects the
-/// target again. Repeats both steps, because with the exact planes other contacts may hold the head.
+/// Computes the exact planes of the contacts that block the head (found with approximate planes), and projects the
+/// target again. Repeats both steps, because with the exact planes other contacts may block the head.
 dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 next) noexcept {
   Step& p = step_;
   const int rounds = in.cuts ? 1 : Q::refining_rounds;
@@ -346,7 +346,7 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
 
 /// Makes the step longer, so that the search converges faster (secant method). Along a smooth curved surface, each step
 /// is a constant fraction of the previous step (negative in a concave surface). So the sum of all remaining steps is a
-/// geometric series, and one step multiplied by a gain replaces them all. If several contacts hold the head, the gain
+/// geometric series, and one step multiplied by a gain replaces them all. If several contacts block the head, the gain
 /// is at most 1. The component of the step towards the tissue is not changed.
 dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   const Step& p = step_;
@@ -428,9 +428,8 @@ double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   return softer > 0 && softer < W::from_ratio * harder ? std::max(softer / harder, W::least_power) : 1;
 }
 
-/// Returns the smallest value of wall_at() of all planes that hold the head. wall_at() is the fraction 0..1 of its
-/// power that the head keeps at a wall of harder tissue, so the smallest value belongs to the strongest wall. If no
-/// plane lies at a wall, the result is the special value 0.
+/// Returns the fraction of its power with which the head cuts at the strongest wall of harder tissue that it touches:
+/// the smallest value of wall_at() over all contact planes that stop the head. Returns 0 if it touches no such wall.
 double OffsetModel::strongest_wall(const ActivePlanes& active) const noexcept {
   double least = 1;
   for (int i = 0; i < active.count; ++i) {

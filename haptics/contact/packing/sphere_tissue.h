@@ -33,8 +33,8 @@ class SphereTissue {
  public:
   SphereTissue() : SphereTissue(SpherePacking{}, Removal::kMended) {}
   /// `cell`: for each sphere the volume of tissue that it represents, m³ (see cell_volumes()). If `cell` is empty, each
-  /// sphere represents its own volume times a factor; for each tissue this factor makes the sum equal to the tissue's
-  /// volume.
+  /// sphere represents its own volume times a factor. The factor is the same for all spheres of a tissue, and makes the
+  /// sum of their volumes equal to the volume of the tissue.
   SphereTissue(const SpherePacking& packing, Removal removal, std::span<const double> cell = {});
 
   std::size_t size() const { return tree_.size(); }

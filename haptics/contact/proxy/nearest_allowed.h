@@ -24,7 +24,7 @@ ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept;
 /// -(gap_i + overlap + slack · yields_i) for all planes i. c: present centre; `overlap`: allowed overlap; `slack`:
 /// depth of a cut; all lengths in voxels. There may be no such position, for example in a narrow slot that the head has
 /// cut. Then each plane that the head already overlaps only prevents a deeper overlap. `active`: on entry, a guess of
-/// the planes that hold the head, or none; on return, these planes.
+/// the planes that block the head, or none; on return, these planes.
 dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double slack, const dvec3& target,
                       ActivePlanes& active) noexcept;
 

@@ -74,16 +74,18 @@ class HeadFollower {
 
   /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. Returns the final position.
   ///
-  /// Each near point limits a step of the head by a linear bound. The distance from a convex head is a convex function,
-  /// so after a step that satisfies all bounds, no point is inside the head.
+  /// Each point near the head gives a linear inequality for the step of the head. A head is convex, so the distance of
+  /// a point from it is a convex function. So after a step that satisfies all inequalities, no point is inside the
+  /// head.
   ///
-  /// `slack`: allowed overlap of head and points, m. `give`: true: a point that is already inside the head does not
-  /// push the head out, but only prevents a deeper overlap. `list(p)` must list the points around p if the present list
-  /// is no longer valid; a fast head needs several lists in one tick, because otherwise it would lag behind the hand.
-  /// `complete(p, far)` must add the points that the list lacks within the distance `far` (m) of the head at p. It
-  /// returns the length (m) for which the list is then complete: `far`, or less if it did not add all points. The head
-  /// moves at most this length; with 0, it stops. If `may_go_on()` returns false, no further round begins in this tick,
-  /// so the head stops.
+  /// `slack`: m, allowed overlap of head and points. `give`: if true, a point that is already inside the head does not
+  /// push the head out, but only prevents a deeper overlap.
+  /// `list(p)`: makes a new list of the points around the position p if `points` is no longer valid there. A fast head
+  /// needs several lists in one tick.
+  /// `complete(p, far)`: adds missing points to the list, so that the head at p can move by `far` (m) in any direction
+  /// without meeting an unlisted point. Returns the length (m) by which the head can move: `far`, or less if points are
+  /// still missing. The head moves at most by this length.
+  /// `may_go_on()`: if it returns false, the head stops until the next tick.
   template <class List, class Complete, class MayGoOn>
   dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double slack, bool give,
                List&& list, Complete&& complete, MayGoOn&& may_go_on) noexcept {
