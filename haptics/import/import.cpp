@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -39,8 +40,12 @@ double free_memory() {
     if (line.starts_with(kKey)) free = 1024 * std::strtod(line.c_str() + kKey.size(), nullptr);
   }
   rlimit limit{};
-  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
-    free = std::min(free, static_cast<double>(limit.rlim_cur));
+  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
+    double pages = 0;
+    std::ifstream("/proc/self/statm") >> pages;
+    const double left = static_cast<double>(limit.rlim_cur) - pages * static_cast<double>(sysconf(_SC_PAGESIZE));
+    free = std::min(free, std::max(0.0, left));
+  }
   return free;
 }
 

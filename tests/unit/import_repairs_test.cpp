@@ -1,6 +1,9 @@
 // Tests meshes as clinics have them: overlapping shells, very narrow gaps, copies, holes, and one file per tissue.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
@@ -11,6 +14,7 @@
 #include "haptics/import/mesh_solid.h"
 #include "tests/support/import_message.h"
 #include "tests/support/import_phantom.h"
+#include "haptics/import/import_scan.h"
 
 namespace typodont::haptics {
 namespace {
@@ -466,3 +470,33 @@ TEST(ImportMemory, WorkThatDoesNotFitIsRefusedBeforeItBegins) {
 
 }  // namespace
 }  // namespace typodont::haptics
+TEST(ImportMemory, ALimitOfTheAddressSpaceLeavesOnlyWhatTheProcessHasNotReserved) {
+  const pid_t child = fork();
+  if (child == 0) {
+    double pages = 0;
+    std::ifstream("/proc/self/statm") >> pages;
+    constexpr double kLeft = 100e6;
+    rlimit limit{};
+    getrlimit(RLIMIT_AS, &limit);
+    limit.rlim_cur = static_cast<rlim_t>(pages * static_cast<double>(sysconf(_SC_PAGESIZE)) + kLeft);
+    if (setrlimit(RLIMIT_AS, &limit) != 0) _exit(2);
+    const double free = importing::free_memory();
+    _exit(free > 0.5 * kLeft && free <= 1.01 * kLeft ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+}
+
+TEST(ImportMemory, AScanThatNeedsMoreThanTheLimitIsRefusedBeforeItsVoxelsAreRead) {
+  test::Phantom p;
+  p.size = {200, 200, 200};
+  // Without its voxels, the file is refused because of its end, unless the memory is checked first.
+  const auto file = test::write_nrrd("claims.nrrd", p, "");
+  ImportOptions o = bone();
+  o.memory = 50e6;
+  EXPECT_THAT(message_of(file, o), AllOf(HasSubstr("64 MB as they are read"), HasSubstr("the limit of --memory-mb")));
+  o.memory = 100e6;
+  EXPECT_THAT(message_of(file, o), HasSubstr("expected 16000000 bytes"));
+}
+
