@@ -82,6 +82,7 @@ void turn(Imported& imported, const glm::dmat3& by) {
   turn_box(report.lo, report.hi);
   for (ImportRegion& other : report.others) turn_box(other.lo, other.hi);
   report.size = in.size;
+  for (dvec3& p : report.repaired) p = by * p;
   report.world_rotation = report.world_rotation * glm::transpose(by);
 }
 

@@ -82,6 +82,7 @@ void write_imported_exercise(const ImportedExercise& exercise, haptics::Imported
   tissue.frame.origin += move;
   imported.report.lo += move, imported.report.hi += move;
   // Old files are replaced only after all new files are complete.
+  for (dvec3& p : imported.report.repaired) p += move;
   PartialFile volume(volume_beside(file), FileKind::kVolume, over), scene_file(file, FileKind::kJson, over);
   haptics::TissueVolume(tissue).save(volume.path());
   for (haptics::ImportRegion& other : imported.report.others) other.lo += move, other.hi += move;
