@@ -39,6 +39,8 @@ double free_memory() {
     constexpr std::string_view kKey = "MemAvailable:";
     if (line.starts_with(kKey)) free = 1024 * std::strtod(line.c_str() + kKey.size(), nullptr);
   }
+  // A limit of the address space (ulimit -v) also counts the memory that the process has already reserved, for example
+  // for libraries and stacks.
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
     double pages = 0;
@@ -178,6 +180,11 @@ void measure(Imported& imported, ImportPreset preset) {
 
 Imported completed(Imported imported, const ImportOptions& options) {
   measure(imported, options.preset);
+  const ImportReport& report = imported.report;
+  imported.tissue.place = {{dvec3(0), glm::normalize(glm::quat_cast(report.world_rotation))},
+                           report.space == "LPS"   ? PatientAxes::kLps
+                           : report.space == "RAS" ? PatientAxes::kRas
+                                                   : PatientAxes::kUnknown};
   turn(imported, options.turn);
   if (options.progress) options.progress(1);
   return imported;
