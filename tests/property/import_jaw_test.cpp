@@ -358,6 +358,36 @@ TEST(ImportJaw, AClosedSinusFullOfAirIsNoBoneAndAMarrowSpaceIs) {
   EXPECT_LT(distance_at(i, marrow), 0);
 }
 
+TEST(ImportJaw, ANerveCanalThatLeavesTheBoneAtBothEndsIsFound) {
+  // As at the foramina of a jaw, the canal passes through the outer plate of bone into soft tissue.
+  test::Phantom p = usual_jaw().phantom();
+  const auto in_canal = [](const dvec3& q) {
+    return glm::length(q - JawPhantom::canal_centre(q.x)) < JawPhantom::kCanal;
+  };
+  p.grey = [&](const dvec3& q) { return in_canal(q) ? 60.0 : usual_jaw().hounsfield(q); };
+  const Imported i = imported("open.nrrd", p);
+  ASSERT_EQ(i.report.jaw->canals.size(), 1U);
+  for (const dvec3& c : i.report.jaw->canals[0].centre) {
+    double nearest = 1e9;
+    for (double x = 0; x < 30; x += 0.02)
+      nearest = std::min(nearest, glm::length(c / kMillimetre - JawPhantom::canal_centre(x)));
+    EXPECT_LT(nearest, 0.5);
+  }
+  constexpr double kStep = 0.1;  // mm
+  double drilled = 0;            // mm³, part of the outer plate and of the canal's wall that the canal replaces
+  for (double x = 0; x < 30; x += kStep) {
+    for (double y = 10; y < 16; y += kStep) {
+      for (double z = 5; z < 12; z += kStep)
+        if (in_canal({x, y, z}) && usual_jaw().tissue({x, y, z}) == Tissue::kCorticalBone)
+          drilled += kStep * kStep * kStep;
+    }
+  }
+  EXPECT_GT(drilled, 5);
+  const auto k = static_cast<std::size_t>(Tissue::kPulp);
+  // Next to its mouths, a part of the canal counts as outside.
+  EXPECT_NEAR(i.report.volume[k] / kCubicMillimetre / (usual_truth()[k] + drilled), 1, 0.1);
+}
+
 TEST(ImportJaw, GreysWithoutAKnownScaleAreRefused) {
   try {
     imported(usual_jaw(), 0.3);
