@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "engine/base/pose.h"
 #include "engine/contract/field_brick.h"
 #include "engine/contract/tissue.h"
 
@@ -21,6 +23,19 @@ inline VoxelBox common(const VoxelBox& a, const VoxelBox& b) {
   return glm::all(glm::lessThanEqual(box.lo, box.hi)) ? box : VoxelBox{};
 }
 
+/// Directions of the axes of a file's coordinates, relative to the patient.
+enum class PatientAxes : std::uint8_t {
+  kUnknown,
+  kLps,  // x to the patient's left, y to the back, z to the head
+  kRas   // x to the patient's right, y to the front, z to the head
+};
+/// The place of imported tissue in the file from which it was imported (a scan or a mesh). If tissue is turned or
+/// moved after the import, the place changes with it, so that results can be written in the coordinates of the file.
+struct FilePlace {
+  Pose X_FW;  // converts a position in the tissue's frame to a position in the file, m
+  PatientAxes axes = PatientAxes::kUnknown;
+};
+
 /// A box of tissue as plain arrays. Importers and analytic solids create it. z runs fastest: index (x·size.y +
 /// y)·size.z + z.
 struct DenseTissue {
@@ -34,6 +49,7 @@ struct DenseTissue {
   std::vector<std::uint8_t> hardness;
   double band = 1.5e-3;       // m, largest distance that is stored
   bool exact_outside = true;  // true: outside the tissue, the stored distance never exceeds the true distance
+  FilePlace place;
 
   std::size_t at(int x, int y, int z) const {
     return (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);

@@ -35,8 +35,10 @@ struct RasterBlock {
 /// File format (.vdb): grids "distance" (float, mm, level set, background = band) and "tissue" (int32 labels, see
 /// contract/tissue.h), both with a linear transform whose scale is the voxel size in mm, and the metadata
 /// "typodont_version". A file with fillings has a third grid, "tissue_before_filling": the label before the filling,
-/// plus one. If the hardness of any voxel differs from its tissue's own, the file has a grid "hardness": int32, 1 to
-/// 255 (hardness.h), background 255.
+/// plus one. The grid "distance" of imported tissue has the metadata "typodont_file_rotation_x", _y and _z (rows of a
+/// rotation matrix), "typodont_file_origin" (mm) and "typodont_file_axes" ("LPS" or "RAS"), which give its FilePlace.
+/// If the hardness of any voxel differs from its tissue's own, the file has a grid "hardness": int32, 1 to 255
+/// (hardness.h), background 255.
 class TissueVolume {
  public:
   explicit TissueVolume(const DenseTissue& dense);
@@ -52,6 +54,9 @@ class TissueVolume {
   double band() const;  // m, largest stored distance
   /// Returns true if the distances outside the tissue were exact before the first cut.
   bool exact_outside() const;
+  /// Returns where the tissue lies in the file from which it was imported; the identity for other tissue.
+  const FilePlace& place() const;
+  void set_place(const FilePlace& place);
   /// Sets `a_lo` and `a_hi` to the corners of the bounding box of all cuts inside the box lo..hi. Without cuts there,
   /// a_lo is larger than a_hi.
   void cut_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;

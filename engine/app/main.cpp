@@ -73,6 +73,7 @@ static int run_program(int argc, char** argv) {
   add_import_command(program);
   add_fuse_command(program);
   add_mesh_command(program);
+  add_volume_command(program);
   add_fit_damping_command(program);
   add_pack_command(program);
   add_plan_command(program);

@@ -17,23 +17,24 @@ struct KindOfFile {
   std::array<std::string_view, 3> endings;
   std::size_t endings_count;
 };
-constexpr std::array<KindOfFile, 17> kKinds{{{"a text file", {}, 0},
-                                             {"a file of the cache", {}, 0},
-                                             {"a session (.h5)", {".h5"}, 1},
-                                             {"a tissue volume (.vdb)", {".vdb"}, 1},
-                                             {"a picture (.png)", {".png"}, 1},
-                                             {"a grey picture (.pgm)", {".pgm"}, 1},
-                                             {"a sound file (.wav)", {".wav"}, 1},
-                                             {"a film (.mp4)", {".mp4"}, 1},
-                                             {"a page (.html)", {".html", ".htm"}, 2},
-                                             {"a drawing (.svg)", {".svg"}, 1},
-                                             {"a JSON file (.json)", {".json"}, 1},
-                                             {"a table (.csv)", {".csv"}, 1},
-                                             {"a mesh (.ply)", {".ply"}, 1},
-                                             {"a mesh (.stl)", {".stl"}, 1},
-                                             {"a mesh (.obj)", {".obj"}, 1},
-                                             {"a document (.pdf)", {".pdf"}, 1},
-                                             {"a label map (.nrrd, .nii, .dcm)", {".nrrd", ".nii", ".dcm"}, 3}}};
+constexpr std::array<KindOfFile, 17> kKinds{
+    {{"a text file", {}, 0},
+     {"a file of the cache", {}, 0},
+     {"a session (.h5)", {".h5"}, 1},
+     {"a tissue volume (.vdb)", {".vdb"}, 1},
+     {"a picture (.png)", {".png"}, 1},
+     {"a grey picture (.pgm)", {".pgm"}, 1},
+     {"a sound file (.wav)", {".wav"}, 1},
+     {"a film (.mp4)", {".mp4"}, 1},
+     {"a page (.html)", {".html", ".htm"}, 2},
+     {"a drawing (.svg)", {".svg"}, 1},
+     {"a JSON file (.json)", {".json"}, 1},
+     {"a table (.csv)", {".csv"}, 1},
+     {"a mesh (.ply)", {".ply"}, 1},
+     {"a mesh (.stl)", {".stl"}, 1},
+     {"a mesh (.obj, .glb, .gltf)", {".obj", ".glb", ".gltf"}, 3},
+     {"a document (.pdf)", {".pdf"}, 1},
+     {"a volume of samples (.nrrd, .nii, .dcm)", {".nrrd", ".nii", ".dcm"}, 3}}};
 
 const KindOfFile& entry(FileKind kind) noexcept {
   return kKinds[static_cast<std::size_t>(kind)];
@@ -108,7 +109,10 @@ bool holds(FileKind kind, std::string_view head, std::uintmax_t size) {
       return head.starts_with("solid") || size == 84 + std::uintmax_t{50} * triangles;
     }
     case FileKind::kObj:
-      return is_plain_text(head);
+      // OBJ or glTF. Such a glTF file is binary, or JSON that begins with the required key "asset", as this program
+      // writes it.
+      return is_plain_text(head) || head.starts_with("glTF") ||
+             (is_json(head) && without_space(without_space(head).substr(1)).starts_with("\"asset\""));
     case FileKind::kDocument:
       return head.starts_with("%PDF-");
     case FileKind::kLabels:

@@ -7,7 +7,10 @@
 #include <cmath>
 #include <cstring>
 #include <iterator>
+#include <limits>
 #include <map>
+#include <nlohmann/json.hpp>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -96,6 +99,95 @@ std::string obj(const WholeMesh& mesh, const VoxelFrame& frame, const MaterialTa
   return out;
 }
 
+/// The parts of a glTF file: the description as JSON without the buffer's place, and the buffer.
+struct Gltf {
+  nlohmann::ordered_json json;
+  std::string buffer;
+};
+
+Gltf gltf(const WholeMesh& mesh, const VoxelFrame& frame, const MaterialTable& materials) {
+  // numbers that the glTF 2.0 specification assigns to the types of components and to the targets of buffer views
+  constexpr int kByte = 5121, kUint32 = 5125, kFloat = 5126, kVertices = 34962, kIndices = 34963;
+  Gltf made;
+  std::string& buffer = made.buffer;
+  buffer.reserve(28 * mesh.vertices.size() + 12 * mesh.triangles.size());
+  glm::vec3 lo(std::numeric_limits<float>::max()), hi(-lo);
+  for (const auto& v : mesh.vertices) {
+    const glm::vec3 p(frame.to_world(glm::dvec3(v.position)));
+    lo = glm::min(lo, p), hi = glm::max(hi, p);
+    append(buffer, p);
+  }
+  const std::size_t normals = buffer.size();
+  for (const auto& v : mesh.vertices) append(buffer, v.normal);
+  const std::size_t colours = buffer.size();
+  for (const auto& v : mesh.vertices) {
+    const auto [r, g, b] = rgb(materials, v.tissue);
+    append(buffer, std::array<std::uint8_t, 4>{r, g, b, 255});
+  }
+  const std::size_t indices = buffer.size();
+  for (const auto& triangle : mesh.triangles) append(buffer, triangle);
+
+  nlohmann::ordered_json& j = made.json;
+  j["asset"] = {{"version", "2.0"}, {"generator", "Typodont"}};
+  j["scene"] = 0;
+  j["scenes"] = {{{"nodes", {0}}}};
+  j["nodes"] = {{{"mesh", 0}}};
+  j["meshes"] = {
+      {{"primitives", {{{"attributes", {{"POSITION", 0}, {"NORMAL", 1}, {"COLOR_0", 2}}}, {"indices", 3}}}}}};
+  const auto view = [&](std::size_t from, std::size_t to, int target) {
+    j["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", from}, {"byteLength", to - from}, {"target", target}});
+  };
+  view(0, normals, kVertices), view(normals, colours, kVertices), view(colours, indices, kVertices);
+  view(indices, buffer.size(), kIndices);
+  const std::size_t n = mesh.vertices.size();
+  j["accessors"] = {
+      {{"bufferView", 0},
+       {"componentType", kFloat},
+       {"count", n},
+       {"type", "VEC3"},
+       {"min", {lo.x, lo.y, lo.z}},
+       {"max", {hi.x, hi.y, hi.z}}},
+      {{"bufferView", 1}, {"componentType", kFloat}, {"count", n}, {"type", "VEC3"}},
+      {{"bufferView", 2}, {"componentType", kByte}, {"normalized", true}, {"count", n}, {"type", "VEC4"}},
+      {{"bufferView", 3}, {"componentType", kUint32}, {"count", 3 * mesh.triangles.size()}, {"type", "SCALAR"}}};
+  j["buffers"] = {{{"byteLength", buffer.size()}}};
+  return made;
+}
+
+/// Returns the bytes of a .glb file: a header, and two chunks whose lengths are multiples of 4.
+std::string glb(const Gltf& gltf) {
+  constexpr std::uint32_t kVersion = 2, kJson = 0x4e4f534a, kBinary = 0x004e4942;
+  std::string json = gltf.json.dump();
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  std::string out = "glTF";
+  append(out, kVersion);
+  append(out, static_cast<std::uint32_t>(12 + 8 + json.size() + 8 + gltf.buffer.size()));
+  append(out, static_cast<std::uint32_t>(json.size()));
+  append(out, kJson);
+  out += json;
+  append(out, static_cast<std::uint32_t>(gltf.buffer.size()));
+  append(out, kBinary);
+  return out + gltf.buffer;
+}
+
+std::string base64(const std::string& bytes) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t three = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      three = three << 8 | (i + k < bytes.size() ? static_cast<std::uint8_t>(bytes[i + k]) : 0u);
+    for (std::size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : kDigits[three >> (18 - 6 * k) & 63];
+  }
+  return out;
+}
+
+std::string gltf_text(Gltf gltf) {
+  gltf.json["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64(gltf.buffer);
+  return gltf.json.dump(1) + "\n";
+}
+
 }  // namespace
 
 WholeMesh weld(const SurfaceMesher& mesher) {
@@ -137,10 +229,9 @@ WholeMesh weld(const SurfaceMesher& mesher) {
 }
 
 void require_mesh_format(const std::filesystem::path& file) {
-  const std::string format = lower_case(file.extension().string());
-  if (format != ".ply" && format != ".stl" && format != ".obj") {
-    throw Error(file.string(), "extension", "\"" + file.extension().string() + "\"", ".ply, .stl or .obj");
-  }
+  constexpr std::array kKinds{FileKind::kPly, FileKind::kStl, FileKind::kObj};
+  if (kind_of_name(file, kKinds) == FileKind::kText)
+    throw Error(file.string(), "extension", "\"" + file.extension().string() + "\"", ".ply, .stl, .obj, .glb or .gltf");
 }
 
 void write_mesh(const std::filesystem::path& file, const WholeMesh& mesh, const VoxelFrame& frame,
@@ -151,8 +242,16 @@ void write_mesh(const std::filesystem::path& file, const WholeMesh& mesh, const 
     write_file_atomically(file, ply(mesh, frame, materials), FileKind::kPly, over);
   } else if (format == ".stl") {
     write_file_atomically(file, stl(mesh, frame), FileKind::kStl, over);
-  } else {
+  } else if (format == ".obj") {
     write_file_atomically(file, obj(mesh, frame, materials), FileKind::kObj, over);
+  } else {
+    Gltf made = gltf(mesh, frame, materials);
+    // The lengths in a .glb file, and the numbers of its points, have 32 bits.
+    constexpr std::size_t kMost = 0xf0000000;
+    if (made.buffer.size() > kMost)
+      throw Error(file.string(), "", fmt::format("{} bytes of triangles", made.buffer.size()),
+                  fmt::format("at most {} bytes in a glTF file; a .ply file has no such limit", kMost));
+    write_file_atomically(file, format == ".glb" ? glb(made) : gltf_text(std::move(made)), FileKind::kObj, over);
   }
 }
 

@@ -31,8 +31,10 @@ WholeMesh weld(const SurfaceMesher& mesher);
 /// function before long work.
 void require_mesh_format(const std::filesystem::path& file);
 
-/// Writes the file completely or not at all, in millimetres, frame W. The extension selects the format: .ply (binary,
-/// with normals, colours and tissue labels), .stl (binary) or .obj (text, with normals and vertex colours).
+/// Writes the file completely or not at all, in frame W. The extension selects the format: .ply (binary, with normals,
+/// colours and tissue labels), .stl (binary), .obj (text, with normals and vertex colours), .glb (glTF 2.0, binary,
+/// with normals and vertex colours) or .gltf (the same as JSON, with all data in the file). Lengths are millimetres.
+/// Only glTF files have metres, as their format requires; their axes are those of W, although viewers show y upwards.
 void write_mesh(const std::filesystem::path& file, const WholeMesh& mesh, const VoxelFrame& frame,
                 const MaterialTable& materials, Over over = Over::kNoInput);
 

@@ -20,6 +20,7 @@ struct ArchSurface {
   // closed mesh. Zero if the direction is unknown.
   dvec3 up{0};
   std::vector<std::string> repairs;  // descriptions of the repairs of the mesh, for the user
+  std::vector<dvec3> repaired;       // m, points at which the mesh was repaired (MeshRepairs::places)
 };
 
 /// Reads an intraoral scan, which may be open. Loose pieces are removed, holes are closed, and a

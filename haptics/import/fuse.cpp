@@ -436,6 +436,7 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   out.frame = {ct.frame.origin, voxel};
   out.band = ct.band;
   out.exact_outside = ct.exact_outside;
+  out.place = ct.place;
   out.size = same ? ct.size : glm::ivec3(glm::floor(dvec3(ct.size - 1) * (coarse / voxel) + 1e-6)) + 1;
 
   // Computes the field `phi`, which is positive inside. Near the crowns, it is a blend of two distances: to the scan

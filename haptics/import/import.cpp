@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -38,9 +39,15 @@ double free_memory() {
     constexpr std::string_view kKey = "MemAvailable:";
     if (line.starts_with(kKey)) free = 1024 * std::strtod(line.c_str() + kKey.size(), nullptr);
   }
+  // A limit of the address space (ulimit -v) also counts the memory that the process has already reserved, for example
+  // for libraries and stacks.
   rlimit limit{};
-  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
-    free = std::min(free, static_cast<double>(limit.rlim_cur));
+  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
+    double pages = 0;
+    std::ifstream("/proc/self/statm") >> pages;
+    const double left = static_cast<double>(limit.rlim_cur) - pages * static_cast<double>(sysconf(_SC_PAGESIZE));
+    free = std::min(free, std::max(0.0, left));
+  }
   return free;
 }
 
@@ -173,6 +180,11 @@ void measure(Imported& imported, ImportPreset preset) {
 
 Imported completed(Imported imported, const ImportOptions& options) {
   measure(imported, options.preset);
+  const ImportReport& report = imported.report;
+  imported.tissue.place = {{dvec3(0), glm::normalize(glm::quat_cast(report.world_rotation))},
+                           report.space == "LPS"   ? PatientAxes::kLps
+                           : report.space == "RAS" ? PatientAxes::kRas
+                                                   : PatientAxes::kUnknown};
   turn(imported, options.turn);
   if (options.progress) options.progress(1);
   return imported;

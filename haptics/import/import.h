@@ -149,7 +149,10 @@ struct ImportReport {
   // Bounding boxes of the meshes of import_meshes() that do not meet the bounding box of the first mesh.
   std::vector<ImportRegion> others;
   std::vector<std::string> repairs;  // descriptions of the repairs of the mesh, for the user
-  std::vector<std::string> notes;    // notes about the import for the user
+  // m, points of a mesh at which it was repaired, in the coordinates of the result; the picture of the surface marks
+  // them
+  std::vector<dvec3> repaired;
+  std::vector<std::string> notes;  // notes about the import for the user
 };
 
 struct Imported {

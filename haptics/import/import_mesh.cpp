@@ -65,8 +65,9 @@ void check_unit(const ImportOptions& options) {
               "millimetres per unit of the mesh, above 0");
 }
 
-void move(Mesh& mesh, const Pose& X_WF) {
+void move(Mesh& mesh, MeshRepairs& repairs, const Pose& X_WF) {
   for (dvec3& p : mesh.points) p = X_WF * p;
+  for (dvec3& p : repairs.places) p = X_WF * p;
 }
 
 /// Returns an empty volume that encloses the bounds.
@@ -481,7 +482,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   check_unit(options);
   MeshRepairs repairs;
   Mesh mesh = read_mesh(file, options.mesh_unit, repairs);
-  move(mesh, options.mesh_pose);
+  move(mesh, repairs, options.mesh_pose);
   Bounds bounds;
   bounds.add(mesh);
   check_length(file, bounds.extent(), options);
@@ -490,6 +491,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   Imported result;
   result.report.format = file.extension().string().substr(1);
   add_words(result.report.repairs, repairs, "");
+  result.report.repaired = std::move(repairs.places);
   DenseTissue& out = result.tissue;
   out = volume_around(bounds, options);
   const double voxel = out.frame.voxel;
@@ -590,7 +592,7 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
   MeshRepairs repairs;
   Mesh& mesh = arch.mesh;
   mesh = read_surface(file, options.mesh_unit, repairs);
-  move(mesh, options.mesh_pose);
+  move(mesh, repairs, options.mesh_pose);
   drop_copies(mesh, repairs);
   orient(mesh, repairs);
   const std::size_t pieces = drop_pieces(mesh);
@@ -622,7 +624,7 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
     const Border base = *main;
     arch.up = across_border(mesh, base, glm::normalize(arch.up));
     for (const Border& b : open) {
-      if (&b != &*main) close_border(mesh, b);
+      if (&b != &*main) close_border(mesh, b, repairs);
     }
     add_words(arch.repairs, repairs, "");
     if (open.size() > 1) arch.repairs.push_back(fmt::format("{} large openings closed", open.size() - 1));
@@ -635,6 +637,7 @@ ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& op
     add_words(arch.repairs, repairs, "");
   }
   if (pieces > 0) arch.repairs.push_back(fmt::format("{} loose pieces left out", pieces));
+  arch.repaired = std::move(repairs.places);
   return arch;
 }
 
@@ -650,6 +653,7 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
   const dvec3& up = arch.up;
   const std::size_t scanned = arch.scanned;
   report.repairs = std::move(arch.repairs);
+  report.repaired = std::move(arch.repaired);
   Bounds bounds;
   std::vector<std::uint8_t> gum = find_gum(file, mesh, up, options.crown.value_or(kUsualCrown), report.notes);
 
@@ -712,6 +716,7 @@ Imported import_parts(const ImportOptions& options) {
     meshes.push_back(read_mesh(part.file, options.mesh_unit, repairs));
     bounds.add(meshes.back());
     add_words(report.repairs, repairs, std::string(name_of(part.tissue)));
+    report.repaired.insert(report.repaired.end(), repairs.places.begin(), repairs.places.end());
     const std::string format = part.file.extension().string().substr(1);
     if (report.format.find(format) == std::string::npos) report.format += (report.format.empty() ? "" : ", ") + format;
   }

@@ -257,7 +257,7 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   const SpacingLimits limits = tooth
                                    ? SpacingLimits{1e-6, 0.7e-3, "a tooth", "; of a jaw or another bone --preset bone"}
                                    : SpacingLimits{1e-6, 3e-3, "a bone", ""};
-  Scan scan = read_scan({file, options.series}, options.spacing, options.nan_grey, limits);
+  Scan scan = read_scan({file, options.series, options.memory}, options.spacing, options.nan_grey, limits);
   if (!options.region) return import_read_scan(file, std::move(scan), nullptr, options);
   const ScanGreys greys = find_greys(file, scan, options);
   scan = cropped(scan, *options.region);

@@ -344,18 +344,19 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
   }
 }
 
-// Corrects the border between the pulp and the dentin of the teeth, because narrow root canals appear too narrow in a
-// blurred scan. The blur spreads the darkness of a canal, but does not change its sum. The darkness of a sample is the
-// grey value of dentin minus the grey value of the sample. The sum of the darkness in and around a canal, divided by
-// the darkness of pulp, is the number of samples in the canal. For each sample near the border, this number is computed
-// in a ball around the sample. If fewer than this number of samples in the ball are darker than the sample, the sample
-// becomes pulp, otherwise dentin.
-// `scan`, `smooth`: the scan's grey values before and after smoothing. `tooth`: mask of the teeth with their cavities.
-// `to_crown`: squared distance to enamel. `blur`: voxels, standard deviation of the scan's blur. `soft_elsewhere`: grey
-// value of soft tissue in the bone, used if the pulp is too narrow to measure its own grey value.
+// Corrects the border between the pulp and the dentin of the teeth. Because of the blur, narrow canals appear too
+// narrow. But the blur does not change a canal's total deficit: the sum, over the samples in and around the canal, of
+// the grey value of dentin minus the sample's grey value. The deficit divided by the difference between the grey values
+// of dentin and pulp is the canal's volume in samples. For each sample near the border, this volume is computed in a
+// ball around the sample. If the number of darker samples in the ball is smaller than this volume, the sample becomes
+// pulp, otherwise dentin. `scan` and `smooth` are the scan's grey values before and after smoothing, `tooth` marks the
+// teeth with their cavities, and `to_crown` is the squared distance to enamel. `blur` is the standard deviation of the
+// scan's blur in voxels. `soft_elsewhere` is the grey value of soft tissue in the bone. It is used for a pulp that is
+// too narrow to measure its own grey value. `brightest_soft` replaces the pulp's own grey value if that is much
+// brighter.
 void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const SparseMask& tooth,
                     const Sparse<float>& to_crown, const JawGreys& greys, double blur, double soft_elsewhere,
-                    Sparse<Tissue>& tissue) {
+                    double brightest_soft, Sparse<Tissue>& tissue) {
   // In voxels. kBlurred: the blur changes grey values up to this distance from the canal. kBall: radius of the
   // ball, which reaches beyond the far side of a canal.
   constexpr float kBlurred = 2.5;
@@ -397,7 +398,11 @@ void correct_canals(const Grid<float>& scan, const Sparse<float>& smooth, const 
   }
   const auto is_core = [&](std::size_t i) { return core_mask.v[i] != 0; };
   const double dentin = median_of(dentin_greys).value_or(greys.hard),
-               soft = grey_inside(scan, pulp, blur).value_or(soft_elsewhere);
+               own = grey_inside(scan, pulp, blur).value_or(soft_elsewhere);
+  // Streaks of metal can make the few samples deep inside the pulp much too bright. Such a grey value is not used. In
+  // phantoms without streaks, the grey values of pulp and nerve differ by less than 0.02 of the contrast.
+  constexpr double kStreaks = 0.05;  // as a fraction of the contrast between dentin and soft tissue
+  const double soft = own > brightest_soft + kStreaks * (dentin - brightest_soft) ? brightest_soft : own;
   const auto near_canal = [&](std::size_t i) {
     return tooth.v[i] && (tissue.v[i] == Tissue::kPulp || tissue.v[i] == Tissue::kDentin) &&
            to_pulp.v[i] <= kBlurred * kBlurred && to_pulp.v[i] < to_other.v[i];
@@ -686,7 +691,10 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
            !brighter(i, greys.canal());
   });
   SparseMask nerve(set, 0, 0), nerve_wall(set, 0, 0);
-  double soft = greys.soft;
+  // `soft` is the measured grey value of the nerve. Without a nerve, it is that of water, and pulp can be brighter by
+  // kBrightestPulp Hounsfield units.
+  constexpr double kBrightestPulp = 120;
+  double soft = greys.soft, brightest_soft = greys.soft + kBrightestPulp;
   if (!out.report.canals.empty()) {
     const SparseComponents parts = components(core);
     std::vector<bool> of_canal(parts.voxels.size(), false);
@@ -696,7 +704,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     core = mask([&](std::size_t i, const glm::ivec3&) {
       return core.v[i] && of_canal[static_cast<std::size_t>(parts.label.v[i])];
     });
-    soft = grey_inside(scan, core, s.true_blur).value_or(greys.soft);
+    if (const std::optional<double> inside = grey_inside(scan, core, s.true_blur)) soft = brightest_soft = *inside;
     const Sparse<float> to_core = distance_squared_to(core, 3);
     // The grey value of dense bone is measured far from teeth, because dentin may be brighter than bone.
     std::vector<float> plate_greys;
@@ -765,9 +773,19 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   };
 
   // A sample at the blurred edge between metal and dentin is as bright as enamel, but must not become enamel.
-  const SparseMask metal = mask([&](std::size_t i, const glm::ivec3&) {
-    return greys.metal && brighter(i, 0.5 * (greys.enamel + *greys.metal));
-  });
+  // The border of metal is halfway between the grey values of metal and of the tissue beside it, which is enamel or
+  // dentin. The darkest grey value within kBeside voxels tells which of them it is.
+  SparseMask metal(set, 0, 0);
+  if (greys.metal) {
+    constexpr int kBeside = 3;
+    const SparseMask likely =
+        mask([&](std::size_t i, const glm::ivec3&) { return brighter(i, 0.5 * (greys.hard + *greys.metal)); });
+    const Sparse<float> beside = ball_min(grey, kBeside, likely);
+    metal = mask([&](std::size_t i, const glm::ivec3&) {
+      const double tissue = std::clamp(static_cast<double>(beside.v[i]), greys.hard, greys.enamel);
+      return likely.v[i] && brighter(i, 0.5 * (tissue + *greys.metal));
+    });
+  }
   const Sparse<float> to_metal = distance_squared_to(metal, 3);
 
   constexpr double kLigament = 0.5e-3;  // m, largest width of the periodontal ligament
@@ -794,7 +812,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   });
 
   correct_canals(scan, grey, where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return in_tooth(i); }),
-                 to_crown, greys, s.true_blur, soft, out.tissue);
+                 to_crown, greys, s.true_blur, soft, brightest_soft, out.tissue);
 
   // Estimates the uncertainty of each tissue's volume: the area of the tissue's border multiplied by the uncertainty of
   // the border's position, which comes from noise and from the uncertainty of the grey values. For teeth and bone, a

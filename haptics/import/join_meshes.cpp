@@ -77,6 +77,7 @@ Imported import_meshes(const std::vector<PlacedMesh>& meshes, const ImportOption
     Imported one = import_tissue(meshes[k].file, own);
     const std::string name = meshes[k].file.filename().string();
     for (const std::string& repair : one.report.repairs) report.repairs.push_back(name + ": " + repair);
+    report.repaired.insert(report.repaired.end(), one.report.repaired.begin(), one.report.repaired.end());
     for (const std::string& note : one.report.notes) report.notes.push_back(name + ": " + note);
     if (report.format.find(one.report.format) == std::string::npos)
       report.format += (report.format.empty() ? "" : ", ") + one.report.format;

@@ -28,6 +28,8 @@ struct MeshRepairs {
   std::size_t shells_turned = 0;
   std::size_t holes = 0;       // number of small holes that were closed
   std::size_t hole_edges = 0;  // total number of edges of the closed holes
+  // m, points of the mesh at which triangles were merged, removed, reversed or added; for a picture of the repairs
+  std::vector<glm::dvec3> places;
 
   std::vector<std::string> in_words() const;
 };

@@ -307,6 +307,7 @@ Mesh read_surface(const std::filesystem::path& file, double unit, MeshRepairs& r
     const std::size_t before = mesh.points.size();
     index[i] = welder.add(unit * glm::dvec3(p[0], p[1], p[2]), moved);
     repairs.welded += moved;
+    if (moved) repairs.places.push_back(mesh.points[static_cast<std::size_t>(index[i])]);
     if (mesh.points.size() > before && !soup.colors.empty()) mesh.colors.push_back(soup.colors[i]);
   }
   for (const auto& face : soup.faces) {

@@ -59,6 +59,16 @@ dvec3 point(const Mesh& mesh, int i) {
   return mesh.points[static_cast<std::size_t>(i)];
 }
 
+/// Stores the place of a repaired triangle: its corners and its centre.
+void add_place(const Mesh& mesh, const std::array<int, 3>& corners, MeshRepairs& repairs) {
+  dvec3 middle(0);
+  for (const int corner : corners) {
+    repairs.places.push_back(point(mesh, corner));
+    middle += point(mesh, corner) / 3.0;
+  }
+  repairs.places.push_back(middle);
+}
+
 }  // namespace
 
 std::vector<std::string> MeshRepairs::in_words() const {
@@ -76,7 +86,9 @@ void drop_copies(Mesh& mesh, MeshRepairs& repairs) {
   std::set<std::array<int, 3>> known;
   repairs.copies += std::erase_if(mesh.corners, [&](std::array<int, 3> t) {
     std::ranges::rotate(t, std::ranges::min_element(t));
-    return !known.insert(t).second;
+    if (known.insert(t).second) return false;
+    add_place(mesh, t, repairs);
+    return true;
   });
 }
 
@@ -114,7 +126,9 @@ void orient(Mesh& mesh, MeshRepairs& repairs) {
     const bool others = 2 * count > part.size();
     repairs.turned += others ? part.size() - count : count;
     for (const std::size_t t : part) {
-      if (static_cast<bool>(turned[t]) != others) turn(mesh.corners[t]);
+      if (static_cast<bool>(turned[t]) == others) continue;
+      turn(mesh.corners[t]);
+      add_place(mesh, mesh.corners[t], repairs);
     }
   }
 }
@@ -162,10 +176,11 @@ std::vector<Border> borders(const Mesh& mesh) {
   return found;
 }
 
-void close_border(Mesh& mesh, const Border& border) {
+void close_border(Mesh& mesh, const Border& border, MeshRepairs& repairs) {
   const std::size_t n = border.points.size();
   if (n == 3) {
     mesh.corners.push_back({border.points[2], border.points[1], border.points[0]});
+    add_place(mesh, mesh.corners.back(), repairs);
     return;
   }
   dvec3 middle(0);
@@ -173,7 +188,10 @@ void close_border(Mesh& mesh, const Border& border) {
   const int center = static_cast<int>(mesh.points.size());
   mesh.points.push_back(middle);
   if (!mesh.colors.empty()) mesh.colors.push_back(mesh.colors[static_cast<std::size_t>(border.points[0])]);
-  for (std::size_t k = 0; k < n; ++k) mesh.corners.push_back({border.points[(k + 1) % n], border.points[k], center});
+  for (std::size_t k = 0; k < n; ++k) {
+    mesh.corners.push_back({border.points[(k + 1) % n], border.points[k], center});
+    add_place(mesh, mesh.corners.back(), repairs);
+  }
 }
 
 void close_holes(Mesh& mesh, double longest, MeshRepairs& repairs) {
@@ -181,7 +199,7 @@ void close_holes(Mesh& mesh, double longest, MeshRepairs& repairs) {
   for (const Border& border : borders(mesh)) {
     if (!border.closed || border.points.size() < 3 || (border.length > longest && border.points.size() > kFewEdges))
       continue;
-    close_border(mesh, border);
+    close_border(mesh, border, repairs);
     ++repairs.holes;
     repairs.hole_edges += border.points.size();
   }

@@ -23,8 +23,9 @@ struct Border {
 };
 std::vector<Border> borders(const Mesh& mesh);
 
-/// Closes a hole whose border is a closed loop, with triangles around the border's centre.
-void close_border(Mesh& mesh, const Border& border);
+/// Closes a hole whose border is a closed loop, with triangles around the border's centre. Adds their places to
+/// `repairs`, but does not count the hole.
+void close_border(Mesh& mesh, const Border& border, MeshRepairs& repairs);
 
 /// Closes all holes whose border is at most `longest` (m) long or has at most four edges.
 void close_holes(Mesh& mesh, double longest, MeshRepairs& repairs);

@@ -131,7 +131,7 @@ static RawScan read_metaimage(const ScanRequest& request) {
     if (!(d >= 1 && d <= 1e9) || d != std::floor(d)) header.fail("DimSize", "3 whole numbers");
     sizes.push_back(static_cast<long long>(d));
   }
-  check_sizes(file, fmt::format("line {} (DimSize)", header.find("DimSize")->line), sizes);
+  check_sizes(file, fmt::format("line {} (DimSize)", header.find("DimSize")->line), sizes, request.memory);
   if (header.find("ElementNumberOfChannels") && header.numbers("ElementNumberOfChannels", 1)[0] != 1) {
     header.fail("ElementNumberOfChannels", "1");
   }

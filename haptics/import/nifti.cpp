@@ -56,7 +56,7 @@ static RawScan read_nifti(const ScanRequest& request) {
     if (a > 3 && image->dim[a] == 1) continue;
     sizes.push_back(image->dim[a]);
   }
-  check_sizes(file, "header field \"dim\"", sizes);
+  check_sizes(file, "header field \"dim\"", sizes, request.memory);
   const std::optional<Element> element = element_of(image->datatype);
   if (!element) {
     throw Error(file.string(), "header field \"datatype\"",

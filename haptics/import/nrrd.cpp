@@ -147,7 +147,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
     axes.push_back(a);
     sizes.push_back(static_cast<long long>(std::min<std::size_t>(header->axis[a].size, 1ULL << 60)));
   }
-  check_sizes(file, place_of(file, "sizes"), sizes);
+  check_sizes(file, place_of(file, "sizes"), sizes, request.memory);
   const std::size_t count = nrrdElementNumber(header.get());
   const double bytes = static_cast<double>(count) * static_cast<double>(nrrdElementSize(header.get()));
 

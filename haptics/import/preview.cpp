@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <set>
 
 #include "engine/base/error.h"
 #include "engine/base/json.h"
@@ -59,19 +60,44 @@ dvec3 color_of(Tissue tissue) {
       return {0.92, 0.90, 0.80};
     case Tissue::kCancellousBone:
       return {0.85, 0.50, 0.45};
+    case Tissue::kGingiva:
+      return {0.95, 0.55, 0.60};
+    case Tissue::kAmalgam:
+      return {0.45, 0.45, 0.50};
     default:
       return {0.7, 0.7, 0.7};
   }
 }
 
+// Finds whether a mesh was repaired near a point. Space is divided into cells of the edge `cell` (m), and a point is
+// near a repair if its cell or one of the neighbouring cells contains a repaired point.
+class Repaired {
+ public:
+  Repaired(const std::vector<dvec3>& points, double cell) : cell_(cell) {
+    for (const dvec3& p : points) {
+      const glm::ivec3 c(glm::floor(p / cell_));
+      for (int k = 0; k < 27; ++k) cells_.insert(key(c + glm::ivec3(k % 3, k / 3 % 3, k / 9) - 1));
+    }
+  }
+  bool near(const dvec3& p) const { return cells_.contains(key(glm::ivec3(glm::floor(p / cell_)))); }
+
+ private:
+  static std::array<int, 3> key(const glm::ivec3& c) { return {c.x, c.y, c.z}; }
+  double cell_;
+  std::set<std::array<int, 3>> cells_;
+};
+
 // Draws six views of the surface side by side: from four sides and from both ends, with light from above. The user can
-// see whether the surface is smooth, complete and upright.
+// see whether the surface is smooth, complete and upright. Places at which a mesh was repaired are magenta.
 Picture shaded(const Imported& imported) {
   const DenseTissue& t = imported.tissue;
   const dvec3 lo = t.frame.to_voxels(imported.report.lo), hi = t.frame.to_voxels(imported.report.hi);
   const dvec3 middle = 0.5 * (lo + hi);
   const double reach = 0.5 * glm::length(hi - lo);
   constexpr int kTile = 420;
+  // m, size of the cells for the repaired places; a marked place is then at least three pixels wide
+  const double cell = std::max(t.frame.voxel, 2.1 * reach / kTile * t.frame.voxel);
+  const Repaired repaired(imported.report.repaired, cell);
   // returns the distance from the surface (voxels) at p, by trilinear interpolation
   const auto distance = [&](const dvec3& p) {
     const dvec3 q = glm::clamp(p, dvec3(0.0), dvec3(t.size) - 1.001);
@@ -114,7 +140,10 @@ Picture shaded(const Imported& imported) {
             }
             const glm::ivec3 i = glm::clamp(glm::ivec3(glm::round(p)), glm::ivec3(0), t.size - 1);
             const double lit = std::max(0.0, glm::dot(glm::normalize(n + 1e-9), light));
-            color = glm::mix(dvec3(1), color_of(t.tissue[t.at(i.x, i.y, i.z)]), 0.5) * (0.15 + 0.85 * lit);
+            const dvec3 own = repaired.near(t.frame.to_world(p))
+                                  ? dvec3(1, 0, 1)
+                                  : glm::mix(dvec3(1), color_of(t.tissue[t.at(i.x, i.y, i.z)]), 0.5);
+            color = own * (0.15 + 0.85 * lit);
             break;
           }
           along += std::max(0.8 * d, 0.02);

@@ -76,7 +76,8 @@ std::vector<float> decode(const std::vector<char>& bytes, std::size_t count, Ele
   return out;
 }
 
-void check_sizes(const std::filesystem::path& file, std::string_view place, const std::vector<long long>& sizes) {
+void check_sizes(const std::filesystem::path& file, std::string_view place, const std::vector<long long>& sizes,
+                 const std::optional<double>& memory) {
   double product = 1;
   std::string text;
   for (const long long n : sizes) {
@@ -96,10 +97,11 @@ void check_sizes(const std::filesystem::path& file, std::string_view place, cons
   }
   // bytes per voxel for two copies of the scan: one as it is in the file, and one with exchanged axes
   constexpr double kBytesPerVoxel = 8;
-  if (const double free = free_memory(); product * kBytesPerVoxel > free) {
+  if (const double most = memory.value_or(free_memory()); product * kBytesPerVoxel > most) {
     throw Error(file.string(), place,
                 fmt::format("{} voxels, {:.0f} MB as they are read", text, product * kBytesPerVoxel * 1e-6),
-                fmt::format("a scan that fits into {:.0f} MB, which are free", free * 1e-6));
+                fmt::format("a scan that fits into {:.0f} MB, which are {}", most * 1e-6,
+                            memory ? "the limit of --memory-mb" : "free"));
   }
 }
 

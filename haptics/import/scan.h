@@ -44,8 +44,9 @@ struct Scan {
 
 /// The arguments of a function that reads a scan.
 struct ScanRequest {
-  std::filesystem::path file;  // a file or a folder
-  std::optional<int> series;   // for DICOM: number of the series in the printed list
+  std::filesystem::path file;    // a file or a folder
+  std::optional<int> series;     // for DICOM: number of the series in the printed list
+  std::optional<double> memory;  // bytes, largest memory that reading may use; if not given, the free memory
 };
 
 /// A file format of scans. To add a format, write a file NAME.cpp that defines `const ScanFormat NAME_format`, and add
@@ -86,8 +87,10 @@ inline constexpr double kMostVoxels = 1.0e9;
 /// Converts the numbers in a buffer to grey values. With `swap`, the bytes of each number are reversed.
 std::vector<float> decode(const std::vector<char>& bytes, std::size_t count, Element type, bool swap);
 
-/// Throws Error unless each size is at least 4 and the product of the sizes is at most kMostVoxels.
-void check_sizes(const std::filesystem::path& file, std::string_view place, const std::vector<long long>& sizes);
+/// Throws Error unless each size is at least 4, the product of the sizes is at most kMostVoxels, and so many voxels can
+/// be read with at most `memory` bytes (if not given: with the free memory).
+void check_sizes(const std::filesystem::path& file, std::string_view place, const std::vector<long long>& sizes,
+                 const std::optional<double>& memory = std::nullopt);
 std::uintmax_t size_of_file(const std::filesystem::path& file);  // throws Error if the file cannot be read
 /// Reads all numbers of a text such as "1 2.5 -3". Returns no value if the text contains anything else or a number that
 /// is not finite.

@@ -101,7 +101,9 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
   }
 
   const Sparse<float> clearance = distance_squared_to(solid, static_cast<int>(widest_mouth) + 1);
-  for (double r = 1; r <= widest_mouth; r += 0.5) {
+  // For radii above kFine, the steps are longer, because the rim of a mouth is then known well enough.
+  constexpr double kFine = 8;  // voxels
+  for (double r = 1; r <= widest_mouth; r += r < kFine ? 0.5 : 0.15 * r) {
     const SparseMask roomy = where(set, true, false, [&](std::size_t i, const glm::ivec3&) {
       return !solid.v[i] && !cavity.v[i] && clearance.v[i] > static_cast<float>(r * r);
     });
@@ -112,6 +114,8 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       return outside.v[i] && !hollow.v[i] && !cavity.v[i] && from_centre.v[i] > static_cast<float>((r + 1) * (r + 1));
     });
     const SparseComponents parts = components(pocket);
+    // A pocket that contains air, for example a maxillary sinus with its narrow mouth, is not a cavity of a bone.
+    const std::vector<bool> holds_air = tooth ? std::vector<bool>(parts.voxels.size(), false) : hollows(parts);
     std::vector<Contacts> faces(parts.voxels.size());
     for (std::size_t i = 0; i < pocket.v.size(); ++i) {
       const auto id = static_cast<std::size_t>(parts.label.v[i]);
@@ -137,7 +141,7 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
           parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
       // True if this pocket is only the mouth of a cavity that a smaller ball has already found.
       const bool plug = 2 * f.cavity > f.mouth;
-      if ((narrow || plug) && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
+      if ((narrow || plug) && !holds_air[id] && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }
   }
   return cavity;
@@ -315,8 +319,12 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     constexpr double kAir = -400;  // Hounsfield units; a space darker than this contains air
     SparseMask dense_mask(set, 0, 0);
     if (levels.dense) dense_mask = above(smooth, static_cast<float>(levels.denser()));
+    // Largest radius of the mouth of a cavity: m, and voxels. In a jaw, the nerve canals are open at their foramina,
+    // which are wider than the mouths of root canals.
+    const bool jaw = preset == ImportPreset::kJaw;
+    const double widest_mouth = std::min((jaw ? 2.2e-3 : 0.75e-3) / voxel, jaw ? 16.0 : 8.0);
     cavity = find_cavities(
-        solid, dense_mask, std::min(0.75e-3 / voxel, 8.0), tooth, blocks,
+        solid, dense_mask, widest_mouth, tooth, blocks,
         Hollows(smooth, levels.hounsfield ? std::optional(*levels.hounsfield + kAir) : std::nullopt, voxel), hollow);
   }
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {

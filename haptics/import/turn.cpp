@@ -48,6 +48,8 @@ void turn(Imported& imported, const glm::dmat3& by) {
   DenseTissue out;
   out.band = in.band;
   out.exact_outside = in.exact_outside;
+  out.place = in.place;
+  out.place.X_FW.R = glm::normalize(in.place.X_FW.R * glm::quat_cast(glm::transpose(by)));
   out.frame.voxel = in.frame.voxel;
   for (int w = 0; w < 3; ++w) out.size[w] = in.size[from[w]];
   // Position of the old voxel that becomes voxel (0,0,0) of the rotated volume.
@@ -80,6 +82,7 @@ void turn(Imported& imported, const glm::dmat3& by) {
     lo = glm::min(a, b), hi = glm::max(a, b);
   };
   turn_box(report.lo, report.hi);
+  for (dvec3& p : report.repaired) p = by * p;
   for (ImportRegion& other : report.others) turn_box(other.lo, other.hi);
   report.size = in.size;
   report.world_rotation = report.world_rotation * glm::transpose(by);

@@ -174,6 +174,13 @@ FlatGrids read_vdb(const std::filesystem::path& file, std::span<const std::strin
       result.origin = transform.indexToWorld(openvdb::Vec3d(0, 0, 0));
       if (const auto flag = grid->getMetadata<openvdb::BoolMetadata>("typodont_exact_outside"))
         result.exact_outside = flag->value();
+      const auto vector = [&](const char* name, openvdb::Vec3d& value) {
+        if (const auto found = grid->getMetadata<openvdb::Vec3DMetadata>(name)) value = found->value();
+      };
+      for (std::size_t row = 0; row < kFileRotation.size(); ++row) vector(kFileRotation[row], result.rotation[row]);
+      vector(kFileOrigin, result.file_origin);
+      if (const auto axes = grid->getMetadata<openvdb::StringMetadata>(kFileAxes))
+        result.axes = axes->value().substr(0, kLongestName);
     }
     result.grids[name] = std::move(grid);
   }
@@ -186,6 +193,13 @@ void write_flat(int file, const std::string& file_name, const FlatGrids& flat) {
   out.add(flat.voxel);
   for (int axis = 0; axis < 3; ++axis) out.add(flat.origin[axis]);
   out.add(static_cast<std::uint8_t>(flat.exact_outside));
+  const auto add_vector = [&](const openvdb::Vec3d& v) {
+    for (int axis = 0; axis < 3; ++axis) out.add(v[axis]);
+  };
+  for (const openvdb::Vec3d& row : flat.rotation) add_vector(row);
+  add_vector(flat.file_origin);
+  out.add(static_cast<std::uint64_t>(flat.axes.size()));
+  out.bytes(flat.axes.data(), flat.axes.size());
   out.add(static_cast<std::uint64_t>(flat.grids.size()));
   for (const auto& [name, grid] : flat.grids) {
     out.add(static_cast<std::uint64_t>(name.size()));
@@ -211,11 +225,21 @@ FlatGrids read_flat(const std::filesystem::path& file, const std::string& name) 
   flat.voxel = in.take<double>();
   for (int axis = 0; axis < 3; ++axis) flat.origin[axis] = in.take<double>();
   flat.exact_outside = in.take<std::uint8_t>() != 0;
-  for (std::uint64_t n = in.count(1); n > 0; --n) {
+  const auto take_vector = [&](openvdb::Vec3d& v) {
+    for (int axis = 0; axis < 3; ++axis) v[axis] = in.take<double>();
+  };
+  for (openvdb::Vec3d& row : flat.rotation) take_vector(row);
+  take_vector(flat.file_origin);
+  const auto take_name = [&] {
     const std::uint64_t length = in.count(1);
     if (length > kLongestName) in.fail();
-    std::string grid(length, '\0');
-    in.bytes(grid.data(), length);
+    std::string name(length, '\0');
+    in.bytes(name.data(), length);
+    return name;
+  };
+  flat.axes = take_name();
+  for (std::uint64_t n = in.count(1); n > 0; --n) {
+    const std::string grid = take_name();
     switch (in.take<char>()) {
       case 'f':
         flat.grids[grid] = read_grid<openvdb::FloatGrid>(in);

@@ -6,6 +6,7 @@
 
 #include <openvdb/openvdb.h>
 
+#include <array>
 #include <filesystem>
 #include <map>
 #include <span>
@@ -19,7 +20,16 @@ struct FlatGrids {
   double voxel = 0;                // edge of a voxel in the first grid, in the file's units; 0: voxels are not cubes
   openvdb::Vec3d origin{0, 0, 0};  // position of voxel (0,0,0) in the first grid, in the file's units
   bool exact_outside = true;
+  // The place in the file from which the tissue was imported (FilePlace): rows of the rotation matrix, position in the
+  // file's units, and the name of the axes.
+  std::array<openvdb::Vec3d, 3> rotation{openvdb::Vec3d(1, 0, 0), {0, 1, 0}, {0, 0, 1}};
+  openvdb::Vec3d file_origin{0, 0, 0};
+  std::string axes;
 };
+/// Names of the metadata that contain the place.
+inline constexpr std::array<const char*, 3> kFileRotation = {"typodont_file_rotation_x", "typodont_file_rotation_y",
+                                                             "typodont_file_rotation_z"};
+inline constexpr const char *kFileOrigin = "typodont_file_origin", *kFileAxes = "typodont_file_axes";
 
 /// Reads only the grids `names`, if the file has them. Throws Error, openvdb::Exception, std::bad_alloc. A damaged file
 /// may also corrupt memory, so only the guarded process calls this function.

@@ -105,6 +105,7 @@ struct TissueVolume::Impl {
   VoxelFrame frame;
   double band = 0;  // m, distance from the surface up to which distances are stored
   bool exact_outside = true;
+  FilePlace place;
   std::shared_ptr<const TissueMesh> mesh;  // mesh from which the volume was made; null: made from other data
   std::shared_ptr<const NaturalSurface> natural;
   KeySet changed;  // bricks (blocks that are drawn as one) that changed since the last take_changed_bricks()

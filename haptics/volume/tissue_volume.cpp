@@ -78,6 +78,7 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
   v.frame = dense.frame;
   v.band = dense.band;
   v.exact_outside = dense.exact_outside;
+  v.place = dense.place;
   v.graded = std::ranges::any_of(dense.hardness, [](std::uint8_t hardness) { return hardness != kOwnHardness; });
   const auto band_voxels = static_cast<float>(dense.band / dense.frame.voxel);
   v.make_grids(band_voxels);
@@ -126,6 +127,7 @@ TissueVolume TissueVolume::load(const std::filesystem::path& file) {
   impl->frame = stored.frame;
   impl->band = stored.band;
   impl->exact_outside = stored.exact_outside;
+  impl->place = stored.place;
   if (stored.before) impl->put_before(*stored.before);
   if (stored.hardness) impl->put_hardness(*stored.hardness);
   return TissueVolume(std::move(impl));
@@ -219,8 +221,8 @@ void TissueVolume::save(const std::filesystem::path& file) const {
   auto tissue = v.tissue->deepCopy();
   const auto hardness = v.take_hardness(*tissue);
   const auto before = v.take_before(*tissue);
-  write_volume(
-      file, {v.distance->deepCopy(), tissue, before, hardness, v.frame, v.band, v.exact_outside && v.carved.empty()});
+  write_volume(file, {v.distance->deepCopy(), tissue, before, hardness, v.frame, v.band,
+                      v.exact_outside && v.carved.empty(), v.place});
 }
 
 const VoxelFrame& TissueVolume::frame() const {
@@ -232,6 +234,12 @@ double TissueVolume::band() const {
 
 bool TissueVolume::exact_outside() const {
   return impl_->exact_outside;
+}
+const FilePlace& TissueVolume::place() const {
+  return impl_->place;
+}
+void TissueVolume::set_place(const FilePlace& place) {
+  impl_->place = place;
 }
 
 std::uint64_t TissueVolume::paints() const {
@@ -482,6 +490,7 @@ TissueVolume TissueVolume::clone() const {
   copy->distance = v.distance->deepCopy();
   copy->tissue = v.tissue->deepCopy();
   copy->frame = v.frame, copy->band = v.band, copy->exact_outside = v.exact_outside;
+  copy->place = v.place;
   copy->carved = v.carved;
   copy->filled = v.filled;
   copy->graded = v.graded;

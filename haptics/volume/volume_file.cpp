@@ -94,6 +94,27 @@ void check_values(const StoredVolume& volume, const std::string& name) {
   }
 }
 
+/// Returns the place of the tissue in the file from which it was imported. Throws Error with `name`.
+FilePlace place_in(const FlatGrids& flat, const std::string& name) {
+  glm::dmat3 rotation;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column)
+      rotation[column][row] = flat.rotation[static_cast<std::size_t>(row)][column];
+  }
+  const glm::dmat3 product = rotation * glm::transpose(rotation);
+  double error = std::abs(glm::determinant(rotation) - 1);
+  for (int column = 0; column < 3; ++column) error += glm::length(product[column] - glm::dmat3(1)[column]);
+  constexpr double kMostError = 1e-6;
+  if (!(error < kMostError)) throw Error(name, kFileRotation[0], "a matrix that is no rotation", "a rotation");
+  const dvec3 p = dvec3(flat.file_origin.x(), flat.file_origin.y(), flat.file_origin.z()) * kMillimetre;
+  if (!is_finite(p) || glm::length(p) > kFarthestOrigin)
+    throw Error(name, kFileOrigin, "a position far away", "one within 100 m");
+  FilePlace place{{p, glm::normalize(glm::quat_cast(rotation))}, PatientAxes::kUnknown};
+  if (flat.axes == "LPS") place.axes = PatientAxes::kLps;
+  if (flat.axes == "RAS") place.axes = PatientAxes::kRas;
+  return place;
+}
+
 /// Checks that no voxel lies far away from the others. Throws Error with `name`.
 void check_extent(const StoredVolume& volume, const std::string& name) {
   openvdb::CoordBBox box = volume.distance->evalActiveVoxelBoundingBox();
@@ -128,6 +149,7 @@ StoredVolume read_volume(const std::filesystem::path& file) {
   if (!(band > 0) || !std::isfinite(band)) throw Error(name, "distance", fmt::format("band {}", band), "above 0");
   volume.band = static_cast<double>(band) * kMillimetre;
   volume.exact_outside = flat.exact_outside;
+  volume.place = place_in(flat, name);
   check_values(volume, name);
   check_extent(volume, name);
   rescale(*volume.distance, static_cast<float>(1 / flat.voxel));
@@ -149,6 +171,17 @@ void write_volume(const std::filesystem::path& file, const StoredVolume& volume)
   volume.distance->insertMeta("typodont_version", openvdb::StringMetadata(TYPODONT_VERSION));
   volume.distance->insertMeta("typodont_units", openvdb::StringMetadata("mm"));
   volume.distance->insertMeta("typodont_exact_outside", openvdb::BoolMetadata(volume.exact_outside));
+  const glm::dmat3 rotation = glm::mat3_cast(volume.place.X_FW.R);
+  for (int row = 0; row < 3; ++row) {
+    volume.distance->insertMeta(
+        kFileRotation[static_cast<std::size_t>(row)],
+        openvdb::Vec3DMetadata(openvdb::Vec3d(rotation[0][row], rotation[1][row], rotation[2][row])));
+  }
+  const dvec3 p = volume.place.X_FW.p / kMillimetre;
+  volume.distance->insertMeta(kFileOrigin, openvdb::Vec3DMetadata(openvdb::Vec3d(p.x, p.y, p.z)));
+  if (volume.place.axes != PatientAxes::kUnknown)
+    volume.distance->insertMeta(kFileAxes,
+                                openvdb::StringMetadata(volume.place.axes == PatientAxes::kLps ? "LPS" : "RAS"));
   volume.tissue->setName("tissue");
   volume.tissue->setTransform(transform());
   if (volume.before) volume.before->setName(kBeforeFilling), volume.before->setTransform(transform());

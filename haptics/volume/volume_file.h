@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "engine/contract/field_brick.h"
+#include "haptics/dense_tissue.h"
 
 namespace typodont::haptics {
 
@@ -20,6 +21,7 @@ struct StoredVolume {
   VoxelFrame frame;
   double band = 0;  // m, distance from the surface up to which distances are stored
   bool exact_outside = true;
+  FilePlace place;
 };
 
 /// Reads a file and checks every value. Throws Error with the file and the wrong item.

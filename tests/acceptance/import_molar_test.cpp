@@ -157,6 +157,53 @@ TEST(ImportCommand, AMeshIsImportedAndScanOptionsAreRefusedForIt) {
   }
 }
 
+TEST(ImportCommand, ResultsAreWrittenAsVolumesAndMeshesAtTheirPlaceInTheScan) {
+  const std::string scan = "assets/teeth/molar.nhdr", scene = scratch("molar_scene.json").string();
+  const auto program = [](const std::string& arguments) {
+    const int status = std::system(
+        fmt::format(TYPODONT_PROGRAM " {} >{} 2>{}", arguments, scratch("out").string(), scratch("err").string())
+            .c_str());
+    return Ran{WEXITSTATUS(status), text_of(scratch("out")), text_of(scratch("err"))};
+  };
+  const auto report_of = [&](const std::string& arguments) {
+    const Ran ran = program(arguments + " --json");
+    EXPECT_EQ(ran.status, 0) << arguments << ran.err;
+    return Json::parse(ran.out, "report");
+  };
+  const Json plain = report_of(fmt::format("import {} --voxel-mm 0.3 --out {}", scan, scratch("molar.vdb").string()));
+  // The scene's tissue is turned and moved.
+  report_of(fmt::format("import {} --voxel-mm 0.3 --turn x180 --out {}", scan, scene));
+  const double volume = plain["volume_mm3"]["total"].number();
+  const auto expect_at_place = [&](const Json& read) {
+    for (std::size_t corner : {0U, 1U}) {
+      for (std::size_t axis : {0U, 1U, 2U})
+        EXPECT_NEAR(read["bounds_mm"].items()[corner].items()[axis].number(),
+                    plain["bounds_mm"].items()[corner].items()[axis].number(), 0.2);
+    }
+    EXPECT_NEAR(read["volume_mm3"]["total"].number() / volume, 1, 0.05);
+  };
+  const std::string labels = scratch("of_scene.nrrd").string(), distances = scratch("of_scene_mm.nii").string();
+  EXPECT_NEAR(
+      report_of(fmt::format("volume {} --labels {} --distances {}", scene, labels, distances))["volume_mm3"]["enamel"]
+          .number(),
+      plain["volume_mm3"]["enamel"].number(), 0.01 * volume);
+  expect_at_place(report_of(fmt::format("import {} --thresholds 0.5 --out {}", labels, scratch("again.vdb").string())));
+  for (const char* ending : {"glb", "gltf", "stl", "obj", "ply"}) {
+    SCOPED_TRACE(ending);
+    const std::string mesh = scratch(std::string("of_scene.") + ending).string();
+    report_of(fmt::format("mesh {} --file-space --out {}", scene, mesh));
+    const bool metres = std::string(ending).starts_with("gl");
+    expect_at_place(report_of(fmt::format("import {} --voxel-mm 0.3 {} --out {}", mesh, metres ? "--unit-mm 1000" : "",
+                                          scratch("again.vdb").string())));
+  }
+  const Ran nothing = program("volume " + scene);
+  EXPECT_EQ(nothing.status, 2);
+  EXPECT_THAT(nothing.err, HasSubstr("--labels FILE, --distances FILE or both"));
+  const Ran wrong = program(fmt::format("volume {} --distances {}", scene, scratch("wrong.dcm").string()));
+  EXPECT_EQ(wrong.status, 2);
+  EXPECT_FALSE(std::filesystem::exists(scratch("wrong.dcm")));
+}
+
 TEST(ImportCommand, BadInputExitsWithTwoAndWritesNothing) {
   const std::string out = scratch("never.vdb").string();
   const auto expect_refused = [&](const std::string& arguments, const std::string& message) {

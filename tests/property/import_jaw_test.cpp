@@ -194,6 +194,19 @@ TEST(ImportJaw, MetalIsDistinguishedFromEnamelAndTeethWithStreaksAreWithinFivePe
     EXPECT_NEAR(relative_error(i, truth, t), 0, 0.05) << name_of(t);
 }
 
+TEST(ImportJaw, AMetalCrownAndPulpInStreaksHaveTheirVolumesWithinThreePercent) {
+  // Streaks brighten or darken whole pulps, so that their own grey value is no measure of soft tissue.
+  for (const JawArtefacts& streaks :
+       {JawArtefacts{.streaks = 500, .metal = true, .fine = 6},
+        JawArtefacts{.streaks = 500, .metal = true, .fine = 6, .voxel = 0.25, .shift = 0.1, .seed = 4}}) {
+    const JawPhantom jaw(streaks);
+    const Imported i = imported(jaw);
+    const PerTissue truth = jaw.volumes();
+    for (const Tissue t : {Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp, Tissue::kAmalgam})
+      EXPECT_NEAR(relative_error(i, truth, t), 0, 0.03) << name_of(t) << ", voxel " << streaks.voxel;
+  }
+}
+
 TEST(ImportJaw, RootsInSocketsWithoutABrightWallStayTeeth) {
   JawArtefacts artefacts;
   artefacts.lamina = false;
@@ -343,6 +356,36 @@ TEST(ImportJaw, AClosedSinusFullOfAirIsNoBoneAndAMarrowSpaceIs) {
   EXPECT_NEAR(total(i.report.volume) / kCubicMillimetre / truth, 1, 0.02);
   EXPECT_GT(distance_at(i, sinus), 0);
   EXPECT_LT(distance_at(i, marrow), 0);
+}
+
+TEST(ImportJaw, ANerveCanalThatLeavesTheBoneAtBothEndsIsFound) {
+  // As at the foramina of a jaw, the canal passes through the outer plate of bone into soft tissue.
+  test::Phantom p = usual_jaw().phantom();
+  const auto in_canal = [](const dvec3& q) {
+    return glm::length(q - JawPhantom::canal_centre(q.x)) < JawPhantom::kCanal;
+  };
+  p.grey = [&](const dvec3& q) { return in_canal(q) ? 60.0 : usual_jaw().hounsfield(q); };
+  const Imported i = imported("open.nrrd", p);
+  ASSERT_EQ(i.report.jaw->canals.size(), 1U);
+  for (const dvec3& c : i.report.jaw->canals[0].centre) {
+    double nearest = 1e9;
+    for (double x = 0; x < 30; x += 0.02)
+      nearest = std::min(nearest, glm::length(c / kMillimetre - JawPhantom::canal_centre(x)));
+    EXPECT_LT(nearest, 0.5);
+  }
+  constexpr double kStep = 0.1;  // mm
+  double drilled = 0;            // mm³, part of the outer plate and of the canal's wall that the canal replaces
+  for (double x = 0; x < 30; x += kStep) {
+    for (double y = 10; y < 16; y += kStep) {
+      for (double z = 5; z < 12; z += kStep)
+        if (in_canal({x, y, z}) && usual_jaw().tissue({x, y, z}) == Tissue::kCorticalBone)
+          drilled += kStep * kStep * kStep;
+    }
+  }
+  EXPECT_GT(drilled, 5);
+  const auto k = static_cast<std::size_t>(Tissue::kPulp);
+  // Next to its mouths, a part of the canal counts as outside.
+  EXPECT_NEAR(i.report.volume[k] / kCubicMillimetre / (usual_truth()[k] + drilled), 1, 0.1);
 }
 
 TEST(ImportJaw, GreysWithoutAKnownScaleAreRefused) {

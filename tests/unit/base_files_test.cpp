@@ -177,6 +177,20 @@ TEST_F(Outputs, ReplaceOnlyFilesOfTheirType) {
   }
 }
 
+TEST_F(Outputs, AMeshReplacesAGltfFileButNoOtherJsonOrBinaryFile) {
+  const std::string binary("glTF\2\0\0\0", 8), text = "{\n \"asset\": {\"version\": \"2.0\"}}";
+  for (const std::string& there : {binary, text}) {
+    const fs::path file = write("mesh.glb", there);
+    put(file, binary, FileKind::kObj);
+    EXPECT_EQ(text_of(file), binary);
+  }
+  for (const std::string& there : {std::string("{\"name\": \"asset\"}"), std::string("\x89PNG\r\n\x1a\n")}) {
+    const fs::path file = write("other", there);
+    EXPECT_THAT(message_of([&] { put(file, binary, FileKind::kObj); }), HasSubstr("a file of another kind"));
+    EXPECT_EQ(text_of(file), there);
+  }
+}
+
 TEST_F(Outputs, GoIntoDevicesWhichStayDevices) {
   for (const char* device : {"/dev/null", "/dev/zero"}) {
     put(device, "bytes");

@@ -12,7 +12,7 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
-#include "haptics/import/labels_file.h"
+#include "haptics/import/volume_export.h"
 #include "tests/support/dicom_files.h"
 #include "tests/support/import_message.h"
 
@@ -362,7 +362,7 @@ TEST(ImportDicom, ASegmentationHasTheLabelsAtTheirPositionsAndNoPersonalData) {
   options.turn = quarter_turns("x90,z-90");
   const Imported i = import_tissue(folder, options);
   const auto file = folder / "labels.dcm";
-  write_labels(i, file);
+  write_labels(i.tissue, file);
 
   gdcm::Reader reader;
   reader.SetFileName(file.c_str());

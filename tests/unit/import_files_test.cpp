@@ -2,10 +2,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
+#include <fstream>
+#include <iterator>
+
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
-#include "haptics/import/labels_file.h"
+#include "haptics/import/volume_export.h"
+#include "haptics/tissue_volume.h"
 #include "tests/support/deflated.h"
 #include "tests/support/import_message.h"
 #include "tests/support/import_phantom.h"
@@ -292,7 +297,7 @@ TEST(ImportLabels, LabelsLieAtTheTissueOfTheScanInBothFormats) {
   };
   for (const char* name : {"labels.nrrd", "labels.nii"}) {
     SCOPED_TRACE(name);
-    write_labels(scanned, scratch(name));
+    write_labels(scanned.tissue, scratch(name));
     ImportOptions plain;
     plain.surface_grey = 1;  // half way to dentin
     const Imported read = import_tissue(scratch(name), plain);
@@ -306,6 +311,71 @@ TEST(ImportLabels, LabelsLieAtTheTissueOfTheScanInBothFormats) {
   std::ifstream in(scratch("labels.nrrd"), std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   EXPECT_THAT(text, AllOf(HasSubstr("2:=dentin"), HasSubstr("4:=pulp"), HasSubstr("left-posterior-superior")));
+}
+
+TEST(ImportLabels, AVolumeFileKeepsThePlaceInTheScanAndDistancesAreWrittenThere) {
+  // An oblique scan in RAS coordinates. The result is turned and moved, and stored as a volume file.
+  const double a = 25 * kPi / 180;
+  const glm::dmat3 r(dvec3(std::cos(a), std::sin(a), 0), dvec3(-std::sin(a), std::cos(a), 0), dvec3(0, 0, 1));
+  const dvec3 origin(12, -7, 30);
+  std::string directions;
+  for (int k = 0; k < 3; ++k) directions += fmt::format(" ({},{},{})", 0.25 * r[k].x, 0.25 * r[k].y, 0.25 * r[k].z);
+  write(scratch("oblique.nrrd"),
+        fmt::format("NRRD0004\ntype: ushort\ndimension: 3\nspace: right-anterior-superior\nsizes: 30 26 28\nspace "
+                    "directions:{}\nspace origin: ({},{},{})\nendian: little\nencoding: raw\n\n",
+                    directions, origin.x, origin.y, origin.z) +
+            bytes_as<std::uint16_t>(greys()));
+  ImportOptions options;
+  options.turn = quarter_turns("x90,z-90");
+  Imported i = import_tissue(scratch("oblique.nrrd"), options);
+  const dvec3 move(0.003, -0.002, 0.001);
+  i.tissue.frame.origin += move;
+  i.tissue.place.X_FW = i.tissue.place.X_FW * Pose{-move, {1, 0, 0, 0}};
+  TissueVolume(i.tissue).save(scratch("oblique.vdb"));
+  const TissueVolume volume = TissueVolume::load(scratch("oblique.vdb"));
+  EXPECT_EQ(volume.place().axes, PatientAxes::kRas);
+  EXPECT_EQ(volume.clone().place().axes, PatientAxes::kRas);
+  // The middle of the ball, mm, in the scan and in the volume.
+  const dvec3 ball = origin + r * dvec3(3.4, 3.1, 3.6);
+  dvec3 sum(0);
+  double count = 0;
+  for (int x = 0; x < i.tissue.size.x; ++x) {
+    for (int y = 0; y < i.tissue.size.y; ++y) {
+      for (int z = 0; z < i.tissue.size.z; ++z) {
+        if (i.tissue.distance[i.tissue.at(x, y, z)] > 0) continue;
+        sum += i.tissue.frame.to_world(dvec3(x, y, z)), count += 1;
+      }
+    }
+  }
+  EXPECT_LT(glm::length(volume.place().X_FW * (sum / count) / kMillimetre - ball), 0.05);
+  DenseTissue dense = i.tissue;
+  dense.place = volume.place();
+  for (const char* name : {"distances.nrrd", "distances.nii"}) {
+    SCOPED_TRACE(name);
+    write_distances(dense, scratch(name));
+    const std::string bytes = [&] {
+      std::ifstream in(scratch(name), std::ios::binary);
+      return std::string{std::istreambuf_iterator<char>(in), {}};
+    }();
+    if (std::string(name).ends_with(".nii")) {
+      // Position of voxel (0, 0, 0) in RAS, from the rows of the matrix in the header.
+      dvec3 first;
+      for (int row = 0; row < 3; ++row) {
+        float value = 0;
+        std::memcpy(&value, &bytes[280 + 16 * static_cast<std::size_t>(row) + 12], sizeof value);
+        first[row] = static_cast<double>(value);
+      }
+      EXPECT_LT(glm::length(first - volume.place().X_FW * dense.frame.origin / kMillimetre), 1e-4);
+      float d = 0;
+      std::memcpy(&d, &bytes[352], sizeof d);
+      EXPECT_NEAR(static_cast<double>(d), static_cast<double>(dense.distance[0]) / kMillimetre, 1e-6);
+      ASSERT_EQ(bytes.size(), 352 + 4 * dense.distance.size());
+    } else {
+      EXPECT_THAT(bytes, AllOf(HasSubstr("type: float"), HasSubstr("left-posterior-superior"), HasSubstr("in mm")));
+    }
+  }
+  EXPECT_THROW(write_distances(dense, scratch("distances.dcm")), Error);
+  EXPECT_FALSE(std::filesystem::exists(scratch("distances.dcm")));
 }
 
 TEST(ImportErrors, NameFilePlaceFoundAndExpected) {

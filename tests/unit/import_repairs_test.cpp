@@ -1,13 +1,20 @@
 // Tests meshes as clinics have them: overlapping shells, very narrow gaps, copies, holes, and one file per tissue.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <fstream>
 #include <glm/gtc/matrix_transform.hpp>
+#include <iterator>
+#include <set>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
+#include "haptics/import/import_scan.h"
 #include "haptics/import/mesh_solid.h"
 #include "tests/support/import_message.h"
 #include "tests/support/import_phantom.h"
@@ -149,6 +156,42 @@ TEST(ImportRepair, DuplicateAndFlippedTrianglesAndSmallHolesAreRepairedWithAMess
   EXPECT_THAT(i.report.repairs, testing::Contains(HasSubstr("second copies of triangles")));
   EXPECT_THAT(i.report.repairs, testing::Contains(HasSubstr("30 triangles turned")));
   EXPECT_THAT(i.report.repairs, testing::Contains(HasSubstr("1 small holes with 3 edges closed")));
+}
+
+TEST(ImportRepair, TheReportContainsThePlacesOfRepairsAndThePictureMarksThem) {
+  const Soup whole = ball({0, 0, 0}, 5);
+  EXPECT_THAT(import_tissue(whole.write("whole.stl"), bone()).report.repaired, IsEmpty());
+  Soup s = whole;
+  const std::array<dvec3, 3> removed = s.triangles[1200], turned = s.triangles[400], copied = s.triangles[900];
+  std::swap(s.triangles[400][1], s.triangles[400][2]);
+  s.triangles.push_back(copied);
+  s.triangles.erase(s.triangles.begin() + 1200);
+  ImportOptions options = bone();
+  options.turn = quarter_turns("x90");
+  Imported i = import_tissue(s.write("broken.stl"), options);
+  // The points of the result are the corners and centres of the three triangles, and no other points.
+  std::set<std::size_t> found;
+  const std::array<std::array<dvec3, 3>, 3> repaired{removed, turned, copied};
+  for (const dvec3& p : i.report.repaired) {
+    for (std::size_t k = 0; k < repaired.size(); ++k) {
+      std::vector<dvec3> points(repaired[k].begin(), repaired[k].end());
+      points.push_back((points[0] + points[1] + points[2]) / 3.0);
+      for (const dvec3& q : points)
+        if (glm::length(options.turn * q - p / kMillimetre) < 1e-3) found.insert(k);
+    }
+    EXPECT_NEAR(glm::length(p) / kMillimetre, 5, 0.1);
+  }
+  EXPECT_EQ(found.size(), 3U);
+  EXPECT_EQ(i.report.repaired.size(), 12U);
+  // The picture of the repaired ball has other colours than the picture without the marks.
+  const auto surface = [&](const char* folder) {
+    const auto pictures = write_preview(i, scratch(folder));
+    std::ifstream in(pictures.back(), std::ios::binary);
+    return std::string{std::istreambuf_iterator<char>(in), {}};
+  };
+  const std::string marked = surface("marked");
+  i.report.repaired.clear();
+  EXPECT_NE(marked, surface("unmarked"));
 }
 
 TEST(ImportRepair, ALargeHoleIsRefusedWithItsSize) {
@@ -462,6 +505,36 @@ TEST(ImportMemory, WorkThatDoesNotFitIsRefusedBeforeItBegins) {
   o.memory = 500e6;
   EXPECT_GT(import_tissue(file, o).report.memory, 50e6);
   EXPECT_GT(estimate, 50e6);
+}
+
+TEST(ImportMemory, ALimitOfTheAddressSpaceLeavesOnlyWhatTheProcessHasNotReserved) {
+  const pid_t child = fork();
+  if (child == 0) {
+    double pages = 0;
+    std::ifstream("/proc/self/statm") >> pages;
+    constexpr double kLeft = 100e6;
+    rlimit limit{};
+    getrlimit(RLIMIT_AS, &limit);
+    limit.rlim_cur = static_cast<rlim_t>(pages * static_cast<double>(sysconf(_SC_PAGESIZE)) + kLeft);
+    if (setrlimit(RLIMIT_AS, &limit) != 0) _exit(2);
+    const double free = importing::free_memory();
+    _exit(free > 0.5 * kLeft && free <= 1.01 * kLeft ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+}
+
+TEST(ImportMemory, AScanThatNeedsMoreThanTheLimitIsRefusedBeforeItsVoxelsAreRead) {
+  test::Phantom p;
+  p.size = {200, 200, 200};
+  // Without its voxels, the file is refused because of its end, unless the memory is checked first.
+  const auto file = test::write_nrrd("claims.nrrd", p, "");
+  ImportOptions o = bone();
+  o.memory = 50e6;
+  EXPECT_THAT(message_of(file, o), AllOf(HasSubstr("64 MB as they are read"), HasSubstr("the limit of --memory-mb")));
+  o.memory = 100e6;
+  EXPECT_THAT(message_of(file, o), HasSubstr("expected 16000000 bytes"));
 }
 
 }  // namespace

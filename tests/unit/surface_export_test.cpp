@@ -3,6 +3,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "engine/base/error.h"
@@ -104,13 +105,62 @@ TEST_F(Export, ObjIsTheSameMeshAsText) {
   EXPECT_EQ(greatest, mesh_.vertices.size());
 }
 
+TEST_F(Export, GlbContainsTheMeshInMetresWithColours) {
+  const std::string bytes = written("ball.glb");
+  ASSERT_EQ(bytes.substr(0, 4), "glTF");
+  EXPECT_EQ(read<std::uint32_t>(bytes, 4), 2U);
+  EXPECT_EQ(read<std::uint32_t>(bytes, 8), bytes.size());
+  const auto length = read<std::uint32_t>(bytes, 12);
+  ASSERT_EQ(length % 4, 0U);
+  const nlohmann::json json = nlohmann::json::parse(bytes.substr(20, length));
+  const std::size_t buffer = 20 + length + 8, n = mesh_.vertices.size();
+  EXPECT_EQ(read<std::uint32_t>(bytes, buffer - 8), bytes.size() - buffer);
+  EXPECT_EQ(json["buffers"][0]["byteLength"], bytes.size() - buffer);
+  EXPECT_EQ(json["accessors"][0]["count"], n);
+  EXPECT_EQ(json["accessors"][3]["count"], 3 * mesh_.triangles.size());
+  const auto start = [&](int view) { return buffer + json["bufferViews"][view]["byteOffset"].get<std::size_t>(); };
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t at = start(0) + 12 * i;
+    const glm::dvec3 p(read<float>(bytes, at), read<float>(bytes, at + 4), read<float>(bytes, at + 8));
+    EXPECT_NEAR(glm::length(1e3 * p - glm::dvec3(1 + 1.03, 1.03, 1.03)), 0.6, 0.006);
+    const auto blue = read<std::uint8_t>(bytes, start(2) + 4 * i + 2);
+    EXPECT_EQ(blue, mesh_.vertices[i].tissue == Tissue::kEnamel ? 230 : 128);
+  }
+  for (std::size_t i = 0; i < mesh_.triangles.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_EQ(read<std::uint32_t>(bytes, start(3) + 12 * i + 4 * k), mesh_.triangles[i][k]);
+  }
+}
+
+TEST_F(Export, GltfIsTheSameMeshInOneTextFile) {
+  const nlohmann::json json = nlohmann::json::parse(written("ball.gltf"));
+  const std::string uri = json["buffers"][0]["uri"], start = "data:application/octet-stream;base64,";
+  ASSERT_TRUE(uri.starts_with(start));
+  const std::size_t size = json["buffers"][0]["byteLength"];
+  EXPECT_EQ(uri.size() - start.size(), (size + 2) / 3 * 4);
+  EXPECT_EQ(json["accessors"][0]["count"], mesh_.vertices.size());
+  // Decodes the first coordinate and compares it with that of the binary file.
+  std::uint32_t bits = 0;
+  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string decoded;
+  for (std::size_t i = 0; i < 8; ++i) {
+    bits = bits << 6 | static_cast<std::uint32_t>(digits.find(uri[start.size() + i]));
+    if (i % 4 == 3) {
+      for (const int shift : {16, 8, 0}) decoded += static_cast<char>(bits >> shift & 255);
+      bits = 0;
+    }
+  }
+  const std::string binary = written("ball.glb");
+  EXPECT_EQ(read<float>(decoded, 0), read<float>(binary, 20 + read<std::uint32_t>(binary, 12) + 8));
+}
+
 TEST_F(Export, UnknownFormatIsRefusedByName) {
   try {
-    write_mesh(folder_ / "ball.glb", mesh_, frame_, materials_);
+    write_mesh(folder_ / "ball.fbx", mesh_, frame_, materials_);
     FAIL() << "no error";
   } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("ball.glb"), std::string::npos);
-    EXPECT_NE(std::string(error.what()).find(".ply, .stl or .obj"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("ball.fbx"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find(".ply, .stl, .obj, .glb or .gltf"), std::string::npos);
   }
   EXPECT_TRUE(std::filesystem::is_empty(folder_));
 }

@@ -32,23 +32,6 @@ struct Arguments {
   bool json = false;
 };
 
-haptics::DenseTissue dense_tissue(const haptics::TissueVolume& volume, const std::string& file) {
-  glm::ivec3 lo, hi;
-  volume.bounds(lo, hi);
-  if (lo.x > hi.x) throw Error(file, "", "no surface", "tissue");
-  DenseCopy copy = dense_copy(volume, lo - 1, hi - lo + 3);
-  haptics::DenseTissue dense;
-  dense.size = copy.field.size;
-  dense.frame = copy.frame;
-  dense.band = volume.band();
-  dense.exact_outside = volume.exact_outside();
-  dense.distance = std::move(copy.field.distance);
-  dense.tissue = std::move(copy.tissue);
-  dense.hardness = std::move(copy.hardness);
-  for (float& d : dense.distance) d *= static_cast<float>(dense.frame.voxel);
-  return dense;
-}
-
 nlohmann::ordered_json volumes_json(const PerTissue& volume) {
   nlohmann::ordered_json j = nlohmann::ordered_json::object();
   for (std::size_t t = 0; t < volume.size(); ++t) {

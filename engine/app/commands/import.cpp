@@ -19,7 +19,7 @@
 #include "engine/base/log.h"
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
-#include "haptics/import/labels_file.h"
+#include "haptics/import/volume_export.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
@@ -291,7 +291,7 @@ void run(const Arguments& a) {
     mouth.imported = haptics::import_tissue(a.inputs.empty() ? "" : a.inputs[0], options);
   }
   haptics::Imported& imported = mouth.imported;
-  if (!a.labels.empty()) haptics::write_labels(imported, a.labels);
+  if (!a.labels.empty()) haptics::write_labels(imported.tissue, a.labels);
   if (exercise) {
     // If several scans are given and the user has requested no rotation, the first scan is turned upright.
     ImportedExercise written{.name = std::filesystem::path(a.out).stem().string(),

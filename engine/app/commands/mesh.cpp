@@ -9,7 +9,6 @@
 #include "engine/app/commands/commands.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
@@ -23,24 +22,33 @@ namespace {
 struct Options {
   std::string input, out;
   double tolerance_mm = -1;
-  bool json = false;
+  bool file_space = false, json = false;
 };
 
-haptics::TissueVolume load(const std::string& input) {
-  return input.ends_with(".vdb") ? haptics::TissueVolume::load(input) : load_tissue(read_scene(input));
+/// Moves the mesh to the coordinates of the file from which its tissue was imported.
+void place(surface::WholeMesh& mesh, VoxelFrame& frame, const haptics::FilePlace& place) {
+  for (auto& v : mesh.vertices) {
+    v.position = glm::vec3(place.X_FW.rotate(glm::dvec3(v.position)));
+    v.normal = glm::vec3(place.X_FW.rotate(glm::dvec3(v.normal)));
+  }
+  frame.origin = place.X_FW * frame.origin;
 }
 
 void run(const Options& options) {
   surface::require_mesh_format(options.out);
   Progress progress("mesh");
-  const haptics::TissueVolume volume = load(options.input);
-  const VoxelFrame& frame = volume.frame();
+  const StoredTissue stored = stored_tissue(options.input, [&](double fraction) { progress.at(0.3 * fraction); });
+  const haptics::TissueVolume& volume = stored.volume;
+  VoxelFrame frame = volume.frame();
   const double tolerance =
       options.tolerance_mm < 0 ? surface::MesherOptions{}.tolerance : options.tolerance_mm * kMillimetre / frame.voxel;
-  const surface::WholeMesh mesh =
-      whole_surface(volume, static_cast<float>(tolerance), [&](double fraction) { progress.at(0.8 * fraction); });
+  surface::WholeMesh mesh = stored.draws_own
+                                ? whole_surface(*volume.mesh(), frame)
+                                : whole_surface(volume, static_cast<float>(tolerance),
+                                                [&](double fraction) { progress.at(0.3 + 0.5 * fraction); });
   if (mesh.triangles.empty()) throw Error(options.input, "", "no surface", "tissue");
-  surface::write_mesh(options.out, mesh, frame, load_materials());
+  if (options.file_space) place(mesh, frame, volume.place());
+  surface::write_mesh(options.out, mesh, frame, stored.materials);
   progress.at(1);
 
   glm::vec3 low(std::numeric_limits<float>::max()), high(-low);
@@ -68,16 +76,20 @@ void run(const Options& options) {
 
 void add_mesh_command(cli::Command& app) {
   auto options = std::make_shared<Options>();
-  cli::Command* command = app.add_command("mesh", "Write the surface of a scene or volume as triangles");
+  cli::Command* command = app.add_command("mesh", "Write the surface of a scene, volume or session as triangles");
   command->footer("Example:\n  typodont mesh assets/scenes/molar-caries.json --out molar.ply --tolerance-mm 0.02");
-  command->add_option("input", options->input, "scene (JSON) or volume (.vdb)")->required();
-  command->add_option("--out", options->out, "mesh to write: .ply (with tissue colours), .stl or .obj")
+  command->add_option("input", options->input, "scene (JSON), volume (.vdb), or session (.h5) at its end")->required();
+  command
+      ->add_option("--out", options->out,
+                   "mesh to write: .ply (with tissue colours), .stl, .obj, .glb or .gltf (metres)")
       ->required()
       ->check(cli::writes({FileKind::kPly, FileKind::kStl, FileKind::kObj}));
   command
       ->add_option("--tolerance-mm", options->tolerance_mm,
                    "how far triangles may lie from the surface (default: a tenth of a voxel)")
       ->check(cli::range(0.0, 100.0));
+  command->add_flag("--file-space", options->file_space,
+                    "coordinates of the file from which the tissue was imported, instead of the workbench's");
   command->add_flag("--json", options->json, "print the summary as JSON");
   command->callback([options] { run(*options); });
 }

@@ -15,6 +15,7 @@
 #include "engine/base/error.h"
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
+#include "engine/surface/mesh_export.h"
 
 namespace typodont {
 
@@ -25,7 +26,7 @@ namespace fs = std::filesystem;
 constexpr int kPreviewPixels = 480;
 
 struct Options {
-  std::string input, procedure, bone_class, out, preview;
+  std::string input, procedure, bone_class, out, preview, implant;
   std::vector<double> entry_mm, axis;
   double width_mm = 40;
   bool json = false;
@@ -56,13 +57,16 @@ nlohmann::ordered_json millimetres(double distance) {
 }
 
 nlohmann::ordered_json as_json(const ImplantProcedure& procedure, const session::ImplantPlan& plan,
-                               const PlanFindings& found, const NerveCanal& canal, const Options& options) {
+                               const PlanFindings& found, const ImplantPlanner& planner, const Options& options) {
+  const NerveCanal canal = planner.canal_near(plan);
+  const Pose& X_FW = planner.volume().place().X_FW;
   nlohmann::ordered_json json = {
       {"procedure", procedure.path},
       {"implant", {{"diameter_mm", plan.diameter / kMillimetre}, {"length_mm", plan.length / kMillimetre}}},
       {"entry_mm", vec(plan.entry_W, kMillimetre)},
       {"apex_mm", vec(plan.apex_W(), kMillimetre)},
       {"axis", vec(plan.axis_W, 1)},
+      {"in_file", {{"entry_mm", vec(X_FW * plan.entry_W, kMillimetre)}, {"axis", vec(X_FW.rotate(plan.axis_W), 1)}}},
       {"fits", found.fits()},
       {"in_bone_percent", 100 * found.in_bone},
       {"leaves_at_mm", nullptr},
@@ -73,7 +77,8 @@ nlohmann::ordered_json as_json(const ImplantProcedure& procedure, const session:
       {"mean_grey_HU", found.mean_grey},
       {"canal", nullptr},
       {"out", options.out},
-      {"preview", options.preview}};
+      {"preview", options.preview},
+      {"implant_mesh", options.implant}};
   if (found.leaves_at_W) {
     json["leaves_at_mm"] = vec(*found.leaves_at_W, kMillimetre);
     json["leaves_depth_mm"] = found.leaves_depth / kMillimetre;
@@ -83,6 +88,39 @@ nlohmann::ordered_json as_json(const ImplantProcedure& procedure, const session:
     for (const dvec3& p : canal.path_W) json["canal"]["path_mm"].push_back(vec(p, kMillimetre));
   }
   return json;
+}
+
+/// Makes the planned implant without its thread as a closed cylinder. `X_FW`: pose of the tissue in the file from which
+/// it was imported. Positions are in mm, in the coordinates of this file.
+surface::WholeMesh mesh_of(const session::ImplantPlan& plan, const Pose& X_FW) {
+  constexpr std::uint32_t kSides = 96;
+  surface::WholeMesh mesh;
+  const dquat R = rotation_between({0, 0, -1}, plan.axis_W);
+  const auto add = [&](const dvec3& p_W, const dvec3& normal_W) {
+    mesh.vertices.push_back({glm::vec3(X_FW * p_W / kMillimetre), glm::vec3(X_FW.rotate(normal_W)), Tissue::kAmalgam});
+  };
+  // For the flat ends, the vertices of the rims occur once more, because their normals differ from those of the side.
+  const auto add_rim = [&](const dvec3& middle_W, const dvec3& normal_W) {
+    for (std::uint32_t i = 0; i < kSides; ++i) {
+      const double a = 2 * kPi * i / kSides;
+      const dvec3 out_W = R * dvec3(std::cos(a), std::sin(a), 0);
+      add(middle_W + plan.diameter / 2 * out_W, normal_W == dvec3(0) ? out_W : normal_W);
+    }
+  };
+  add_rim(plan.entry_W, dvec3(0));
+  add_rim(plan.apex_W(), dvec3(0));
+  add_rim(plan.entry_W, -plan.axis_W);
+  add_rim(plan.apex_W(), plan.axis_W);
+  add(plan.entry_W, -plan.axis_W);
+  add(plan.apex_W(), plan.axis_W);
+  for (std::uint32_t i = 0; i < kSides; ++i) {
+    const std::uint32_t j = (i + 1) % kSides;
+    mesh.triangles.push_back({i, kSides + i, kSides + j});
+    mesh.triangles.push_back({i, kSides + j, j});
+    mesh.triangles.push_back({4 * kSides, 2 * kSides + i, 2 * kSides + j});
+    mesh.triangles.push_back({4 * kSides + 1, 3 * kSides + j, 3 * kSides + i});
+  }
+  return mesh;
 }
 
 /// Draws the three sections through the planned implant side by side.
@@ -122,6 +160,9 @@ void run(const Options& options) {
   progress.at(0.6);
   if (!options.preview.empty())
     render::write_png(options.preview, preview_of(planner, plan, options.width_mm * kMillimetre));
+  if (!options.implant.empty())
+    surface::write_mesh(options.implant, mesh_of(plan, planner.volume().place().X_FW), {dvec3(0), kMillimetre},
+                        load_materials());
   progress.stage("plan", 0.7, 1);
   if (!options.out.empty())
     write_planned_exercise({fs::path(options.out).stem().string(), &planner, procedure, plan}, options.out,
@@ -129,7 +170,7 @@ void run(const Options& options) {
   progress.at(1);
 
   if (options.json) {
-    fmt::print("{}\n", as_json(procedure, plan, found, planner.canal_near(plan), options).dump(2));
+    fmt::print("{}\n", as_json(procedure, plan, found, planner, options).dump(2));
     return;
   }
   const auto mm = [](const dvec3& p) {
@@ -146,7 +187,7 @@ void run(const Options& options) {
                procedure.canal_margin / kMillimetre);
   if (std::isfinite(found.tooth_distance))
     fmt::print("{:.2f} mm to the nearest tooth\n", found.tooth_distance / kMillimetre);
-  for (const std::string& file : {options.preview, options.out})
+  for (const std::string& file : {options.preview, options.implant, options.out})
     if (!file.empty()) fmt::print("wrote {}\n", file);
 }
 
@@ -174,6 +215,11 @@ void add_plan_command(cli::Command& app) {
       ->add_option("--preview", options->preview,
                    "picture to write (.png): sections across the arch, along it, and through the platform")
       ->check(cli::writes({FileKind::kPicture}));
+  command
+      ->add_option("--implant", options->implant,
+                   "mesh of the planned implant to write, as a cylinder in the coordinates of the imported scan "
+                   "(.stl, .ply, .obj, .glb, .gltf)")
+      ->check(cli::writes({FileKind::kStl, FileKind::kPly, FileKind::kObj}));
   command->add_option("--width-mm", options->width_mm, "width of each section")
       ->show_default()
       ->check(cli::range(5.0, 300.0));

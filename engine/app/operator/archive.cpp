@@ -190,23 +190,14 @@ fs::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Pr
 void export_surface(const fs::path& session, const fs::path& mesh, Progress& progress) {
   progress.stage("op.exporting");
   surface::require_mesh_format(mesh);
-  MaterialTable materials = load_materials();
-  bool draws_own = false;  // true: writes the triangles of the carved mesh itself, not a mesh made from a volume
-  const haptics::TissueVolume tissue = [&] {
-    if (session.extension() == ".vdb") return haptics::TissueVolume::load(session);
-    const session::SessionReader reader(session);
-    const Scene scene = scene_of(reader);
-    materials = scene.servo.materials;
-    draws_own = draws_own_surface(scene);
-    progress.at(0.1);
-    return tissue_at_end(reader, scene, load_tissue(scene));
-  }();
+  const StoredTissue stored = stored_tissue(session, [&](double fraction) { progress.at(fraction); });
+  const haptics::TissueVolume& tissue = stored.volume;
   const surface::WholeMesh whole =
-      draws_own ? whole_surface(*tissue.mesh(), tissue.frame())
-                : whole_surface(tissue, 0.1f, [&](double fraction) { progress.at(0.3 + 0.6 * fraction); });
+      stored.draws_own ? whole_surface(*tissue.mesh(), tissue.frame())
+                       : whole_surface(tissue, 0.1f, [&](double fraction) { progress.at(0.3 + 0.6 * fraction); });
   if (whole.triangles.empty()) throw Error(session.string(), "", "no surface", "tissue");
   progress.at(0.9);
-  surface::write_mesh(mesh, whole, tissue.frame(), materials);
+  surface::write_mesh(mesh, whole, tissue.frame(), stored.materials);
   progress.at(1);
 }
 

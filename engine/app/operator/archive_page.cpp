@@ -82,7 +82,7 @@ void draw_actions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ask_button(s, Ask::kFilm, shortcut(Ask::kFilm), s.text("op.make_film"), across, can_course);
   ask_button(s, Ask::kWatch, shortcut(Ask::kWatch), s.text("op.watch"), across, can_course);
   ask_button(s, Ask::kExpert, shortcut(Ask::kExpert), s.text("op.make_expert"), across, can_course);
-  constexpr std::array kFormats = {"STL", "PLY", "OBJ"};
+  constexpr std::array kFormats = {"STL", "PLY", "OBJ", "glTF"};
   const float format = 6 * w.style().unit;
   ask_button(s, Ask::kExportMesh, shortcut(Ask::kExportMesh), s.text("op.export_mesh"),
              {ImGui::GetContentRegionAvail().x - format - ImGui::GetStyle().ItemSpacing.x, 0}, can_any);

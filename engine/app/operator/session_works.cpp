@@ -133,7 +133,7 @@ void make_film(OperatorState& s, BackgroundTask& work, const SessionEntry& of) {
 }
 
 void make_surface(OperatorState& s, BackgroundTask& work, const SessionEntry& of) {
-  constexpr std::array kEndings = {".stl", ".ply", ".obj"};
+  constexpr std::array kEndings = {".stl", ".ply", ".obj", ".glb"};
   const fs::path from = of.file,
                  mesh = fs::path(from).replace_extension(kEndings.at(static_cast<std::size_t>(s.mesh_format)));
   work.begin([=](Progress& progress) { export_surface(from, mesh, progress); },

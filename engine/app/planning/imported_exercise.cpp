@@ -80,7 +80,9 @@ void write_imported_exercise(const ImportedExercise& exercise, haptics::Imported
   haptics::DenseTissue& tissue = imported.tissue;
   const dvec3 move = kCrownTop - top.value_or(top_of(tissue));
   tissue.frame.origin += move;
+  tissue.place.X_FW = tissue.place.X_FW * Pose{-move, {1, 0, 0, 0}};
   imported.report.lo += move, imported.report.hi += move;
+  for (dvec3& p : imported.report.repaired) p += move;
   // Old files are replaced only after all new files are complete.
   PartialFile volume(volume_beside(file), FileKind::kVolume, over), scene_file(file, FileKind::kJson, over);
   haptics::TissueVolume(tissue).save(volume.path());

@@ -57,6 +57,8 @@ haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session
   site.size = n * (copy.field.size - 1) + 1;
   site.band = volume.band();
   site.exact_outside = volume.exact_outside();
+  site.place = volume.place();
+  site.place.X_FW = site.place.X_FW * Pose{-move, {1, 0, 0, 0}};
   site.distance.resize(site.at(site.size.x - 1, site.size.y - 1, site.size.z - 1) + 1);
   site.tissue.resize(site.distance.size());
   if (!copy.hardness.empty()) site.hardness.resize(site.distance.size());

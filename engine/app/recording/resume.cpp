@@ -33,6 +33,7 @@ haptics::TissueVolume resumed_tissue(const Scene& scene, const haptics::TissueVo
     throw Error(file.string(), "", words(is), words(expected) + ", as the scene's tissue has them");
   }
   tissue.set_natural_surface(untouched.natural_surface());
+  tissue.set_place(untouched.place());
   return tissue;
 }
 
@@ -49,6 +50,22 @@ Scene with_resume(const Scene& scene, const std::filesystem::path& file) {
 haptics::TissueVolume load_tissue(const Scene& scene) {
   haptics::TissueVolume untouched = load_untouched(scene);
   return scene.resume.empty() ? std::move(untouched) : resumed_tissue(scene, untouched);
+}
+
+StoredTissue stored_tissue(const std::filesystem::path& file, const std::function<void(double)>& progress) {
+  if (file.extension() == ".vdb") return {haptics::TissueVolume::load(file), load_materials()};
+  if (file.extension() != ".h5") {
+    const Scene scene = read_scene(file);
+    return {load_tissue(scene), scene.servo.materials};
+  }
+  const session::SessionReader reader(file);
+  const Scene scene = scene_of(reader);
+  if (progress) progress(0.1);
+  haptics::TissueVolume start = load_tissue(scene);
+  const haptics::FilePlace place = start.place();
+  StoredTissue stored{tissue_at_end(reader, scene, std::move(start)), scene.servo.materials, draws_own_surface(scene)};
+  stored.volume.set_place(place);
+  return stored;
 }
 
 session::SessionEvent event_of(const StrokeEdit& edit) {

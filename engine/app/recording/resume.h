@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -20,6 +21,17 @@ Scene with_resume(const Scene& scene, const std::filesystem::path& file);
 /// preparation that the scene continues. If the preparation comes from a recorded session, the strokes of this session
 /// can be undone. Throws Error, also if the preparation's voxel grid differs from that of the scene's own tissue.
 haptics::TissueVolume load_tissue(const Scene& scene);
+
+/// Tissue that a file contains, for commands that write it in other formats.
+struct StoredTissue {
+  haptics::TissueVolume volume;
+  MaterialTable materials;
+  // true: the scene's contact model carves a triangle mesh, and the tissue's surface is this mesh (volume.mesh())
+  bool draws_own = false;
+};
+/// Loads the tissue of a volume (.vdb), of a scene, or of a session (.h5) at its end. `progress` is called with 0..1
+/// and may throw. Throws Error.
+StoredTissue stored_tissue(const std::filesystem::path& file, const std::function<void(double)>& progress = {});
 
 /// Converts an undo or redo to an event of the recording, and back. For an event of another kind, edit_of() returns an
 /// empty optional. Throws Error if the text of the event is damaged.

@@ -90,7 +90,8 @@ bool read(const fs::path& path, haptics::DenseTissue& dense) {
            .tissue = std::vector<Tissue>(count),
            .hardness = std::vector<std::uint8_t>(head.graded ? count : 0),
            .band = head.band,
-           .exact_outside = head.exact_outside};
+           .exact_outside = head.exact_outside,
+           .place = {}};
   return get(file.get(), dense.distance.data(), count) && get(file.get(), dense.tissue.data(), count) &&
          get(file.get(), dense.hardness.data(), dense.hardness.size());
 }

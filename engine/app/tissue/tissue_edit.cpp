@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/base/error.h"
 #include "haptics/solid.h"
 
 namespace typodont {
@@ -16,6 +17,7 @@ DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, 
   DenseCopy copy;
   copy.frame = {volume.frame().to_world(dvec3(lo)), volume.frame().voxel};
   copy.field.size = size;
+  copy.place = volume.place();
   const std::size_t count =
       static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
   copy.field.distance.resize(count);
@@ -26,12 +28,31 @@ DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, 
   return copy;
 }
 
+haptics::DenseTissue dense_tissue(const haptics::TissueVolume& volume, const std::string& file) {
+  glm::ivec3 lo, hi;
+  volume.bounds(lo, hi);
+  if (lo.x > hi.x) throw Error(file, "", "no surface", "tissue");
+  DenseCopy copy = dense_copy(volume, lo - 1, hi - lo + 3);
+  haptics::DenseTissue dense;
+  dense.size = copy.field.size;
+  dense.frame = copy.frame;
+  dense.band = volume.band();
+  dense.exact_outside = volume.exact_outside();
+  dense.place = copy.place;
+  dense.distance = std::move(copy.field.distance);
+  dense.tissue = std::move(copy.tissue);
+  dense.hardness = std::move(copy.hardness);
+  for (float& d : dense.distance) d *= static_cast<float>(dense.frame.voxel);
+  return dense;
+}
+
 haptics::TissueVolume from_dense(const DenseCopy& copy, double band) {
   haptics::DenseTissue dense;
   dense.frame = copy.frame;
   dense.size = copy.field.size;
   dense.band = band;
   dense.exact_outside = false;
+  dense.place = copy.place;
   dense.tissue = copy.tissue;
   dense.hardness = copy.hardness;
   dense.distance.reserve(copy.field.distance.size());

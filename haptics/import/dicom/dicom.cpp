@@ -282,14 +282,14 @@ SliceLevels levels_of(const std::string& name, const Stack& stack, std::vector<s
 }
 
 RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, const std::vector<DicomHeader>& headers,
-                   const Stack& stack) {
+                   const Stack& stack, const std::optional<double>& memory) {
   RawScan scan;
   const DicomFile& file = stack.head.file;
   const DicomFrame& first = stack.head.frames[0];
   scan.format = "DICOM";
   scan.has_unit = true;
   scan.spacing_place = "Pixel Spacing (0028,0030)";
-  check_sizes(name, "size", {file.columns, file.rows, static_cast<long long>(stack.slices.size())});
+  check_sizes(name, "size", {file.columns, file.rows, static_cast<long long>(stack.slices.size())}, memory);
 
   // Computes the positions of the slices.
   const Axes axes = axes_of(stack);
@@ -420,7 +420,7 @@ RawScan read_dicom(const ScanRequest& request) {
   const std::vector<Stack> stacks = stacks_of(headers, copies);
   std::vector<std::string> notes;
   const Stack& stack = chosen(stacks, request, notes);
-  RawScan scan = read_stack(name, files, headers, stack);
+  RawScan scan = read_stack(name, files, headers, stack, request.memory);
   if (unreadable > 0) notes.push_back(fmt::format("{} damaged DICOM files were left out", unreadable));
   if (color > 0) notes.push_back(fmt::format("{} colour pictures were left out", color));
   if (copies > 0) notes.push_back(fmt::format("{} second copies of slices were left out", copies));

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/contract/tissue.h"
 
 namespace typodont::haptics::importing {
 
@@ -106,9 +107,8 @@ Elements code(const char* value, const char* scheme, const char* meaning) {
 
 }  // namespace
 
-std::string dicom_segmentation(const std::string& file, const Imported& imported, const std::string& labels,
+std::string dicom_segmentation(const std::string& file, const glm::ivec3& size, const std::string& labels,
                                const glm::dmat3& step, const glm::dvec3& origin) {
-  const glm::ivec3& size = imported.tissue.size;
   constexpr int kMostEdge = 65535;
   if (size.x > kMostEdge || size.y > kMostEdge)
     throw Error(file, "size", fmt::format("{} x {} voxels in a slice", size.x, size.y),
