@@ -43,6 +43,10 @@ constexpr std::uint32_t bits(Fault fault) {
 
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
+/// - 14: In the models that use a dense copy of the tissue around the tool (patch), the tool may move 0.4 mm inside its
+/// patch instead of 1 mm. A patch is centred ahead of the moving tool, and its position is a multiple of eight voxels.
+/// In the offset model, if contacts hold a tool back, free space for it is also searched in the coarse patch around the
+/// shank.
 /// - 13: In the vertex model, a head that cuts needs a list of the tissue's points around it. A new list is now made in
 /// parts over several ticks. Until it is complete, the head moves only where the old list is valid.
 /// - 12: In the vertex model, some vertices may stay inside the head after a cut. The head now moves on during the next
@@ -78,7 +82,7 @@ constexpr std::uint32_t bits(Fault fault) {
 /// - 2: While the copy of the tissue is late, the contact yields (docs/safety.md). The force is reduced if the energy
 /// ledger contains too little energy for it. Small debts of the ledger (negative values) are cancelled, too.
 /// - 1: The laws before version 2, used for recordings without a version.
-inline constexpr std::uint32_t kServoLaws = 13;
+inline constexpr std::uint32_t kServoLaws = 14;
 
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {
