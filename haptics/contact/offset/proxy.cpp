@@ -573,8 +573,9 @@ bool OffsetModel::hand_has_left() const noexcept {
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;
-  // A head that still moves on through successive patches is not lost, although the hand moves faster than the patches.
-  const bool moves_on = settings_.laws >= kLawsOfAlignedPatches && !p.deep && glm::length(p.c - p.start) >= 1;
+  // A head that advances by at least one voxel is not lost, although the hand is faster than the patches.
+  const bool moves_on = settings_.laws >= kLawsOfAlignedPatches && !p.deep && glm::length(p.c - p.start) >= 1 &&
+                        glm::length(p.target - p.c) * voxel() <= R::longest_lag;
   lost_for_ = p.lost && !moves_on ? lost_for_ + in.dt : 0;
   p.late = settings_.laws >= 2 && lost_for_ > R::patch_wait && patch_.number != 0;
   // In recordings with version 1 of the force laws, the plane exists for a fixed time and does not yield.
