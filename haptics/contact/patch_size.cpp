@@ -12,8 +12,8 @@ namespace {
 
 /// Returns the distance in voxels that a tool may move from the centre of its patch (copy of the field). Since
 /// kLawsOfAlignedPatches it is 0.4 mm instead of 1 mm, so that fewer samples are copied while the tool moves. The
-/// centre of a patch then has a multiple of eight voxels from the next one, so half of the distance must exceed four
-/// voxels. An instrument that fills keeps the larger distance, because it looks in its patch for places to fill.
+/// centre of a patch is then rounded to a multiple of eight voxels, so half of the distance must exceed four voxels. An
+/// instrument that fills keeps the larger distance, because it looks in its patch for places to fill.
 double travel_for(const Tool& tool, double voxel, std::uint32_t laws) {
   const bool large = laws < kLawsOfAlignedPatches || tool.fill != Tissue::kAir;
   return std::max(
