@@ -13,6 +13,13 @@ namespace {
 
 constexpr double kStrokePause = 0.3;  // s, after a longer pause than this, the next cut begins a new stroke
 
+// The following constants apply if the carver centres snapshots ahead of the tool (TissueBody::leads). A tool that
+// moves steadily is then behind the centre of its snapshot by up to 0.8 of the travel. So when a new snapshot becomes
+// due, the tool may still move by at least the whole travel before it leaves the old one.
+constexpr double kLeadTime = 10e-3;    // s, a snapshot is centred where the tool will be after this time
+constexpr double kLeadFilter = 5e-3;   // s, time constant of the filter for the tool's velocity
+constexpr double kLongestGap = 50e-3;  // s, after a longer gap between two ticks, the velocity is unknown
+
 const SharedContactMethod& or_default(const SharedContactMethod& method) {
   return method ? method : default_contact_method();
 }
@@ -30,6 +37,7 @@ Carver::Carver(TissueVolume tissue, std::span<const Tool> tools, const SharedCon
 Carver::Carver(TissueVolume tissue, const ServoSettings& settings)
     : Carver(std::move(tissue), tool_set(settings), settings.method) {
   body_->set_laws(settings.laws);
+  travel_ = body_->travel();
 }
 
 bool Carver::begins_stroke(const Cut& cut) const {
@@ -101,13 +109,27 @@ bool Carver::edit(bool done) {
   return true;
 }
 
-bool Carver::snapshot_due(const ServoTick& tick) const {
+/// Estimates the velocity of the proxy, so that the next snapshot can be centred ahead of it.
+void Carver::follow(const ServoTick& tick) {
+  const double dt = to_seconds(tick.t - seen_t_);
+  if (dt == 0) return;
+  const dvec3 moved = tick.X_WG.p - seen_p_W_;
+  seen_t_ = tick.t, seen_p_W_ = tick.X_WG.p;
+  if (dt > 0 && dt < kLongestGap) {
+    velocity_W_ += (moved - dt * velocity_W_) / (kLeadFilter + dt);
+  } else {
+    velocity_W_ = dvec3(0);
+  }
+}
+
+bool Carver::snapshot_due(const ServoTick& tick) {
+  if (body_->leads()) follow(tick);
   if (snapshots_ == 0 || edits_in_snapshot_ != edits_ || pieces_in_snapshot_ != piece_count_) return true;
   return body_->wants_snapshot(tick.t) || snapshot_due_for(snapshot_center(tick), center_W_, travel_);
 }
 
 dvec3 Carver::snapshot_center(const ServoTick& tick) const {
-  return snapshot_center_for(tick.X_WG.p, tick.X_WT.p, travel_);
+  return snapshot_center_for(tick.X_WG.p, tick.X_WT.p, travel_, kLeadTime * velocity_W_);
 }
 
 void Carver::take_snapshot(const dvec3& center_W, Snapshot& snapshot, std::uint32_t number) {
@@ -119,8 +141,9 @@ void Carver::take_snapshot(const dvec3& center_W, Snapshot& snapshot, std::uint3
   snapshot.taken_back = body_->taken_back();
   snapshot.pieces = pieces_in_snapshot_ = piece_count_;
   snapshot.loose = loose_volume_;
-  snapshot.center_W = center_W_ = center_W;
+  snapshot.center_W = center_W;
   body_->cut_out(snapshot);
+  center_W_ = snapshot.center_W;
 }
 
 bool Carver::bring_up_to_date(Snapshot& snapshot) {

@@ -2,6 +2,7 @@
 // creates snapshots of the tissue for the servo.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -47,9 +48,11 @@ class Carver {
   /// Returns an empty snapshot whose buffers already have their full size.
   std::unique_ptr<Snapshot> make_snapshot() const { return body_->make_snapshot(); }
   /// Returns true if the servo needs a new snapshot: it has none, the tissue was edited, a loose piece was removed, the
-  /// tissue body asks for a snapshot, or the tool has moved far from the centre of the last snapshot.
-  bool snapshot_due(const ServoTick& tick) const;
-  /// Returns the centre for the next snapshot in m, a point between the proxy and the hand.
+  /// tissue body asks for a snapshot, or the tool has moved far from the centre of the last snapshot. The function also
+  /// estimates the tool's velocity, so it should be called with every tick that the carver receives.
+  bool snapshot_due(const ServoTick& tick);
+  /// Returns the centre for the next snapshot in m: a point between the proxy and the hand, moved ahead in the
+  /// direction of the tool's motion if TissueBody::leads() is true.
   dvec3 snapshot_center(const ServoTick& tick) const;
   /// Fills a snapshot with the tissue around `center_W`. `number`: number of the snapshot; 0: the next number is used.
   /// A replay passes the recorded number, because the live servo may have skipped some numbers.
@@ -76,6 +79,7 @@ class Carver {
  private:
   bool edit(bool done);
   void collect_pieces();
+  void follow(const ServoTick& tick);
 
   std::unique_ptr<TissueBody> body_;
   std::size_t tool_count_;
@@ -95,6 +99,10 @@ class Carver {
   std::uint64_t edited_at_ = 0;  // number of cuts (cuts_) at the last edit
   std::uint32_t snapshots_ = 0;
   dvec3 center_W_{0};  // m, centre of the last snapshot
+  // The next members describe the motion of the proxy: the time and the position of the last tick that snapshot_due()
+  // received, and the velocity (m/s) after a low-pass filter.
+  Nanos seen_t_ = std::numeric_limits<Nanos>::min() / 2;
+  dvec3 seen_p_W_{0}, velocity_W_{0};
 };
 
 }  // namespace typodont::haptics

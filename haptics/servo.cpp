@@ -56,10 +56,16 @@ PassivityLaw law_for(const ServoSettings& settings) {
   return law;
 }
 
-dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept {
-  const dvec3 pull = p_WT - p_WG;
-  const double length = glm::length(pull);
-  return p_WG + (length > travel / 2 ? pull * (travel / 2 / length) : pull);
+dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel, const dvec3& lead) noexcept {
+  // A patch holds a tool that is up to `travel` away from its centre. Its centre is rounded to a multiple of eight
+  // voxels, so the wanted centre must be nearer to the tool.
+  constexpr double kFarthest = 0.8;
+  const auto limited = [](const dvec3& v, double most) {
+    const double length = glm::length(v);
+    return length > most ? v * (most / length) : v;
+  };
+  const dvec3 pull = limited(p_WT - p_WG, travel / 2);
+  return p_WG + (lead == dvec3(0) ? pull : limited(pull + lead, kFarthest * travel));
 }
 
 double largest_fraction(const dvec3& step, const dvec3& rest, double most) {

@@ -118,9 +118,10 @@ class Servo {
   std::unique_ptr<State> state_;
 };
 
-/// Returns the best centre for a new snapshot in m, in the workbench frame W. It lies on the line from the proxy p_WG
-/// to the hand p_WT, at most travel / 2 from the proxy. `travel`: m, ContactModel::travel().
-dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept;
+/// Returns the best centre for a new snapshot in m, frame W. It lies on the line from the proxy p_WG to the hand p_WT,
+/// at most travel / 2 from the proxy. `travel`: m, TissueBody::travel(). `lead`: m, motion of the tool in the next
+/// milliseconds. It is added to the centre, which may then be up to 0.8 travel away from the proxy.
+dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel, const dvec3& lead = dvec3(0)) noexcept;
 /// Returns true if a snapshot centred at `center_W` should be replaced by a snapshot centred at `wanted_W`.
 inline bool snapshot_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) noexcept {
   const dvec3 off = wanted_W - center_W;

@@ -50,11 +50,13 @@ class TissueBody {
   /// Returns the distance in m that the tool may move before a new snapshot is due; infinity if a snapshot contains the
   /// whole tissue.
   virtual double travel() const = 0;
+  /// Returns true if the carver centres snapshots ahead of the moving tool.
+  virtual bool leads() const { return false; }
   /// Returns true if a new snapshot is due at time t because of cuts. Only for methods whose servo does not apply its
   /// cuts to its own snapshot.
   virtual bool wants_snapshot(Nanos /*t*/) const { return false; }
   /// Copies the tissue around snapshot.center_W to `snapshot`. The carver itself sets the members of the base class
-  /// Snapshot.
+  /// Snapshot. If the body can only copy around certain points, it changes snapshot.center_W to the nearest one.
   virtual void cut_out(Snapshot& snapshot) = 0;
   /// Starts (`wanted` is true) or stops to record which parts of the tissue change. bring_up_to_date() needs this
   /// record.

@@ -43,7 +43,11 @@ constexpr std::uint32_t bits(Fault fault) {
 
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
-/// - 14: In the models vertex and mesh_lod, a cut examines fewer faces around a head that is not a cylinder. The limits
+/// - 14: In the models that use a dense copy of the tissue around the tool (patch), the tool may move 0.4 mm inside its
+/// patch instead of 1 mm. A patch is centred ahead of the moving tool, and its position is a multiple of eight voxels.
+/// In the offset model, if contacts hold a tool back, free space for it is also searched in the coarse patch around the
+/// shank.
+/// In the models vertex and mesh_lod, a cut examines fewer faces around a head that is not a cylinder. The limits
 /// of the computing effort in a tick count these faces.
 /// - 13: In the vertex model, a head that cuts needs a list of the tissue's points around it. A new list is now made in
 /// parts over several ticks. Until it is complete, the head moves only where the old list is valid.

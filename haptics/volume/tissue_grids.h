@@ -163,6 +163,8 @@ struct TissueVolume::Impl {
   /// Copies every n-th sample as TissueVolume::copy_every() does, but only the samples from..to, inclusive.
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
+  void copy_whole_leaves(const Copied& box, const VoxelBox& part) const;
+
   // A file stores label, hardness and the label before a filling in separate grids (StoredVolume). Saving extracts the
   // hardness first; loading inserts it last.
   openvdb::Int32Grid::Ptr take_before(openvdb::Int32Grid& labels) const;

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <limits>
 #include <optional>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -396,7 +397,108 @@ constexpr auto kLabel = [](std::int32_t value) { return label_in(value); };
 constexpr auto kHardness = [](std::int32_t value) { return hardness_in(value); };
 constexpr auto kHardnessKept = [](std::int32_t value) { return hardness_kept_in(value); };
 
+/// Copies one row of a leaf. The values are converted in a local array, so that the loop is vectorised.
+template <class Value, class Out, class Convert>
+void copy_leaf_row(const Value* from, Out* to, const Convert& converted) {
+  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
+  if constexpr (std::is_same_v<Value, Out>) {  // distances are not converted
+    std::memcpy(to, from, n * sizeof(Out));
+  } else {
+    Out row[n];
+    for (int z = 0; z < n; ++z) row[z] = converted(from[z]);
+    std::memcpy(to, row, sizeof row);
+  }
+}
+
+/// Copies a whole leaf into a dense block with the given strides.
+template <class Value, class Out, class Convert>
+void copy_leaf(const Value* from, Out* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y, const Convert& converted) {
+  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
+  for (int x = 0; x < n; ++x, to += stride_x) {
+    for (int y = 0; y < n; ++y, from += n) copy_leaf_row(from, to + y * stride_y, converted);
+  }
+}
+/// Sets the samples of a whole leaf in a dense block to one value.
+template <class Out>
+void fill_leaf(Out value, Out* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
+  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
+  for (int x = 0; x < n; ++x, to += stride_x) {
+    for (int y = 0; y < n; ++y) std::fill_n(to + y * stride_y, n, value);
+  }
+}
+
+/// Prefetches the distances of a leaf. `samples` may be null.
+void prefetch_leaf(const float* samples) {
+  constexpr int n = openvdb::FloatTree::LeafNodeType::SIZE, line = 64 / sizeof(float);
+  for (int i = 0; samples && i < n; i += line) __builtin_prefetch(samples + i);
+}
+
+/// Returns true if all samples of `part` belong to leaves (8³ samples) that lie completely in `part`, and if the rows
+/// of the dense block begin at the rows of leaves.
+bool has_whole_leaves(const TissueVolume::Copied& box, const VoxelBox& part) {
+  const glm::ivec3 all = box.lo | box.size | part.lo | (part.hi + 1);
+  return ((all.x | all.y | all.z) & (openvdb::FloatTree::LeafNodeType::DIM - 1)) == 0;
+}
+
 }  // namespace
+
+/// Copies the samples of `part`, for which has_whole_leaves() is true. First finds the leaves, and then copies them, so
+/// that the processor can wait for the memory of several leaves at the same time.
+void TissueVolume::Impl::copy_whole_leaves(const Copied& box, const VoxelBox& part) const {
+  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
+  struct Source {
+    const float* distances;      // null: all samples of the leaf have the value `distance`
+    const std::int32_t* labels;  // null: all samples of the leaf have the value `label`
+    float distance;
+    std::int32_t label;
+    std::ptrdiff_t to;  // index of the leaf's first sample in the dense block
+  };
+  const std::ptrdiff_t stride_y = box.size.z, stride_x = stride_y * box.size.y;
+  const glm::ivec3 leaves = (part.hi - part.lo + 1) / n;
+  std::vector<Source> sources;
+  sources.reserve(static_cast<std::size_t>(leaves.x) * leaves.y * leaves.z);
+  auto distances = distance->getConstAccessor();
+  auto labels = tissue->getConstAccessor();
+  for (int x = part.lo.x; x <= part.hi.x; x += n) {
+    for (int y = part.lo.y; y <= part.hi.y; y += n) {
+      for (int z = part.lo.z; z <= part.hi.z; z += n) {
+        const openvdb::Coord origin(x, y, z);
+        Source source{nullptr, nullptr, 0, 0, (x - box.lo.x) * stride_x + (y - box.lo.y) * stride_y + (z - box.lo.z)};
+        if (const auto* leaf = distances.probeConstLeaf(origin)) {
+          source.distances = leaf->buffer().data();
+        } else {
+          source.distance = distances.getValue(origin);
+        }
+        if (const auto* leaf = labels.probeConstLeaf(origin)) {
+          source.labels = leaf->buffer().data();
+        } else {
+          source.label = labels.getValue(origin);
+        }
+        sources.push_back(source);
+      }
+    }
+  }
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const Source& source = sources[i];
+    if (i + 1 < sources.size()) prefetch_leaf(sources[i + 1].distances);
+    if (source.distances) {
+      copy_leaf(source.distances, box.distance + source.to, stride_x, stride_y, kDistance);
+    } else {
+      fill_leaf(source.distance, box.distance + source.to, stride_x, stride_y);
+    }
+    if (source.labels) {
+      copy_leaf(source.labels, box.tissue + source.to, stride_x, stride_y, kLabel);
+    } else {
+      fill_leaf(label_in(source.label), box.tissue + source.to, stride_x, stride_y);
+    }
+    if (!box.hardness) continue;
+    if (source.labels) {
+      copy_leaf(source.labels, box.hardness + source.to, stride_x, stride_y, kHardnessKept);
+    } else {
+      fill_leaf(hardness_kept_in(source.label), box.hardness + source.to, stride_x, stride_y);
+    }
+  }
+}
 
 void TissueVolume::copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
                         std::uint8_t* hardness) const {
@@ -423,6 +525,7 @@ void TissueVolume::copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, 
 void TissueVolume::copy_part(const Copied& box, const VoxelBox& part) const {
   if (part.empty()) return;
   static_assert(sizeof(Tissue) == 1);  // labels are bytes in patches (the servo's copies) and int32 in the grid
+  if (box.distance && box.tissue && has_whole_leaves(box, part)) return impl_->copy_whole_leaves(box, part);
   if (box.distance) copy_leaves(*impl_->distance, box.lo, box.size, part, box.distance, kDistance);
   if (box.tissue) copy_leaves(*impl_->tissue, box.lo, box.size, part, box.tissue, kLabel);
   if (box.hardness) copy_leaves(*impl_->tissue, box.lo, box.size, part, box.hardness, kHardnessKept);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <deque>
@@ -145,6 +146,109 @@ TEST(SurfacePatch, AMovedPatchHasTheBitsOfANewlyExtractedOne) {
     at = dvec3(glm::clamp(at.x, -2.5_mm, 2.5_mm), glm::clamp(at.y, -2.5_mm, 2.5_mm), 2.2_mm);
   }
   EXPECT_GT(undone, 5);
+}
+
+TEST(SurfacePatch, ConsistsOfWholeLeavesAndHoldsTheToolWithinItsTravel) {
+  for (const double voxel : {0.05_mm, 0.1_mm, 0.2_mm}) {
+    for (const double diameter : {0.6_mm, 1.2_mm, 4.0_mm}) {
+      Tool tool;
+      tool.diameter = tool.length = diameter;
+      const std::array tools{tool};
+      haptics::DenseTissue dense = haptics::read_solids(Json::parse(kBlock, "block"));
+      dense.frame.voxel = voxel;
+      Carver carver(haptics::TissueVolume(dense), tools);
+      SurfacePatch patch = haptics::empty_patch_for(tools, voxel);
+      const double travel = haptics::patch_travel_for(tools, voxel), reach = tool.reach() / voxel;
+      std::mt19937_64 random(3);
+      std::uniform_real_distribution<double> place(-3e-3, 3e-3);
+      for (int i = 0; i < 20; ++i) {
+        const dvec3 wanted_W(place(random), place(random), place(random));
+        carver.take_snapshot(wanted_W, patch);
+        EXPECT_EQ(patch.n % 8, 0);
+        EXPECT_EQ((patch.lo.x | patch.lo.y | patch.lo.z) & 7, 0);
+        const dvec3 off = (patch.center_W - wanted_W) / voxel;
+        EXPECT_LE(std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}), 4 + 1e-9);
+        // At half of the travel a new patch becomes due, so the centre must be nearer than this to the wanted centre.
+        EXPECT_FALSE(haptics::snapshot_due_for(wanted_W, patch.center_W, travel * voxel));
+        const dvec3 center_V = dense.frame.to_voxels(patch.center_W);
+        for (const double sign : {-1.0, 1.0}) EXPECT_TRUE(patch.holds(center_V + sign * travel, reach + 1));
+        carver.take_snapshot(patch.center_W, patch);
+        EXPECT_EQ(dense.frame.to_voxels(patch.center_W), center_V) << "the recorded centre gives the same patch";
+      }
+    }
+  }
+}
+
+TEST(SurfacePatch, OfABurHasFewerSamplesThanInOlderForceLaws) {
+  Tool bur;
+  bur.diameter = bur.length = 1.2_mm;
+  EXPECT_EQ(haptics::patch_edge_for(std::array{bur}, 0.05_mm, 13), 79);
+  EXPECT_EQ(haptics::patch_edge_for(std::array{bur}, 0.05_mm), 56);
+  // An instrument that fills searches its patch for places to fill, so its patch is not smaller than before.
+  Tool condenser = bur;
+  condenser.cuts = false, condenser.fill = Tissue::kComposite, condenser.fill_reach = 0.6_mm;
+  EXPECT_GE(haptics::patch_edge_for(std::array{condenser}, 0.05_mm),
+            haptics::patch_edge_for(std::array{condenser}, 0.05_mm, 13));
+}
+
+TEST(SurfacePatch, IsCentredAheadOfAToolThatMoves) {
+  HapticBench bench(kBlock, test::probe_settings("offset"));
+  const double travel = haptics::patch_travel_for(std::array{bench.settings.tool}, 0.1_mm) * 0.1_mm;
+  const dvec3 from(-2.0_mm, -1.0_mm, 2.5_mm);
+  int ahead = 0, patches = 0;
+  std::uint32_t last = 0;
+  for (int i = 0; i < 100; ++i) {
+    const dvec3 p = from + dvec3(30e-6 * i, 0, 0);  // 30 mm/s
+    bench.tick({p});
+    if (bench.last.patch == last || i < 20) continue;
+    last = bench.last.patch;
+    ++patches;
+    ahead += bench.patch().center_W.x > p.x;
+    // the tool is never farther than half of the travel from the centre, so the carver is not reported as late
+    EXPECT_LE(std::abs(bench.patch().center_W.x - p.x), travel / 2 + 0.4_mm);
+  }
+  EXPECT_GT(patches, 1);
+  EXPECT_EQ(ahead, patches);
+  for (int i = 0; i < 60; ++i) {
+    bench.tick({from + dvec3(3.0_mm, 0, 0)});
+    EXPECT_EQ(bench.last.faults & bits(Fault::kStalePatch), 0u);
+  }
+}
+
+TEST(SurfacePatch, AHandThatIsFasterThanItsPatchesDoesNotPassThroughAThinSheet) {
+  HapticBench bench(R"({"voxel_mm": 0.05, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6,6,0.1]}}}]})",
+                    test::probe_settings("offset"));
+  // 1.5 m/s; in each tick, the proxy can only advance by about a millimetre, to the border of its patch.
+  for (double z = 40.0_mm; z > -2.5_mm; z -= 1.5_mm) bench.tick({{0, 0, z}});
+  for (int i = 0; i < 80; ++i) bench.tick({{0, 0, -2.5_mm}});
+  EXPECT_NEAR(bench.last.X_WG.p.z, 0.65_mm, 1e-6);
+  EXPECT_EQ(bench.last.faults, 0u);
+}
+
+/// Returns a hash of the forces and of the proxy's poses of a session: a bur with a shank slides over a block, and then
+/// drills into it and moves to the side.
+std::uint64_t hash_of_session(std::uint32_t laws) {
+  haptics::ServoSettings settings = test::drill_settings("offset");
+  settings.laws = laws;
+  settings.tool.shank_length = 5.0_mm, settings.tool.shank_diameter = 1.0_mm;
+  HapticBench bench(kBlock, settings);
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  const auto add = [&](double value) { hash = (hash ^ std::bit_cast<std::uint64_t>(value)) * 0x100000001b3u; };
+  dvec3 p(-2.0_mm, -1.0_mm, 2.5_mm);
+  for (int i = 0; i < 1500; ++i) {
+    p += i < 150 ? dvec3(17e-6, 9e-6, 0) : i < 700 ? dvec3(0, 0, -1.5e-6) : dvec3(3e-6, -2e-6, 0);
+    bench.tick({p}, i < 150 ? 0 : 1);
+    for (const dvec3& v : {bench.last.f_T_W, bench.last.X_WG.p}) add(v.x), add(v.y), add(v.z);
+    add(static_cast<double>(bench.last.patch));
+  }
+  return hash ^ bench.carver.volume().hash();
+}
+
+// The hash was computed with a program whose newest force laws were version 13. A recorded session is replayed with its
+// own laws, so this hash must never change.
+TEST(SurfacePatch, OlderForceLawsStillGiveTheirBits) {
+  EXPECT_EQ(hash_of_session(13), 0x399e8f19da43ec72u);
+  EXPECT_NE(hash_of_session(kServoLaws), hash_of_session(13)) << "the versions differ, so the test sees them";
 }
 
 TEST(SlidingBuffer, NeedsNoFileSoALimitOfTheFileSizeDoesNotMatter) {

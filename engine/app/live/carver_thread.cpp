@@ -229,13 +229,14 @@ void carve(LiveSession& s) {
   int idle = 0;  // number of consecutive calls of turn() without work
   while (!s.wiring.stop.load(std::memory_order_relaxed)) {
     const CarverTurns::Done done = turns.turn();
-    // Chooses the time for which the carver thread sleeps before it checks for work again. After 30 ms without work, it
-    // sleeps 3 ms: at 3 cm/s, a slow hand moves 0.1 mm in this time. After one second without work, it sleeps 10 ms: a
-    // hand at rest that accelerates with 10 m/s² moves 0.5 mm in this time. In an idle session, these checks use 0.4 %
-    // of a core. Without the long sleep, they would use 3 %.
+    // Chooses the sleep time of the carver thread until it checks for work again. After 30 ms without work, the hand is
+    // assumed to be slow: at 3 cm/s, the hand moves 0.1 mm until the next check. After one second without work, the
+    // hand is assumed to rest: if it then accelerates with 10 m/s², it moves 0.2 mm until the next check. It is then
+    // still inside its patch, which is at least 0.22 mm larger than the tool needs. In an idle session, these checks
+    // use less than 1 % of a core. Checks without such a long sleep would use 3 %.
     idle = done.worked ? 0 : std::min(idle + 1, 400);
     if (!done.worked)
-      std::this_thread::sleep_for(done.awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 10'000us);
+      std::this_thread::sleep_for(done.awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 6000us);
   }
   turns.finish();
 }

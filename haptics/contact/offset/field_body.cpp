@@ -11,7 +11,12 @@ namespace typodont::haptics::offset {
 
 FieldBody::FieldBody(TissueVolume tissue, std::span<const Tool> tools)
     : volume_(std::move(tissue)), tools_(tools.begin(), tools.end()), loose_pieces_(volume_) {
-  const double voxel = volume_.frame().voxel, travel = patch_travel_for(tools_, voxel);
+  set_laws(laws_);
+}
+
+void FieldBody::set_laws(std::uint32_t laws) {
+  laws_ = laws;
+  const double voxel = volume_.frame().voxel, travel = patch_travel_for(tools_, voxel, laws);
   travel_ = travel * voxel;
   coarse_ = coarse_grid_for(tools_, voxel, travel_ / voxel);
 }
@@ -54,7 +59,7 @@ bool FieldBody::redo() {
 }
 
 std::unique_ptr<Snapshot> FieldBody::make_snapshot() const {
-  return std::make_unique<SurfacePatch>(empty_patch_for(tools_, volume_.frame().voxel));
+  return std::make_unique<SurfacePatch>(empty_patch_for(tools_, volume_.frame().voxel, laws_));
 }
 
 namespace {
@@ -92,21 +97,35 @@ void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, Cop
       left.lo[axis] = stays.lo[axis], left.hi[axis] = stays.hi[axis];
     }
     copy_written();
-    const VoxelBox own = common(stays, {patch.written_lo, patch.written_hi});
-    if (!own.empty()) copy_part(own);
+    VoxelBox own = common(stays, {patch.written_lo, patch.written_hi});
+    if (!own.empty()) {
+      // If the patch consists of whole leaves, the box is extended to whole leaves, because they are copied faster.
+      const glm::ivec3 bits = patch.lo | glm::ivec3(patch.n);
+      for (int axis = 0; axis < 3 && ((bits.x | bits.y | bits.z) & (Sweep::kLeaf - 1)) == 0; ++axis)
+        own.lo[axis] &= -Sweep::kLeaf, own.hi[axis] |= Sweep::kLeaf - 1;
+      copy_part(own);
+    }
   }
   patch.written_lo = glm::ivec3(INT_MAX), patch.written_hi = glm::ivec3(INT_MIN);
 }
 
+/// Returns the first voxel of a patch with `n` samples along each axis that is centred near `center_W`.
+glm::ivec3 FieldBody::first_voxel(const dvec3& center_W, int n) const {
+  const dvec3 center_V = volume_.frame().to_voxels(center_W);
+  if (laws_ < kLawsOfAlignedPatches) return glm::ivec3(glm::round(center_V)) - n / 2;
+  return glm::ivec3(glm::round((center_V - (n - 1) / 2.0) / static_cast<double>(Sweep::kLeaf))) * Sweep::kLeaf;
+}
+
 void FieldBody::cut_out(Snapshot& snapshot) {
   auto& patch = static_cast<SurfacePatch&>(snapshot);
-  const glm::ivec3 center(glm::round(volume_.frame().to_voxels(patch.center_W)));
+  const glm::ivec3 lo = first_voxel(patch.center_W, patch.n), center = lo + patch.n / 2;
+  if (laws_ >= kLawsOfAlignedPatches) patch.center_W = volume_.frame().to_world(dvec3(lo) + (patch.n - 1) / 2.0);
   patch.band = volume_.band() / volume_.frame().voxel;
   patch.exact_outside = volume_.exact_outside();
   if (volume_.graded()) patch.grade();
   const bool known = volume_.written_since(patch.copied_at, written_);
   renew(
-      patch, center - patch.n / 2, known, [&](const VoxelBox& part) { volume_.copy_part(whole(patch), part); },
+      patch, lo, known, [&](const VoxelBox& part) { volume_.copy_part(whole(patch), part); },
       [&] { volume_.copy_blocks(whole(patch), written_.blocks); });
   for (SurfacePatch& coarse : patch.wide) {
     const int n = coarse_.every;

@@ -18,7 +18,7 @@ class FieldBody : public TissueBody {
  public:
   FieldBody(TissueVolume tissue, std::span<const Tool> tools);
 
-  void set_laws(std::uint32_t laws) override { laws_ = laws; }
+  void set_laws(std::uint32_t laws) override;
   void carve(const Cut& cut, bool continues) override;
   void fill(const Cut& cut) override;
   std::vector<LoosePiece> take_pieces() override { return std::exchange(pieces_, {}); }
@@ -29,6 +29,7 @@ class FieldBody : public TissueBody {
   PerTissue taken_back() const override { return volume_.taken_back(); }
   std::unique_ptr<Snapshot> make_snapshot() const override;
   double travel() const override { return travel_; }
+  bool leads() const override { return laws_ >= kLawsOfAlignedPatches; }
   void cut_out(Snapshot& snapshot) override;
   void remember_writes(bool) override {}  // nothing to do: the volume always records its changes
   void bring_up_to_date(Snapshot& snapshot) override;
@@ -46,6 +47,7 @@ class FieldBody : public TissueBody {
  private:
   template <class CopyPart, class CopyWritten>
   void renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, CopyPart copy_part, CopyWritten copy_written);
+  glm::ivec3 first_voxel(const dvec3& center_W, int n) const;
   void mark_cut_boxes(SurfacePatch& patch) const;
 
   TissueVolume volume_;

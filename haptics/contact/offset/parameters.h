@@ -142,6 +142,9 @@ struct RecoveryParameters {
   static constexpr double least_overlap = 0.01;  // voxels; with a smaller overlap the tool counts as outside the tissue
   // s; if the tool has been outside its patch (field around it) for longer than this, the new patch counts as late
   static constexpr double patch_wait = 0.01;
+  // m; a hand can be faster than the patches that follow it. While the proxy advances towards such a hand and is nearer
+  // to it than this, the patch does not count as late. If the hand is farther away, it has jumped.
+  static constexpr double longest_lag = 20e-3;
   // m. While the tool is outside the patch (copy of the field), a plane replaces the tissue. After a new patch has
   // become late, the force of the plane decreases if the head has moved farther than this since then.
   static constexpr double bridge_reach = 5e-3;

@@ -43,6 +43,18 @@ double farthest(const dvec3& step, const dvec3& shift, double pace) {
   return std::max(pace, std::hypot(glm::length(nearest * step - shift), pace / 2));
 }
 
+/// Returns the largest fraction 0..1 of the way from p_V along which SurfacePatch::holds(, reach) is true. It must be
+/// true at p_V.
+double fraction_inside(const SurfacePatch& patch, const dvec3& p_V, const dvec3& way, double reach) {
+  const double room = reach + 3;
+  double fraction = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double q = p_V[axis] - patch.lo[axis], end = way[axis] > 0 ? patch.n - 1 - room : room;
+    if (way[axis] != 0) fraction = std::min(fraction, (end - q) / way[axis]);
+  }
+  return std::max(fraction, 0.0);
+}
+
 }  // namespace
 
 void OffsetModel::constrain(const ContactInput& in, Contact& out) noexcept {
@@ -252,6 +264,10 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
   const dvec3 next = p.c + way * ((free - 1) / distance);
   if (!patch_.holds(next, reach() + 1)) {
     p.lost = true;
+    // The head moves to the border of the patch, so that the next patch is centred farther ahead. Otherwise a head for
+    // which each step is longer than the patch would never advance.
+    if (settings_.laws >= kLawsOfAlignedPatches)
+      p.c += way * std::min((free - 1) / distance, fraction_inside(patch_, p.c, way, reach() + 1));
     return Advance::kArrived;
   }
   p.c = next;
@@ -524,8 +540,8 @@ void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
 }
 
 /// Returns true if the hand has moved away. There are two cases. In the first case, the straight line from the proxy to
-/// the hand contains a place, inside the patch (copy of the field), at which the head would not touch tissue. In the
-/// second case, the hand is too far away to be pressing the tool into tissue.
+/// the hand contains a place, inside the patch or the coarse patch (copies of the field), at which the head would not
+/// touch tissue. In the second case, the hand is too far away to be pressing the tool into tissue.
 bool OffsetModel::hand_has_left() const noexcept {
   using R = RetreatParameters;
   const Step& p = step_;
@@ -534,8 +550,17 @@ bool OffsetModel::hand_has_left() const noexcept {
   if (length * voxel() > R::too_far) return true;
   for (double s = reach(); s < length; s += R::look_step) {
     const dvec3 x = p.c + way * (s / length);
-    if (!patch_.holds(x, 1)) return false;
-    if (free_distance(x) > 1) return true;
+    if (patch_.holds(x, 1)) {
+      if (free_distance(x) > 1) return true;
+      continue;
+    }
+    if (settings_.laws < kLawsOfAlignedPatches || patch_.wide.empty()) return false;
+    // The coarse patch (around the shank) is much larger. Its samples are `every` voxels apart, so it must show more
+    // free space.
+    const SurfacePatch& coarse = patch_.wide.front();
+    const double every = coarse.every;
+    if (!coarse.holds(x / every, 1)) return false;
+    if (sample_linear(coarse, x / every) * every - reach() > every) return true;
   }
   return false;
 }
@@ -549,7 +574,10 @@ bool OffsetModel::hand_has_left() const noexcept {
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;
-  lost_for_ = p.lost ? lost_for_ + in.dt : 0;
+  // A head that advances by at least one voxel is not lost, although the hand is faster than the patches.
+  const bool moves_on = settings_.laws >= kLawsOfAlignedPatches && !p.deep && glm::length(p.c - p.start) >= 1 &&
+                        glm::length(p.target - p.c) * voxel() <= R::longest_lag;
+  lost_for_ = p.lost && !moves_on ? lost_for_ + in.dt : 0;
   p.late = settings_.laws >= 2 && lost_for_ > R::patch_wait && patch_.number != 0;
   // In recordings with version 1 of the force laws, the plane exists for a fixed time and does not yield.
   p.bridging = p.lost && in.normal_force > 0 && (settings_.laws >= 2 || lost_for_ < R::bridge_time_of_laws_1);
