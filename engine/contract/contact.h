@@ -46,9 +46,10 @@ constexpr std::uint32_t bits(Fault fault) {
 /// - 14: In the models that use a dense copy of the tissue around the tool (patch), the tool may move 0.4 mm inside its
 /// patch instead of 1 mm. A patch is centred ahead of the moving tool, and its position is a multiple of eight voxels.
 /// In the offset model, if contacts hold a tool back, free space for it is also searched in the coarse patch around the
-/// shank.
-/// In the models vertex and mesh_lod, a cut examines fewer faces around a head that is not a cylinder. The limits
-/// of the computing effort in a tick count these faces.
+/// shank. In the models vertex and mesh_lod, a cut examines fewer faces around a head that is not a cylinder, and one
+/// rule decides for all faces whether they may intersect other faces. In the vertex model, the estimates of the
+/// computing effort agree better with measured times, and the next cut waits for at least as many ticks as the last cut
+/// took.
 /// - 13: In the vertex model, a head that cuts needs a list of the tissue's points around it. A new list is now made in
 /// parts over several ticks. Until it is complete, the head moves only where the old list is valid.
 /// - 12: In the vertex model, some vertices may stay inside the head after a cut. The head now moves on during the next
