@@ -47,10 +47,10 @@ struct FrameData {
   // optical properties of each tissue: x: roughness; y: reflectance of the dry surface at normal incidence, 1: metal;
   // z: wetness
   vec4 tissue_look[16];
-  vec4 film_origin;       // the film's grid: xyz: position of the first sample, m, frame W; w: samples per m
-  vec4 film_size;         // xyz: number of samples of the film's grid along each axis
-  vec4 light_origin;      // the grid of LightGrid: xyz: position of the first sample, m, frame W; w: samples per m
-  vec4 light_samples;     // xyz: number of samples of the LightGrid along each axis
+  vec4 film_origin;    // the film's grid: xyz: position of the first sample, m, frame W; w: samples per m
+  vec4 film_size;      // xyz: number of samples of the film's grid along each axis
+  vec4 light_origin;   // the grid of LightGrid: xyz: position of the first sample, m, frame W; w: samples per m
+  vec4 light_samples;  // xyz: number of samples of the LightGrid along each axis
 };
 
 // push constants of an object

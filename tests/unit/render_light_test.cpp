@@ -170,7 +170,7 @@ TEST(LightOfTheFrame, AGridOfRedLightColoursTheTissueAtEveryQualityAndLeavesNoTr
     stage.draw(frame);
     const render::Picture plain = stage.eye(0);
     render::LightGrid red{.origin = dvec3(-10e-3), .spacing = 5e-3, .size = glm::ivec3(5), .faces = {}};
-    red.faces.assign(6 * red.samples(), glm::vec4(0.9f, 0.1f, 0.1f, 1));
+    red.faces.assign(render::LightGrid::kFaces * red.samples(), glm::vec4(0.9f, 0.1f, 0.1f, 1));
     stage.renderer->set_light(red);
     stage.draw(frame);
     const render::Picture coloured = stage.eye(0);
