@@ -21,11 +21,21 @@ vec3 surface_color(uint tissue, vec3 color, float cut, float wet, float thin, fl
   return color;
 }
 
-/// Returns roughness, metal, wetness and translucency of a surface. Cut enamel is dry and rough, cementum is matt.
+const uint kGingiva = 7u, kMucosa = 10u;
+
+/// Returns the mean factor by which soft_surface() (gum.glsl) changes the colour of gum and mucosa. Pictures that are
+/// lit per vertex have no such texture, but get the same mean colour.
+vec3 mean_texture(uint tissue) {
+  if (kView != 0) return vec3(1.0);
+  return tissue == kGingiva ? vec3(0.99, 0.935, 0.935) : tissue == kMucosa ? vec3(0.99, 0.95, 0.945) : vec3(1.0);
+}
+
+/// Returns roughness, dry reflectance, wetness and translucency of a surface. Cut enamel is dry and rough, cementum is
+/// matt.
 vec4 surface_look(uint tissue, vec4 look, float cut) {
   if (kView != 0) return look;
-  if (tissue == kEnamel) return mix(look, vec4(0.60, 0.0, 0.15, 0.45), cut);
-  if (tissue == kDentin) return mix(vec4(0.85, 0.0, 0.05, 0.20), look, cut);
+  if (tissue == kEnamel) return mix(look, vec4(0.60, look.y, 0.15, 0.45), cut);
+  if (tissue == kDentin) return mix(vec4(0.85, look.y, 0.05, 0.20), look, cut);
   return look;
 }
 

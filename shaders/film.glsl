@@ -18,7 +18,7 @@ float wetness(vec4 film) { return smoothstep(0.01, 0.12, film.x); }
 
 /// Changes colour and look of a surface below the film. Water makes the surface smooth and slightly darker, because
 /// light is reflected inside the film. Solids cover the surface with their own colour, which is milky while wet and
-/// matt when dry. `look`: roughness, metal, wetness, translucency.
+/// matt when dry. `look`: roughness, dry reflectance, wetness, translucency.
 void cover_with_film(vec4 film, inout vec3 color, inout vec4 look) {
   vec3 cream = mix(frame.tissue_color[2].rgb, vec3(0.90, 0.84, 0.70), 0.5);
   vec3 white = mix(frame.tissue_color[1].rgb, vec3(0.95), 0.6);

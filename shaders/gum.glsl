@@ -1,6 +1,6 @@
 // Surface of gum and of the matter of engine/render/drawn_matter.h, in pictures that are lit per pixel. Needs hash(),
 // noise() and bumped().
-const uint kGingiva = 7u, kMucosa = 10u, kTongue = 11u, kSkin = 12u, kRubber = 13u, kAcrylic = 14u, kPlastic = 15u;
+const uint kTongue = 11u, kSkin = 12u, kRubber = 13u, kAcrylic = 14u, kPlastic = 15u;
 
 /// Returns fine blood vessels, 0..1: thin bright lines of a noise function.
 float vessels(vec3 p) {

@@ -24,6 +24,13 @@ const float kNearBounce = 0.6;
 // Fraction of the grid's light that the wet film reflects where nearby tissue hides the whole room.
 const float kNearMirrored = 0.2;
 
+// Cosine beyond which translucent tissue that is turned away from the lamp is dark, and brightening of its half shadow;
+// fitted likewise.
+const float kWrap = 0.03, kSoftShadow = 0.15;
+// Limits of the roughness between which a surface reflects the light of the mirrored direction, and the light of all
+// directions in front of it.
+const float kMirrors = 0.3, kSpreads = 0.8;
+
 // Mean irradiance of nearby tissue, relative to tissue that faces the lamp; fitted to the pictures of tests/reference.
 const float kBounce = 0.75;
 
@@ -108,20 +115,27 @@ float tool_occlusion(vec3 p, vec3 n) {
   return clamp(1.0 - 0.8 * head - 0.35 * shank, 0.0, 1.0);
 }
 
-/// Returns the light from the room and from other surfaces that a surface at p with the normal n receives. xyz:
-/// irradiance divided by π; w: fraction of the lamp that is visible. Same computation as light_at() in
-/// engine/render/light_scene.cpp.
-vec4 grid_light(vec3 p, vec3 n) {
+/// Returns values of the grid of light at p for the direction n. `first`: number of the first of the six faces that are
+/// read, 0 for diffuse and 6 for mirrored light (LightGrid::faces). Same computation as light_at() in engine/render/light_scene.cpp.
+vec4 grid_values(vec3 p, vec3 n, float first) {
   // The samples are read half a cell in front of the surface, because samples behind the surface are inside the body.
   vec3 end = frame.light_samples.xyz - 1.0;
   vec3 q = clamp((p - frame.light_origin.xyz) * frame.light_origin.w + 0.5 * n, vec3(0.0), end) + 0.5;
-  // The first axis of the image is z. Along its third axis, the grids of the six faces follow one after the other.
-  vec3 size = vec3(frame.light_samples.zy, 6.0 * frame.light_samples.x), share = n * n;
-  vec3 face = vec3(n.x < 0.0 ? 1.0 : 0.0, n.y < 0.0 ? 3.0 : 2.0, n.z < 0.0 ? 5.0 : 4.0) * frame.light_samples.x + q.x;
+  // The first axis of the image is z. Along its third axis, the grids of the 12 faces follow one after the other.
+  vec3 size = vec3(frame.light_samples.zy, 12.0 * frame.light_samples.x), share = n * n;
+  vec3 face = (vec3(n.x < 0.0 ? 1.0 : 0.0, n.y < 0.0 ? 3.0 : 2.0, n.z < 0.0 ? 5.0 : 4.0) + first) *
+                  frame.light_samples.x + q.x;
   return share.x * textureLod(light_grid, vec3(q.zy, face.x) / size, 0.0) +
          share.y * textureLod(light_grid, vec3(q.zy, face.y) / size, 0.0) +
          share.z * textureLod(light_grid, vec3(q.zy, face.z) / size, 0.0);
 }
+
+/// Returns the light from the room and from other surfaces that a surface at p with the normal n receives. xyz:
+/// irradiance divided by π; w: fraction of the lamp that is visible.
+vec4 grid_light(vec3 p, vec3 n) { return grid_values(p, n, 0.0); }
+
+/// Returns the light from the direction r that a glossy surface at p mirrors.
+vec3 mirrored_light(vec3 p, vec3 r) { return grid_values(p, r, 6.0).rgb; }
 
 // Returns x: fraction of the lamp's light that arrives; y: fraction of the ambient light. Considers only tissue; the
 // tool is computed separately. `beyond`: fraction of the lamp's light beyond the border of the shadow map.
@@ -198,12 +212,20 @@ vec3 ambient_light(vec3 n) {
 
 struct Look {
   vec3 albedo;
-  float rough, translucent, metal, wet;
+  float rough, translucent;
+  float dry;  // reflectance of the dry surface at normal incidence; 1: metal
+  float wet;
 };
+// reflectance at normal incidence of a dry surface with a refractive index of 1.5
+const float kUsualDry = 0.04;
+
+/// Returns 1 for metal and 0 for tissue. `dry`: see Look.
+float metal_of(float dry) { return step(0.5, dry); }
 
 /// Translucent enamel at grazing angles is bluish, because light of long wavelengths leaves the enamel at other points.
 /// `nv`: cosine of the angle between the normal and the direction to the viewer.
 vec3 tinted(vec3 albedo, float translucent, float nv) {
+  if (kLightGrid) return albedo;
   float rim = (1.0 - nv) * (1.0 - nv) * (1.0 - nv);
   return albedo * mix(vec3(1.0), vec3(0.80, 0.86, 0.92), translucent * rim);
 }
@@ -212,12 +234,12 @@ vec3 tinted(vec3 albedo, float translucent, float nv) {
 /// factor of the colour itself. `around`: grid_light() at the surface, if there is a grid.
 vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light, vec3 around) {
   float nl = dot(n, frame.key.xyz), open = light.y, key = light.x;
-  // Light scatters in translucent tissue. So it also reaches parts of the surface that are turned away from the lamp
-  // (red light reaches farthest), and the edges of shadows are soft.
-  vec3 wrap = translucent * vec3(0.10, 0.08, 0.06);
-  vec3 front = clamp((nl + wrap) / (1.0 + wrap), 0.0, 1.0);
+  // Light scatters in translucent tissue. So it also reaches parts of the surface that are turned away from the lamp,
+  // and the edges of shadows are soft.
+  float wrap = kWrap * translucent;
+  float front = clamp((nl + wrap) / (1.0 + wrap), 0.0, 1.0);
   vec3 arrives = mix(vec3(key), vec3(key, key * key * 0.25 + 0.75 * key, key), translucent * (1.0 - key));
-  arrives = mix(arrives, sqrt(arrives), 0.35 * translucent);
+  arrives = mix(arrives, sqrt(arrives), kSoftShadow * translucent);
   // Light that is reflected between the walls of a cavity takes the colour of the walls (Jimenez 2016, fitted
   // multibounce).
   vec3 a = 2.0404 * albedo - 0.3324, b = -4.7951 * albedo + 0.6417, c = 2.7552 * albedo + 0.6903;
@@ -238,10 +260,20 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light, vec3 a
 // squared roughness of the surface.
 float lamp_alpha(float alpha) { return alpha + 0.25 * kLampHalfAngle; }
 
-/// Returns the reflectance of tissue at normal incidence. Dry tissue has a refractive index of about 1.55. Under a film
-/// of saliva (1.33), less light is reflected.
-float film_reflectance(float wet) { return mix(0.047, 0.030, wet); }
-vec3 reflectance(Look look) { return mix(vec3(film_reflectance(look.wet)), look.albedo, look.metal); }
+/// Returns the reflectance of tissue at normal incidence. Under a film of saliva, less light is reflected. The line is
+/// Fresnel's reflectance of both surfaces of a film with the refractive index 1.33, for tissue with an index of 1.37 to
+/// 1.63; it differs by at most 0.001.
+float film_reflectance(Look look) { return mix(look.dry, 0.0116 + 0.32 * look.dry, look.wet); }
+vec3 reflectance(Look look) { return metal_of(look.dry) > 0.0 ? look.albedo : vec3(film_reflectance(look)); }
+
+/// Returns the fraction of unpolarised light that a dielectric reflects (Fresnel). `f0`: this fraction at normal
+/// incidence; `cosine`: cosine of the angle of incidence.
+float dielectric(float f0, float cosine) {
+  float index = (1.0 + sqrt(f0)) / (1.0 - sqrt(f0));
+  float g = sqrt(index * index - 1.0 + cosine * cosine);
+  float across = (g - cosine) / (g + cosine), along = (cosine * (g + cosine) - 1.0) / (cosine * (g - cosine) + 1.0);
+  return 0.5 * across * across * (1.0 + along * along);
+}
 
 /// Returns the fraction of the room that is visible in the direction r of a reflection. Tissue hides the room near the
 /// point and in the directions away from the lamp.
@@ -256,22 +288,26 @@ struct Around {
 };
 
 /// Returns the fraction of the light from the room and from other surfaces that a surface reflects towards a viewer
-/// (Schlick). `nv`: cosine of the angle between the normal and the direction to the viewer. Without a grid of light, a
-/// rough surface reflects less of the room, because it hides the room itself.
-vec3 grazing(vec3 f0, float rough, float nv) {
-  vec3 most = kLightGrid ? vec3(1.0) : f0 + 0.7 * (max(vec3(1.0 - rough), f0) - f0);
+/// (Fresnel). `f0`: this fraction at normal incidence; `nv`: cosine of the angle between the normal and the direction to
+/// the viewer. For metal, and without a grid of light, Schlick's approximation is used, and a rough surface reflects
+/// less, because it hides the room itself.
+vec3 grazing(Look look, vec3 f0, float rough, float nv) {
+  if (kLightGrid && metal_of(look.dry) == 0.0) return vec3(dielectric(f0.x, nv));
+  vec3 most = f0 + 0.7 * (max(vec3(1.0 - rough), f0) - f0);
   return f0 + (most - f0) * fifth_power(1.0 - nv);
 }
 
-/// Returns the light that a surface reflects from the direction r.
+/// Returns the light that a surface reflects from the direction r. A rough surface reflects light from nearly all
+/// directions in front of it.
 vec3 reflected(vec3 r, float rough, float open, Around around) {
-  return kLightGrid ? mix(kNearMirrored, 1.0, open) * around.mirrored : room(r, rough) * room_seen(r, open);
+  if (!kLightGrid) return room(r, rough) * room_seen(r, open);
+  return mix(kNearMirrored, 1.0, open) * mix(around.mirrored, around.diffuse, smoothstep(kMirrors, kSpreads, rough));
 }
 
-/// Returns the fraction of the tissue's light that passes the film over the tissue, relative to a view along the normal
-/// (Schlick). Without a grid of light, the tissues' colours include this loss.
+/// Returns the fraction of the tissue's light that passes the film over the tissue. Without a grid of light, the
+/// tissues' colours include this loss.
 float film_passes(float nv, Look look) {
-  return kLightGrid ? (1.0 - film_reflectance(look.wet)) * (1.0 - fifth_power(1.0 - nv)) : 1.0;
+  return kLightGrid ? 1.0 - dielectric(min(film_reflectance(look), 0.5), nv) : 1.0;
 }
 
 /// Returns the light that is reflected by the wet film over tissue, or by metal.
@@ -289,7 +325,7 @@ vec3 glossy(vec3 n, vec3 v, Look look, vec2 light, Around around) {
   float vis = 0.25 / ((nlc * (1.0 - k) + k) * (nv * (1.0 - k) + k));
   vec3 f = f0 + (1.0 - f0) * fifth_power(1.0 - lh);
   vec3 color = f * (w2 / (kPi * d * d)) * vis * nlc * key * frame.key.w;
-  vec3 fr = grazing(f0, rough, nv);
+  vec3 fr = grazing(look, f0, rough, nv);
   vec3 r = reflect(-v, n);
   return color + fr * reflected(r, rough, open, around);
 }
@@ -308,7 +344,7 @@ CornerGloss corner_gloss(vec3 n, vec3 v, vec3 half_way, Look look, vec2 light, A
   vec3 f0 = reflectance(look);
   float k = 0.5 * alpha;
   vec3 f = f0 + (1.0 - f0) * fifth_power(1.0 - max(dot(frame.key.xyz, half_way), 0.0));
-  vec3 fr = grazing(f0, rough, nv);
+  vec3 fr = grazing(look, f0, rough, nv);
   vec3 r = reflect(-v, n);
   CornerGloss out_gloss;
   out_gloss.broad = fr * reflected(r, rough, light.y, around);
@@ -326,7 +362,7 @@ float spot(float nh, float width) {
 /// Returns the light that a surface reflects towards the viewer. `gloss_normal`: normal of the wet film, which has
 /// ripples of its own.
 vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light, Around around) {
-  vec3 albedo = tinted(look.albedo * (1.0 - look.metal), look.translucent, max(dot(n, v), 1e-3));
+  vec3 albedo = tinted(look.albedo * (1.0 - metal_of(look.dry)), look.translucent, max(dot(n, v), 1e-3));
   float passes = film_passes(max(dot(gloss_normal, v), 1e-3), look);
   return passes * albedo * arriving(n, v, albedo, look.translucent, light, around.diffuse) +
          glossy(gloss_normal, v, look, light, around);

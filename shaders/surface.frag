@@ -53,13 +53,13 @@ void main() {
     // A section shows the inside of a body. It is drawn like the cut face, so that the body looks closed and solid.
     n = -frame.section.xyz;
     vec4 fill = frame.tissue_color[in_pair & 255u];
-    out_color = vec4(tone_map(shade(n, n, v, Look(0.85 * fill.rgb, 0.8, 0.0, 0.0, 0.0), vec2(1.0), open_light(n, v))), 1.0);
+    out_color = vec4(tone_map(shade(n, n, v, Look(0.85 * fill.rgb, 0.8, 0.0, kUsualDry, 0.0), vec2(1.0), open_light(n, v))), 1.0);
     return;
   }
   if (holds(kHoldsBacks) && !gl_FrontFacing) {
     // The back of an open surface is drawn in one colour, without tissue. It is lit from the viewer's side, without the
     // surface's own shadow.
-    out_color = vec4(with_cursor(tone_map(shade(-n, -n, v, Look(vec3(0.16, 0.19, 0.24), 0.9, 0.0, 0.0, 0.0), vec2(0.4, 0.8), open_light(-n, v)))), 1.0);
+    out_color = vec4(with_cursor(tone_map(shade(-n, -n, v, Look(vec3(0.16, 0.19, 0.24), 0.9, 0.0, kUsualDry, 0.0), vec2(0.4, 0.8), open_light(-n, v)))), 1.0);
     return;
   }
   uint a = in_pair & 255u, b = in_pair >> 8;
@@ -91,13 +91,13 @@ void main() {
     float d = in_normal.w * 2.0;  // mm, difference from the ideal
     float much = smoothstep(0.04, 0.9, abs(d)) * 0.75 + 0.25 * smoothstep(0.04, 0.08, abs(d));
     color = mix(vec3(0.62, 0.60, 0.56), d > 0.0 ? vec3(0.02, 0.12, 0.75) : vec3(0.75, 0.03, 0.02), much);
-    look.xyz = vec3(0.6, 0.0, 0.15);
+    look.xyz = vec3(0.6, kUsualDry, 0.15);
   }
   if (kGlass) {
     // Glass is transparent when it is viewed along its normal, and dense at grazing angles.
     float turn = 1.0 - abs(dot(n, v));
     float alpha = mix(0.06, 0.80, turn * turn * turn) * (main_tissue == kEnamel ? 1.0 : 0.75);
-    vec3 glow = tone_map(shade(n, n, v, Look(mix(color, vec3(0.55, 0.75, 1.0), 0.35), 0.2, 0.5, 0.0, 0.9), vec2(1.0), open_light(n, v)));
+    vec3 glow = tone_map(shade(n, n, v, Look(mix(color, vec3(0.55, 0.75, 1.0), 0.35), 0.2, 0.5, kUsualDry, 0.9), vec2(1.0), open_light(n, v)));
     out_color = vec4(glow * alpha, alpha);
     return;
   }

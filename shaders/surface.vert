@@ -24,7 +24,7 @@ layout(location = 4) centroid out vec3 out_mesh_position;
 layout(location = 5) centroid out vec4 out_first;
 // colour of the second tissue; w: fraction of the surface that a cut laid open
 layout(location = 6) centroid out vec4 out_second;
-layout(location = 7) flat out vec4 out_first_look;  // first tissue: roughness, metal, wetness, translucency
+layout(location = 7) flat out vec4 out_first_look;  // first tissue: roughness, dry reflectance, wetness, translucency
 layout(location = 8) flat out vec4 out_second_look;
 // If light is computed per vertex: reflection of the room (out_room), reflection of the lamp (out_lamp), and the
 // direction half-way between lamp and eye (out_half_way). Otherwise: grid_light() for the normal (out_room, out_lamp)
@@ -78,13 +78,14 @@ void main() {
   vec3 mirrored = vec3(0.0);
   if (kLightGrid) {
     around = grid_light(world, n);
-    mirrored = grid_light(world, reflect(normalize(world - frame.eye[VIEW].xyz), n)).rgb;
+    mirrored = mirrored_light(world, reflect(normalize(world - frame.eye[VIEW].xyz), n));
   }
   if (!kLightPerVertex) {
     out_room = around.rgb;
     out_lamp.x = around.w;
     out_half_way = mirrored;
   } else {
+    if ((kHolds & kHoldsGum) != 0) out_first.rgb *= mean_texture(tissue_1), out_second.rgb *= mean_texture(tissue_2);
     vec2 light = visibility(world, n, around.w);
     vec3 v = normalize(frame.eye[VIEW].xyz - world);
     float nv = max(dot(n, v), 1e-3), second = tissue_1 == tissue_2 ? 0.0 : step(0.5, share);
@@ -99,8 +100,8 @@ void main() {
     }
     vec4 look = mix(out_first_look, out_second_look, second);
     vec3 color = mix(out_first.rgb, out_second.rgb, second);
-    out_first.rgb = tinted(out_first.rgb * (1.0 - out_first_look.y), out_first_look.w, nv);
-    out_second.rgb = tinted(out_second.rgb * (1.0 - out_second_look.y), out_second_look.w, nv);
+    out_first.rgb = tinted(out_first.rgb * (1.0 - metal_of(out_first_look.y)), out_first_look.w, nv);
+    out_second.rgb = tinted(out_second.rgb * (1.0 - metal_of(out_second_look.y)), out_second_look.w, nv);
     Look shown = Look(color, look.x, look.w, look.y, look.z);
     out_light.rgb = film_passes(nv, shown) * arriving(n, v, color, look.w, light, around.rgb) + light.y * out_light.rgb;
     out_half_way = normalize(frame.key.xyz + v);

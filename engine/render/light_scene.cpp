@@ -14,12 +14,17 @@ namespace typodont::render {
 
 namespace {
 
-constexpr int kRays = 48;              // number of rays for each sample of the grid
+constexpr int kRays = 128;             // number of rays for each sample of the grid
 constexpr std::int32_t kNothing = -1;  // value in `met` if a ray meets no triangle; else `met` has the triangle's index
 constexpr std::int32_t kBack = -2;     // value in `met` if the ray meets the back of a triangle
 // largest fraction of a sample's rays that may meet the back of a triangle; with a larger fraction, the sample is
 // inside a body
 constexpr double kInside = 0.25;
+// exponent of the cosine in the weight of a ray for mirrored light; a larger exponent would need more rays
+constexpr float kLobe = 4;
+// The back of a triangle has no light, so a ray that meets one is left out of a sample's mean. If the rays that are
+// left have less than this fraction of the weight, the rest of this fraction counts as dark.
+constexpr float kLeastSeen = 0.5f;
 constexpr float kMargin = 20e-6f;  // m, a ray starts this far outside a surface, so that the ray does not meet it
 constexpr int kLampRays = 4;
 // In grid spacings: margin around the box of the points at which the shaders look up a triangle's light. The drawn
@@ -249,7 +254,10 @@ void append_triangles(std::vector<LitTriangle>& triangles, std::span<const MeshU
                                 static_cast<double>(v.shows)) /
                   3.0;
       }
-      t.albedo = glm::vec3(albedo);
+      // The surface of the tissue, or its film of saliva, reflects a part of the light before it reaches the tissue.
+      const Tissue outer = brick.vertices[brick.indices[i]].tissue[0];
+      const double film = hemispherical_reflectance(looks[static_cast<std::size_t>(outer)]);
+      t.albedo = glm::vec3(film + (1 - film) * albedo);
       triangles.push_back(t);
     }
 }
@@ -409,20 +417,20 @@ struct LightScene::Impl {
       std::vector<std::size_t> found;
       for (const glm::ivec3& i : missing) {
         int count = 0;
-        std::array<glm::vec4, 6> sum{};
+        std::array<glm::vec4, LightGrid::kFaces> sum{};
         for (const glm::vec3& face : kFaces) {
           const glm::ivec3 j = i + glm::ivec3(face);
           if (glm::any(glm::lessThan(j, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(j, grid.size)) ||
               !known[grid.index(0, j)])
             continue;
           ++count;
-          for (int f = 0; f < 6; ++f) sum[static_cast<std::size_t>(f)] += grid.faces[grid.index(f, j)];
+          for (int f = 0; f < LightGrid::kFaces; ++f) sum[static_cast<std::size_t>(f)] += grid.faces[grid.index(f, j)];
         }
         if (count == 0) {
           next.push_back(i);
           continue;
         }
-        for (int f = 0; f < 6; ++f)
+        for (int f = 0; f < LightGrid::kFaces; ++f)
           grid.faces[grid.index(f, i)] = sum[static_cast<std::size_t>(f)] / static_cast<float>(count);
         found.push_back(grid.index(0, i));
       }
@@ -434,7 +442,7 @@ struct LightScene::Impl {
 
   LightGrid light(const LightSources& sources, int bounces) const {
     LightGrid grid = empty;
-    grid.faces.assign(6 * grid.samples(), glm::vec4(0));
+    grid.faces.assign(LightGrid::kFaces * grid.samples(), glm::vec4(0));
 
     std::vector<glm::vec3> direct(used.size()), radiance(used.size()), middles(used.size()), normals(used.size());
     in_parallel(used.size(), [&](std::size_t i) {
@@ -448,10 +456,11 @@ struct LightScene::Impl {
     });
 
     // Weight of each ray in the light of a surface that faces +x, -x, +y, -y, +z or -z.
-    std::array<std::array<float, kRays>, 6> weights;
-    for (std::size_t f = 0; f < 6; ++f) {
+    std::array<std::array<float, kRays>, LightGrid::kFaces> weights;
+    for (std::size_t f = 0; f < LightGrid::kFaces; ++f) {
       float sum = 0;
-      for (std::size_t r = 0; r < kRays; ++r) sum += weights[f][r] = std::max(glm::dot(directions[r], kFaces[f]), 0.0f);
+      for (std::size_t r = 0; r < kRays; ++r)
+        sum += weights[f][r] = std::pow(std::max(glm::dot(directions[r], kFaces[f % 6]), 0.0f), f < 6 ? 1.0f : kLobe);
       for (float& w : weights[f]) w /= sum;
     }
     std::array<glm::vec3, kRays> outside;
@@ -472,14 +481,17 @@ struct LightScene::Impl {
         });
       in_parallel(samples.size(), [&](std::size_t s) {
         if (!samples[s].valid) return;
-        std::array<glm::vec3, 6> sums{};
+        std::array<glm::vec3, LightGrid::kFaces> sums{};
+        std::array<float, LightGrid::kFaces> seen{};  // sum of the weights of the rays that have light
         for (std::size_t r = 0; r < kRays; ++r) {
           const std::int32_t m = met[s * kRays + r];
           if (m == kBack) continue;
           const glm::vec3& light = m == kNothing ? outside[r] : radiance[static_cast<std::size_t>(m)];
-          for (std::size_t f = 0; f < 6; ++f) sums[f] += weights[f][r] * light;
+          for (std::size_t f = 0; f < LightGrid::kFaces; ++f)
+            sums[f] += weights[f][r] * light, seen[f] += weights[f][r];
         }
-        for (std::size_t f = 0; f < 6; ++f) grid.faces[f * stride + samples[s].at] = glm::vec4(sums[f], lamp[s]);
+        for (std::size_t f = 0; f < LightGrid::kFaces; ++f)
+          grid.faces[f * stride + samples[s].at] = glm::vec4(sums[f] / std::max(seen[f], kLeastSeen), lamp[s]);
       });
       fill(grid, known);
     }

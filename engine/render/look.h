@@ -16,13 +16,15 @@ struct Look {
   double translucency = 0;  // scattering of light in the tissue, 0 (chalk) to 1 (wax)
   double metal = 0;
   double wetness = 0;  // strength of the water film on the surface
+  double index = 1.5;  // refractive index
 };
 
 inline std::array<Look, kMatterCount> appearances_of(const MaterialTable& materials) {
   std::array<Look, kMatterCount> looks;
-  const auto set = [&](Tissue t, double roughness, double translucency, double metal, double wetness) {
+  const auto set = [&](Tissue t, double roughness, double translucency, double metal, double wetness,
+                       double index = 1.5) {
     const auto i = static_cast<std::size_t>(t);
-    looks[i] = {materials[i].color, roughness, translucency, metal, wetness};
+    looks[i] = {materials[i].color, roughness, translucency, metal, wetness, index};
   };
   // The softer caries is, the darker it is drawn. Caries with a stiffness of 0.3 N/mm is drawn in the colour that the
   // scene's material states. With 0.5 N/mm, which is nearly the stiffness of dentin, caries is light brown. With 0.1
@@ -32,25 +34,40 @@ inline std::array<Look, kMatterCount> appearances_of(const MaterialTable& materi
     return stiffness > 0 ? std::clamp(std::log2(stiffness / 300.0), -1.6, 0.9) : 0.0;
   }();
   set(Tissue::kAir, 0.5, 0.0, 0, 0);
-  set(Tissue::kEnamel, 0.22, 0.85, 0, 0.90);
-  set(Tissue::kDentin, 0.62, 0.35, 0, 0.10);
+  set(Tissue::kEnamel, 0.22, 0.85, 0, 0.90, 1.631);
+  set(Tissue::kDentin, 0.62, 0.35, 0, 0.10, 1.54);
   set(Tissue::kCaries, 0.80, 0.15, 0, 0.05);
-  set(Tissue::kPulp, 0.35, 0.60, 0, 0.80);
-  set(Tissue::kCorticalBone, 0.55, 0.30, 0, 0.35);
+  set(Tissue::kPulp, 0.35, 0.60, 0, 0.80, 1.37);
+  set(Tissue::kCorticalBone, 0.55, 0.30, 0, 0.35, 1.55);
   set(Tissue::kCancellousBone, 0.65, 0.30, 0, 0.30);
-  set(Tissue::kGingiva, 0.38, 0.60, 0, 0.70);
+  set(Tissue::kGingiva, 0.38, 0.60, 0, 0.70, 1.40);
   set(Tissue::kAmalgam, 0.34, 0.0, 1.0, 0);
-  set(Tissue::kComposite, 0.40, 0.70, 0, 0.45);
+  set(Tissue::kComposite, 0.40, 0.70, 0, 0.45, 1.52);
   looks[static_cast<std::size_t>(Tissue::kCaries)].color =
       glm::min(looks[static_cast<std::size_t>(Tissue::kCaries)].color * std::exp2(0.8 * softness), dvec3(1));
   const auto drawn = [&](Tissue matter, const Look& look) { looks[static_cast<std::size_t>(matter)] = look; };
-  drawn(kMucosa, {{0.80, 0.45, 0.44}, 0.30, 0.60, 0, 0.85});
-  drawn(kTongue, {{0.80, 0.50, 0.49}, 0.50, 0.60, 0, 0.55});
-  drawn(kSkin, {{0.86, 0.69, 0.59}, 0.60, 0.35, 0, 0.05});
-  drawn(kRubber, {{0.18, 0.45, 0.56}, 0.62, 0.20, 0, 0.05});
-  drawn(kAcrylic, {{0.88, 0.55, 0.56}, 0.34, 0.40, 0, 0.25});
-  drawn(kPlastic, {{0.93, 0.90, 0.82}, 0.36, 0.55, 0, 0.25});
+  drawn(kMucosa, {{0.80, 0.45, 0.44}, 0.30, 0.60, 0, 0.85, 1.40});
+  drawn(kTongue, {{0.80, 0.50, 0.49}, 0.50, 0.60, 0, 0.55, 1.40});
+  drawn(kSkin, {{0.86, 0.69, 0.59}, 0.60, 0.35, 0, 0.05, 1.40});
+  drawn(kRubber, {{0.18, 0.45, 0.56}, 0.62, 0.20, 0, 0.05, 1.52});
+  drawn(kAcrylic, {{0.88, 0.55, 0.56}, 0.34, 0.40, 0, 0.25, 1.49});
+  drawn(kPlastic, {{0.93, 0.90, 0.82}, 0.36, 0.55, 0, 0.25, 1.49});
   return looks;
+}
+
+/// Returns the reflectance of a dry surface at normal incidence, by Fresnel's equations; 1 for metal.
+inline double dry_reflectance(const Look& look) {
+  const double r = (look.index - 1) / (look.index + 1);
+  return look.metal > 0.5 ? 1.0 : r * r;
+}
+
+/// Returns the fraction of diffuse light that the surface of a tissue or its film of saliva reflects; 0 for metal,
+/// whose colour contains its reflectance. Both lines are fits to Fresnel's equations: the reflectance at normal
+/// incidence under a film with the index 1.33, and its mean over the hemisphere for indices of 1.33 to 1.5.
+inline double hemispherical_reflectance(const Look& look) {
+  if (look.metal > 0.5) return 0;
+  const double dry = dry_reflectance(look), normal = glm::mix(dry, 0.0116 + 0.32 * dry, look.wetness);
+  return 0.04 + 1.3 * normal;
 }
 
 /// Returns the linear colour of a surface through which a lower tissue is visible, as over() in shaders/surface.vert.

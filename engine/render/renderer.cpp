@@ -212,7 +212,7 @@ struct Renderer::Impl {
   void set_light(const LightGrid& grid) {
     light_grid = grid;
     light_grid.faces.clear();
-    const glm::ivec3 texels = grid.size * glm::ivec3(6, 1, 1);
+    const glm::ivec3 texels = grid.size * glm::ivec3(LightGrid::kFaces, 1, 1);
     light.create(device, grid.size.x > 0 ? texels : glm::ivec3(1), VK_FORMAT_R16G16B16A16_SFLOAT);
     if (grid.size.x == 0) return;
     gpu::Buffer bytes =

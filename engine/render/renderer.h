@@ -109,8 +109,11 @@ struct LightGrid {
   dvec3 origin{0};     // m, frame W, position of the first sample
   double spacing = 0;  // m, distance between neighbouring samples
   glm::ivec3 size{0};  // number of samples along x, y and z; 0: no grid
+  // number of values of a sample: six for diffuse and six for mirrored light
+  static constexpr int kFaces = 12;
   // Light for a surface that faces +x, -x, +y, -y, +z or -z (see index()). xyz: irradiance divided by π, linear; w:
-  // fraction of the lamp that is visible from the sample.
+  // fraction of the lamp that is visible from the sample. The faces 6 to 11 contain the radiance from the same six
+  // directions, as a glossy surface mirrors it: the mean over a narrower lobe.
   std::vector<glm::vec4> faces;
 
   std::size_t samples() const {

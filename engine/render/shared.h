@@ -44,11 +44,13 @@ struct FrameData {
   vec4 lamp_middle;       // xyz: middle of the lamp's spot, m, frame W
   vec4 lamp_right;        // xyz: unit vector along the width of the lamp's spot
   vec4 tissue_color[16];  // indexed by contract/tissue.h and drawn_matter.h: linear colour; w: translucency
-  vec4 tissue_look[16];   // optical properties of each tissue: x: roughness; y: metal; z: wetness
-  vec4 film_origin;       // the film's grid: xyz: position of the first sample, m, frame W; w: samples per m
-  vec4 film_size;         // xyz: number of samples of the film's grid along each axis
-  vec4 light_origin;      // the grid of LightGrid: xyz: position of the first sample, m, frame W; w: samples per m
-  vec4 light_samples;     // xyz: number of samples of the LightGrid along each axis
+  // optical properties of each tissue: x: roughness; y: reflectance of the dry surface at normal incidence, 1: metal;
+  // z: wetness
+  vec4 tissue_look[16];
+  vec4 film_origin;    // the film's grid: xyz: position of the first sample, m, frame W; w: samples per m
+  vec4 film_size;      // xyz: number of samples of the film's grid along each axis
+  vec4 light_origin;   // the grid of LightGrid: xyz: position of the first sample, m, frame W; w: samples per m
+  vec4 light_samples;  // xyz: number of samples of the LightGrid along each axis
 };
 
 // push constants of an object

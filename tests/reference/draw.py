@@ -197,6 +197,7 @@ def tissue_material():
     links.new(color, inside.inputs["Color"])
     links.new(chosen("path"), inside.inputs["Radius"])
     film = node("ShaderNodeBsdfGlossy", distribution="GGX")
+    film.inputs["Color"].default_value = (1, 1, 1, 1)  # Blender's default is 0.8
     links.new(gloss.outputs[0], film.inputs["Roughness"])
     # The index of refraction with this reflectance at normal incidence: n = (1 + sqrt F) / (1 - sqrt F).
     root = node("ShaderNodeMath", operation="SQRT")

@@ -1,12 +1,14 @@
 // Tests light between bodies: against analytic cases, and its use in the picture.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
 #include <vector>
 
 #include "engine/render/light_scene.h"
+#include "engine/render/look.h"
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"
 
@@ -84,6 +86,40 @@ TEST(LightScene, ALitDiscGivesTheLightOfItsFormFactor) {
   const double height = kHeight - 0.25e-3;  // the samples are read half a cell in front
   const double expected = kAlbedo * kRadius * kRadius / (kRadius * kRadius + height * height);
   EXPECT_NEAR(render::light_at(grid, {0, 0, kHeight}, -kUp).x, expected, 0.05 * expected);
+  // Mirrored light is the mean over a lobe of cos⁴, so a larger fraction of it comes from the disc.
+  render::LightGrid mirrored = grid;
+  std::rotate(mirrored.faces.begin(), mirrored.faces.begin() + 6 * static_cast<std::ptrdiff_t>(grid.samples()),
+              mirrored.faces.end());
+  const double narrow = kAlbedo * (1 - std::pow(height / std::hypot(height, double{kRadius}), 5));
+  EXPECT_NEAR(render::light_at(mirrored, {0, 0, kHeight}, -kUp).x, narrow, 0.05 * narrow);
+}
+
+/// Returns the fraction of unpolarised light that the boundary between two refractive indices reflects at an angle of
+/// incidence with this cosine.
+double fresnel(double outside, double inside, double cosine) {
+  const double sine = outside / inside * std::sqrt(1 - cosine * cosine), inner = std::sqrt(1 - sine * sine);
+  const double across = (outside * cosine - inside * inner) / (outside * cosine + inside * inner);
+  const double along = (inside * cosine - outside * inner) / (inside * cosine + outside * inner);
+  return 0.5 * (across * across + along * along);
+}
+
+TEST(Looks, TheSurfaceOfEveryTissueReflectsWhatFresnelsEquationsSay) {
+  for (const render::Look& look : render::appearances_of(render::default_colors())) {
+    if (look.metal > 0.5) {
+      EXPECT_EQ(render::dry_reflectance(look), 1);
+      EXPECT_EQ(render::hemispherical_reflectance(look), 0);
+      continue;
+    }
+    EXPECT_NEAR(render::dry_reflectance(look), fresnel(1, look.index, 1), 1e-12);
+    const double water = fresnel(1, 1.33, 1), below = fresnel(1.33, look.index, 1);
+    const double wet = water + (1 - water) * (1 - water) * below;
+    const double normal = glm::mix(fresnel(1, look.index, 1), wet, look.wetness);
+    const double index = (1 + std::sqrt(normal)) / (1 - std::sqrt(normal));
+    double mean = 0;
+    constexpr int kSteps = 2000;
+    for (int i = 0; i < kSteps; ++i) mean += fresnel(1, index, std::sqrt((i + 0.5) / kSteps)) / kSteps;
+    EXPECT_NEAR(render::hemispherical_reflectance(look), mean, 0.004) << look.index;
+  }
 }
 
 TEST(LightScene, ARedWallColoursHalfOfTheLightOnABlackFloorBesideIt) {
@@ -134,7 +170,7 @@ TEST(LightOfTheFrame, AGridOfRedLightColoursTheTissueAtEveryQualityAndLeavesNoTr
     stage.draw(frame);
     const render::Picture plain = stage.eye(0);
     render::LightGrid red{.origin = dvec3(-10e-3), .spacing = 5e-3, .size = glm::ivec3(5), .faces = {}};
-    red.faces.assign(6 * red.samples(), glm::vec4(0.9f, 0.1f, 0.1f, 1));
+    red.faces.assign(render::LightGrid::kFaces * red.samples(), glm::vec4(0.9f, 0.1f, 0.1f, 1));
     stage.renderer->set_light(red);
     stage.draw(frame);
     const render::Picture coloured = stage.eye(0);
