@@ -36,10 +36,10 @@ ForceDelay::Wrench ForceDelay::pass(const ServoTick& tick, Nanos delay) noexcept
   // If both the delayed force and the present force are zero, the contact has ended. A debt in the energy ledger is
   // then cancelled, so that the next contact starts without debt.
   if (wrench.f_T_W == dvec3(0) && tick.f_T_W == dvec3(0)) energy_ = std::max(energy_, 0.0);
-  const double share =
+  const double fraction =
       passive_fraction(law_, wrench.f_T_W, moved, wrench.tau_T_W, turned, dt > 0 ? dt : tick_, tick_, energy_, state_);
   // Only a delayed force needs the passivity law here. Without a delay, the servo has already applied this law.
-  if (delay > 0) wrench.f_T_W *= share, wrench.tau_T_W *= share;
+  if (delay > 0) wrench.f_T_W *= fraction, wrench.tau_T_W *= fraction;
   return sent_ = wrench;
 }
 

@@ -31,7 +31,7 @@ struct FitOptions {
   double relaxation = 0.3;
   int rounds = 60;    // number of iterations over the whole curve
   int moments = 300;  // number of intervals (moments) into which the curve is divided; each has its mean force
-  std::function<void(double share)> progress;
+  std::function<void(double fraction)> progress;
 };
 
 struct MaterialFit {

@@ -204,7 +204,7 @@ inline bool Servo::State::move_free(TickData& now) noexcept {
   cutting.wall_budget = 0;
   Limits& l = limits;
   l.ramp = now.hand.faults & bits(Fault::kHeld) ? 0 : 1;
-  if (sums.energy < 0 || l.given > 0) l.given = std::clamp(-sums.energy, 0.0, most_forgiven());
+  if (sums.energy < 0 || l.given > 0) l.given = std::clamp(-sums.energy, 0.0, cancelled_debt());
   if (settings.position_step > 0) coupling.depth_speed.add(now.hand.t, dvec3(0));
   if (settings.passivity) {
     observe(l.law, now.moved, moved, now.turned, now.dt, settings.tick, false, l.passivity);

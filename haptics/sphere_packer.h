@@ -18,7 +18,7 @@ struct PackOptions {
   /// equal spheres that together have the tissue's volume.
   double max_radius = 0;
   /// Called with the completed fraction 0 to 1. To stop the work, this function throws an exception.
-  std::function<void(double share)> progress;
+  std::function<void(double fraction)> progress;
 
   static constexpr std::size_t kMaxSpheres = 4'000'000;
   static constexpr double kDefaultMaxRadius = 2.0;

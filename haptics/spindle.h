@@ -33,8 +33,8 @@ struct SpindleLoad {
 inline SpindleLoad load_spindle(const Spindle& spindle, double free_speed_now, double pedal, double torque) noexcept {
   if (spindle.stall_torque <= 0) return {free_speed_now, torque * free_speed_now};
   const double stall = spindle.stall_torque * pedal;
-  const double share = stall > 0 ? std::max(0.0, 1 - torque / stall) : 0.0;
-  return {free_speed_now * share, torque * free_speed_now * share};
+  const double fraction = stall > 0 ? std::max(0.0, 1 - torque / stall) : 0.0;
+  return {free_speed_now * fraction, torque * free_speed_now * fraction};
 }
 
 /// Reads a motor from a file of assets/motors/. Throws Error.

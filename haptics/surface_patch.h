@@ -37,7 +37,7 @@ struct SurfacePatch : Snapshot {
   // One coarse patch (copy of the tissue) if a tool has a shank, otherwise empty. The coarse patch contains one of
   // every `every` samples along each axis, and covers a larger region than the patch. Its lengths are in its own,
   // larger voxels.
-  std::vector<SurfacePatch> wide;
+  std::vector<SurfacePatch> coarse_levels;
   int every = 1;
   // The following members tell which samples the carver must copy again when it reuses the patch. copied_at: state of
   // the tissue when the patch was copied last (TissueVolume::mark(); 0: copy all samples). written_lo, written_hi:

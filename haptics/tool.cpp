@@ -403,19 +403,19 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
   }
   double sum = 0;
   std::size_t step = 0;
-  const auto share = [&](const Step& s) {
+  const auto fraction = [&](const Step& s) {
     return (1 - near_end) * s.area / total + near_end * s.near_end / total_near_end;
   };
   for (int i = 0; i < count; ++i) {
     const double wanted = (i + 0.5) / count;
-    while (step + 1 < steps.size() && sum + share(steps[step]) < wanted) sum += share(steps[step++]);
+    while (step + 1 < steps.size() && sum + fraction(steps[step]) < wanted) sum += fraction(steps[step++]);
     const dvec2 q = steps[step].q;
     const dvec3 p(q.x * std::cos(golden * i), q.x * std::sin(golden * i), q.y);
     const double e = 1e-4 * tool.diameter;
     const dvec3 n = glm::normalize(dvec3(tool.distance(p + dvec3(e, 0, 0)) - tool.distance(p - dvec3(e, 0, 0)),
                                          tool.distance(p + dvec3(0, e, 0)) - tool.distance(p - dvec3(0, e, 0)),
                                          tool.distance(p + dvec3(0, 0, e)) - tool.distance(p - dvec3(0, 0, e))));
-    samples.push_back({p, n, steps[step].area / (share(steps[step]) * count)});
+    samples.push_back({p, n, steps[step].area / (fraction(steps[step]) * count)});
   }
   return samples;
 }

@@ -45,9 +45,9 @@ dquat rotation(const dvec3& vector) {
   const double angle = glm::length(vector);
   return angle > 0 ? glm::angleAxis(angle, vector / angle) : dquat(1, 0, 0, 0);
 }
-double quantile(std::vector<double> values, double share) {
+double quantile(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }

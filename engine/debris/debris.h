@@ -71,10 +71,10 @@ struct Load {
   double water = 0;
   PerTissue solids{};
 };
-/// Adds the fraction `share` of `load` to `to`.
-inline void add(Load& to, const Load& load, double share = 1) noexcept {
-  to.water += share * load.water;
-  for (std::size_t t = 0; t < kTissueCount; ++t) to.solids[t] += share * load.solids[t];
+/// Adds the fraction `fraction` of `load` to `to`.
+inline void add(Load& to, const Load& load, double fraction = 1) noexcept {
+  to.water += fraction * load.water;
+  for (std::size_t t = 0; t < kTissueCount; ++t) to.solids[t] += fraction * load.solids[t];
 }
 
 class Film;

@@ -17,9 +17,9 @@ constexpr int kMostNeighbours = 16;  // largest number of neighbours of a cell; 
 constexpr float kStableShare = 0.4f;
 constexpr double kDryMass = 1e-16;  // kg; a cell with less water than this counts as dry
 
-Load scaled(const Load& load, double share) {
+Load scaled(const Load& load, double fraction) {
   Load out;
-  add(out, load, share);
+  add(out, load, fraction);
   return out;
 }
 
@@ -262,10 +262,10 @@ void Film::State::remove_by_suction(double dt, const Suction& suction) {
   for (const std::int32_t i : loaded) {
     const auto at = static_cast<std::size_t>(i);
     const double r = std::max(glm::length(glm::dvec3(cells[at].p) - suction.p_W), suction.radius);
-    const double speeds = strength / (r * r), share = -std::expm1(-options.suction_rate * speeds * speeds * dt);
-    if (share < 1e-6) continue;
-    add(ledger.sucked, load[at], share);
-    load[at] = scaled(load[at], 1 - share);
+    const double speeds = strength / (r * r), fraction = -std::expm1(-options.suction_rate * speeds * speeds * dt);
+    if (fraction < 1e-6) continue;
+    add(ledger.sucked, load[at], fraction);
+    load[at] = scaled(load[at], 1 - fraction);
     mark(i);
   }
 }
@@ -323,16 +323,16 @@ void Film::State::flow(double dt) {
       const double slowed = std::min(1.0, kStableShare / (rate[at] * part));
       double kept = 1;
       for (int k = 0; k < cells[at].count; ++k) {
-        const double share = slowed * flux[at * kMostNeighbours + static_cast<std::size_t>(k)] * part / content[at];
-        if (!(share > 0)) continue;
+        const double fraction = slowed * flux[at * kMostNeighbours + static_cast<std::size_t>(k)] * part / content[at];
+        if (!(fraction > 0)) continue;
         const std::int32_t to = cells[at].next[static_cast<std::size_t>(k)];
         const auto next = static_cast<std::size_t>(to);
-        gain[next].water += share * load[at].water;
+        gain[next].water += fraction * load[at].water;
         if (has_solids[at]) {
           has_solids[next] = 1;
-          for (const std::size_t t : present) gain[next].solids[t] += share * load[at].solids[t];
+          for (const std::size_t t : present) gain[next].solids[t] += fraction * load[at].solids[t];
         }
-        kept -= share;
+        kept -= fraction;
         if (std::exchange(is_loaded[next], std::uint8_t{1}) == 0) loaded.push_back(to);
       }
       load[at].water *= kept;
@@ -361,10 +361,10 @@ void Film::State::lose(double dt) {
     const Cell& cell = cells[at];
     if (cell.tilt < options.overhang) {
       const double volume = load[at].water / options.water_density + solid_volume(load[at]);
-      const double share = 1 - options.hanging * cell.area / volume;
-      if (share > 0) {
-        add(ledger.run_off, load[at], share);
-        load[at] = scaled(load[at], 1 - share);
+      const double fraction = 1 - options.hanging * cell.area / volume;
+      if (fraction > 0) {
+        add(ledger.run_off, load[at], fraction);
+        load[at] = scaled(load[at], 1 - fraction);
       }
     }
     const double dried = std::min(load[at].water, options.drying * dt * cell.area * options.water_density);
@@ -437,10 +437,10 @@ double Film::water_at(const glm::dvec3& p_W) const {
   return s.load[at].water / s.options.water_density / s.cells[at].area;
 }
 
-Load Film::fling(const glm::dvec3& p_W, double reach, double share) {
+Load Film::fling(const glm::dvec3& p_W, double reach, double fraction) {
   State& s = *state_;
   Load out;
-  if (s.loaded.empty() || !(share > 0)) return out;
+  if (s.loaded.empty() || !(fraction > 0)) return out;
   const glm::ivec3 lo(glm::floor((p_W - reach - s.field.origin) / s.field.spacing)),
       hi(glm::ceil((p_W + reach - s.field.origin) / s.field.spacing));
   glm::ivec3 at_sample;
@@ -451,8 +451,8 @@ Load Film::fling(const glm::dvec3& p_W, double reach, double share) {
         if (i < 0 || !s.is_loaded[static_cast<std::size_t>(i)]) continue;
         const auto at = static_cast<std::size_t>(i);
         if (s.load[at].water <= 0 || glm::length(glm::dvec3(s.cells[at].p) - p_W) > reach) continue;
-        add(out, s.load[at], share);
-        s.load[at] = scaled(s.load[at], 1 - share);
+        add(out, s.load[at], fraction);
+        s.load[at] = scaled(s.load[at], 1 - fraction);
         s.mark(i);
       }
   add(s.ledger.flung, out);

@@ -79,9 +79,9 @@ class Film {
   void deposit(const glm::dvec3& p_W, const Load& load);
   /// Returns the height in m of the water at a point; 0 if there is no cell at the point.
   double water_at(const glm::dvec3& p_W) const;
-  /// Removes the film that the bur throws off: the fraction `share` of the load of all cells within `reach` (m) of the
-  /// point. Returns the removed load.
-  Load fling(const glm::dvec3& p_W, double reach, double share);
+  /// Removes the film that the bur throws off: the fraction `fraction` of the load of all cells within `reach` (m) of
+  /// the point. Returns the removed load.
+  Load fling(const glm::dvec3& p_W, double reach, double fraction);
 
   /// Advances the film by dt seconds. Water flows as a viscous film of height h; the flow is ρ g h³/(3 μ) times the
   /// slope of the free surface (ρ: density, g: gravity, μ: viscosity). Solids move with the water. Suction removes the

@@ -53,8 +53,8 @@ struct Spray::State {
   }
   void emit(double dt, const SpraySource& source, RandomStream& random);
   void fling(double dt, const SpraySource& source, Film& film, RandomStream& random);
-  bool fly(Droplet& drop, double dt, const SpraySource* source, const CoarseField& field, Film& film,
-           const Suction* suction, RandomStream& random);
+  bool move_droplet(Droplet& drop, double dt, const SpraySource* source, const CoarseField& field, Film& film,
+                    const Suction* suction, RandomStream& random);
   void land(const Droplet& drop, const dvec3& p, const dvec3& n, Film& film);
 };
 
@@ -95,8 +95,8 @@ void Spray::State::emit(double dt, const SpraySource& source, RandomStream& rand
 void Spray::State::fling(double dt, const SpraySource& source, Film& film, RandomStream& random) {
   const double rim = std::abs(source.spindle) * source.head_radius;
   if (rim < kSlowRim || film.loaded() == 0) return;
-  const double share = -std::expm1(-options.fling_rate * rim / options.fling_speed * dt);
-  const Load load = film.fling(source.X_WT.p, std::max(source.head_radius, source.head_half) + kTouch, share);
+  const double fraction = -std::expm1(-options.fling_rate * rim / options.fling_speed * dt);
+  const Load load = film.fling(source.X_WT.p, std::max(source.head_radius, source.head_half) + kTouch, fraction);
   if (!(load.water > 0)) return;
   add(ledger.flung, load);
   const dvec3 axis = source.X_WT.rotate({0, 0, 1}), side = across(axis), third = glm::cross(axis, side);
@@ -131,8 +131,8 @@ void Spray::State::land(const Droplet& drop, const dvec3& p, const dvec3& n, Fil
 
 /// Moves a droplet to the end of the step. Returns false if the droplet has landed, was sucked off or has left the
 /// scene.
-bool Spray::State::fly(Droplet& drop, double dt, const SpraySource* source, const CoarseField& field, Film& film,
-                       const Suction* suction, RandomStream& random) {
+bool Spray::State::move_droplet(Droplet& drop, double dt, const SpraySource* source, const CoarseField& field,
+                                Film& film, const Suction* suction, RandomStream& random) {
   double left = drop.age < 0 ? dt + drop.age : dt;
   drop.age = std::max(drop.age, 0.0);
   const dvec3 low = field.origin - kMargin, high = field.origin + field.spacing * dvec3(field.size - 1) + kMargin;
@@ -216,7 +216,8 @@ void Spray::step(double dt, const SpraySource* source, const CoarseField& field,
     s.fling(dt, *source, film, random);
   }
   s.stepped += s.droplets.size();
-  std::erase_if(s.droplets, [&](Droplet& drop) { return !s.fly(drop, dt, source, field, film, suction, random); });
+  std::erase_if(s.droplets,
+                [&](Droplet& drop) { return !s.move_droplet(drop, dt, source, field, film, suction, random); });
 }
 
 std::size_t Spray::alive() const {

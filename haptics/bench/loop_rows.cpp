@@ -82,15 +82,15 @@ static void deadline_rows(const BenchOptions& options, bool drilling, std::vecto
   stop = true;
   renderer.join();
   const std::string knob = fmt::format("round 1.2 mm, voxel 0.1 mm, {}", in_front ? "SCHED_FIFO" : "ordinary priority");
-  const double share = static_cast<double>(missed) / ticks;
+  const double fraction = static_cast<double>(missed) / ticks;
   if (!drilling) {
-    rows.push_back({"floor: 10 kHz beside a busy core, empty loop", knob, share, "of the deadlines missed",
+    rows.push_back({"floor: 10 kHz beside a busy core, empty loop", knob, fraction, "of the deadlines missed",
                     quantile(late, 0.5), "tick"});
     return;
   }
-  rows.push_back({"drilling at 10 kHz beside a busy core, the tick", knob, share, "of the deadlines missed",
+  rows.push_back({"drilling at 10 kHz beside a busy core, the tick", knob, fraction, "of the deadlines missed",
                   quantile(busy_ticks, 0.5), "tick"});
-  rows.push_back({"drilling at 10 kHz beside a busy core, done after", knob, share, "of the deadlines missed",
+  rows.push_back({"drilling at 10 kHz beside a busy core, done after", knob, fraction, "of the deadlines missed",
                   quantile(late, 0.5), "tick"});
 }
 

@@ -88,9 +88,9 @@ std::vector<BenchRow> bench_motions(const MotionBenchOptions& options) {
         return run;
       });
       const std::string knob = fmt::format("{}, voxel {:g} mm", file.stem().string(), options.voxel_mm);
-      for (const auto& [which, share] : {std::pair{"median", 0.5}, {"99 %", 0.99}, {"99.9 %", 0.999}}) {
+      for (const auto& [which, fraction] : {std::pair{"median", 0.5}, {"99 %", 0.99}, {"99.9 %", 0.999}}) {
         rows.push_back({fmt::format("a hand that {}, {}", motion.name, which), knob, BenchRow::kNone, "",
-                        quantile(ticks, share), "tick"});
+                        quantile(ticks, fraction), "tick"});
       }
     }
   }

@@ -82,7 +82,7 @@ PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept {
     total += weight;
   }
   if (total > 0) {
-    for (double& share : shares) share /= total;
+    for (double& fraction : shares) fraction /= total;
   }
   return shares;
 }

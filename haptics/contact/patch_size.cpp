@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptics/contact/proxy/smooth_contacts.h"
+#include "haptics/contact/proxy/non_cutting_contacts.h"
 #include "haptics/surface_patch.h"
 #include "haptics/sweep.h"
 
@@ -47,9 +47,9 @@ SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel, std::uin
   patch.resize(patch_edge_for(tools, voxel, laws));
   const CoarseGrid coarse = coarse_grid_for(tools, voxel, patch_travel_for(tools, voxel, laws) * voxel / voxel);
   if (coarse.edge > 0) {
-    patch.wide.emplace_back();
-    patch.wide.front().resize(coarse.edge);
-    patch.wide.front().every = coarse.every;
+    patch.coarse_levels.emplace_back();
+    patch.coarse_levels.front().resize(coarse.edge);
+    patch.coarse_levels.front().every = coarse.every;
   }
   return patch;
 }

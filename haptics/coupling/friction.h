@@ -44,13 +44,13 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
     // The adhesion point creeps after the contact; z is the displacement between them. The creep factor α = share /
     // z_max rises from 0 at the stick threshold to half of 1/z_max at break-away. So z grows until break-away even in a
     // slow motion. From break-away on, the dynamic coefficient applies.
-    const double share = 0.5 * (length / z_max - law.stick_fraction) / (1 - law.stick_fraction);
+    const double fraction = 0.5 * (length / z_max - law.stick_fraction) / (1 - law.stick_fraction);
     dvec3 step = x - previous;
     step -= glm::dot(step, n) * n;
     if (glm::length(step) == 0) {
       state.slipping = false;
     } else {
-      state.w += std::min(1.0, glm::length(step) * share / z_max) * z;
+      state.w += std::min(1.0, glm::length(step) * fraction / z_max) * z;
     }
   } else {
     state.slipping = false;

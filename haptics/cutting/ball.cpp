@@ -140,8 +140,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, RemovedVo
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
   // Radius and centre of a ball that contains all samples that can change. Its centre is B (the end of the sweep) if
   // the ball at B covers everything ahead of A, otherwise the middle between A (the start of the sweep) and B.
-  const float share = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
-  const float mx = share * c.abx, my = share * c.aby, mz = share * c.abz, reach2 = reach * reach;
+  const float fraction = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
+  const float mx = fraction * c.abx, my = fraction * c.aby, mz = fraction * c.abz, reach2 = reach * reach;
   // If this sweep continues another sweep, the tissue in a ball around A with the radius `inner` is already
   // removed.
   const float inner = c.radius - Sweep::kInner - 0.01f, inner2 = c.continues && inner > 0 ? inner * inner : -1.0f;

@@ -10,8 +10,8 @@
 #include "haptics/cutting/voxel_stamp.h"
 #include "haptics/fill.h"
 #include "haptics/hardness.h"
+#include "haptics/inside_fraction.h"
 #include "haptics/lanes.h"
-#include "haptics/share.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {

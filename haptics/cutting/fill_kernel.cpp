@@ -10,8 +10,8 @@
 #include "engine/base/dispatch.h"
 #include "haptics/cutting/lane_ops.h"
 #include "haptics/fill.h"
+#include "haptics/inside_fraction.h"
 #include "haptics/label.h"
-#include "haptics/share.h"
 
 namespace typodont::haptics {
 

@@ -11,8 +11,8 @@
 #include "haptics/cut_front.h"
 #include "haptics/cutting/meridian.h"
 #include "haptics/cutting/way.h"
+#include "haptics/inside_fraction.h"
 #include "haptics/label.h"
-#include "haptics/share.h"
 
 namespace typodont::haptics {
 

@@ -8,8 +8,8 @@
 
 #include "engine/contract/tissue.h"
 #include "haptics/hardness.h"
+#include "haptics/inside_fraction.h"
 #include "haptics/label.h"
-#include "haptics/share.h"
 
 namespace typodont::haptics {
 

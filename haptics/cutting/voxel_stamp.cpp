@@ -1,7 +1,7 @@
 #include "haptics/cutting/voxel_stamp.h"
 
+#include "haptics/inside_fraction.h"
 #include "haptics/label.h"
-#include "haptics/share.h"
 
 namespace typodont::haptics {
 

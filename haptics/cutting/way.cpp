@@ -13,8 +13,8 @@
 #include "engine/base/dispatch.h"
 #include "haptics/cutting/block.h"
 #include "haptics/cutting/lane_ops.h"
+#include "haptics/inside_fraction.h"
 #include "haptics/label.h"
-#include "haptics/share.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {
@@ -108,10 +108,10 @@ struct Search {
   F8 best, top, needed;
   I8 open;
 
-  TYPODONT_KERNEL Points place(const Straight& head, const F8& share) const {
-    Points p{from.x + share * way.x, from.y + share * way.y, from.z + share * way.z};
+  TYPODONT_KERNEL Points place(const Straight& head, const F8& fraction) const {
+    Points p{from.x + fraction * way.x, from.y + fraction * way.y, from.z + fraction * way.z};
     if (head.bent > 0) {
-      const F8 off = share * (share - 1.0f);
+      const F8 off = fraction * (fraction - 1.0f);
       p.x += off * bend.x, p.y += off * bend.y, p.z += off * bend.z;
     }
     return p;
@@ -119,35 +119,35 @@ struct Search {
   TYPODONT_KERNEL eight::NearestWithNormal nearest(const Straight& head, const F8& rho, const F8& z) const {
     return eight::nearest_with_normal(head.pieces, set, rho, z);
   }
-  TYPODONT_KERNEL Depth at(const Straight& head, const F8& share) const {
-    const Points p = place(head, share);
+  TYPODONT_KERNEL Depth at(const Straight& head, const F8& fraction) const {
+    const Points p = place(head, fraction);
     const F8 rho = eight::root(p.x * p.x + p.y * p.y);
     const eight::NearestWithNormal found = nearest(head, rho, p.z);
     Points along = way;
     if (head.bent > 0) {
-      const F8 off = 2.0f * share - 1.0f;
+      const F8 off = 2.0f * fraction - 1.0f;
       along = {way.x + off * bend.x, way.y + off * bend.y, way.z + off * bend.z};
     }
     return {found.nearest.depth(), found.slope(p.x, p.y, rho, along.x, along.y, along.z)};
   }
-  /// Returns the outward normal at the fraction `share` of the path, in the head's frame.
-  TYPODONT_KERNEL Points normal(const Straight& head, const F8& share) const {
-    const Points p = place(head, share);
+  /// Returns the outward normal at the fraction `fraction` of the path, in the head's frame.
+  TYPODONT_KERNEL Points normal(const Straight& head, const F8& fraction) const {
+    const Points p = place(head, fraction);
     const F8 rho = eight::root(p.x * p.x + p.y * p.y), inverse = 1.0f / (rho + 1e-6f);
     F8 n_rho, n_z;
     nearest(head, rho, p.z).normal(n_rho, n_z);
     return {n_rho * p.x * inverse, n_rho * p.y * inverse, n_z};
   }
-  /// Begins the search at the fraction `share` of the path. x, y, z: positions of the samples, in voxels relative to
+  /// Begins the search at the fraction `fraction` of the path. x, y, z: positions of the samples, in voxels relative to
   /// HeadPose::base of the path's first pose.
   TYPODONT_KERNEL void begin(const Straight& head, unsigned pieces, const F8& x, const F8& y, const F8& z,
-                             const F8& least, float share, float most) {
+                             const F8& least, float fraction, float most) {
     set = pieces;
     from = in_head(head.from, x, y, z);
     way = paths_from(head, from);
     bend = head.bent > 0 ? bends_from(head, from) : Points{};
     needed = least - head.slip - head.bent;
-    a = b = F8{} + share;
+    a = b = F8{} + fraction;
     at_a = at_b = at(head, a);
     best = at_a.depth;
     const I8 rises = at_a.slope > 0.0f;
@@ -177,7 +177,7 @@ struct Search {
 /// The point of its path at which each of eight samples is deepest: the fraction 0..1 of the path, and the samples'
 /// positions and depths there.
 struct Deepest {
-  F8 share;
+  F8 fraction;
   Points at;
   F8 rho, below, depth;  // voxels; below: z relative to the flank's lower end for a sample below this end, otherwise 0
 };
@@ -243,7 +243,7 @@ struct Centres {
   // Vector n out of the head. A sample at the offset d (voxels) from a block's centre is, up to rounding and the
   // head's rotation, at most `top` − n · d deep in the head.
   F8 n_x, n_y, n_z;
-  F8 share;  // fraction of the path at which the centres are deepest
+  F8 fraction;  // fraction of the path at which the centres are deepest
 };
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
@@ -265,7 +265,7 @@ void look_at(const Straight* way_at, Centres* centres) {
   centres->n_y = R[3] * nx + R[4] * ny + R[5] * nz;
   centres->n_z = R[6] * nx + R[7] * ny + R[8] * nz;
   centres->best = search.best, centres->top = search.top;
-  centres->share = at_a ? search.a : at_b ? search.b : search.s;
+  centres->fraction = at_a ? search.a : at_b ? search.b : search.s;
 }
 
 /// Computes the same bounds of the depth as look_at(), but in closed form. Only for blocks in which a single segment of
@@ -289,7 +289,7 @@ void look_at_line(const Straight* way_at, Centres* centres, int line) {
   centres->n_y = R[3] * nx + R[4] * ny + R[5] * nz;
   centres->n_z = R[6] * nx + R[7] * ny + R[8] * nz;
   centres->best = centres->top = found.depth;
-  centres->share = found.share;
+  centres->fraction = found.fraction;
 }
 
 /// Data of the centres at the beginning of the path: their depths in the head, and their distances from each piece of
@@ -435,7 +435,7 @@ struct WayBlock {
   std::ptrdiff_t stride_x, stride_y;
   int from[3], to[3];
   glm::ivec3 first;  // first sample of the block, relative to HeadPose::base of the path's first pose
-  float top, n[3], share;
+  float top, n[3], fraction;
   // voxels, upper bound of the error that results if the path of the block's centre is used for all samples of the
   // block
   float bent;
@@ -514,7 +514,7 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, RemovedVo
         search.best = deepest_below(way, block.line, from).depth;
       } else {
         search.begin(way, block.set, eight::all(static_cast<float>(block.first.x + ix)),
-                     eight::all(static_cast<float>(block.first.y + iy)), z, least, block.share, Sweep::kInner);
+                     eight::all(static_cast<float>(block.first.y + iy)), z, least, block.fraction, Sweep::kInner);
         still_open[open] = rows;
         open += any_of(search.open);
       }
@@ -770,7 +770,8 @@ class PathPass {
         note(block.due, outside_ - centres.top[lane]);
         continue;
       }
-      block.top = centres.top[lane], block.share = centres.share[lane], block.emptied = centres.best[lane] >= emptied_;
+      block.top = centres.top[lane], block.fraction = centres.fraction[lane],
+      block.emptied = centres.best[lane] >= emptied_;
       block.bent = way_.slip + kTop + turned_ + way_.bent;
       block.n[0] = centres.n_x[lane], block.n[1] = centres.n_y[lane], block.n[2] = centres.n_z[lane];
       if (!block.may_change()) {

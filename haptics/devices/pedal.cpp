@@ -87,8 +87,8 @@ std::optional<double> pedal_value(const PedalKind& kind, std::span<const std::ui
       const auto value = field_value(kind.axis, report);
       if (!value) return std::nullopt;
       const double range = static_cast<double>(kind.axis.maximum) - kind.axis.minimum;
-      const double share = (static_cast<double>(*value) - kind.axis.minimum) / range;
-      return std::clamp((share - kind.dead_band) / (1 - 2 * kind.dead_band), 0.0, 1.0);
+      const double fraction = (static_cast<double>(*value) - kind.axis.minimum) / range;
+      return std::clamp((fraction - kind.dead_band) / (1 - 2 * kind.dead_band), 0.0, 1.0);
     }
   }
   return std::nullopt;

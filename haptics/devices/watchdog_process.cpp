@@ -53,7 +53,7 @@ WatchdogProcess::WatchdogProcess(int descriptor, std::span<const std::uint8_t> z
   // The following code runs in the child process. The parent may have several threads, so the child may make only
   // system calls.
   ::setsid();  // Ctrl-C and Ctrl-Z on the parent's terminal then do not reach the child
-  ::prctl(PR_SET_NAME, "typodont-keeper");
+  ::prctl(PR_SET_NAME, "typodont-watch");
   sigset_t all;
   ::sigfillset(&all);
   ::sigprocmask(SIG_SETMASK, &all, nullptr);

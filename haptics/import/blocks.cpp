@@ -352,7 +352,7 @@ float sample(const Sparse<float>& g, const glm::dvec3& p) {
   const glm::vec3 t(q - glm::dvec3(i));
   float c[8];
   gather_few<2>(g, i, c);
-  const auto mix = [](float a, float b, float share) { return a + share * (b - a); };
+  const auto mix = [](float a, float b, float fraction) { return a + fraction * (b - a); };
   const float e = mix(mix(c[0], c[1], t.z), mix(c[2], c[3], t.z), t.y),
               f = mix(mix(c[4], c[5], t.z), mix(c[6], c[7], t.z), t.y);
   return mix(e, f, t.x);

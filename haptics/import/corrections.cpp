@@ -270,8 +270,8 @@ PerTissue volumes_in(const BoxContent& content, double voxel) {
   for (std::size_t i = 0; i < content.distance.size(); ++i) {
     // Computes the fraction of the voxel that lies inside the surface. Within the voxel the surface is approximated by
     // a plane at the signed distance of the voxel's centre.
-    const double share = std::clamp(0.5 - static_cast<double>(content.distance[i]) / voxel, 0.0, 1.0);
-    volume[static_cast<std::size_t>(content.tissue[i])] += share * voxel * voxel * voxel;
+    const double fraction = std::clamp(0.5 - static_cast<double>(content.distance[i]) / voxel, 0.0, 1.0);
+    volume[static_cast<std::size_t>(content.tissue[i])] += fraction * voxel * voxel * voxel;
   }
   return volume;
 }

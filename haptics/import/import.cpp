@@ -145,10 +145,10 @@ void measure(Imported& imported, ImportPreset preset) {
         if (d > h) continue;
         // Fraction of the voxel that lies inside. The surface is approximated by a plane at the distance d from the
         // voxel's centre.
-        const double share = std::clamp(0.5 - d / h, 0.0, 1.0);
+        const double fraction = std::clamp(0.5 - d / h, 0.0, 1.0);
         const auto tissue = static_cast<std::size_t>(t.tissue[i]);
-        report.volume[tissue] += share * h * h * h;
-        if (!t.hardness.empty()) report.hardness[tissue] += share * h * h * h * hardness_fraction(t.hardness[i]);
+        report.volume[tissue] += fraction * h * h * h;
+        if (!t.hardness.empty()) report.hardness[tissue] += fraction * h * h * h * hardness_fraction(t.hardness[i]);
         if (d > 0) continue;
         // Finds the points where the surface passes between this sample and those of its neighbours that lie outside.
         // The bounding box then includes these points.

@@ -70,8 +70,8 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
       if (j < 0 || !bright.v[static_cast<std::size_t>(j)]) continue;
       const auto other = static_cast<std::size_t>(j);
       const double least = static_cast<double>(std::min(grey.v[i], grey.v[other]));
-      const double share = std::clamp((least - greys.bright()) / (greys.hard - greys.bright()), 0.0, 1.0);
-      const double weight = kLeast + share * share * share * share;
+      const double fraction = std::clamp((least - greys.bright()) / (greys.hard - greys.bright()), 0.0, 1.0);
+      const double weight = kLeast + fraction * fraction * fraction * fraction;
       sum += weight;
       if (crown.v[other]) known += weight;
       rows[k].to[f] = unknown.v[other];

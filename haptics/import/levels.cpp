@@ -11,8 +11,8 @@
 
 namespace typodont::haptics::importing {
 
-static double quantile(std::vector<float>& values, double share) {
-  const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+static double quantile(std::vector<float>& values, double fraction) {
+  const auto k = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + k, values.end());
   return values[static_cast<std::size_t>(k)];
 }

@@ -31,8 +31,8 @@ struct Soup {
   std::vector<Color> colors;  // colour of each point; empty if the file contains no colours
 };
 
-std::uint8_t color_byte(double share) {
-  return static_cast<std::uint8_t>(std::clamp(share, 0.0, 1.0) * 255 + 0.5);
+std::uint8_t color_byte(double fraction) {
+  return static_cast<std::uint8_t>(std::clamp(fraction, 0.0, 1.0) * 255 + 0.5);
 }
 
 // Reads PLY files, both text and binary. The library assimp is not used for PLY, because assimp does not check counts

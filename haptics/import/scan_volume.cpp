@@ -42,8 +42,8 @@ ScanVolume::ScanVolume(const std::filesystem::path& file, const ImportOptions& o
   const std::vector<float>& greys = content_->scan.grey.v;
   std::vector<float> some;
   for (std::size_t i = 0; i < greys.size(); i += 1 + greys.size() / kEnough) some.push_back(greys[i]);
-  const auto quantile = [&](double share) {
-    const auto at = some.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(some.size() - 1));
+  const auto quantile = [&](double fraction) {
+    const auto at = some.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(some.size() - 1));
     std::nth_element(some.begin(), at, some.end());
     return static_cast<double>(*at);
   };

@@ -162,14 +162,14 @@ std::int32_t body_of(const SparseComponents& parts, const Sparse<float>& smooth,
   return 1 + static_cast<std::int32_t>(main_body(bodies, Levels::kLeastTeeth / (voxel * voxel * voxel)));
 }
 
-// Marks all parts with at least the fraction `share` of the largest part's voxels.
-std::vector<bool> keep_large(const SparseComponents& parts, double share) {
+// Marks all parts with at least the fraction `fraction` of the largest part's voxels.
+std::vector<bool> keep_large(const SparseComponents& parts, double fraction) {
   std::vector<bool> keep(parts.voxels.size(), false);
   const std::int32_t largest = parts.largest();
   if (largest == 0) return keep;
   for (std::size_t k = 1; k < keep.size(); ++k) {
     keep[k] = static_cast<double>(parts.voxels[k]) >=
-              share * static_cast<double>(parts.voxels[static_cast<std::size_t>(largest)]);
+              fraction * static_cast<double>(parts.voxels[static_cast<std::size_t>(largest)]);
   }
   return keep;
 }
@@ -419,10 +419,10 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
         brightest_near = std::max<double>(brightest_near, sample(smooth, at + t * n));
       low = std::max(low, std::min(levels.outside, brightest_near));
     }
-    const auto share = [&](double g) { return (g - low) / (top - low); };
-    double o = share(grey[p]);
+    const auto fraction = [&](double g) { return (g - low) / (top - low); };
+    double o = fraction(grey[p]);
     if (d < 0) {
-      for (double t = 1; t < -d + 1; t += kStep) o = std::max(o, share(sample(smooth, glm::dvec3(p) + t * n)));
+      for (double t = 1; t < -d + 1; t += kStep) o = std::max(o, fraction(sample(smooth, glm::dvec3(p) + t * n)));
       if (cavity.v[i]) o = 1;
     }
     occupancy.v[i] = static_cast<float>(std::clamp(o, 0.0, 1.0));

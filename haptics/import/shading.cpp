@@ -239,8 +239,8 @@ std::optional<Shading> find_shading(const Scan& scan, const Grid<float>& smooth,
     if (glm::any(glm::greaterThan(glm::abs(c.at), glm::dvec3(kOuter)))) outer.push_back(all.back());
   }
   std::ranges::sort(all);
-  const auto at = [&](double share) {
-    return all[static_cast<std::size_t>(share * static_cast<double>(all.size() - 1))];
+  const auto at = [&](double fraction) {
+    return all[static_cast<std::size_t>(fraction * static_cast<double>(all.size() - 1))];
   };
   s.range = at(1 - kDarkest) - at(kDarkest);
   if (!(s.range >= kLeastRange)) return std::nullopt;

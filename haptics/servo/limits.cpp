@@ -168,7 +168,7 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   }
   // When a contact ends, the energy ledger may be in debt (sums.energy is negative). A ledger in debt would allow no
   // force at the next contact, so the debt is cancelled.
-  if (!now.touching() && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, most_forgiven());
+  if (!now.touching() && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, cancelled_debt());
   l.stored = now.stored;
   // A device that gives no torque does not resist rotation, so its torque must not enter the energy ledger.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);

@@ -195,7 +195,7 @@ struct Servo::State {
   /// Returns the largest debt of the energy ledger, J, that is cancelled when a contact ends. Usually it is the energy
   /// `limits.given`, which was allowed during the contact. But a debt above most_debt() is cancelled completely,
   /// because it has other causes, for example late ticks, in which a force lasts longer than expected.
-  double most_forgiven() const noexcept { return sums.energy < -most_debt() ? -sums.energy : limits.given; }
+  double cancelled_debt() const noexcept { return sums.energy < -most_debt() ? -sums.energy : limits.given; }
 
   // The next functions are defined in servo.cpp:
   /// Handles a tick without a valid pose or without a hand: the force is zero, and the next valid tick begins anew.

@@ -50,8 +50,8 @@ void CsgBaseline::cut_ball(const dvec3& center_W, double radius) {
 double CsgBaseline::volume() const {
   double voxels = 0;
   for (auto it = impl_->grid->cbeginValueAll(); it; ++it) {
-    const double share = std::clamp(0.5 - static_cast<double>(*it), 0.0, 1.0);
-    if (share > 0) voxels += share * static_cast<double>(it.getVoxelCount());
+    const double fraction = std::clamp(0.5 - static_cast<double>(*it), 0.0, 1.0);
+    if (fraction > 0) voxels += fraction * static_cast<double>(it.getVoxelCount());
   }
   return voxels * impl_->frame.voxel * impl_->frame.voxel * impl_->frame.voxel;
 }

@@ -7,7 +7,7 @@
 
 #include "haptics/cutting/placed_head.h"
 #include "haptics/cutting/voxel_stamp.h"
-#include "haptics/share.h"
+#include "haptics/inside_fraction.h"
 #include "haptics/solid.h"
 #include "haptics/tissue_mesh.h"
 #include "haptics/volume/emptied_piece.h"
@@ -461,7 +461,7 @@ PerTissue TissueVolume::remove_piece(const TissuePiece& piece) {
   v.mark_changed(changed_lo, changed_hi);
   v.restore_labels(*this, changed_lo, changed_hi);
   volume[0] = 0;
-  for (double& share : volume) share *= v.frame.voxel * v.frame.voxel * v.frame.voxel;
+  for (double& fraction : volume) fraction *= v.frame.voxel * v.frame.voxel * v.frame.voxel;
   return volume;
 }
 

@@ -16,9 +16,9 @@
 
 #include "engine/base/dispatch.h"
 #include "engine/base/fnv.h"
+#include "haptics/inside_fraction.h"
 #include "haptics/lanes.h"
 #include "haptics/natural_surface.h"
-#include "haptics/share.h"
 #include "haptics/volume/tissue_grids.h"
 #include "haptics/volume/volume_file.h"
 
@@ -714,11 +714,11 @@ PerTissue sum_volumes(const openvdb::FloatGrid& distance, const openvdb::Int32Gr
   auto tissue = labels.getConstAccessor();
   const double voxel3 = voxel * voxel * voxel;
   for (auto it = distance.cbeginValueAll(); it; ++it) {
-    const double share = fraction_inside(*it);
-    if (share == 0) continue;
+    const double fraction = fraction_inside(*it);
+    if (fraction == 0) continue;
     const auto add = [&](const openvdb::Coord& at) {
       const std::int32_t value = tissue.getValue(at);
-      volumes[static_cast<std::size_t>(shown_in(value))] += share * voxel3 * weight(value);
+      volumes[static_cast<std::size_t>(shown_in(value))] += fraction * voxel3 * weight(value);
     };
     if (it.isVoxelValue()) {
       add(it.getCoord());

@@ -111,6 +111,15 @@ TEST(PageText, TextIsBrokenAt120CharactersAndTablesHeadingsPicturesAndCodeStay) 
   EXPECT_EQ(joined, item);
 }
 
+TEST(PageText, APageOfThreeOrMoreSectionsBeginsWithLinksToThem) {
+  const std::string two = "# Page\n\nText.\n\n## One\n\nA.\n\n## Two\n\nB.\n";
+  EXPECT_EQ(with_contents(two), two);
+  EXPECT_EQ(with_contents(two + "\n## How large (in mm)?\n\nC.\n"),
+            "# Page\n\nText.\n\nContents: [One](#one), [Two](#two), [How large (in mm)?](#how-large-in-mm).\n"
+            "\n## One\n\nA.\n\n## Two\n\nB.\n\n## How large (in mm)?\n\nC.\n");
+  EXPECT_EQ(with_contents(""), "");
+}
+
 TEST(PerformancePage, FitsTheExponentOfAKnownPowerLaw) {
   std::vector<BenchRow> rows;
   for (const double n : {10.0, 100.0, 1000.0}) {

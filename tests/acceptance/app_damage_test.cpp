@@ -68,7 +68,7 @@ TEST_F(Damage, IsZeroForAStoppedBurADistantBurAndAProbe) {
   EXPECT_LT(meter->result().first, 0);
 }
 
-TEST_F(Damage, ToTheGumIsTheVolumeSweptOutsideTheToothAndCostsPoints) {
+TEST_F(Damage, DamageToTheGumIsTheSweptVolumeOutsideTheToothAndCostsPoints) {
   folder.write(
       "gum.json",
       scene(

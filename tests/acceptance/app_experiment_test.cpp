@@ -54,7 +54,7 @@ TEST_F(ExperimentCommand, ASimulatedObserverIsReproducibleAndItsLogGivesTheSameF
 }
 
 TEST_F(ExperimentCommand, ASensitiveObserverAlwaysChoosesTheSameModelAndAnInsensitiveOneChoosesByChance) {
-  const auto share = [&](double jnd) {
+  const auto fraction = [&](double jnd) {
     const Ran ran = folder.run(fmt::format(
         "experiment {} --question model --models voxel_penalty offset --trials 20 --observer {} --hand {} --json "
         "--out {}",
@@ -62,7 +62,7 @@ TEST_F(ExperimentCommand, ASensitiveObserverAlwaysChoosesTheSameModelAndAnInsens
     EXPECT_EQ(ran.status, 0) << ran.err;
     return Json::parse(ran.out, "experiment");
   };
-  const Json keen = share(0.01), dull = share(1e4);
+  const Json keen = fraction(0.01), dull = fraction(1e4);
   const double chosen = keen["chosen_percent"]["value"].number();
   EXPECT_TRUE(chosen == 0 || chosen == 100) << "voxels are not felt as a smooth surface is: " << chosen;
   EXPECT_LT(keen["chance"].number(), 1e-5);

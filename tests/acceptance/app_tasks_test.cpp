@@ -181,8 +181,8 @@ INSTANTIATE_TEST_SUITE_P(All, SolvableTask,
 /// Nothing is improved by it.
 void worsen(DenseCopy& after, const DenseCopy& before, const DenseCopy& ideal, bool lose, std::mt19937& dice) {
   const glm::ivec3 n = after.field.size;
-  std::uniform_real_distribution<double> share(0, 1);
-  const double radius = (0.25e-3 + 0.45e-3 * share(dice)) / after.frame.voxel;
+  std::uniform_real_distribution<double> fraction(0, 1);
+  const double radius = (0.25e-3 + 0.45e-3 * fraction(dice)) / after.frame.voxel;
   std::vector<glm::ivec3> places;  // positions slightly below the perfect surface, or above it where there was tissue
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {
@@ -195,7 +195,7 @@ void worsen(DenseCopy& after, const DenseCopy& before, const DenseCopy& ideal, b
     }
   }
   ASSERT_FALSE(places.empty());
-  const glm::ivec3 c = places[static_cast<std::size_t>(share(dice) * static_cast<double>(places.size() - 1))];
+  const glm::ivec3 c = places[static_cast<std::size_t>(fraction(dice) * static_cast<double>(places.size() - 1))];
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {
       for (int z = 0; z < n.z; ++z) {

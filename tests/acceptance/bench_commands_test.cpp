@@ -85,7 +85,7 @@ TEST_F(BenchCommands, TheRigWrittenByAPlanCanBeRendered) {
   EXPECT_LT(glm::length(rig.X_WH.p - dvec3(0.01, 0.02, 0.03)), 2e-6);
 }
 
-TEST_F(BenchCommands, ABenchThatDoesNotFitIsRefusedWithAReasonButDrawn) {
+TEST_F(BenchCommands, ACollidingBenchIsRefusedWithAReasonAndItsDrawingIsWritten) {
   refused("rig plan --mirror-deg 25 --picture-deg 40 --gaze-deg 50 --rig " + folder / "no.json" + " --out " +
               folder / "no.svg",
           "this bench does not fit: the panel stands between the eyes and the glass", 1);

@@ -55,7 +55,7 @@ TEST(Routine, FindsTheUsersOwnOffset) {
   }
 }
 
-TEST(Routine, TheEyesCanBeSolvedAgainAfterTheBaseWasRegisteredToThem) {
+TEST(Routine, TheEyePositionsCanBeComputedAgainAfterTheRegistration) {
   // This user sees every point 1.3 mm beside its place. The registration of the base includes this offset, but the
   // alignments use the true position of the tip.
   SimulatedRoutine run = simulate_routine({});

@@ -88,7 +88,7 @@ TEST_F(Doors, TheProgramOnThePageAboutCDrillsABall) {
   expect_drilled(ran.out);
 }
 
-TEST_F(Doors, TicksThroughTheCInterfaceAreTheProgramsBitForBit) {
+TEST_F(Doors, TicksThroughTheCInterfaceEqualThoseOfTheProgramBitForBit) {
   std::string packed = kBall;
   packed.insert(1, R"("model": {"packing": {"spheres": 2000}}, )");
   const std::string ball = folder_->write("ball.json", kBall), spheres = folder_->write("packed.json", packed),
@@ -141,7 +141,7 @@ TEST_F(Doors, AServoOnAThreadOfItsOwnIsReplayedBitForBitWithItsUndoneStrokes) {
   EXPECT_EQ(replayed.status, 0) << replayed.err << replayed.out;
 }
 
-TEST_F(Doors, AReaderOfTheStreamIsToldOfALiveSessionToItsEnd) {
+TEST_F(Doors, AReaderOfTheStreamReceivesALiveSessionUntilItsEnd) {
   const std::string scene = folder_->write("ball.json", kBall),
                     reader = folder_->write("reader.py", program_of("stream.md", "python")),
                     hand = folder_->write(
@@ -171,7 +171,7 @@ TEST_F(Doors, AReaderOfTheStreamIsToldOfALiveSessionToItsEnd) {
   readers.finish(reading, SIGKILL);
 }
 
-TEST_F(Doors, ARosNodeToldOfALiveSessionTellsItsStatesForcesAndEnd) {
+TEST_F(Doors, ARosNodePublishesStatesForcesAndEndOfALiveSession) {
   const std::string built = *folder_ / "ros";
   if (sh("test -e /usr/share/catkin/cmake/catkinConfig.cmake -a -e /usr/share/std_msgs/msg/Header.msg").status != 0)
     GTEST_SKIP() << "no ROS: apt install catkin ros-message-generation libgeometry-msgs-dev libstd-msgs-dev "

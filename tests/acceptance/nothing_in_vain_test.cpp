@@ -102,9 +102,10 @@ TEST_F(Work, AnIdleSceneUsesLessThanOnePercentOfACoreBeyondTheDeviceLoop) {
   };
   // The work at the start is the same in both runs, so the difference does not contain it. The smallest of five values
   // is used, because other work on the machine can only make a run slower.
-  double share = 1;
-  for (int i = 0; i < 5 && share >= 0.01; ++i) share = std::min(share, (beyond_the_loop(5) - beyond_the_loop(1)) / 4);
-  EXPECT_LT(share, 0.01);
+  double fraction = 1;
+  for (int i = 0; i < 5 && fraction >= 0.01; ++i)
+    fraction = std::min(fraction, (beyond_the_loop(5) - beyond_the_loop(1)) / 4);
+  EXPECT_LT(fraction, 0.01);
 }
 
 TEST_F(Work, MotionInTheAirIsQueriedButCutsNothing) {
@@ -123,7 +124,7 @@ TEST_F(Work, ANonCuttingToolIsFeltAndDoesNotChangeTheTissue) {
   EXPECT_GT(drill["voxels_cut"].integer(), 0);
 }
 
-TEST_F(Work, OnlyTheChosenContactModelIsBuiltAndQueried) {
+TEST_F(Work, OnlyTheSelectedContactModelIsCreatedAndComputed) {
   const OnOneProcessor makes_the_number_of_threads_constant;
   hand(200.8, 2, 0);
   const std::map<std::string, std::string> looks{

@@ -122,12 +122,12 @@ TEST(RegistrationLaws, FiducialErrorFollowsFitzpatrick) {
 
 TEST(RegistrationLaws, ScatteredOutliersUpToSeventyPercentAreFoundExactly) {
   for (const std::size_t count : {20u, 60u, 200u}) {
-    for (const double share : {0.1, 0.4, 0.7}) {
+    for (const double fraction : {0.1, 0.4, 0.7}) {
       for (std::uint64_t seed = 1; seed <= 6; ++seed) {
         const Scene scene(100 + seed, count);
         Noise random(200 + seed);
         auto D = scene.noisy(random);
-        const auto bad = static_cast<std::size_t>(share * static_cast<double>(count));
+        const auto bad = static_cast<std::size_t>(fraction * static_cast<double>(count));
         for (std::size_t i = 0; i < bad; ++i) {
           dvec3 off = random.normal3(1);
           D[i] += glm::normalize(off) * random.uniform(0.003, 0.05);  // 15σ and more
@@ -136,28 +136,28 @@ TEST(RegistrationLaws, ScatteredOutliersUpToSeventyPercentAreFoundExactly) {
         if (!result.rivals.empty()) continue;
         std::vector<std::size_t> good(count - bad);
         std::iota(good.begin(), good.end(), bad);
-        EXPECT_EQ(result.inliers, good) << count << " " << share << " " << seed;
-        EXPECT_TRUE(result.trusted()) << count << " " << share << " " << seed << " " << result.degeneracy.reason;
+        EXPECT_EQ(result.inliers, good) << count << " " << fraction << " " << seed;
+        EXPECT_TRUE(result.trusted()) << count << " " << fraction << " " << seed << " " << result.degeneracy.reason;
       }
     }
   }
 }
 
 TEST(RegistrationLaws, ASecondConsistentMotionIsAlwaysReported) {
-  for (const double share : {0.3, 0.5, 0.7}) {
+  for (const double fraction : {0.3, 0.5, 0.7}) {
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
       const Scene scene(300 + seed, 50);
       Noise random(400 + seed);
       auto D = scene.noisy(random);
-      const auto bad = static_cast<std::size_t>(share * 50);
+      const auto bad = static_cast<std::size_t>(fraction * 50);
       const Pose wrong{scene.X_DH.p + random.normal3(0.02), random.rotation()};
       for (std::size_t i = 0; i < bad; ++i) D[i] = wrong * scene.H[i] + random.normal3(kSigma);
       const auto result = register_points(scene.H, D);
       std::vector<std::size_t> good(50 - bad);
       std::iota(good.begin(), good.end(), bad);
-      EXPECT_TRUE(!result.rivals.empty() || result.inliers == good) << share << " " << seed;
-      if (share > 0.4) {
-        EXPECT_FALSE(result.rivals.empty()) << share << " " << seed;
+      EXPECT_TRUE(!result.rivals.empty() || result.inliers == good) << fraction << " " << seed;
+      if (fraction > 0.4) {
+        EXPECT_FALSE(result.rivals.empty()) << fraction << " " << seed;
       }
     }
   }
@@ -177,12 +177,12 @@ TEST(RegistrationLaws, WithAGivenNoiseOutliersAndSecondMotionsAreFoundToo) {
   RegistrationOptions options;
   options.known_sigma = kSigma;
   for (const std::size_t count : {16u, 40u, 200u}) {
-    for (const double share : {0.0, 0.3, 0.7}) {
+    for (const double fraction : {0.0, 0.3, 0.7}) {
       for (std::uint64_t seed = 1; seed <= 8; ++seed) {
         const Scene scene(1100 + seed, count);
         Noise random(1200 + seed);
         auto scattered = scene.noisy(random), consistent = scattered;
-        const auto bad = static_cast<std::size_t>(share * static_cast<double>(count));
+        const auto bad = static_cast<std::size_t>(fraction * static_cast<double>(count));
         const Pose wrong{scene.X_DH.p + random.normal3(0.02), random.rotation()};
         for (std::size_t i = 0; i < bad; ++i) {
           scattered[i] += glm::normalize(random.normal3(1)) * random.uniform(0.003, 0.05);
@@ -192,10 +192,10 @@ TEST(RegistrationLaws, WithAGivenNoiseOutliersAndSecondMotionsAreFoundToo) {
         std::iota(good.begin(), good.end(), bad);
         const auto found = register_points(scene.H, scattered, options);
         if (found.rivals.empty()) {
-          EXPECT_EQ(found.inliers, good) << count << " " << share << " " << seed;
+          EXPECT_EQ(found.inliers, good) << count << " " << fraction << " " << seed;
         }
         const auto torn = register_points(scene.H, consistent, options);
-        EXPECT_TRUE(!torn.rivals.empty() || torn.inliers == good) << count << " " << share << " " << seed;
+        EXPECT_TRUE(!torn.rivals.empty() || torn.inliers == good) << count << " " << fraction << " " << seed;
       }
     }
   }
@@ -207,12 +207,12 @@ struct TwoMotions {
   Scene scene;
   std::vector<dvec3> D;
   std::vector<std::size_t> good;
-  TwoMotions(std::uint64_t seed, std::size_t count, double share, double distance) : scene(seed, count) {
+  TwoMotions(std::uint64_t seed, std::size_t count, double fraction, double distance) : scene(seed, count) {
     Noise random(seed + 7);
     const dvec3 along = glm::normalize(random.normal3(1)), middle = scene.X_DH * dvec3(0.1, -0.05, 0.2);
     const double angle = seed % 2 == 0 ? 0 : distance * kSigma / 0.04;
     const dquat turn(std::cos(0.5 * angle), along * std::sin(0.5 * angle));
-    const auto bad = static_cast<std::size_t>(share * static_cast<double>(count) + 1e-9);
+    const auto bad = static_cast<std::size_t>(fraction * static_cast<double>(count) + 1e-9);
     D = scene.exact_D;
     for (std::size_t i = 0; i < bad; ++i) D[i] = turn * (D[i] - middle) + middle + distance * kSigma * along;
     for (dvec3& d : D) d += random.normal3(kSigma);

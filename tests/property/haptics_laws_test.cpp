@@ -477,8 +477,8 @@ TEST(Cutting, TheVolumeCutByASlidingBallDependsOnlyOnTheForceNotOnVoxelSizeAndRa
         const ServoTick& tick = bench.tick({(5.5_mm - in) * dvec3(std::sin(a), 0, std::cos(a))}, 1);
         pushed += glm::length(tick.f_T_W) * s.tick;
       }
-      const double share = bench.last.removed[static_cast<std::size_t>(Tissue::kEnamel)] / pushed;
-      least = std::min(least, share), most = std::max(most, share);
+      const double fraction = bench.last.removed[static_cast<std::size_t>(Tissue::kEnamel)] / pushed;
+      least = std::min(least, fraction), most = std::max(most, fraction);
     }
   }
   EXPECT_LT(most / least, 1.03);

@@ -258,7 +258,7 @@ TEST(Sweeps, ADrillThatMovesAlongItsAxisLeavesTheTissueOfTheWholeHeadsSweep) {
   }
 }
 
-TEST(Sweeps, TicksTakeTheSameInAnyOrderAndNothingTwice) {
+TEST(Sweeps, TheRemovedVolumeDoesNotDependOnTheOrderOfTicks) {
   for (const HeadShape shape : kNoBalls) {
     for (unsigned seed = 1; seed <= 4; ++seed) {
       Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};

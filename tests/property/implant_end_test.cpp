@@ -38,7 +38,7 @@ EndLook summed_one_by_one(const ToolVoxels& voxels, const SurfacePatch& patch, c
     const double hardness = patch.hardness.empty() ? 1 : hardness_fraction(felt_hardness(patch, at));
     const auto t = static_cast<std::size_t>(tissue);
     const double grey = law.grey[t] + law.grey_per_hardness[t] * hardness;
-    const double area = static_cast<double>(v.area) * (1 / voxels.ahead_share) * std::min(1.0, 1 - gap * per_voxel);
+    const double area = static_cast<double>(v.area) * (1 / voxels.ahead_fraction) * std::min(1.0, 1 - gap * per_voxel);
     look.engaged += area;
     look.greatest_grey = std::max(look.greatest_grey, grey);
     look.tissue[t] += area;

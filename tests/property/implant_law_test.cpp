@@ -55,7 +55,7 @@ TEST(ImplantLaw, AFlatEndPlungesWithUVROverAlphaN) {
   const ToolVoxels voxels = make_tool_voxels(drill, 0.06e-3, 2);
   CuttingWrench sum;
   for (std::size_t i = 0; i < voxels.ahead; ++i)
-    add_cutting(voxels.outer[i], kU / voxels.ahead_share, {0, 0, -1}, kSpeed, kAlpha, sum);
+    add_cutting(voxels.outer[i], kU / voxels.ahead_fraction, {0, 0, -1}, kSpeed, kAlpha, sum);
   const double r = 2.1e-3, force = kU * r / (kAlpha * kN), torque = kU * r * r / (2 * kN);
   EXPECT_NEAR(sum.force.z, force, 0.03 * force);
   EXPECT_NEAR(-sum.torque.z, torque, 0.03 * torque);

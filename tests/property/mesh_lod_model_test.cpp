@@ -117,9 +117,9 @@ TEST(MeshLodModel, FrictionStaysInCoulombsCone) {
     const dvec3 n = run.last.n_C_W, f = run.last.f_T_W;
     const double along = glm::dot(f, n);
     if (!(along > 0)) continue;
-    const double share = glm::length(f - along * n) / along;
-    ASSERT_LE(share, 0.3 + 1e-9) << i;
-    most = std::max(most, share);
+    const double fraction = glm::length(f - along * n) / along;
+    ASSERT_LE(fraction, 0.3 + 1e-9) << i;
+    most = std::max(most, fraction);
   }
   EXPECT_GT(most, 0.15);
 }

@@ -153,10 +153,10 @@ TEST(SphereTree, AgreesWithBruteForceWhileSpheresShrinkMoveVanishAndReturn) {
     for (int k = 0; k < 10; ++k) {
       const auto s = static_cast<int>(random() % 3000);
       const auto j = static_cast<std::size_t>(s);
-      const double share = u(random);
-      if (share < 0.2) {
+      const double fraction = u(random);
+      if (fraction < 0.2) {
         tree.set(s, tree.center(s), 0);
-      } else if (share < 0.4) {
+      } else if (fraction < 0.4) {
         tree.set(s, c.center[j], c.radius[j]);
       } else {
         const double r = tree.radius(s) * u(random);

@@ -268,10 +268,10 @@ TEST(SphereProxy, TheTorqueIsTheForceTimesItsLeverWithinATrillionth) {
 /// motion.
 TEST(SphereProxy, TheHeadSlidesAlongTheShanksContactAndContinuesToCut) {
   std::mt19937_64 random(5);
-  std::uniform_real_distribution<double> share(0, 1);
+  std::uniform_real_distribution<double> fraction(0, 1);
   for (int i = 0; i < 200; ++i) {
-    const double head = 0.5_mm, shank = 0.3_mm, bone = 0.1_mm + 0.4_mm * share(random), height = 2.0_mm;
-    const double across = 0.2 + 0.7 * share(random), around = 2 * kPi * share(random);
+    const double head = 0.5_mm, shank = 0.3_mm, bone = 0.1_mm + 0.4_mm * fraction(random), height = 2.0_mm;
+    const double across = 0.2 + 0.7 * fraction(random), around = 2 * kPi * fraction(random);
     const dvec3 toward(across, std::sqrt(1 - across * across) * std::cos(around),
                        // direction from the shank's sphere to the tissue
                        std::sqrt(1 - across * across) * std::sin(around));

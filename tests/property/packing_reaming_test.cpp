@@ -61,7 +61,7 @@ TEST(Reaming, TheReamedSocketDiffersFromAnAnalyticCupByAtMostTwoPercentOfItsVolu
   const Field after(run.carver.volume(), before.lo, before.size);
   // The cup that should be removed is a ball of 28 mm, swept along the path on which the reamer is withdrawn.
   double wanted = 0, over = 0, under = 0;
-  const auto share = [](double d) { return std::clamp(0.5 - d, 0.0, 1.0); };
+  const auto fraction = [](double d) { return std::clamp(0.5 - d, 0.0, 1.0); };
   std::size_t i = 0;
   for (int x = 0; x < before.size.x; ++x) {
     for (int y = 0; y < before.size.y; ++y) {
@@ -69,9 +69,9 @@ TEST(Reaming, TheReamedSocketDiffersFromAnAnalyticCupByAtMostTwoPercentOfItsVolu
         const dvec3 p = frame.to_world(dvec3(before.lo + glm::ivec3(x, y, z)));
         const dvec3 axis(0, 0, std::max(p.z, end.z));
         const double cup = (28.0_mm - glm::distance(p, axis)) / frame.voxel;
-        const double had = share(static_cast<double>(before.distance[i])),
-                     has = share(static_cast<double>(after.distance[i]));
-        const double ideal = share(std::max(static_cast<double>(before.distance[i]), cup));
+        const double had = fraction(static_cast<double>(before.distance[i])),
+                     has = fraction(static_cast<double>(after.distance[i]));
+        const double ideal = fraction(std::max(static_cast<double>(before.distance[i]), cup));
         wanted += had - ideal;
         over += std::max(0.0, ideal - has);
         under += std::max(0.0, has - ideal);

@@ -237,7 +237,7 @@ TEST(Surface, TheDensityIsTheMeanOfTheOverlappedSpheres) {
   std::array<Place, 4> scratch;
   const SurfaceEstimate both = estimate_surface(tissue, tool, Pose{}, dvec3(0), 0.6_mm, density, scratch);
   EXPECT_NEAR(both.normalised, 1.25, 1e-12);
-  EXPECT_NEAR(both.share[static_cast<std::size_t>(Tissue::kEnamel)], 0.5, 1e-12);
+  EXPECT_NEAR(both.fraction[static_cast<std::size_t>(Tissue::kEnamel)], 0.5, 1e-12);
   EXPECT_NEAR(both.density, 1.25 * 2 * lens_volume(1.1_mm, 0.5_mm, 1.0_mm) / 1.0_mm3, 1e-9);
   EXPECT_NEAR(both.n_W.x, 1, 1e-12);  // the normal points away from the denser side
 }

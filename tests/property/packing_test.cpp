@@ -160,9 +160,9 @@ TEST(Packing, TissueBeyondTheFieldsBandIsPackedAsDeepAsItIs) {
 TEST(Packing, TheProgressCallbackCanCancelPacking) {
   PackOptions options;
   int calls = 0;
-  options.progress = [&](double share) {
-    EXPECT_GE(share, 0);
-    EXPECT_LE(share, 1);
+  options.progress = [&](double fraction) {
+    EXPECT_GE(fraction, 0);
+    EXPECT_LE(fraction, 1);
     if (++calls == 2) throw RunFailure("enough");
   };
   EXPECT_THROW(pack_spheres(sampled(kSolids[0]), options), RunFailure);

@@ -153,13 +153,13 @@ TEST(AnyField, GivesAClosedManifold) {
     const int n = 32;
     std::vector<double> noise(static_cast<std::size_t>(n * n * n));
     for (double& v : noise) v = random.normal();
-    const double share = seed % 3 == 0 ? 1 : seed % 3 == 1 ? 0.12 : 0.4;
+    const double fraction = seed % 3 == 0 ? 1 : seed % 3 == 1 ? 0.12 : 0.4;
     const Field field = [&](const glm::dvec3& p) {
       const glm::ivec3 q(p);
       const bool margin = q.x < 2 || q.y < 2 || q.z < 2 || q.x >= n - 2 || q.y >= n - 2 || q.z >= n - 2;
       if (margin) return 1.0;
-      const double ball = share == 1 ? 0 : glm::length(p - 16.0) - 11;
-      return ball + 4 * share * noise[static_cast<std::size_t>((q.x * n + q.y) * n + q.z)];
+      const double ball = fraction == 1 ? 0 : glm::length(p - 16.0) - 11;
+      return ball + 4 * fraction * noise[static_cast<std::size_t>((q.x * n + q.y) * n + q.z)];
     };
     const auto bricks = sample_bricks(glm::dvec3(0), glm::dvec3(n), field);
     for (const float tolerance : {-1.f, 0.3f, 3.f}) {

@@ -71,11 +71,11 @@ double cap_error(double depth, double edge) {
 }
 
 TEST(VertexCut, TheVolumeOfACapIsWithinFivePercentWithEdgesOfATenthOfTheRadiusAndThreeTimesCloserWithATwentieth) {
-  for (const double share : {0.3, 0.5, 0.8}) {
-    const double coarse = std::abs(cap_error(share * kRadius, kRadius / 10));
-    const double fine = std::abs(cap_error(share * kRadius, kRadius / 20));
-    EXPECT_LT(coarse, 0.05) << share;
-    EXPECT_LT(3 * fine, coarse) << share;
+  for (const double fraction : {0.3, 0.5, 0.8}) {
+    const double coarse = std::abs(cap_error(fraction * kRadius, kRadius / 10));
+    const double fine = std::abs(cap_error(fraction * kRadius, kRadius / 20));
+    EXPECT_LT(coarse, 0.05) << fraction;
+    EXPECT_LT(3 * fine, coarse) << fraction;
   }
 }
 

@@ -426,7 +426,7 @@ TEST(DrawnEdges, WithEitherMeshModelASpoonRemovesWhatItDoesFromTheField) {
   }
 }
 
-TEST(DrawnEdges, WithVertexTheyRemoveWhatTheHandsWorkPaysFor) {
+TEST(DrawnEdges, WithVertexACuttingEdgeRemovesTheVolumeOfTheHandsWork) {
   for (const auto& [shape, scrapes] : {std::pair{haptics::HeadShape::kPear, 1.5}, {haptics::HeadShape::kSphere, 0.5}}) {
     for (const double deep : {0.2_mm, 0.5_mm}) {
       for (const bool one_stroke : {true, false}) {

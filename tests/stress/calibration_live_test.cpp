@@ -79,19 +79,19 @@ class LiveArm : public testing::Test {
     const auto from = at;
     board->with([&](test::EmulatedArm& arm) {
       const double began = clock;
-      const auto share = [this, began] {
+      const auto fraction = [this, began] {
         return 0.5 * (1 - std::cos(kPi * std::clamp((clock - began) / 0.12, 0.0, 1.0)));
       };
-      arm.hand = [this, from, next, share](double t) {
+      arm.hand = [this, from, next, fraction](double t) {
         clock = t;
         dvec3 q;
         for (int i = 0; i < 3; ++i)
-          q[i] = std::lerp(from[static_cast<std::size_t>(i)], next.angle[static_cast<std::size_t>(i)], share());
+          q[i] = std::lerp(from[static_cast<std::size_t>(i)], next.angle[static_cast<std::size_t>(i)], fraction());
         return q;
       };
-      arm.stylus = [from, next, share](double) {
+      arm.stylus = [from, next, fraction](double) {
         dvec3 q;
-        for (std::size_t i = 3; i < 6; ++i) q[static_cast<int>(i) - 3] = std::lerp(from[i], next.angle[i], share());
+        for (std::size_t i = 3; i < 6; ++i) q[static_cast<int>(i) - 3] = std::lerp(from[i], next.angle[i], fraction());
         return q;
       };
     });

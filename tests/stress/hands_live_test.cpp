@@ -67,9 +67,9 @@ class LiveHands : public testing::Test {
   void press() {
     board.hold([home = board.home()](double s) {
       const auto ease = [](double x) { return 0.5 * (1 - std::cos(kPi * std::clamp(x, 0.0, 1.0))); };
-      const double in = std::fmod(s, kPeriod);                       // every two seconds …
-      const double share = ease(in / 0.4) - ease((in - 1.4) / 0.2);  // … in for one of them, free for half of one
-      return home - dvec3(0, 0, 3e-3 * ease(s / 0.5) + 1.6e-3 * share);
+      const double in = std::fmod(s, kPeriod);                          // every two seconds …
+      const double fraction = ease(in / 0.4) - ease((in - 1.4) / 0.2);  // … in for one of them, free for half of one
+      return home - dvec3(0, 0, 3e-3 * ease(s / 0.5) + 1.6e-3 * fraction);
     });
   }
 

@@ -39,7 +39,7 @@ TEST(Survival, APenaltyModelFailsWhereAProxyIsNeeded) {
                                    "fast probe, voxel_penalty: force off"}));
 }
 
-TEST(Survival, EveryCampaignIsMeasuredAndHasItsLimit) {
+TEST(Survival, EveryStressTestHasAMeasuredValueAndALimit) {
   std::set<std::string> campaigns;
   for (const BenchRow& row : rows()) {
     campaigns.insert(row.name.substr(0, row.name.find(',')));

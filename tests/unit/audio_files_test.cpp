@@ -258,7 +258,7 @@ TEST_F(Files, ComparedWithThemselvesAreZeroApartAndTwiceAsLoudIsSixDecibels) {
   EXPECT_NEAR(c.shape_distance_dB, 0, 0.01);
 }
 
-TEST(Comparison, SeesThroughDifferentRates) {
+TEST(Comparison, RecordingsOfDifferentSampleRatesAreComparedInHertz) {
   const ScratchFolder folder;
   const auto x = sound_of(resonance(0.9, 0.5), 3 * 48000, 1);
   write_wav(folder / "a.wav", x, 48000);

@@ -110,7 +110,7 @@ TEST(Lattice, KeepsUnitVarianceAtEveryStage) {
   EXPECT_NEAR(sum / 400000, 1.0, 0.03);
 }
 
-TEST(Gate, SendsIllConditionedModelsToTheLattice) {
+TEST(Gate, IllConditionedModelsUseTheLatticeFilter) {
   EXPECT_EQ(ArFilter(resonance(0.9, 1.0)).form(), ArFilter::Form::kFloat);
   // Forty poles lie close together, so the predictor's coefficients become as large as binomial coefficients.
   std::vector<double> a = {1.0};

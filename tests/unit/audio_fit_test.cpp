@@ -89,7 +89,7 @@ TEST(ModifiedCovariance, ThatComesOutUnstableIsReplacedByTheStableModelOfItsSpec
   EXPECT_GT(replaced, 0);
 }
 
-TEST(Criteria, ChooseTheTrueOrder) {
+TEST(Criteria, AicAndBicChooseTheOrderOfTheModelThatMadeTheSound) {
   const ArModel truth = model_of({-0.8, 0.5, -0.4, 0.3, 0.35, -0.3});
   const auto x = sound_of(truth, 20000, 7);
   const auto estimate = burg(x, 40);
@@ -193,7 +193,7 @@ TEST_F(Recording, WithRunUpKeepsOnlyItsSteadyStretchWhenAsked) {
   EXPECT_NEAR(report.to, 2.15, 0.12);
 }
 
-TEST_F(Recording, LosesItsHumAndNothingElse) {
+TEST_F(Recording, MainsHumIsRemovedAndTheOtherSoundIsUnchanged) {
   const auto clean = sound_of(resonance(0.8, 1.0), 4 * 48000, 1);
   auto x = clean;
   for (std::size_t i = 0; i < x.size(); ++i) x[i] += 0.1 * std::sin(2 * kPi * 50 * static_cast<double>(i) / 48000);
@@ -321,7 +321,7 @@ TEST_F(Recording, WithASeriesThatHasGapsTellsItsRotor) {
   EXPECT_NEAR(fit(x).model.spindle / kKrpm, 96, 1);
 }
 
-TEST_F(Recording, TellsTheRotorByItsHarmonicSeries) {
+TEST_F(Recording, TheRotorsSpeedIsFoundFromItsHarmonics) {
   auto x = sound_of(resonance(0.6, 1.0, 0.02), 3 * 48000, 1);
   for (std::size_t i = 0; i < x.size(); ++i) {
     for (int h = 1; h <= 5; ++h) x[i] += 0.02 * std::sin(2 * kPi * 1100 * h * static_cast<double>(i) / 48000 + h);

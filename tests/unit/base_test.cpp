@@ -180,7 +180,8 @@ TEST(EvenSample, IsExactWhileItFitsAndLaterEvenlySpreadOverTheWholeLength) {
   EXPECT_EQ(EvenSample().quantile(0.5), 0);
   const auto n = 5 * static_cast<int>(EvenSample::kMost);
   for (int i = 0; i < n; ++i) many.add(i);
-  for (const double share : {0.1, 0.5, 0.999}) EXPECT_NEAR(many.quantile(share), share * n, 1e-4 * n) << share;
+  for (const double fraction : {0.1, 0.5, 0.999})
+    EXPECT_NEAR(many.quantile(fraction), fraction * n, 1e-4 * n) << fraction;
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ TEST(OpenHaptics, SamplesInMillimetresBecomeMetresAndForcesArriveInTheCallback) 
   EXPECT_EQ(force()[2], -1);
 }
 
-TEST(OpenHaptics, ASilentServoLosesItsForceAfterTwoCallbacksAndReleaseAtTheNext) {
+TEST(OpenHaptics, IfTheServoStopsWritingTheForceIsZeroAfterTwoCallbacks) {
   StandIn library(TYPODONT_STANDIN_HD);
   auto* const step = library.get<bool()>("standin_hd_step");
   auto* const force = library.get<const double*()>("standin_hd_force");

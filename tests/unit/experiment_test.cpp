@@ -120,9 +120,10 @@ TEST(Psychometric, TheFitIsTheGreatestLikelihoodOfAll) {
   for (const AnsweredTrial& a : answered)
     judgements.push_back({nominal_difference(a.trial), a.answer == Answer::kSecond});
   const PsychometricFit fit = fit_psychometric(judgements);
-  std::uniform_real_distribution<double> share(0, 1);
+  std::uniform_real_distribution<double> fraction(0, 1);
   for (int i = 0; i < 20'000; ++i) {
-    const Psychometric other{-20 + 40 * share(random), std::exp(5 * share(random)), kMostLapses * share(random)};
+    const Psychometric other{-20 + 40 * fraction(random), std::exp(5 * fraction(random)),
+                             kMostLapses * fraction(random)};
     double sum = 0;
     for (const Judgement& j : judgements) {
       const double p = other.second(j.difference);
@@ -163,9 +164,9 @@ TEST(Psychometric, TheIntervalHoldsTheObserversThresholdInNineteenOfTwentyExperi
   EXPECT_NEAR(logs / kExperiments, 0, 0.15) << "mean error of the threshold";
 }
 
-TEST(Shares, AreThoseOfClopperAndPearson) {
-  const Estimate share = fraction_of(8, 10);  // R: binom.test(8, 10)
-  EXPECT_NEAR(share.low, 0.4439045, 1e-6);
+TEST(Shares, ConfidenceIntervalsOfFractionsAreThoseOfClopperAndPearson) {
+  const Estimate fraction = fraction_of(8, 10);  // R: binom.test(8, 10)
+  EXPECT_NEAR(fraction.low, 0.4439045, 1e-6);
   EXPECT_NEAR(share.high, 0.9747893, 1e-6);
   EXPECT_NEAR(chance_of(8, 10), 0.109375, 1e-9);
   EXPECT_EQ(fraction_of(0, 5).low, 0);
@@ -265,7 +266,7 @@ TEST_F(Touch, AScriptedHandFeelsTheStiffnessForceAndDelayOfEachStimulus) {
   EXPECT_NEAR(touch.feel({}).stiffness, plain.stiffness, 1) << "a stimulus leaves nothing behind";
 }
 
-TEST_F(Touch, AnObserverWithARealServoInHandIsFoundAsSheIs) {
+TEST_F(Touch, TheThresholdOfASimulatedObserverWithARealServoIsFound) {
   const Scene scene = read_scene(folder / "scene.json");
   for (const Question question : {Question::kStiffness, Question::kForce, Question::kDelay}) {
     ExperimentPlan plan = stiffness_plan(11);
@@ -309,7 +310,7 @@ TEST(ForceDelay, WithoutADelayItIsTheServosForceToTheBit) {
   }
 }
 
-TEST(ForceDelay, TheForceComesLaterByWhatWasAskedWhileTheHandPressesIn) {
+TEST(ForceDelay, TheForceIsDelayedByTheRequestedTimeWhileTheHandPressesIn) {
   haptics::ForceDelay delay(haptics::ServoSettings{}, 0.1);
   const auto at = [](int i) { return pressed(1e-3 * i, 1, 1000); };
   for (int i = 0; i < 500; ++i) {  // the first way in: from 262 ms to 523 ms

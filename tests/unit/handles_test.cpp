@@ -25,7 +25,7 @@ TEST(Handles, AFreedHandleStaysABadOneThoughItsPlaceIsUsedAgain) {
   EXPECT_EQ(HeldHandle(fresh, Kind::kCore).drop(), &second);
 }
 
-TEST(Handles, WhileItIsTakenAHandleIsBusyAndAfterwardsItIsNot) {
+TEST(Handles, AHandleInUseIsBusyUntilTheCallReturns) {
   int object = 0;
   void* const handle = new_handle(Kind::kSynth, &object);
   {
@@ -36,7 +36,7 @@ TEST(Handles, WhileItIsTakenAHandleIsBusyAndAfterwardsItIsNot) {
   EXPECT_EQ(HeldHandle(handle, Kind::kSynth).drop(), &object);
 }
 
-TEST(Handles, NumbersThatNobodyWasGivenAreBadHandles) {
+TEST(Handles, AnUnknownHandleIsRefused) {
   int object = 0;
   void* const real = new_handle(Kind::kHand, &object);
   std::mt19937_64 random(7);

@@ -14,7 +14,7 @@
 #include "engine/base/units.h"
 #include "haptics/cut_front.h"
 #include "haptics/cutting/carve.h"
-#include "haptics/share.h"
+#include "haptics/inside_fraction.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/no_alloc.h"
 #include "tests/support/program.h"

@@ -7,7 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "haptics/contact/proxy/smooth_contacts.h"
+#include "haptics/contact/proxy/non_cutting_contacts.h"
 #include "haptics/cutting/carve.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/no_alloc.h"

@@ -133,10 +133,10 @@ TEST(Vibration, ComponentsFadeInAndOutAsTheSpindleRunsThroughTheBand) {
   EXPECT_EQ(haptics::band_weight(100, 0), 0);
   double last = 1;
   for (double f = 0; f < 250; f += 0.5) {
-    const double share = haptics::band_weight(f, 200);
-    EXPECT_LE(share, last);
-    EXPECT_LT(last - share, 0.02);
-    last = share;
+    const double fraction = haptics::band_weight(f, 200);
+    EXPECT_LE(fraction, last);
+    EXPECT_LT(last - fraction, 0.02);
+    last = fraction;
   }
 }
 

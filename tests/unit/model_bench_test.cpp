@@ -45,7 +45,7 @@ TEST(ReferenceContact, InAGrooveTheBallTouchesBothWalls) {
   EXPECT_LT(glm::distance(rest, dvec3(0, 0.4_mm, -2.0_mm + kProbeRadius / std::sin(30 * kDegree))), 1e-9);
 }
 
-TEST(ReferenceContact, RoundAnEdgeTheCentreKeepsTheRadiusFromIt) {
+TEST(ReferenceContact, AroundAnEdgeTheCentreStaysOneRadiusAwayFromIt) {
   // The hand is beside and above the edge x = 3, z = 2 of the box. So the nearest point of the surface is on the edge.
   const dvec3 hand(3.2_mm, 0.1_mm, 2.3_mm);
   const dvec3 rest = led(tissue_named("box edges"), {3.6_mm, 0.1_mm, 2.9_mm}, hand, 50);

@@ -69,7 +69,7 @@ TEST(Fitted, ATextThatIsTooLongEndsBetweenLettersWithAnEllipsisAndIsNeverWiderTh
   EXPECT_EQ(widgets::fitted(texts[0], 20, columns), "Prepare a class I…");
 }
 
-TEST(Keys, AndStepsOfQualityAreNamedInTheReadersLanguage) {
+TEST(Keys, KeysAndQualityLevelsAreNamedInTheReadersLanguage) {
   OperatorState s;
   EXPECT_EQ(s.keys("Ctrl+Z"), "Ctrl+Z");
   s.language = session::Language::kGerman;

@@ -422,7 +422,7 @@ TEST(Report, NamesTheWorstPlacesInDentalTermsIfTheSceneGivesTheOrientation) {
               HasSubstr(">lingual</text><text x=\"394\" y=\"14\" text-anchor=\"end\">bukkal</text>"));
 }
 
-TEST(Places, AreNamedByPartSideAndThirdForEveryDirectionAndDepth) {
+TEST(Places, APlaceInACavityIsNamedByPartSideAndThird) {
   // A square cavity, and the stump of a crown: floor and walls of the one, shoulder, axial walls and top of the other.
   Preparation cavity = a_block();
   cavity.after = cavity.ideal = without(tapered_box({1e-3, 1e-3}, 1.5e-3, 0));

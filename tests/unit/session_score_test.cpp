@@ -212,7 +212,7 @@ TEST(Score, AHalfDoneTaskShowsPerfectItemsInFullAndCountsHalfOfTheirSum) {
   EXPECT_DOUBLE_EQ(s.points, 50);
 }
 
-TEST(PassMark, IsTheScenesOrTheDefaultAndIsFailedBelowItButNotAtIt) {
+TEST(PassMark, AScoreEqualToThePassMarkPassesAndALowerOneFails) {
   ScoreInput in = carious();
   in.after[3] = 0;
   in.hand.force_max = 5;  // half of its points

@@ -1,6 +1,9 @@
 #include "engine/app/bench/page_text.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cctype>
 #include <cstddef>
 
 #include "engine/base/error.h"
@@ -34,7 +37,35 @@ std::string wrapped_line(std::string_view line) {
   return out;
 }
 
+/// Returns the anchor that Markdown viewers give to a heading: lower case, hyphens for spaces, no punctuation.
+std::string anchor_of(std::string_view heading) {
+  std::string anchor;
+  for (const char c : heading) {
+    if (std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_') {
+      anchor += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    } else if (c == ' ') {
+      anchor += '-';
+    }
+  }
+  return anchor;
+}
+
 }  // namespace
+
+std::string with_contents(std::string_view page) {
+  constexpr std::size_t kFew = 3;  // a page with fewer sections has no list of them
+  constexpr std::string_view kHeading = "\n## ";
+  const std::size_t first = page.find(kHeading);
+  std::string contents;
+  std::size_t count = 0;
+  for (std::size_t at = first; at < page.size(); at = page.find(kHeading, at + 1), ++count) {
+    const std::size_t from = at + kHeading.size();
+    const std::string_view heading = page.substr(from, page.find('\n', from) - from);
+    contents += fmt::format("{}[{}](#{})", count == 0 ? "Contents: " : ", ", heading, anchor_of(heading));
+  }
+  if (count < kFew) return std::string(page);
+  return fmt::format("{}\n{}.\n{}", page.substr(0, first), contents, page.substr(first));
+}
 
 std::string wrapped(std::string_view page) {
   std::string out;
@@ -53,7 +84,7 @@ std::string wrapped(std::string_view page) {
 }
 
 void write_page(const std::filesystem::path& file, std::string_view page) {
-  write_file_atomically(file, wrapped(page), FileKind::kText, Over::kItsInput);
+  write_file_atomically(file, wrapped(with_contents(page)), FileKind::kText, Over::kItsInput);
 }
 
 void require_page(const std::filesystem::path& file) {

@@ -11,7 +11,11 @@ namespace typodont {
 /// indented by two spaces. Tables, headings, pictures and code blocks stay as they are.
 std::string wrapped(std::string_view page);
 
-/// Writes a Markdown page with wrapped lines, completely or not at all. An existing page is replaced. Throws Error if
+/// Adds a list of links to the sections (headings of level 2) before the first section of a Markdown page. A page with
+/// fewer than three sections stays as it is.
+std::string with_contents(std::string_view page);
+
+/// Writes a Markdown page with a list of its sections and with wrapped lines, completely or not at all. An existing page is replaced. Throws Error if
 /// the file cannot be written.
 void write_page(const std::filesystem::path& file, std::string_view page);
 

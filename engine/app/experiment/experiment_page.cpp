@@ -28,8 +28,8 @@ class Frame {
 
   double x(double value) const { return kLeft + kWidth * (value - x0_) / (x1_ - x0_); }
   double y(double value) const {
-    const double share = log_y_ ? std::log(value / y0_) / std::log(y1_ / y0_) : (value - y0_) / (y1_ - y0_);
-    return kTop + kHeight * (1 - share);
+    const double fraction = log_y_ ? std::log(value / y0_) / std::log(y1_ / y0_) : (value - y0_) / (y1_ - y0_);
+    return kTop + kHeight * (1 - fraction);
   }
   void line(double ax, double ay, double bx, double by, const char* style) {
     marks_ += fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" {}/>", x(ax), y(ay), x(bx),
@@ -112,7 +112,8 @@ std::string function_figure(const ExperimentResult& result, const std::vector<An
   const PsychometricFit& fit = *result.fit;
   const std::string unit(unit_of(result.question));
   Frame frame(-1.1 * most, 1.1 * most, -0.04, 1.04);
-  for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0}) frame.y_label(share, fmt::format("{:.0f} %", 100 * share));
+  for (const double fraction : {0.0, 0.25, 0.5, 0.75, 1.0})
+    frame.y_label(fraction, fmt::format("{:.0f} %", 100 * fraction));
   for (const double at : {-most, -most / 2, 0.0, most / 2, most}) frame.x_label(at, fmt::format("{:.3g}", at));
   for (const double jnd : {-fit.jnd.value, fit.jnd.value})
     if (std::abs(jnd) < most) frame.line(jnd, 0, jnd, 1, "stroke=\"#1d2330\" stroke-dasharray=\"5 4\"");

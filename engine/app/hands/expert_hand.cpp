@@ -1133,9 +1133,9 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
                             grip_.lead * Lead::least_most_lead,
                             std::max(grip_.lead * Lead::most_lead, grip_.size * Lead::always_allowed_lead));
   lead_ += std::min(1.0, dt_ / Lead::reaction_time) * (wanted - lead_);
-  const double share = length > 0 ? along_ / length : 1;
+  const double fraction = length > 0 ? along_ / length : 1;
   sample.t = from_seconds(static_cast<double>(ticks_++) * dt_);
-  sample.X_WT = {place() + lead_, glm::slerp(a.R, b.R, share)};
+  sample.X_WT = {place() + lead_, glm::slerp(a.R, b.R, fraction)};
   sample.pedal = leg.pedal;
   sample.tool = leg.tool;
   if (done && stuck && leg.kind == Kind::kCut)

@@ -73,7 +73,7 @@ void ShownGeometry::write(const std::filesystem::path& file) const {
     append(out, c.tissue);
     append(out, c.second);
     append(out, c.under);
-    append(out, c.share);
+    append(out, c.fraction);
     append(out, c.depth);
     append(out, c.color);
   }

@@ -31,7 +31,7 @@ class ShownGeometry {
     glm::vec3 p{0}, n{0};  // p: mm, frame W, position; n: unit normal
     std::uint8_t body = 0, tissue = 0, second = 0, under = 0;
     // 0..1, fraction of the tissue `second` in the colour of this corner; the rest is the colour of the tissue `tissue`
-    float share = 0;
+    float fraction = 0;
     float depth = 0;     // mm, depth of a deeper tissue (`under`) below the surface; 0: there is no such tissue
     glm::vec3 color{0};  // linear RGB, colour of the surface tissue, through which the tissue below it is visible
   };

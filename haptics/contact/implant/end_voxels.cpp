@@ -263,7 +263,7 @@ TYPODONT_KERNEL bool evaluate(const Task<Real>& task, std::size_t first, std::ui
   const float* const inverse_r = task.voxels.inverse_r.data() + first;
   const float* const ability = task.voxels.ability.data() + first;
   const float* const inverse_ability = task.voxels.inverse_ability.data() + first;
-  const Real per_voxel = static_cast<Real>(1 / law.voxel), share = static_cast<Real>(task.voxels.share),
+  const Real per_voxel = static_cast<Real>(1 / law.voxel), fraction = static_cast<Real>(task.voxels.fraction),
              slowness = task.slowness;
   const Real unit = task.hardness != nullptr ? static_cast<Real>(1.0 / kOwnHardness) : 0,
              own = task.hardness != nullptr ? 0 : 1;
@@ -273,7 +273,7 @@ TYPODONT_KERNEL bool evaluate(const Task<Real>& task, std::size_t first, std::ui
     const Real close = 1 - b.gap[i] * per_voxel, weight = close < 1 ? close : 1;
     const Real hardness = static_cast<Real>(b.byte[i]) * unit + own, able = static_cast<Real>(ability[i]);
     const Real grey = b.grey[i] + b.grey_per_hardness[i] * hardness;
-    const Real contact = static_cast<Real>(area[i]) * share * weight;
+    const Real contact = static_cast<Real>(area[i]) * fraction * weight;
     const Real front = static_cast<Real>(facing[i]);
     Real specific = b.energy[i] * hardness;  // J/m³, specific cutting energy of the bone at this voxel
     if constexpr (std::is_same_v<Real, float>) {
@@ -435,7 +435,7 @@ std::vector<ToolVoxel> merged(std::span<const ToolVoxel> voxels, double edge) {
 
 }  // namespace
 
-EndVoxels::EndVoxels(const ToolVoxels& voxels, double coarsest) : share(1 / voxels.ahead_share) {
+EndVoxels::EndVoxels(const ToolVoxels& voxels, double coarsest) : fraction(1 / voxels.ahead_fraction) {
   constexpr float kNever = 1e9f;  // m, distance of the padding voxels from the head's surface; they never touch bone
   constexpr double kRounding = 1e-9;
   std::vector<ToolVoxel> all(voxels.outer.begin(), voxels.outer.begin() + static_cast<std::ptrdiff_t>(voxels.ahead));

@@ -35,8 +35,8 @@ struct EndVoxels {
   std::vector<float> ability, inverse_ability;  // ability to drill, 0..1, and its reciprocal (0 for ability 0)
   std::vector<float> r;                         // m, distance of each voxel from the tool's axis
   std::size_t count = 0;                        // number of stored voxels, without the padding voxels
-  // the area of the whole end divided by the area of the stored voxels: 1 / ToolVoxels::ahead_share
-  double share = 1;
+  // the area of the whole end divided by the area of the stored voxels: 1 / ToolVoxels::ahead_fraction
+  double fraction = 1;
 };
 
 /// Properties of the tissues and the tool for look_at_end(). SI units.

@@ -54,7 +54,7 @@ void read_torque(const Json& json, Parameters& p) {
   p.torque_grey = json.number_or("grey_HU", p.torque_grey, 1, 1e5);
   p.torque_exponent = json.number_or("exponent", p.torque_exponent, 0, 10);
   p.torque_surface = json.number_or("surface_mm2", p.torque_surface / kSquareMillimetre, 1, 1e4) * kSquareMillimetre;
-  p.tapped_share = json.number_or("tapped_share", p.tapped_share, 0, 1);
+  p.tapped_fraction = json.number_or("tapped_share", p.tapped_fraction, 0, 1);
 }
 
 }  // namespace

@@ -71,7 +71,7 @@ struct Parameters {
   double torque_exponent = 2.06;
   double torque_surface = 163e-6;  // m², surface area of the reference implant of 4 × 13 mm
   // ratio of the insertion torque in a bed with a cut thread to that in a bed without a thread
-  double tapped_share = 0.6;
+  double tapped_fraction = 0.6;
   std::vector<Bed> beds;  // beds that exist at the start of the session
 };
 

@@ -391,7 +391,7 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   // resting thread gets no torque. When a motor screws a tool in, the rotation counts as positive about z; when a hand
   // does, as negative.
   const double against = implant.by_hand ? 1 : -1;
-  const double felt = turn == 0 ? 0 : against * (turn > 0 ? torque : -parameters_.tapped_share * torque);
+  const double felt = turn == 0 ? 0 : against * (turn > 0 ? torque : -parameters_.tapped_fraction * torque);
   torque_ += (felt - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
   // The implant is seated if all of it is in the bone. It is also seated if it has reached the bottom of a bed that is
   // too shallow.
@@ -417,8 +417,8 @@ double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
       const glm::ivec3 nearest(p_V - dvec3(patch_.lo) + 0.5);
       const std::size_t at = patch_.at(nearest.x, nearest.y, nearest.z);
       const std::uint8_t hardness = patch_.hardness.empty() ? kOwnHardness : felt_hardness(patch_, at);
-      const double share = s < bed.tapped ? parameters_.tapped_share : 1;
-      sum += share * thread_resistance_[static_cast<std::size_t>(shown(patch_.tissue[at]))][hardness];
+      const double fraction = s < bed.tapped ? parameters_.tapped_fraction : 1;
+      sum += fraction * thread_resistance_[static_cast<std::size_t>(shown(patch_.tissue[at]))][hardness];
     }
   }
   const double surface = 2 * kPi * r * kApart / static_cast<double>(around_thread_.size());

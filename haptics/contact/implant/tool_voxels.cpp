@@ -89,7 +89,7 @@ ToolVoxels make_tool_voxels(const Tool& whole, double edge, int layers) {
     }
   }
   voxels.ahead = voxels.outer.size();
-  voxels.ahead_share = layers == 1 ? 1 : 0.5;
+  voxels.ahead_fraction = layers == 1 ? 1 : 0.5;
   voxels.outer.insert(voxels.outer.end(), others.begin(), others.end());
   return voxels;
 }

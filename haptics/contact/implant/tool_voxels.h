@@ -30,7 +30,7 @@ struct ToolVoxels {
   std::size_t ahead = 0;
   double edge = 0;  // m, edge length of a voxel
   // fraction of the end's area that the first `ahead` voxels represent; the other voxels of the end lie inside the head
-  double ahead_share = 1;
+  double ahead_fraction = 1;
 };
 
 /// Converts a tool to voxels. `edge`: edge length of a voxel (m); `layers`: thickness of the outer layer in voxels. For

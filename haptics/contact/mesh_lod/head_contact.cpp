@@ -107,7 +107,7 @@ void HeadContact::follow(const TriangleGrid& grid, const dvec3& hip, bool give) 
     const vertex::HeadFollower::Hold hold = follower_.hold(i);
     if (!(hold.push > 0)) continue;
     holds_[static_cast<std::size_t>(count_++)] = {list_.points[hold.point], hold.n, hold.push,
-                                                  list_.shares[hold.point].tissue, false};
+                                                  list_.areas[hold.point].tissue, false};
   }
   list_ahead(grid);
 }
@@ -122,9 +122,9 @@ PerTissue HeadContact::engaged_area(const TriangleGrid&, const dvec3& way) noexc
   const double within = kOnHead * head_.radius();
   distances_.find(head_, list_.points, {c_, R_WT_}, within);
   for (const std::uint32_t i : distances_.kept()) {
-    const HeadPoints::Share& share = list_.shares[i];
-    const double across = -glm::dot(share.area, way);
-    if (across > 0) area[static_cast<std::size_t>(share.tissue)] += across;
+    const HeadPoints::PointArea& point_area = list_.areas[i];
+    const double across = -glm::dot(point_area.area, way);
+    if (across > 0) area[static_cast<std::size_t>(point_area.tissue)] += across;
   }
   return area;
 }

@@ -33,7 +33,7 @@ void HeadLister::begin(const TriangleGrid& grid, const vertex::VertexHead& head,
                        double kept, HeadPoints& list) noexcept {
   R_WT_ = glm::dmat3(glm::mat3_cast(X.R));
   list.points.clear(X);
-  list.shares.clear();
+  list.areas.clear();
   list.margin = margin, list.kept = kept;
   std::ranges::fill(slots_, kFree);
   found_.clear();
@@ -89,17 +89,17 @@ bool HeadLister::work(const TriangleGrid& grid, const vertex::VertexHead& head, 
 
 /// Adds the corner p of a face to the contact points. Equal corners of adjacent faces become one point with the sum of
 /// their areas.
-void HeadLister::add_corner(const dvec3& p, const HeadPoints::Share& share, HeadPoints& list) noexcept {
+void HeadLister::add_corner(const dvec3& p, const HeadPoints::PointArea& point_area, HeadPoints& list) noexcept {
   std::size_t slot = hash_of(p) >> (64 - kSlotBits);
   for (; slots_[slot] != kFree; slot = (slot + 1) & (slots_.size() - 1)) {
     if (list.points[slots_[slot]] != p) continue;
-    list.shares[slots_[slot]].area += share.area;
+    list.areas[slots_[slot]].area += point_area.area;
     return;
   }
   if (list.points.full()) return;
   slots_[slot] = static_cast<std::uint32_t>(list.points.size());
   list.points.add(p);
-  list.shares.push_back(share);
+  list.areas.push_back(point_area);
 }
 
 /// Adds the corners of the faces in near_ to the contact points, and the additional points on large faces.
@@ -143,12 +143,12 @@ void HeadLister::list_points(const TriangleGrid& grid, const vertex::VertexHead&
     for (std::size_t k = first; k < last; ++k) {
       const Face& face = grid.face(near_[k].face);
       const int n = parts_of(near_[k]);
-      const dvec3 share = face.normal() / (6.0 * n * n);
-      for (int corner = 0; corner < 3; ++corner) add_corner(face.corner(corner), {share, face.tissue}, list);
+      const dvec3 corner_area = face.normal() / (6.0 * n * n);
+      for (int corner = 0; corner < 3; ++corner) add_corner(face.corner(corner), {corner_area, face.tissue}, list);
       if (n == 1) continue;
       each_point(face, n, [&](const dvec3& p, double weight) {
         if (next < distances_.size() && distances_.point(next) == number) {
-          if (list.points.add(p)) list.shares.push_back({weight * share, face.tissue});
+          if (list.points.add(p)) list.areas.push_back({weight * corner_area, face.tissue});
           ++next;
         }
         ++number;

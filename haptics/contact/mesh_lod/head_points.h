@@ -21,18 +21,18 @@ struct HeadPoints {
   static constexpr std::size_t kMost = 1 << 14;
 
   /// The part of the surface that a contact point represents.
-  struct Share {
+  struct PointArea {
     dvec3 area{0};  // m², area vector; its direction is the outward normal
     Tissue tissue = Tissue::kAir;
   };
 
   mesh::NearPoints points{kMost};
-  std::vector<Share> shares;  // one for each point
+  std::vector<PointArea> areas;  // one for each point
   // m. margin: the list contains all points within this distance of the head at the pose for which it was made
   // (points.listed_at()). kept: the list is used until the head has moved by more than this.
   double margin = 0, kept = 0;
 
-  HeadPoints() { shares.reserve(kMost); }
+  HeadPoints() { areas.reserve(kMost); }
 };
 
 /// Lists contact points: the corners of the faces near a head, and additional points on large faces, so that a coarse
@@ -72,7 +72,7 @@ class HeadLister {
   };
 
   void list_points(const TriangleGrid& grid, const vertex::VertexHead& head, HeadPoints& list) noexcept;
-  void add_corner(const dvec3& p, const HeadPoints::Share& share, HeadPoints& list) noexcept;
+  void add_corner(const dvec3& p, const HeadPoints::PointArea& point_area, HeadPoints& list) noexcept;
 
   bool open_ = false;
   glm::dmat3 R_WT_{1};

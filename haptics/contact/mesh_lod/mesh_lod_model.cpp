@@ -348,7 +348,7 @@ void MeshLodModel::feel(const ContactInput& in, Contact& out) noexcept {
   }
   if (total > 0) out.lever /= total;
   if (ground > 0) {
-    for (double& share : out.tissue) share /= ground;
+    for (double& fraction : out.tissue) fraction /= ground;
     out.known_tissue = true;
   }
 }

@@ -127,7 +127,7 @@ void FieldBody::cut_out(Snapshot& snapshot) {
   renew(
       patch, lo, known, [&](const VoxelBox& part) { volume_.copy_part(whole(patch), part); },
       [&] { volume_.copy_blocks(whole(patch), written_.blocks); });
-  for (SurfacePatch& coarse : patch.wide) {
+  for (SurfacePatch& coarse : patch.coarse_levels) {
     const int n = coarse_.every;
     coarse.number = patch.number;
     coarse.band = patch.band / n;
@@ -152,7 +152,7 @@ void FieldBody::bring_up_to_date(Snapshot& snapshot) {
 void FieldBody::mark_cut_boxes(SurfacePatch& patch) const {
   volume_.cut_box(patch.lo, patch.lo + patch.n - 1, patch.cut_lo, patch.cut_hi);
   volume_.filled_box(patch.lo, patch.lo + patch.n - 1, patch.filled_lo, patch.filled_hi);
-  for (SurfacePatch& coarse : patch.wide) {
+  for (SurfacePatch& coarse : patch.coarse_levels) {
     volume_.cut_box(coarse.lo * coarse_.every, (coarse.lo + coarse_.edge - 1) * coarse_.every, coarse.cut_lo,
                     coarse.cut_hi);
     if (coarse.cut_lo.x > coarse.cut_hi.x) continue;

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "haptics/contact/proxy/smooth_contacts.h"
+#include "haptics/contact/proxy/non_cutting_contacts.h"
 #include "haptics/surface_patch.h"
 #include "haptics/tissue_body.h"
 

@@ -24,7 +24,8 @@ std::vector<glm::vec3> evenly_around(std::size_t count) {
 OffsetModel::OffsetModel(const ServoSettings& settings)
     : PatchModel(settings),
       front_(tool_set(settings), settings.frame.voxel),
-      coarse_front_(tool_set(settings), settings.frame.voxel * (patch_.wide.empty() ? 1 : patch_.wide.front().every)) {
+      coarse_front_(tool_set(settings),
+                    settings.frame.voxel * (patch_.coarse_levels.empty() ? 1 : patch_.coarse_levels.front().every)) {
   const double h = settings.frame.voxel;
   for (const Tool& each : tool_set(settings)) {
     heads_.push_back({each, ContactFinder(each, h), NonCuttingContacts(each, h), near_reach(each) / h});
@@ -109,8 +110,8 @@ void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
     dvec3 below = plane.x - kFeltBelow * plane.n;
     const SurfacePatch* felt_in = &patch_;
     if (!patch_.holds(below, 0)) {
-      if (patch_.wide.empty()) continue;
-      felt_in = &patch_.wide.front();
+      if (patch_.coarse_levels.empty()) continue;
+      felt_in = &patch_.coarse_levels.front();
       below = plane.x / static_cast<double>(felt_in->every) - kFeltBelow * plane.n;
       if (!felt_in->holds(below, 0)) continue;
     }

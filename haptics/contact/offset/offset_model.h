@@ -9,7 +9,7 @@
 #include "haptics/contact/offset/retreat_path.h"
 #include "haptics/contact/patch_model.h"
 #include "haptics/contact/proxy/nearest_allowed.h"
-#include "haptics/contact/proxy/smooth_contacts.h"
+#include "haptics/contact/proxy/non_cutting_contacts.h"
 #include "haptics/cut_front.h"
 #include "haptics/fill.h"
 
@@ -62,7 +62,7 @@ class OffsetModel : public PatchModel {
     // Voxels, vector from the hand to the position that the proxy would have if its speed were not limited; zero
     // without contact. This position depends on the contacts, and on the energy debt (energy of past cuts that the
     // motor has not yet delivered).
-    dvec3 held_off{0};
+    dvec3 contact_push{0};
     ActivePlanes active{};  // indices of the contacts that block the head (the active set)
     // These members have the same meaning as the members of Contact with the same names.
     bool touching = false, lost = false, deep = false, bridging = false, late = false;
@@ -129,7 +129,9 @@ class OffsetModel : public PatchModel {
   bool remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept;
   void carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept;
   void finish_coarse() noexcept;
-  VoxelFrame coarse_frame() const noexcept { return {settings_.frame.origin, voxel() * patch_.wide.front().every}; }
+  VoxelFrame coarse_frame() const noexcept {
+    return {settings_.frame.origin, voxel() * patch_.coarse_levels.front().every};
+  }
   PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept override;
   void update_coarse(SurfacePatch& fresh, bool edited) noexcept override;
   void adopted(bool strokes_edited, bool known) noexcept override;

@@ -79,7 +79,7 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   // These are two separate assignments, because a chained assignment would read the first value back from memory and
   // wait for the store.
   s.fall_normal = dvec3(0);
-  s.held_off = dvec3(0);
+  s.contact_push = dvec3(0);
   s.active.count = 0;
   s.touching = s.lost = s.deep = s.bridging = s.late = false;
   s.c = s.start = settings_.frame.to_voxels(in.X_WG.p);
@@ -151,7 +151,7 @@ void OffsetModel::move_proxy(const ContactInput& in) noexcept {
   const dvec3 c = p.c;
   if (p.touching) {
     p.c = p.start + debt_fraction(in) * (c - p.start);
-    p.held_off = (s.at_pace ? s.held_at : c) - p.target + p.c - c;
+    p.contact_push = (s.at_pace ? s.held_at : c) - p.target + p.c - c;
   }
   wall_ = in.cuts && settings_.boundary_walls && p.touching ? strongest_wall(p.active) : 0;
 }
@@ -554,10 +554,10 @@ bool OffsetModel::hand_has_left() const noexcept {
       if (free_distance(x) > 1) return true;
       continue;
     }
-    if (settings_.laws < kLawsOfAlignedPatches || patch_.wide.empty()) return false;
+    if (settings_.laws < kLawsOfAlignedPatches || patch_.coarse_levels.empty()) return false;
     // The coarse patch (around the shank) is much larger. Its samples are `every` voxels apart, so it must show more
     // free space.
-    const SurfacePatch& coarse = patch_.wide.front();
+    const SurfacePatch& coarse = patch_.coarse_levels.front();
     const double every = coarse.every;
     if (!coarse.holds(x / every, 1)) return false;
     if (sample_linear(coarse, x / every) * every - reach() > every) return true;
@@ -619,7 +619,7 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
   out.rejoining = rejoining_ > 0;
   out.leading_out = overlap_ > 0;
   out.settled = overlap_ == 0 && rejoining_ == 0 && !retreat_.leading;
-  out.contact_direction = p.held_off;
+  out.contact_direction = p.contact_push;
   out.wall = wall_;
   // The contact area is measured on the samples of the head's surface. If there is only one exact contact, no samples
   // were examined. The area is then estimated for a ball on a plane.

@@ -53,7 +53,7 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
 /// patch took long. The cut in the coarse patch may then wait for one of the next ticks, because only the shank touches
 /// the coarse patch, and the shank follows the head.
 void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues, bool may_wait) noexcept {
-  if (patch_.wide.empty()) return;
+  if (patch_.coarse_levels.empty()) return;
   const bool goes_on = continues && coarse_.cut + 1 >= cut_count_;
   if (!goes_on) {
     finish_coarse();
@@ -78,7 +78,7 @@ void OffsetModel::finish_coarse() noexcept {
   coarse_.waits = 0;
   const Sweep sweep(heads_[coarse_.tool].tool, coarse_.X_WA, coarse_.X_WB, coarse_frame(), coarse_.goes_on,
                     settings_.laws);
-  carve(patch_.wide.front(), sweep, nullptr, &coarse_front_);
+  carve(patch_.coarse_levels.front(), sweep, nullptr, &coarse_front_);
   coarse_.X_WA = coarse_.X_WB;
   coarse_.goes_on = true;
 }
@@ -109,8 +109,8 @@ PerTissue OffsetModel::repeat(const CutLog::Made& made, std::uint64_t index, Sur
 
 /// Repeats the cuts that the coarse patch (field around the shank) of a new snapshot lacks.
 void OffsetModel::update_coarse(SurfacePatch& fresh, bool edited) noexcept {
-  if (fresh.wide.empty()) return;
-  SurfacePatch& coarse = fresh.wide.front();
+  if (fresh.coarse_levels.empty()) return;
+  SurfacePatch& coarse = fresh.coarse_levels.front();
   const VoxelFrame frame{settings_.frame.origin, voxel() * coarse.every};
   if (edited) {
     for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {
@@ -122,11 +122,11 @@ void OffsetModel::update_coarse(SurfacePatch& fresh, bool edited) noexcept {
   }
   glm::ivec3 lo, hi;
   bool filled = false;
-  if (patch_.wide.empty() || !log_.since(fresh.cuts, lo, hi, filled) || filled) return;
+  if (patch_.coarse_levels.empty() || !log_.since(fresh.cuts, lo, hi, filled) || filled) return;
   const int n = coarse.every, margin = static_cast<int>(Sweep::kMargin) + 1;
   lo = glm::max(lo, glm::ivec3(-1'000'000)) / n - margin;
   hi = glm::min(hi, glm::ivec3(1'000'000)) / n + margin;
-  merge(coarse, patch_.wide.front(), lo, hi);
+  merge(coarse, patch_.coarse_levels.front(), lo, hi);
 }
 
 }  // namespace typodont::haptics::offset

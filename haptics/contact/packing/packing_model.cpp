@@ -66,9 +66,9 @@ ProxyOptions frictionless(std::uint32_t laws, double tick) {
           .longest_path = laws >= kLawsOfLimitedSpeed ? kFastest * tick : std::numeric_limits<double>::infinity()};
 }
 
-Pose part_of(const Pose& from, const dvec3& move, const dvec3& turn, double share) {
-  if (turn == dvec3(0)) return {from.p + share * move, from.R};
-  return {from.p + share * move, glm::normalize(SphereProxy::turned_by(share * turn) * from.R)};
+Pose part_of(const Pose& from, const dvec3& move, const dvec3& turn, double fraction) {
+  if (turn == dvec3(0)) return {from.p + fraction * move, from.R};
+  return {from.p + fraction * move, glm::normalize(SphereProxy::turned_by(fraction * turn) * from.R)};
 }
 
 }  // namespace
@@ -303,14 +303,14 @@ void PackingModel::take_tissue_from_contacts() noexcept {
   double total = 0;
   for (const ProxyContact& c : proxy().contacts()) {
     const auto t = static_cast<std::size_t>(snapshot_.spheres.tissue(c.sphere));
-    surface_.share[t] += c.push;
+    surface_.fraction[t] += c.push;
     surface_.hardness[t] += c.push * snapshot_.spheres.hardness(c.sphere);
     total += c.push;
   }
-  for (std::size_t t = 0; t < surface_.share.size(); ++t) {
-    if (!(surface_.share[t] > 0)) continue;
-    surface_.hardness[t] /= surface_.share[t];
-    surface_.share[t] /= total;
+  for (std::size_t t = 0; t < surface_.fraction.size(); ++t) {
+    if (!(surface_.fraction[t] > 0)) continue;
+    surface_.hardness[t] /= surface_.fraction[t];
+    surface_.fraction[t] /= total;
   }
 }
 
@@ -319,9 +319,9 @@ void PackingModel::take_tissue_from_contacts() noexcept {
 void PackingModel::set_friction(const ContactInput& in) noexcept {
   double fixed = 0, sliding = 0;
   if (settings_.friction && (!in.cuts || in.scrapes)) {
-    for (std::size_t t = 1; t < surface_.share.size(); ++t) {
-      fixed += surface_.share[t] * settings_.materials[t].static_friction;
-      sliding += surface_.share[t] * settings_.materials[t].dynamic_friction;
+    for (std::size_t t = 1; t < surface_.fraction.size(); ++t) {
+      fixed += surface_.fraction[t] * settings_.materials[t].static_friction;
+      sliding += surface_.fraction[t] * settings_.materials[t].dynamic_friction;
     }
   }
   proxy().set_friction(fixed, std::min(fixed, sliding));
@@ -487,7 +487,7 @@ void PackingModel::feel(const ContactInput&, Contact& out) noexcept {
   }
   if (total > 0) out.lever /= total;
   if (total > 0) {
-    out.tissue = surface_.share;
+    out.tissue = surface_.fraction;
     out.known_tissue = true;
     out.graded = snapshot_.spheres.graded();
     out.hardness = surface_.hardness;

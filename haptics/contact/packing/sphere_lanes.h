@@ -29,8 +29,8 @@ TYPODONT_KERNEL void offsets_from_segment(const D8& x, const D8& y, const D8& z,
   const dvec3 ab = b - a;
   if (const double length2 = glm::dot(ab, ab); length2 > 0) {
     const D8 zero{}, at = (off_x * ab.x + off_y * ab.y + off_z * ab.z) / length2, low = at < zero ? zero : at,
-                     share = low > zero + 1.0 ? zero + 1.0 : low;
-    off_x = x - (a.x + share * ab.x), off_y = y - (a.y + share * ab.y), off_z = z - (a.z + share * ab.z);
+                     fraction = low > zero + 1.0 ? zero + 1.0 : low;
+    off_x = x - (a.x + fraction * ab.x), off_y = y - (a.y + fraction * ab.y), off_z = z - (a.z + fraction * ab.z);
   }
 }
 

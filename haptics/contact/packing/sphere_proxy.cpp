@@ -418,10 +418,11 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
     dvec3 by, turned;
     project(move, turn, by, turned, tool_.head);
     const double angle = glm::length(turned), way = glm::length(by) + tool_.head_reach * angle;
-    const double share = std::min({1.0, longest_path / std::max(way, 1e-300), kLargestTurn / std::max(angle, 1e-300)});
-    const Pose goal{X_W_.p + share * by, glm::normalize(turned_by(share * turned) * X_W_.R)};
+    const double fraction =
+        std::min({1.0, longest_path / std::max(way, 1e-300), kLargestTurn / std::max(angle, 1e-300)});
+    const Pose goal{X_W_.p + fraction * by, glm::normalize(turned_by(fraction * turned) * X_W_.R)};
     const FirstContact first = first_of_tool(tree, tool_.head, tool_.size(), motion_to(goal), kPastTheEnd);
-    const double part = share * reached(tree, goal, first);
+    const double part = fraction * reached(tree, goal, first);
     if (first.ball < 0 || part * way > kGap || slide == kSlides) {
       move = by, turn = turned;
       return first.ball < 0 ? 1 : part;
@@ -432,8 +433,9 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
     const auto ball = static_cast<std::size_t>(first.ball);
     const std::size_t listed = contact_of(first.ball, first.sphere);
     const dvec3 moved = goal * tool_.center_T[ball] - X_W_ * tool_.center_T[ball];
-    const double gap =
-        listed < count_ ? std::min(0.0, constraints_[listed].gap + glm::dot(contacts_[listed].n_W, moved) / share) : 0;
+    const double gap = listed < count_
+                           ? std::min(0.0, constraints_[listed].gap + glm::dot(contacts_[listed].n_W, moved) / fraction)
+                           : 0;
     add_contact(tree, first.ball, first.sphere);
     constraints_[contact_of(first.ball, first.sphere)].gap = gap;
   }
@@ -563,8 +565,8 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     // Moves the proxy along a part of the motion, with a collision test. Both the largest allowed rotation and the path
     // that remains in this tick limit the length of this part.
     const double angle = glm::length(turned), way = glm::length(by) + tool_.reach * angle;
-    const double share = std::min({1.0, kLargestTurn / std::max(angle, 1e-300), path_left / std::max(way, 1e-300)});
-    by *= share, turned *= share;
+    const double fraction = std::min({1.0, kLargestTurn / std::max(angle, 1e-300), path_left / std::max(way, 1e-300)});
+    by *= fraction, turned *= fraction;
     arrived = glm::length(by) + lever_ * glm::length(turned) < kArrived;
     if (arrived) break;
     const Pose goal{X_W_.p + by, glm::normalize(turned_by(turned) * X_W_.R)};
@@ -580,11 +582,11 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       Constraint& c = constraints_[k];
       c.gap = std::max(0.0, c.gap + part * (glm::dot(c.n, by) + glm::dot(c.turn, turned)));
     }
-    path_left -= part * share * way;
+    path_left -= part * fraction * way;
     slid = slid || (normal > 0 && part * glm::length(by) > kArrived);
     if (first.ball >= 0) {
       add_contact(tree, first.ball, first.sphere);
-    } else if (share >= 1) {
+    } else if (fraction >= 1) {
       break;
     }
   }

@@ -275,11 +275,12 @@ std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree&
       for (int z0 = lo.z; z0 <= hi.z; z0 += kBlock) {
         tissue.copy({x0, y0, z0}, glm::ivec3(kBlock), distance.data(), nullptr);
         for (int k = 0; k < kBlock * kBlock * kBlock; ++k) {
-          const double share = std::clamp(0.5 - static_cast<double>(distance[static_cast<std::size_t>(k)]), 0.0, 1.0);
-          if (!(share > 0)) continue;
+          const double fraction =
+              std::clamp(0.5 - static_cast<double>(distance[static_cast<std::size_t>(k)]), 0.0, 1.0);
+          if (!(fraction > 0)) continue;
           const glm::ivec3 v(x0 + k / (kBlock * kBlock), y0 + k / kBlock % kBlock, z0 + k % kBlock);
           if (const int i = tree.nearest(tissue.frame().to_world(dvec3(v))); i >= 0) {
-            cell[static_cast<std::size_t>(i)] += share * h * h * h;
+            cell[static_cast<std::size_t>(i)] += fraction * h * h * h;
           }
         }
       }

@@ -18,7 +18,7 @@ void OverlapSum::add(Place place, const dvec3& n, double v) noexcept {
   const auto label = static_cast<std::size_t>(tissue_.tissue(place));
   const double hardness = tissue_.hardness(place), rho = density_[label] * hardness;
   normal_ += n * v * rho;
-  sum_.share[label] += v;
+  sum_.fraction[label] += v;
   sum_.hardness[label] += v * hardness;
   sum_.volume += v;
   weighted_ += v * rho;
@@ -29,8 +29,8 @@ SurfaceEstimate OverlapSum::estimate() const noexcept {
   if (const double length = glm::length(normal_); length > 0) e.n_W = normal_ / length;
   if (e.volume > 0) {
     for (std::size_t t = 0; t < kTissueCount; ++t) {
-      if (e.share[t] > 0) e.hardness[t] /= e.share[t];
-      e.share[t] /= e.volume;
+      if (e.fraction[t] > 0) e.hardness[t] /= e.fraction[t];
+      e.fraction[t] /= e.volume;
     }
     e.normalised = weighted_ / e.volume;
     e.density = weighted_ / kCubicMillimetre;

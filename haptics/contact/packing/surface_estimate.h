@@ -16,7 +16,7 @@ struct SurfaceEstimate {
   // contact cuts more slowly
   double density = 0;
   double normalised = 0;  // normalised density ρ̂ (paper S2, eq. 3); independent of the size of the contact
-  PerTissue share{};      // for each tissue: fraction 0..1 of `volume` that belongs to it; the sum is 1
+  PerTissue fraction{};   // for each tissue: fraction 0..1 of `volume` that belongs to it; the sum is 1
   PerTissue hardness{};   // for each tissue: mean hardness of its spheres in contact (SphereTissue::hardness)
 };
 

@@ -240,8 +240,9 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
     const dvec3 slide = -(radius_ + gap) * (m - glm::dot(m, n) * n);
     if (fine) {
       const double before2 = glm::dot(last_slide, last_slide);
-      const double share = before2 > 0 ? glm::dot(slide, last_slide) / before2 : 0;
-      gain = share != 0 && std::abs(share) < R::still_converges ? std::min(gain / (1 - share), R::most_gain) : 1;
+      const double fraction = before2 > 0 ? glm::dot(slide, last_slide) / before2 : 0;
+      gain =
+          fraction != 0 && std::abs(fraction) < R::still_converges ? std::min(gain / (1 - fraction), R::most_gain) : 1;
       last_slide = slide;
     }
     x += gain * slide;

@@ -16,8 +16,8 @@
 // exact planes.
 //
 // Special cases. sharp_edge.h computes edges, corners and grooves of the tissue from the flat faces beside them,
-// because interpolation rounds them. smooth_contacts.h computes contacts of the parts of a tool that never cut, for
-// example the shank. parameters.h contains all constants with their reasons.
+// because interpolation rounds them. non_cutting_contacts.h computes contacts of the parts of a tool that never cut,
+// for example the shank. parameters.h contains all constants with their reasons.
 //
 // Frames: W is the workbench, V is the grid of the patch (lengths in voxels), and T is the tool with its origin at the
 // head's centre and z along its axis. X_VT is the pose of T in V. docs/contact.md explains the method and its errors.

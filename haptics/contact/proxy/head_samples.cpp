@@ -216,14 +216,14 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     // zero at a distance of one voxel. So the sum of the areas changes smoothly when the head moves. The sum of the
     // normals uses another weight, 2 a − b. Here a decreases from one to zero over half a voxel, and b over one voxel.
     // With this weight, areas that would touch only if the head sank deeper do not contribute.
-    F8 share = 1.0f - value, half = share - value;
-    share = share < 0.0f ? F8{} : share;
-    share = share > 1.0f ? F8{} + 1.0f : share;
+    F8 fraction = 1.0f - value, half = fraction - value;
+    fraction = fraction < 0.0f ? F8{} : fraction;
+    fraction = fraction > 1.0f ? F8{} + 1.0f : fraction;
     half = half < 0.0f ? F8{} : half;
     half = half > 1.0f ? F8{} + 1.0f : half;
-    area += engaged * share;
-    share = engaged * (half + half - share);
-    area_x += share * nx, area_y += share * ny, area_z += share * nz;
+    area += engaged * fraction;
+    fraction = engaged * (half + half - fraction);
+    area_x += fraction * nx, area_y += fraction * ny, area_z += fraction * nz;
 
     F8 length2 = gx * gx + gy * gy + gz * gz;
     const I8 steep = close & (length2 > 0.01f);

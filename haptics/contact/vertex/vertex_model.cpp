@@ -508,10 +508,10 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   // to the hand (a cone), the springs push in opposite directions, and their sum is too small.
   const double along = -glm::dot(springs_.force, way);
   if (!(along > 0)) return give(in, dvec3(0), dvec3(0), out);
-  const double stiffness = springs_.sum / springs_.weight, share = along / springs_.sum;
-  dvec3 aside = share / along * (springs_.force + along * way);
+  const double stiffness = springs_.sum / springs_.weight, fraction = along / springs_.sum;
+  dvec3 aside = fraction / along * (springs_.force + along * way);
   if (const double size = glm::length(aside); size > P::most_aside) aside *= P::most_aside / size;
-  give(in, stiffness * depth * (aside - way), share * stiffness * depth / along * springs_.torque, out);
+  give(in, stiffness * depth * (aside - way), fraction * stiffness * depth / along * springs_.torque, out);
 }
 
 /// Called if the head has no contact. If a bur's last contact force has not yet decreased to zero, continues to reduce

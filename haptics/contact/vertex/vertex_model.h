@@ -63,12 +63,12 @@ struct FeelParameters {
   // distance is at least `hurry` × (cut area / radius²) × edge length. A thin head has a small cut area, so it waits
   // less and advances in short cuts. If it advanced far at once, it would slide between the vertices.
   static constexpr double rest = 3, hurry = 0.08;
-  // Since force laws 14, the next cut waits for at least `least_rest` × n ticks, so that at most half of the ticks
-  // cut. With a longer wait, a thin head would remove less tissue, because the length of a cut is limited.
-  static constexpr double least_rest = 1;
+  // Since force laws 14, the next cut waits for at least `least_rest` × n ticks, so that fewer than half of the
+  // ticks cut. With a longer wait, a thin head would remove less tissue, because the length of a cut is limited.
+  static constexpr double least_rest = 1.05;
   // Largest computing effort of the contact and a cut together in one tick, in units of 10 ns. A cut that needs more is
   // divided over several ticks.
-  static constexpr Effort most_effort = 7000;
+  static constexpr Effort most_effort = 6500;
   // Smallest computing effort (unit: 10 ns) that a cut or a list may use in a tick, since force laws 13. So the cut
   // still makes progress if the contact has used up most of `most_effort`.
   static constexpr Effort least_effort = 2000;

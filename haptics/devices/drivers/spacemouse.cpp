@@ -83,9 +83,9 @@ class SpaceMouse : public HapticDevice {
     if (link_->now() - heard_ > kSilence) state_.push = state_.twist = dvec3(0);
 
     const double dt = to_seconds(period_);
-    const double share = 1 - std::exp(-dt / control_.smoothing);
-    push_ += share * (cap_to_base(shape(state_.push, control_.dead_zone)) - push_);
-    twist_ += share * (cap_to_base(shape(state_.twist, control_.dead_zone)) - twist_);
+    const double fraction = 1 - std::exp(-dt / control_.smoothing);
+    push_ += fraction * (cap_to_base(shape(state_.push, control_.dead_zone)) - push_);
+    twist_ += fraction * (cap_to_base(shape(state_.twist, control_.dead_zone)) - twist_);
     if (control_.rate_control) {
       pose_.p += control_.speed * dt * push_;
       pose_.R = glm::normalize(rotation(control_.turn_speed * dt * twist_) * pose_.R);

@@ -253,8 +253,8 @@ SliceLevels levels_of(const std::string& name, const Stack& stack, std::vector<s
   double worst = 0, aside = 0;
   for (std::size_t k = 0; k < s.size(); ++k) {
     worst = std::max(worst, std::abs(t[k] - t[0] - (t.back() - t[0]) * static_cast<double>(k) / last));
-    const double share = (t[k] - t[0]) / (t.back() - t[0]);
-    aside = std::max(aside, glm::length(s[k].position - levels.origin - share * whole));
+    const double fraction = (t[k] - t[0]) / (t.back() - t[0]);
+    aside = std::max(aside, glm::length(s[k].position - levels.origin - fraction * whole));
   }
   const double pixel = std::min(stack.head.frames[0].spacing[0], stack.head.frames[0].spacing[1]);
   if (aside > std::max(0.5 * pixel, 1e-3)) {
@@ -376,9 +376,9 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   scan.grey.resize(area * levels.at.size());
   for (std::size_t k = 0; k < levels.at.size(); ++k) {
     const auto below = std::min(static_cast<std::size_t>(levels.at[k]), stack.slices.size() - 2);
-    const auto share = static_cast<float>(levels.at[k] - static_cast<double>(below));
+    const auto fraction = static_cast<float>(levels.at[k] - static_cast<double>(below));
     for (std::size_t i = 0; i < area; ++i)
-      scan.grey[k * area + i] = (1 - share) * raw[below * area + i] + share * raw[(below + 1) * area + i];
+      scan.grey[k * area + i] = (1 - fraction) * raw[below * area + i] + fraction * raw[(below + 1) * area + i];
   }
   return scan;
 }

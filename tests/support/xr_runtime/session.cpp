@@ -33,14 +33,14 @@ std::pair<const Key*, double> between(const std::vector<Key>& keys, double frame
   return {last, 0.0};
 }
 
-XrPosef blend(const ScriptPose& a, const ScriptPose& b, double share) {
+XrPosef blend(const ScriptPose& a, const ScriptPose& b, double fraction) {
   std::array<double, 4> q{};
   double sign = 0, norm = 0;
   for (std::size_t i = 0; i < 4; ++i) sign += a.q[i] * b.q[i];
-  for (std::size_t i = 0; i < 4; ++i) q[i] = (1 - share) * a.q[i] + (sign < 0 ? -share : share) * b.q[i];
+  for (std::size_t i = 0; i < 4; ++i) q[i] = (1 - fraction) * a.q[i] + (sign < 0 ? -fraction : fraction) * b.q[i];
   for (const double v : q) norm += v * v;
   norm = std::sqrt(norm);
-  const auto mixed = [&](std::size_t i) { return static_cast<float>((1 - share) * a.p[i] + share * b.p[i]); };
+  const auto mixed = [&](std::size_t i) { return static_cast<float>((1 - fraction) * a.p[i] + fraction * b.p[i]); };
   return {{static_cast<float>(q[1] / norm), static_cast<float>(q[2] / norm), static_cast<float>(q[3] / norm),
            static_cast<float>(q[0] / norm)},
           {mixed(0), mixed(1), mixed(2)}};
@@ -49,8 +49,8 @@ XrPosef blend(const ScriptPose& a, const ScriptPose& b, double share) {
 XrPosef head_at(XrTime time) {
   const Runtime& r = runtime();
   const HeadKey* next = nullptr;
-  const auto [last, share] = between(r.script.head, frame_at(time), &next);
-  XrPosef pose = blend(last->pose, next->pose, share);
+  const auto [last, fraction] = between(r.script.head, frame_at(time), &next);
+  XrPosef pose = blend(last->pose, next->pose, fraction);
   // A predicted pose has this error; a past pose is exact.
   if (r.session && time >= r.session->display_time) pose.position.x += static_cast<float>(r.script.prediction_error);
   return pose;
@@ -476,9 +476,9 @@ bool locate(const Space& space, XrTime time, XrPosef& pose) {
   const auto& keys = r.script.hands[static_cast<std::size_t>(space.hand)];
   if (keys.empty() || r.session->state != XR_SESSION_STATE_FOCUSED) return false;
   const HandKey* next = nullptr;
-  const auto [last, share] = between(keys, frame_at(time), &next);
+  const auto [last, fraction] = between(keys, frame_at(time), &next);
   if (!last->tracked) return false;
-  pose = multiply(blend(last->pose, next->pose, next->tracked ? share : 0), space.pose);
+  pose = multiply(blend(last->pose, next->pose, next->tracked ? fraction : 0), space.pose);
   return true;
 }
 

@@ -71,11 +71,11 @@ struct FQuat {
     return {W * b.X + X * b.W + Y * b.Z - Z * b.Y, W * b.Y - X * b.Z + Y * b.W + Z * b.X,
             W * b.Z + X * b.Y - Y * b.X + Z * b.W, W * b.W - X * b.X - Y * b.Y - Z * b.Z};
   }
-  static FQuat Slerp(const FQuat& a, const FQuat& b, double share) {
+  static FQuat Slerp(const FQuat& a, const FQuat& b, double fraction) {
     const double cosine = a.X * b.X + a.Y * b.Y + a.Z * b.Z + a.W * b.W,
                  angle = std::acos(std::min(std::abs(cosine), 1.0));
-    const double sine = std::sin(angle), wa = sine > 1e-9 ? std::sin((1 - share) * angle) / sine : 1 - share;
-    const double wb = (cosine < 0 ? -1 : 1) * (sine > 1e-9 ? std::sin(share * angle) / sine : share);
+    const double sine = std::sin(angle), wa = sine > 1e-9 ? std::sin((1 - fraction) * angle) / sine : 1 - fraction;
+    const double wb = (cosine < 0 ? -1 : 1) * (sine > 1e-9 ? std::sin(fraction * angle) / sine : fraction);
     return {wa * a.X + wb * b.X, wa * a.Y + wb * b.Y, wa * a.Z + wb * b.Z, wa * a.W + wb * b.W};
   }
   FVector RotateVector(const FVector& v) const {

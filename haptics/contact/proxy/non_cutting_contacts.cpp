@@ -1,4 +1,4 @@
-#include "haptics/contact/proxy/smooth_contacts.h"
+#include "haptics/contact/proxy/non_cutting_contacts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -46,7 +46,7 @@ Pose NonCuttingContacts::in_part(const Part& part, const Pose& X_VT, int every) 
 }
 
 double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcept {
-  if (!shank_ || patch.wide.empty()) return 1e300;
+  if (!shank_ || patch.coarse_levels.empty()) return 1e300;
   const Part& shank = *shank_;
   if (known_) {
     // Upper bound of the angle by which the tool rotated since the last search: 2 acos |q·q'| ≤ 2.3 √(2 - 2 |q·q'|),
@@ -56,7 +56,7 @@ double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noe
     if (left > std::max(P::close_room, std::min(P::enough_room, free_ / 2))) return left;
   }
   // Sphere tracing along the shank's axis: each step is as long as the distance to the tissue that the field states.
-  const SurfacePatch& wide = patch.wide.front();
+  const SurfacePatch& wide = patch.coarse_levels.front();
   const dvec3 axis = X_VT.R * dvec3(0, 0, 1), from = X_VT.p + (shank.z - shank.half) * axis;
   const double slope = (shank.radius - shank.neck) / shank.taper;
   const double top = 2 * shank.half, least_step = 0.3 * every_;
@@ -175,7 +175,7 @@ void NonCuttingContacts::append_to(ContactSet& set) const noexcept {
 void NonCuttingContacts::find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) noexcept {
   count_ = 0;
   if (shank_ && room(patch, X_VT) <= near) {
-    look(*shank_, patch.wide.front(), in_part(*shank_, X_VT, every_), near / every_, true);
+    look(*shank_, patch.coarse_levels.front(), in_part(*shank_, X_VT, every_), near / every_, true);
   }
   if (safe_end_) look(*safe_end_, patch, in_part(*safe_end_, X_VT, 1), near, false);
   append_to(set);
