@@ -63,7 +63,8 @@ struct LengthColumns {
     const auto at = [&](std::size_t i) { return table.rows[row][static_cast<std::size_t>(table.column(names[i]))]; };
     return dvec3(at(0), at(1), at(2)) * unit;
   }
-  /// Throws Error if the numbers are implausible for this unit: all below 3 mm for mm, or any beyond 10 m.
+  /// Throws Error if the numbers are implausible for the file's unit. In a file in mm, not all coordinates may be below
+  /// 3 mm. In every file, no point may be farther than 10 m from the origin.
   void require_plausible(const std::filesystem::path& file, const std::vector<dvec3>& points) const {
     double reach = 0;
     for (const dvec3& p : points) reach = std::max({reach, std::abs(p.x), std::abs(p.y), std::abs(p.z)});

@@ -217,7 +217,7 @@ class Model {
     }
     const Panel screen = panel(x);
     const auto plane = mirror(x);
-    const Eigen::Index seen = plane ? 11 : 8;  // number of unknowns for the apparent position of a dot
+    const Eigen::Index seen = plane ? 11 : 8;  // number of unknowns on which a dot's apparent position depends
     const auto appears = [&](const PanelPoint& dot, Columns& D) {
       const dvec3 p = screen.at(dot.u, dot.v);
       D.resize(3, seen);

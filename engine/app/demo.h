@@ -13,7 +13,7 @@ namespace typodont {
 struct DemoOptions {
   std::filesystem::path out = "demo";
   std::string scene;                                         // scene file; empty: the shipped scene molar-caries
-  std::string rig;                                           // rig file or name; empty: the shipped rig film
+  std::string rig;                                           // rig file or name; empty: the shipped rig `film`
   std::optional<glm::ivec2> eye_size;                        // pixels, size of one eye's picture; empty: the rig's size
   std::string model;                                         // contact model; empty: the scene's model
   double fps = 25;                                           // frames per second of the film

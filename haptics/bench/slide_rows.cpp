@@ -160,7 +160,8 @@ struct Slide {
     return quantile(times, 0.5);
   }
 
-  /// Measures single field queries in batches near the head's centre, and a lower bound of their time.
+  /// Measures the time of a single query of the field near the head's centre, as the mean over a batch of queries. Also
+  /// measures the time in which the processor only reads the same samples, which is a lower bound of a query's time.
   void queries() {
     Scene scene(dense, settings);
     scene.tick({sliding(0, radius)}, 0);

@@ -32,8 +32,9 @@ class PatchModel : public ContactModel {
   /// Repeats a logged cut in tissue that has changed by undo, redo or the removal of a loose piece. Returns the removed
   /// volume in voxels³; negative for a filling.
   virtual PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept = 0;
-  /// Repeats the cuts that the coarse patch (field around the shank) of the new patch `fresh` lacks. `edited`: true if
-  /// undo, redo or the removal of a loose piece has changed the tissue since the old patch was taken.
+  /// The new patch `fresh` also contains a coarse field around the shank (coarse patch). This function repeats the cuts
+  /// that are still missing in the coarse patch. `edited`: true if undo, redo or the removal of a loose piece has
+  /// changed the tissue since the old patch was taken.
   virtual void update_coarse(SurfacePatch& /*fresh*/, bool /*edited*/) noexcept {}
   /// Called after patch_ (field around the tool) was replaced. `strokes_edited`: true if undo or redo has changed the
   /// tissue. `known`: true if the new patch has no changes of the tissue that the old patch lacked.

@@ -400,8 +400,8 @@ TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at_pieces(const Straight* way_at, AtStart* found, float rounding) {
   const Straight& way = *way_at;
   for (int i = 0; i < way.count; ++i) {
-    // The kernel assigns an arc's second end to the next piece of the head's meridian, so the distance from this end is
-    // computed here.
+    // For the kernel, an arc's second end belongs to the next piece of the head's meridian. Therefore the kernel does
+    // not compute the distance from the second end of this piece, and it is computed here.
     const F8 depth = eight::depth_below_pieces(way.pieces, 1u << i, found->rho, found->at.z),
              off_rho = found->rho - way.pieces[i].bx, off_z = found->at.z - way.pieces[i].bz;
     found->to_piece[i] = eight::lesser(depth > 0.0f ? depth : -depth, eight::root(off_rho * off_rho + off_z * off_z));

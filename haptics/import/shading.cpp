@@ -141,8 +141,8 @@ Unknowns fitted(const std::vector<Cell>& cells, const glm::dvec3& voxels) {
       Row row{.of = {}, .slope = c.slope[a], .samples = c.samples, .weight = c.samples};
       for (std::size_t t = 0; t < kUnknowns; ++t) {
         glm::ivec3 e = Shading::powers()[t + 1];
-        // factor of the derivative of this term per voxel; the variable of the polynomial runs from -1 to 1 over the
-        // scan
+        // Factor of this term in the derivative of the polynomial along axis a. The polynomial's variable runs from -1
+        // to 1 over the scan, and the derivative is per voxel.
         const double factor = e[a] / (0.5 * voxels[a]);
         if (e[a] == 0) continue;
         --e[a];

@@ -86,8 +86,9 @@ struct LimitParameters {
   // ratio stays below this limit for rest_time, the force on the cutting edges begins to rise from the felt force to
   // the coupling's full force.
   static constexpr double little_felt = 0.5;
-  // s; if the hand has felt less than the fraction little_felt of the coupling's force for this time, the force on the
-  // cutting edges begins to rise. Within the same time, it rises from the felt force to the coupling's force.
+  // s. If the hand has felt less than the fraction little_felt of the coupling's force for a period of this length, the
+  // force on the cutting edges begins to rise. The rise from the felt force to the coupling's force takes as long
+  // again.
   static constexpr double rest_time = 0.1;
   // Factor. When the hand retreats by x, the force of the spring changes by k x (k: stiffness), and also because the
   // proxy moves. So k x times this factor is subtracted from the rise of the force that the slew limit allows.

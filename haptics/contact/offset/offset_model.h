@@ -157,8 +157,9 @@ class OffsetModel : public PatchModel {
   double wall_ = 0;
   bool breaking_through_ = false;
   double lost_for_ = 0;  // s, time since the tool was last inside the patch (copy of the field around it)
-  // N, contact force at the time when the new patch became late. The plane that replaces the tissue yields to a force
-  // that is clearly larger than this. 0: no patch is late.
+  // N. If the carver thread delivers a patch (copy of the field) too late, a plane replaces the missing tissue. This is
+  // the contact force at the time when the patch became late. The plane yields to a force that is clearly larger. 0: no
+  // patch is late.
   double bridge_push_ = 0;
   dvec3 bridge_from_{0};  // voxels, the head's centre when the new patch (copy of the field) became late
   // s, remaining time in which the proxy returns smoothly to the surface, after a plane had replaced late tissue data

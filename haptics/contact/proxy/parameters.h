@@ -96,8 +96,8 @@ struct SharpEdgeParameters {
   // Voxels. The search for a face starts at this lateral distance from the foot point (the surface point nearest to the
   // head's centre).
   static constexpr double aside = 8;
-  // Voxels. If the face lies beyond an edge, the search starts at this lateral distance from the foot point, and at the
-  // same distance below it.
+  // Voxels. If an edge of the surface lies between the foot point (the surface point nearest to the head's centre) and
+  // the searched face, the search starts at this lateral distance from the foot point, and as far below the foot point.
   static constexpr double down = 6.8;
   // Voxels, smallest distance from the foot point (see `aside`) to the point that is used on a face. At a smaller
   // distance, the interpolation stencil would include samples of the other face of the edge.

@@ -49,10 +49,10 @@ struct CutParameters {
   static constexpr double least_area = 1e-6;
   // first version of the servo's force laws in which an edge next to a face of bad shape may be collapsed
   static constexpr std::uint32_t laws_of_bad_faces = 11;
-  // First version of the force laws with four new rules. (1) A vertex that cannot leave the head is merged into a
-  // neighbour even if edges get longer than `longest`. (2) A face that faces the nearest point of the head is not
-  // tested for intersection. (3) The search for the faces near the head may be divided over several ticks. (4)
-  // `most_faces` limits the number of faces near the head.
+  // Since version 12 of the force laws, four additional rules apply. (1) A vertex that cannot leave the head is merged
+  // into a neighbour even if edges get longer than `longest`. (2) A face is not tested for intersection if its outer
+  // normal points towards the nearest point of the head. (3) The search for the faces near the head may be divided over
+  // several ticks. (4) `most_faces` limits the number of faces near the head.
   static constexpr std::uint32_t laws_12 = 12;
   // First version of the force laws with the present estimates of computing times (CutCosts), and with one rule that
   // decides for all faces whether they may intersect other faces (select_suspect()).

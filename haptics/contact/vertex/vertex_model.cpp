@@ -584,8 +584,8 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   return true;
 }
 
-/// Returns true if the end of the cut in progress is nearer to the hand than the head at `proxy`. If the cut took
-/// several ticks, the hand may have moved the head away in the meantime.
+/// Returns true if the position at which the cut in progress ends is nearer to the hand than the position `proxy` of
+/// the head. If the cut took several ticks, the hand may have moved the head away in the meantime.
 bool VertexModel::is_ahead(const dvec3& proxy, const ContactInput& in) const noexcept {
   return glm::distance(part_.to.p, in.X_WT.p) < glm::distance(proxy, in.X_WT.p);
 }

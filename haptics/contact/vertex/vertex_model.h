@@ -25,8 +25,8 @@ struct FeelParameters {
   // Limit of the force across the pull (the direction from the head to the hand), as a ratio to the force along the
   // pull.
   static constexpr double most_aside = 0.25;
-  // N/s, largest rate of change of a bur's force while the hand does not move; `ease_before`: the same limit before
-  // force laws 12
+  // N/s, largest rate of change of a bur's force while the hand does not move; `ease_before`: the same limit
+  // before version 12 of the force laws
   static constexpr double ease = 6.5, ease_before = 15;
   // Shortest distance by which a cut advances the head, as a ratio to the target edge length. Until the energy is
   // enough for this distance, it is collected. Otherwise there would be a cut in every tick.
