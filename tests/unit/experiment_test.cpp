@@ -167,7 +167,7 @@ TEST(Psychometric, TheIntervalHoldsTheObserversThresholdInNineteenOfTwentyExperi
 TEST(Shares, ConfidenceIntervalsOfFractionsAreThoseOfClopperAndPearson) {
   const Estimate fraction = fraction_of(8, 10);  // R: binom.test(8, 10)
   EXPECT_NEAR(fraction.low, 0.4439045, 1e-6);
-  EXPECT_NEAR(share.high, 0.9747893, 1e-6);
+  EXPECT_NEAR(fraction.high, 0.9747893, 1e-6);
   EXPECT_NEAR(chance_of(8, 10), 0.109375, 1e-9);
   EXPECT_EQ(fraction_of(0, 5).low, 0);
   EXPECT_EQ(fraction_of(5, 5).high, 1);

@@ -539,9 +539,9 @@ TEST(Hardness, AnUpdatedPatchHasTheValuesOfANewlyExtractedOne) {
   ASSERT_TRUE(kept.bring_up_to_date(a));
   fresh.take_snapshot({0, 0, 2.4_mm}, b);
   EXPECT_TRUE(a.hardness == b.hardness);
-  ASSERT_FALSE(a.wide.empty());
-  EXPECT_FALSE(a.wide.front().hardness.empty());
-  EXPECT_TRUE(a.wide.front().hardness == b.wide.front().hardness);
+  ASSERT_FALSE(a.coarse_levels.empty());
+  EXPECT_FALSE(a.coarse_levels.front().hardness.empty());
+  EXPECT_TRUE(a.coarse_levels.front().hardness == b.coarse_levels.front().hardness);
 }
 
 TEST(Servo, TheForceLimitIs200NewtonIfTheSceneAllowsItAndElseTwenty) {

@@ -66,8 +66,8 @@ void expect_equal(const SurfacePatch& a, const SurfacePatch& b) {
   EXPECT_EQ(a.tissue, b.tissue);
   EXPECT_EQ(a.filled_lo, b.filled_lo);
   EXPECT_EQ(a.filled_hi, b.filled_hi);
-  ASSERT_EQ(a.wide.size(), b.wide.size());
-  if (!a.wide.empty()) expect_equal(a.wide.front(), b.wide.front());
+  ASSERT_EQ(a.coarse_levels.size(), b.coarse_levels.size());
+  if (!a.coarse_levels.empty()) expect_equal(a.coarse_levels.front(), b.coarse_levels.front());
 }
 
 TEST(PatchExchange, AnUpdatedPatchHasTheBitsOfANewlyExtractedOne) {

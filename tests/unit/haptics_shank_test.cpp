@@ -151,7 +151,7 @@ TEST(Shank, WithoutANewSnapshotTheCoarsePatchFollowsAFastDrillWithinFiveTicks) {
     empty.push_back(haptics::sample_linear(bench.patch(), fine.to_voxels(side)) > 2 ? side : dvec3(0, 0, 1));
     fast += did_cut && glm::length(X.p - before) > 0.3_mm;
     if (empty.size() <= kLater || empty[empty.size() - 1 - kLater].z == 1) continue;
-    const auto& wide = bench.patch().wide.front();
+    const auto& wide = bench.patch().coarse_levels.front();
     const VoxelFrame frame{fine.origin, fine.voxel * wide.every};
     ASSERT_GT(haptics::sample_linear(wide, frame.to_voxels(empty[empty.size() - 1 - kLater])), 0) << i;
   }
