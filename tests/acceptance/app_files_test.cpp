@@ -124,7 +124,7 @@ TEST_F(FilesOfCommands, NoCommandReplacesAFileOfAnotherTypeOrAcceptsAnUnknownExt
       {"servo {}/scene.json --hand {}/hand.csv --out {}/x", "a table (.csv) or a session (.h5)"},
       {"servo {}/scene.json --hand {}/hand.csv --out {}/x.csv --save {}/x.h5", "a tissue volume (.vdb)"},
       {"import {}/scan.nrrd --out {}/x.txt", "a tissue volume (.vdb)"},
-      {"mesh {}/scene.json --out {}/x.txt", "(.ply) or a mesh (.stl) or a mesh (.obj)"},
+      {"mesh {}/scene.json --out {}/x.txt", "(.ply) or a mesh (.stl) or a mesh (.obj, .glb, .gltf)"},
       {"report {}/s.h5 --out {}/x.txt", "a page (.html)"},
       {"run {}/scene.json --record {}/x.txt", "a session (.h5)"},
       {"replay {}/s.h5 --film {}/x.txt", "a film (.mp4)"},

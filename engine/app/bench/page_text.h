@@ -15,8 +15,8 @@ std::string wrapped(std::string_view page);
 /// fewer than three sections stays as it is.
 std::string with_contents(std::string_view page);
 
-/// Writes a Markdown page with a list of its sections and with wrapped lines, completely or not at all. An existing page is replaced. Throws Error if
-/// the file cannot be written.
+/// Writes a Markdown page with a list of its sections and with wrapped lines, completely or not at all. An existing
+/// page is replaced. Throws Error if the file cannot be written.
 void write_page(const std::filesystem::path& file, std::string_view page);
 
 /// Throws Error if `file` may not be written as a Markdown page. The name must end with .md. A file that exists must be
