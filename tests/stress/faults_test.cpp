@@ -205,17 +205,23 @@ TEST(Faults, AStalePatchIsReportedAfter20MillisecondsAndDoesNotChangeTheForce) {
   Hand late(block()), in_time(block());
   late.press(), in_time.press();
   late.loop.hold_carver(true);
+  // The servo counts a patch as due when the tool is farther than the body's travel from its centre, which is half of
+  // this length (haptics/contact/patch_model.cpp).
+  const double travel = 2 * late.loop.carver().body().travel();
   int said_after = -1, due_for = 0;
   for (int i = 0; i < 200; ++i) {
-    const dvec3 p = Hand::in() + dvec3(std::min(i * 20e-6, 0.7_mm), 0, 0);  // to where the patch ends nearly
+    const dvec3 p = Hand::in() + dvec3(std::min(i * 20e-6, 1.0_mm), 0, 0);  // nearly to the end of the patch
     late.tick(p), in_time.tick(p);
     ASSERT_FALSE(late.has(Fault::kPatchEdge)) << i;
     EXPECT_NEAR(glm::length(late.tick_.f_T_W - in_time.tick_.f_T_W), 0, 1e-6) << i;
-    if (in_time.tick_.patch != late.tick_.patch) ++due_for;
+    const ServoTick& tick = late.tick_;
+    const dvec3 wanted = haptics::snapshot_center_for(tick.X_WG.p, tick.X_WT.p, travel);
+    if (haptics::snapshot_due_for(wanted, late.loop.servo().snapshot().center_W, travel)) ++due_for;
     if (late.has(Fault::kStalePatch) && said_after < 0) said_after = due_for;
   }
   EXPECT_NEAR(said_after, 20, 2) << "ms";
   EXPECT_TRUE(late.has(Fault::kStalePatch));
+  EXPECT_NE(in_time.tick_.patch, late.tick_.patch) << "the carver that is not held delivers a new patch";
   EXPECT_EQ(in_time.tick_.faults, 0u);
 }
 
