@@ -244,7 +244,7 @@ TEST(VertexHead, TheQuickTestNeverExcludesANearPointAndExcludesMostFarOnes) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> spread(-1, 1);
   for (const HeadShape shape : haptics::head_shapes()) {
-    for (const double slender : {1.2, 1.6, 6.0}) {
+    for (const double slender : {1.6, 2.5, 6.0}) {
       Tool tool = head_of(shape, 0.6_mm + 0.5_mm * std::abs(spread(random)));
       if (shape != HeadShape::kSphere) tool.length = slender * tool.diameter;
       const VertexHead head(tool);
