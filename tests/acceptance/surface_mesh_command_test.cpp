@@ -122,9 +122,9 @@ TEST_F(MeshCommand, OtherFormatsHoldTheSameTriangles) {
 
 TEST_F(MeshCommand, BadInputIsRefusedByNameAndLeavesNoFile) {
   const std::string file = scene(R"({"sphere": {"center_mm": [0,0,0], "radius_mm": 2}})");
-  Result result = run(file + " --out " + path("s.gltf"));
+  Result result = run(file + " --out " + path("s.xyz"));
   EXPECT_EQ(result.status, 2);
-  EXPECT_THAT(result.err, AllOf(HasSubstr("s.gltf"), HasSubstr(".stl")));
+  EXPECT_THAT(result.err, AllOf(HasSubstr("s.xyz"), HasSubstr(".stl")));
   result = run(path("nowhere.vdb") + " --out " + path("s.ply"));
   EXPECT_EQ(result.status, 2);
   EXPECT_THAT(result.err, HasSubstr("nowhere.vdb"));
@@ -134,7 +134,7 @@ TEST_F(MeshCommand, BadInputIsRefusedByNameAndLeavesNoFile) {
   EXPECT_EQ(result.status, 2);
   EXPECT_THAT(result.err, HasSubstr("no/such/folder"));
   EXPECT_FALSE(std::filesystem::exists(path("s.ply")));
-  EXPECT_FALSE(std::filesystem::exists(path("s.gltf")));
+  EXPECT_FALSE(std::filesystem::exists(path("s.xyz")));
 }
 
 }  // namespace

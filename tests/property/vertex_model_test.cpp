@@ -377,13 +377,13 @@ INSTANTIATE_TEST_SUITE_P(Shapes, VertexHeads,
 
 TEST(VertexModel, APointedConeGoesOnCuttingInItsOwnHole) {
   // At this depth the hole is only slightly wider than the length of the mesh's edges, so a part of the swept volume
-  // remains.
+  // remains: 40 % with force laws 13, and 53 % with laws 14, which prevent more folds of the surface.
   haptics::ServoSettings settings = drill(R"({"vertex": {}})");
   settings.tool.shape = haptics::HeadShape::kCone;
   settings.tool.diameter = 1.2_mm, settings.tool.length = 6.0_mm;
   const Removal done = draw_through_block(settings, 1.2_mm);
   EXPECT_GT(done.removed, 0.05e-9);
-  EXPECT_NEAR(done.removed, done.swept, 0.45 * done.swept);
+  EXPECT_NEAR(done.removed, done.swept, 0.57 * done.swept);
 }
 
 /// Volume (m³) that a sharp edge removes when it moves forwards and backwards over kBlock, and in one slow stroke. The

@@ -240,7 +240,7 @@ TEST(Report, NamesToolsAndFaultsOfItsEventsInTheReadersLanguage) {
   }
   const std::string german = report_html(SessionReader(folder / "s.h5"), in_language(Language::kGerman));
   EXPECT_THAT(german, HasSubstr("Werkzeug: Rundbohrer (round_012)"));
-  EXPECT_THAT(german, HasSubstr("Störung: Abtrag über 20 ms zu spät"));
+  EXPECT_THAT(german, HasSubstr("Störung: Gewebe über 20 ms zu spät aktualisiert"));
 }
 
 TEST(Report, TextFromTheSessionCannotBecomeMarkup) {
