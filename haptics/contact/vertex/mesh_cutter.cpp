@@ -34,10 +34,6 @@ constexpr double kLooksAway = -0.2;
 // Limit of the cosine between a face's outer normal and the direction from the head's core to a corner of the face. A
 // face faces the core if all its cosines are below this limit.
 constexpr double kFacesCore = -0.05;
-// The same limit for the quick test with a face's rough normal and the centre of its bounding ball. It is stricter than
-// kLooksAway by more than the error of the rough normal. Used as a positive number, because the test compares squares.
-constexpr float kClearlyToHead = 0.22f;
-static_assert(kClearlyToHead > -kLooksAway + EditableMesh::kRoughNormalError);
 
 // Bound of the rounding error of the scalar product of a unit vector and a vector a, as a ratio to |a.x| + |a.y| +
 // |a.z|. If the computed product is below minus this bound, the exact product is negative, too.
@@ -559,15 +555,12 @@ bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index 
 /// away from the core are listed (the far side of a thin wall, an undercut, or the surface around a hole).
 void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, double edge, Index f) noexcept {
   if (faces_core(mesh, head, f)) return;
-  // Moved vertices are on the head's surface or near it. So a face without a moved vertex can intersect a changed face
-  // only if it is very near the head.
-  const bool changed = face_seen_[f] == look_;
-  const double within = mesh.ball_radius(f) + (changed ? edge : kRounding);
+  const double within = reach_of_changes(mesh, edge, f);
   const dvec3 way = (mesh.point(f, 0) + mesh.point(f, 1) + mesh.point(f, 2)) / 3.0 - head.X_W.p;
   if (!head.head->may_be_within(glm::vec3(way), glm::vec3(head.R_WT[2]), static_cast<float>(within))) return;
   left_ -= costs_.distance;
   if (head.head->is_ball()) return add_suspect(mesh, f);
-  candidates_[distances_.size()] = {f, within, {}};
+  candidates_[distances_.size()] = {f, within};
   distances_.add(static_cast<std::uint32_t>(distances_.size()), way);
   if (distances_.full()) decide_candidates(mesh, head);
 }
@@ -576,17 +569,13 @@ void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, do
 /// or, since version 12, the nearest point of the head. The two kinds of faces can intersect each other, so this rule
 /// misses some intersections.
 void MeshCutter::select_suspect_before(const EditableMesh& mesh, const Placed& head, double edge, Index f) noexcept {
-  // A quick test with the rough normal, which does not read the corners of the face.
-  const glm::vec3 off = mesh.ball_center(f) - glm::vec3(head.X_W.p);
-  const float rough = glm::dot(mesh.rough_normal(f), off);
-  if (rough < 0 && rough * rough > kClearlyToHead * kClearlyToHead * glm::dot(off, off)) return;
   const glm::vec3 axis(head.R_WT[2]);
-  // Moved vertices are on the head's surface or near it. So a face without a moved vertex can intersect a changed face
-  // only if it is very near the head.
-  const bool changed = face_seen_[f] == look_;
-  const double within = mesh.ball_radius(f) + (changed ? edge : kRounding);
+  const double within = reach_of_changes(mesh, edge, f);
   // Quick test: if the bounding ball of the face is far from the head, the corners are not read.
-  if (!head.head->may_be_within(off, axis, static_cast<float>(within + kRounding))) return;
+  if (!head.head->may_be_within(mesh.ball_center(f) - glm::vec3(head.X_W.p), axis,
+                                static_cast<float>(within + kRounding))) {
+    return;
+  }
   const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
   const dvec3 way = (a + b + c) / 3.0 - head.X_W.p, n = normal2(a, b, c);
   const double cosine = glm::dot(n, way), n2 = glm::dot(n, n), way2 = glm::dot(way, way);
@@ -595,11 +584,21 @@ void MeshCutter::select_suspect_before(const EditableMesh& mesh, const Placed& h
   if (cosine < kLooksAway * glm::length(n) * glm::length(way)) return;
   if (!head.head->may_be_within(glm::vec3(way), axis, static_cast<float>(within))) return;
   left_ -= costs_.distance;
-  if (head.head->is_ball()) return add_suspect(mesh, f);
-  candidates_[distances_.size()] = {f, within, n};
-  // The addition rounds the vector as older versions did, so that recordings replay with the same bits.
-  distances_.add(static_cast<std::uint32_t>(distances_.size()), way + head.X_W.p - head.X_W.p);
-  if (distances_.full()) decide_candidates(mesh, head);
+  dvec3 out;  // direction from the nearest point of the head to the face
+  if (!head.head->is_ball() && head.distance(way + head.X_W.p, out) > within) return;
+  thin_ = true;
+  // In a long head, the direction from the head's centre to the wall of the hole can be nearly parallel to the wall.
+  // The test above may then fail although the wall faces the head. So the direction from the nearest point of the head
+  // decides.
+  if (follows_laws_12_ && !head.head->is_ball() && glm::dot(n, out) < kLooksAway * glm::length(n)) return;
+  add_suspect(mesh, f);
+}
+
+/// Returns the distance from the head (m) within which face f can intersect a changed face. Moved vertices are on the
+/// head's surface or near it. So a face without a moved vertex can intersect a changed face only if it is very near the
+/// head.
+double MeshCutter::reach_of_changes(const EditableMesh& mesh, double edge, Index f) const noexcept {
+  return mesh.ball_radius(f) + (face_seen_[f] == look_ ? edge : kRounding);
 }
 
 void MeshCutter::add_suspect(const EditableMesh& mesh, Index f) noexcept {
@@ -608,22 +607,12 @@ void MeshCutter::add_suspect(const EditableMesh& mesh, Index f) noexcept {
   for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
 }
 
-/// Lists those faces in `candidates_` that are near the head and do not face it. Their distances from the head are
-/// computed eight at once.
+/// Lists those faces in `candidates_` that are near the head. Their distances from the head are computed eight at once.
 void MeshCutter::decide_candidates(const EditableMesh& mesh, const Placed& head) noexcept {
   distances_.evaluate(*head.head, head.R_WT, std::numeric_limits<double>::infinity());
   for (std::size_t i = 0; i < distances_.size(); ++i) {
     const Candidate& candidate = candidates_[distances_.point(i)];
-    if (distances_.distance(i) > candidate.within) continue;
-    thin_ = true;
-    // In a long head, the direction from the head's centre to the wall of the hole can be nearly parallel to the wall.
-    // The test in select_suspect_before() may then fail although the wall faces the head. So the direction from the
-    // nearest point of the head decides.
-    if (follows_laws_12_ && !follows_laws_14_ &&
-        glm::dot(candidate.n, distances_.normal_W(i)) < kLooksAway * glm::length(candidate.n)) {
-      continue;
-    }
-    add_suspect(mesh, candidate.f);
+    if (!(distances_.distance(i) > candidate.within)) add_suspect(mesh, candidate.f);
   }
   distances_.clear();
 }

@@ -176,7 +176,6 @@ class MeshCutter {
   struct Candidate {
     mesh::Index f;
     double within;  // m, largest distance from the head at which the face matters
-    dvec3 n;        // normal of the face; its length is twice the face's area
   };
   /// A head at a given pose.
   struct Placed {
@@ -251,6 +250,7 @@ class MeshCutter {
   static bool faces_core(const mesh::EditableMesh& mesh, const Placed& head, mesh::Index f) noexcept;
   void select_suspect(const mesh::EditableMesh& mesh, const Placed& head, double edge, mesh::Index f) noexcept;
   void select_suspect_before(const mesh::EditableMesh& mesh, const Placed& head, double edge, mesh::Index f) noexcept;
+  double reach_of_changes(const mesh::EditableMesh& mesh, double edge, mesh::Index f) const noexcept;
   void add_suspect(const mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   void decide_candidates(const mesh::EditableMesh& mesh, const Placed& head) noexcept;
   void test_suspect(mesh::EditableMesh& mesh, mesh::Index f) noexcept;
