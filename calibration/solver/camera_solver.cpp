@@ -103,7 +103,8 @@ struct PanelSpot {
 };
 
 // Common part of the cost functions of all sightings (corners in pictures). Their first two parameter blocks are lens
-// and camera. Their residuals (pixels) are multiplied by `weight`, 1 / the standard deviation of a corner.
+// and camera. Their residuals (pixels) are multiplied by `weight`, the reciprocal of the standard deviation
+// of a corner's position.
 struct Seen {
   double x, y, weight;
   void residual(const Projection& seen, double* r) const { r[0] = (seen.x - x) * weight, r[1] = (seen.y - y) * weight; }

@@ -187,8 +187,8 @@ void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& fi
         std::min(undisturbed_steps, soon(std::min(0.5 * nozzle, nozzle - 0.5 * suction->radius), p - suction->p_W));
   auto steps = static_cast<std::uint32_t>(std::clamp(undisturbed_steps, 1.0, double{kMostSteps}));
   if (reynolds > kStokesReynolds) {
-    // relative change of the drag rate, divided by the relative change of the speed; `factor` (1 + 0.15 Re^0.687) is
-    // the ratio of the drag to Stokes drag
+    // Ratio of two relative changes: that of the drag rate to that of the speed. The drag is `factor` = 1 + 0.15
+    // Re^0.687 times Stokes drag.
     const double sensitivity = 0.687 * (factor - 1) / factor;
     // m/s, upper bound of the change of the particle's velocity in one step: its acceleration times dt
     const double change = glm::length(options.gravity_W - static_cast<double>(rate[s]) * (v - air)) * dt;

@@ -11,7 +11,7 @@ TYPODONT_KERNEL Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& l
 }
 
 /// Returns the volume that each voxel loses when its distance rises from `was` to `is`, in integer units
-/// (haptics/share.h).
+/// (haptics/inside_fraction.h).
 TYPODONT_KERNEL Ints share_taken(Floats was, Floats is) {
   const Floats before = greater(was, all(-0.5f)), after = greater(lesser(is, all(0.5f)), before);
   return as_ints(after + all(1.5f)) - as_ints(before + all(1.5f));

@@ -30,8 +30,8 @@ struct RemovedVolume {
   // voxels³, sum over the voxels of the fraction inside the surface before the cut minus the fraction after it
   PerTissue volume{};
   GradedSamples graded;  // input: the samples with hardness; without hardness, `hardened` stays zero
-  // Removed volume times hardness. The unit of the volume is 2⁻²³ voxel (share.h), and the hardness is a byte (1 to
-  // 255). The sums are integers, so they do not depend on the order of the samples.
+  // Removed volume times hardness. The unit of the volume is 2⁻²³ voxel (inside_fraction.h), and the hardness is a byte
+  // (1 to 255). The sums are integers, so they do not depend on the order of the samples.
   std::array<std::int64_t, kTissueCount> hardened{};
 
   /// Adds the removed volume `units` of one sample.

@@ -561,8 +561,8 @@ bool carve_tops(PathMaxima* tops_at, int first) {
   Search search;
   const F8 least = eight::greater(old, F8{} - Sweep::kMargin);
   search.begin(tops.back, (1u << tops.back.count) - 1, x, y, z, least, 0, Sweep::kInner);
-  // The first step of the search evaluates the other end of the path. If the depth is largest there, the search has
-  // nothing to raise, because the cut at that pose has already written this depth.
+  // The first step of the search evaluates the other end of the path. If the depth is largest there, the search
+  // raises no sample, because the cut at that pose has already written this depth.
   search.step(tops.back, 0, Sweep::kInner);
   const F8 at_ends = search.best;
   for (int step = 1; step < kSteps && any_of(search.open); ++step) search.step(tops.back, step, Sweep::kInner);

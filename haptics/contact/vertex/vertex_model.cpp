@@ -374,8 +374,9 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
 /// Computes the springs of the vertices that a virtual motion of the head would push (paper S4, section 4.2). The
 /// virtual motion starts at X and moves the head by the probe length (P::probe) along the unit vector `pull`. For a
 /// ball, the depth of each vertex is computed in the head's pose after the virtual motion. For any other head, the
-/// depth is extrapolated linearly from the distance and the normal at X. Reason: a part of the head that is thinner
-/// than the probe length (the tip of a cone) could pass a vertex completely, and would then push it to the wrong side.
+/// depth is extrapolated linearly from the distance and the normal at X. With the depth at
+/// the end of the motion, a part of the head that is thinner than the probe length (the tip of a cone) could pass a
+/// vertex completely, and would then push it to the wrong side.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const double probe = P::probe * head().radius(), stiffness = settings_.stiffness / 1000;
   const bool is_ball = head().is_ball();
