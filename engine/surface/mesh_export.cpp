@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "engine/base/base64.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/lower_case.h"
@@ -170,21 +171,9 @@ std::string glb(const Gltf& gltf) {
   return out + gltf.buffer;
 }
 
-std::string base64(const std::string& bytes) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t three = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      three = three << 8 | (i + k < bytes.size() ? static_cast<std::uint8_t>(bytes[i + k]) : 0u);
-    for (std::size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : kDigits[three >> (18 - 6 * k) & 63];
-  }
-  return out;
-}
-
 std::string gltf_text(Gltf gltf) {
-  gltf.json["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64(gltf.buffer);
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(gltf.buffer.data());
+  gltf.json["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64({bytes, gltf.buffer.size()});
   return gltf.json.dump(1) + "\n";
 }
 
