@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/pose.h"
@@ -29,6 +30,14 @@ enum class PatientAxes : std::uint8_t {
   kLps,  // x to the patient's left, y to the back, z to the head
   kRas   // x to the patient's right, y to the front, z to the head
 };
+/// Returns "LPS" or "RAS", or an empty name for unknown axes.
+inline std::string_view name_of(PatientAxes axes) {
+  return axes == PatientAxes::kLps ? "LPS" : axes == PatientAxes::kRas ? "RAS" : "";
+}
+/// Returns the axes that name_of() names so, or kUnknown for any other name.
+inline PatientAxes patient_axes(std::string_view name) {
+  return name == "LPS" ? PatientAxes::kLps : name == "RAS" ? PatientAxes::kRas : PatientAxes::kUnknown;
+}
 /// The place of imported tissue in the file from which it was imported (a scan or a mesh). If tissue is turned or
 /// moved after the import, the place changes with it, so that results can be written in the coordinates of the file.
 struct FilePlace {

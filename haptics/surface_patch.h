@@ -71,14 +71,28 @@ struct SurfacePatch : Snapshot {
   bool holds(const dvec3& p_V, double reach) const {
     if (number == 0) return false;
     const dvec3 q = p_V - dvec3(lo);
-    const double room = reach + 3, top = n - 1 - room;
+    const double room = reach + kStencil, top = n - 1 - room;
     return q.x >= room && q.y >= room && q.z >= room && q.x <= top && q.y <= top && q.z <= top;
   }
   /// Returns the largest `reach` for which holds() is true at p (voxels).
   double reach_around(const dvec3& p_V) const {
     const dvec3 low = p_V - dvec3(lo), nearest = glm::min(low, dvec3(n - 1) - low);
-    return std::min({nearest.x, nearest.y, nearest.z}) - 3;
+    return std::min({nearest.x, nearest.y, nearest.z}) - kStencil;
   }
+  /// Returns the largest fraction 0..1 of the motion `way` (voxels) from p (voxels) along which holds() is true for
+  /// `reach`. It must be true at p.
+  double held_fraction(const dvec3& p_V, const dvec3& way, double reach) const {
+    const double room = reach + kStencil;
+    double fraction = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double q = p_V[axis] - lo[axis], end = way[axis] > 0 ? n - 1 - room : room;
+      if (way[axis] != 0) fraction = std::min(fraction, (end - q) / way[axis]);
+    }
+    return std::max(fraction, 0.0);
+  }
+
+ private:
+  static constexpr double kStencil = 3;  // voxels, distance within which a cubic interpolation reads samples
 };
 
 /// Extends the box of the samples that the servo has written.

@@ -67,13 +67,13 @@ vec3 suction_velocity(vec3 p) {
 // Writes the instance for drawing. The finest dust is drawn as mist, as in engine/app/picture/debris_view.cpp.
 void show(uint s, vec3 p, float diameter, float chip, float bytes) {
   bool mist = chip < 12e-6;
-  float share = diameter > 0.0 ? min(1.0, diameter / bounce.z) * (mist ? 0.16 : 1.0) : 0.0;
+  float fraction = diameter > 0.0 ? min(1.0, diameter / bounce.z) * (mist ? 0.16 : 1.0) : 0.0;
   uint color = floatBitsToUint(bytes) & 0x00ffffffu;
   instances[5 * s + 0] = floatBitsToUint(p.x);
   instances[5 * s + 1] = floatBitsToUint(p.y);
   instances[5 * s + 2] = floatBitsToUint(p.z);
   instances[5 * s + 3] = floatBitsToUint(diameter > 0.0 ? 0.5 * max(diameter, bounce.z) * (mist ? 2.5 : 1.0) : 0.0);
-  instances[5 * s + 4] = color | (uint(share * 255.0 + 0.5) << 24);
+  instances[5 * s + 4] = color | (uint(fraction * 255.0 + 0.5) << 24);
 }
 
 void main() {

@@ -116,18 +116,19 @@ float tool_occlusion(vec3 p, vec3 n) {
 }
 
 /// Returns values of the grid of light at p for the direction n. `first`: number of the first of the six faces that are
-/// read, 0 for diffuse and 6 for mirrored light (LightGrid::faces). Same computation as light_at() in engine/render/light_scene.cpp.
+/// read, 0 for diffuse and 6 for mirrored light (LightGrid::faces). Same computation as light_at() in
+/// engine/render/light_scene.cpp.
 vec4 grid_values(vec3 p, vec3 n, float first) {
   // The samples are read half a cell in front of the surface, because samples behind the surface are inside the body.
   vec3 end = frame.light_samples.xyz - 1.0;
   vec3 q = clamp((p - frame.light_origin.xyz) * frame.light_origin.w + 0.5 * n, vec3(0.0), end) + 0.5;
   // The first axis of the image is z. Along its third axis, the grids of the 12 faces follow one after the other.
-  vec3 size = vec3(frame.light_samples.zy, 12.0 * frame.light_samples.x), share = n * n;
+  vec3 size = vec3(frame.light_samples.zy, float(kLightValues) * frame.light_samples.x), weight = n * n;
   vec3 face = (vec3(n.x < 0.0 ? 1.0 : 0.0, n.y < 0.0 ? 3.0 : 2.0, n.z < 0.0 ? 5.0 : 4.0) + first) *
                   frame.light_samples.x + q.x;
-  return share.x * textureLod(light_grid, vec3(q.zy, face.x) / size, 0.0) +
-         share.y * textureLod(light_grid, vec3(q.zy, face.y) / size, 0.0) +
-         share.z * textureLod(light_grid, vec3(q.zy, face.z) / size, 0.0);
+  return weight.x * textureLod(light_grid, vec3(q.zy, face.x) / size, 0.0) +
+         weight.y * textureLod(light_grid, vec3(q.zy, face.y) / size, 0.0) +
+         weight.z * textureLod(light_grid, vec3(q.zy, face.z) / size, 0.0);
 }
 
 /// Returns the light from the room and from other surfaces that a surface at p with the normal n receives. xyz:
@@ -135,7 +136,7 @@ vec4 grid_values(vec3 p, vec3 n, float first) {
 vec4 grid_light(vec3 p, vec3 n) { return grid_values(p, n, 0.0); }
 
 /// Returns the light from the direction r that a glossy surface at p mirrors.
-vec3 mirrored_light(vec3 p, vec3 r) { return grid_values(p, r, 6.0).rgb; }
+vec3 mirrored_light(vec3 p, vec3 r) { return grid_values(p, r, float(kLightDirections)).rgb; }
 
 // Returns x: fraction of the lamp's light that arrives; y: fraction of the ambient light. Considers only tissue; the
 // tool is computed separately. `beyond`: fraction of the lamp's light beyond the border of the shadow map.
@@ -260,10 +261,8 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light, vec3 a
 // squared roughness of the surface.
 float lamp_alpha(float alpha) { return alpha + 0.25 * kLampHalfAngle; }
 
-/// Returns the reflectance of tissue at normal incidence. Under a film of saliva, less light is reflected. The line is
-/// Fresnel's reflectance of both surfaces of a film with the refractive index 1.33, for tissue with an index of 1.37 to
-/// 1.63; it differs by at most 0.001.
-float film_reflectance(Look look) { return mix(look.dry, 0.0116 + 0.32 * look.dry, look.wet); }
+/// Returns the reflectance of tissue at normal incidence. Under a film of saliva, less light is reflected.
+float film_reflectance(Look look) { return mix(look.dry, kFilmedLeast + kFilmedSlope * look.dry, look.wet); }
 vec3 reflectance(Look look) { return metal_of(look.dry) > 0.0 ? look.albedo : vec3(film_reflectance(look)); }
 
 /// Returns the fraction of unpolarised light that a dielectric reflects (Fresnel). `f0`: this fraction at normal

@@ -10,7 +10,7 @@ layout(set = 0, binding = 0, std430) readonly buffer Spheres { Sphere spheres[];
 layout(set = 0, binding = 3, std430) buffer Results {
   uint count;
   uint unused;
-  Share shares[];
+  Overlap overlaps[];
 };
 
 void main() {
@@ -24,7 +24,7 @@ void main() {
       precise double taken = counted(s) - counted(cut);
       s = cut;
       uint at = atomicAdd(count, 1u);
-      if (at < pass.capacity) shares[at] = Share(k, i, taken);
+      if (at < pass.capacity) overlaps[at] = Overlap(k, i, taken);
     }
   }
 }

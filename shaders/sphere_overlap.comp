@@ -9,7 +9,7 @@ layout(set = 0, binding = 0, std430) readonly buffer Spheres { Sphere spheres[];
 layout(set = 0, binding = 3, std430) buffer Results {
   uint count;
   uint unused;
-  Share shares[];
+  Overlap overlaps[];
 };
 
 void main() {
@@ -26,7 +26,7 @@ void main() {
       double v = lens_volume(ball.r, r, sqrt(dot3(off, off)));
       if (!(v > 0.0LF)) continue;
       uint at = atomicAdd(count, 1u);
-      if (at < pass.capacity) shares[at] = Share(k, i, v);
+      if (at < pass.capacity) overlaps[at] = Overlap(k, i, v);
     }
   }
 }

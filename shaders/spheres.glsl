@@ -11,7 +11,7 @@ struct Sphere {
 struct Ball {
   double ax, ay, az, bx, by, bz, nx, ny, nz, r;
 };
-struct Share {
+struct Overlap {
   uint ball, sphere;
   double volume;
 };
@@ -69,9 +69,9 @@ dvec3 nearest_on(dvec3 a, dvec3 b, dvec3 p) {
   dvec3 ab = minus(b, a);
   double length2 = dot3(ab, ab);
   if (!(length2 > 0.0LF)) return a;
-  precise double share = dot3(minus(p, a), ab) / length2;
-  share = share < 0.0LF ? 0.0LF : share > 1.0LF ? 1.0LF : share;
-  precise dvec3 at = a + share * ab;
+  precise double fraction = dot3(minus(p, a), ab) / length2;
+  fraction = fraction < 0.0LF ? 0.0LF : fraction > 1.0LF ? 1.0LF : fraction;
+  precise dvec3 at = a + fraction * ab;
   return at;
 }
 

@@ -66,21 +66,21 @@ void main() {
   vec3 color = in_first.rgb;
   vec4 look = in_first_look;
   uint main_tissue = a;
-  float share = 0.0;
+  float fraction = 0.0;
   if (holds(kHoldsPairs)) {
     // The boundary between sound tissues is sharp to the pixel. The edge of caries is slightly softer. It is still
     // narrower than a triangle, so that the shape of triangles is not visible.
     float width = fwidth(in_light.w) + 1e-5;
-    share = a == b ? 0.0 : clamp((in_light.w - 0.5) / width + 0.5, 0.0, 1.0);
-    if (holds(kHoldsDecay) && a != b && (a == kCaries || b == kCaries)) share = smoothstep(0.5 - max(0.5 * width, 0.09), 0.5 + max(0.5 * width, 0.09), in_light.w);
-    color = mix(color, in_second.rgb, share);
-    look = mix(look, in_second_look, share);
-    if (share > 0.5) main_tissue = b;
+    fraction = a == b ? 0.0 : clamp((in_light.w - 0.5) / width + 0.5, 0.0, 1.0);
+    if (holds(kHoldsDecay) && a != b && (a == kCaries || b == kCaries)) fraction = smoothstep(0.5 - max(0.5 * width, 0.09), 0.5 + max(0.5 * width, 0.09), in_light.w);
+    color = mix(color, in_second.rgb, fraction);
+    look = mix(look, in_second_look, fraction);
+    if (fraction > 0.5) main_tissue = b;
   }
   vec2 light = kLightPerVertex ? vec2(1.0) : visibility(in_position, n, in_lamp.x);
 
   if (holds(kHoldsDecay) && (a == kCaries || b == kCaries)) {
-    float decay = a == b ? 1.0 : a == kCaries ? 1.0 - share : share;
+    float decay = a == b ? 1.0 : a == kCaries ? 1.0 - fraction : fraction;
     // Fractions of tissue are blurred over two voxels. So in the corner of a triangle that is surrounded by caries, the
     // fraction of caries is only about 0.8.
     float inward = a == b ? 1.0 : min((a == kCaries ? 1.0 - in_light.w : in_light.w) / 0.8, 1.0);

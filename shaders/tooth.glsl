@@ -118,9 +118,9 @@ vec3 pulp(vec3 color, vec3 p, vec3 n, inout vec3 n_gloss) {
   return mix(color, vec3(0.16, 0.008, 0.006), 0.55 * blood);
 }
 
-/// Returns the colour of dentin beside open pulp, which carries some blood of the pulp. `share`: fraction of pulp
+/// Returns the colour of dentin beside open pulp, which carries some blood of the pulp. `pulp`: fraction of pulp
 /// around the point.
-vec3 bloody(vec3 color, vec3 p, float share) {
-  float stain = smoothstep(0.02, 0.45, share + 0.25 * (noise(p * 3000.0) - 0.5));
+vec3 bloody(vec3 color, vec3 p, float pulp) {
+  float stain = smoothstep(0.02, 0.45, pulp + 0.25 * (noise(p * 3000.0) - 0.5));
   return color * mix(vec3(1.0), vec3(0.55, 0.16, 0.13), 0.75 * stain);
 }

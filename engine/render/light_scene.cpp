@@ -44,7 +44,8 @@ std::array<glm::vec3, kRays> sphere_directions() {
   return all;
 }
 
-constexpr std::array<glm::vec3, 6> kFaces{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
+constexpr std::array<glm::vec3, shared::kLightDirections> kFaces{
+    {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
 
 /// A bounding volume hierarchy (tree of boxes) over the triangles. It finds the triangle that a ray meets.
 class RayTree {
@@ -460,7 +461,8 @@ struct LightScene::Impl {
     for (std::size_t f = 0; f < LightGrid::kFaces; ++f) {
       float sum = 0;
       for (std::size_t r = 0; r < kRays; ++r)
-        sum += weights[f][r] = std::pow(std::max(glm::dot(directions[r], kFaces[f % 6]), 0.0f), f < 6 ? 1.0f : kLobe);
+        sum += weights[f][r] = std::pow(std::max(glm::dot(directions[r], kFaces[f % kFaces.size()]), 0.0f),
+                                        f < kFaces.size() ? 1.0f : kLobe);
       for (float& w : weights[f]) w /= sum;
     }
     std::array<glm::vec3, kRays> outside;

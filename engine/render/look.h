@@ -7,6 +7,7 @@
 
 #include "engine/contract/tissue.h"
 #include "engine/render/drawn_matter.h"
+#include "engine/render/shared.h"
 
 namespace typodont::render {
 
@@ -62,11 +63,12 @@ inline double dry_reflectance(const Look& look) {
 }
 
 /// Returns the fraction of diffuse light that the surface of a tissue or its film of saliva reflects; 0 for metal,
-/// whose colour contains its reflectance. Both lines are fits to Fresnel's equations: the reflectance at normal
-/// incidence under a film with the index 1.33, and its mean over the hemisphere for indices of 1.33 to 1.5.
+/// whose colour contains its reflectance. The last line fits the mean of Fresnel's reflectance over the hemisphere, for
+/// refractive indices of 1.33 to 1.5.
 inline double hemispherical_reflectance(const Look& look) {
   if (look.metal > 0.5) return 0;
-  const double dry = dry_reflectance(look), normal = glm::mix(dry, 0.0116 + 0.32 * dry, look.wetness);
+  const double dry = dry_reflectance(look), filmed = shared::kFilmedLeast + shared::kFilmedSlope * dry,
+               normal = glm::mix(dry, filmed, look.wetness);
   return 0.04 + 1.3 * normal;
 }
 

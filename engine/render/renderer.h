@@ -22,6 +22,7 @@
 #include "engine/render/handpiece_mesh.h"
 #include "engine/render/particle_cloud.h"
 #include "engine/render/quality.h"
+#include "engine/render/shared.h"
 #include "engine/render/tool_mesh.h"
 
 namespace typodont::render {
@@ -109,8 +110,7 @@ struct LightGrid {
   dvec3 origin{0};     // m, frame W, position of the first sample
   double spacing = 0;  // m, distance between neighbouring samples
   glm::ivec3 size{0};  // number of samples along x, y and z; 0: no grid
-  // number of values of a sample: six for diffuse and six for mirrored light
-  static constexpr int kFaces = 12;
+  static constexpr int kFaces = shared::kLightValues;
   // Light for a surface that faces +x, -x, +y, -y, +z or -z (see index()). xyz: irradiance divided by π, linear; w:
   // fraction of the lamp that is visible from the sample. The faces 6 to 11 contain the radiance from the same six
   // directions, as a glossy surface mirrors it: the mean over a narrower lobe.

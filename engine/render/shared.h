@@ -16,6 +16,15 @@ const vec3 kRoomFloor = vec3(0.13, 0.12, 0.11);    // radiance of the room from 
 const vec3 kRoomCeiling = vec3(0.44, 0.47, 0.52);  // radiance of the room from above
 const vec3 kRoomWindow = vec3(0.45, 0.50, 0.58);   // additional radiance of the window's middle
 
+// Grid of reflected light (LightGrid). kLightDirections: number of directions for which a sample stores light.
+// kLightValues: number of values of a sample, first those for diffuse light, then those for mirrored light.
+const int kLightDirections = 6, kLightValues = 12;
+
+// Reflectance of tissue under a film of saliva (refractive index 1.33) at normal incidence: kFilmedLeast + kFilmedSlope
+// × the reflectance of the dry tissue. The line fits Fresnel's reflectance of both surfaces of the film, for tissue
+// with an index of 1.37 to 1.63; it differs by at most 0.001.
+const float kFilmedLeast = 0.0116f, kFilmedSlope = 0.32f;
+
 // uniform data of a frame: set 0, binding 0
 struct FrameData {
   mat4 clip_from_world[2];

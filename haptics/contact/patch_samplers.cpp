@@ -71,20 +71,20 @@ FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept {
 
 PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   const Cell c = cell_at(patch, p_V);
-  PerTissue shares{};
+  PerTissue fractions{};
   double total = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const int i = corner >> 2, j = corner >> 1 & 1, k = corner & 1;
     const Tissue tissue = shown(patch.tissue[patch.at(c.x + i, c.y + j, c.z + k)]);
     if (tissue == Tissue::kAir) continue;
     const double weight = (i ? c.u : 1 - c.u) * (j ? c.v : 1 - c.v) * (k ? c.w : 1 - c.w);
-    shares[static_cast<std::size_t>(tissue)] += weight;
+    fractions[static_cast<std::size_t>(tissue)] += weight;
     total += weight;
   }
   if (total > 0) {
-    for (double& fraction : shares) fraction /= total;
+    for (double& fraction : fractions) fraction /= total;
   }
-  return shares;
+  return fractions;
 }
 
 PerTissue sample_hardness(const SurfacePatch& patch, const dvec3& p_V) noexcept {

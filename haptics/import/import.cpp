@@ -182,9 +182,7 @@ Imported completed(Imported imported, const ImportOptions& options) {
   measure(imported, options.preset);
   const ImportReport& report = imported.report;
   imported.tissue.place = {{dvec3(0), glm::normalize(glm::quat_cast(report.world_rotation))},
-                           report.space == "LPS"   ? PatientAxes::kLps
-                           : report.space == "RAS" ? PatientAxes::kRas
-                                                   : PatientAxes::kUnknown};
+                           patient_axes(report.space)};
   turn(imported, options.turn);
   if (options.progress) options.progress(1);
   return imported;

@@ -170,7 +170,7 @@ SurfacePiece SurfacePieces::make(Piece& piece) {
     const Face& face = mesh_.face(f);
     // Counts the faces of each tissue around each corner. These counts are interpolated over the face. The border
     // between two tissues is drawn where the counts of these two tissues are equal.
-    std::array<std::array<float, kTissueCount>, 3> shares{};
+    std::array<std::array<float, kTissueCount>, 3> fractions{};
     std::array<float, kTissueCount> all{};
     for (std::size_t c = 0; c < 3; ++c) {
       const Index v = face.v[c];
@@ -181,7 +181,7 @@ SurfacePiece SurfacePieces::make(Piece& piece) {
       }
       for (std::uint32_t i = 0; i < locals_[v].count; ++i) {
         const auto t = static_cast<std::size_t>(mesh_.face(normals_[locals_[v].first + i].face).tissue);
-        shares[c][t] += 1, all[t] += 1;
+        fractions[c][t] += 1, all[t] += 1;
       }
     }
     Tissue other = face.tissue;
@@ -197,8 +197,8 @@ SurfacePiece SurfacePieces::make(Piece& piece) {
       for (std::uint32_t i = 0; i < local.count; ++i)
         if (normals_[local.first + i].face == f) corner.n = normals_[local.first + i].n;
       corner.tissue = pair;
-      const float first = shares[c][static_cast<std::size_t>(pair[0])],
-                  second = shares[c][static_cast<std::size_t>(pair[1])];
+      const float first = fractions[c][static_cast<std::size_t>(pair[0])],
+                  second = fractions[c][static_cast<std::size_t>(pair[1])];
       corner.second = pair[0] == pair[1] ? 0.0f : first + second > 0 ? second / (first + second) : 0.5f;
       std::uint32_t k = local.copy;
       while (k != kNoCopy && !(made.corners[k].n == corner.n && made.corners[k].tissue == pair)) k = copies_[k].older;

@@ -109,10 +109,7 @@ FilePlace place_in(const FlatGrids& flat, const std::string& name) {
   const dvec3 p = dvec3(flat.file_origin.x(), flat.file_origin.y(), flat.file_origin.z()) * kMillimetre;
   if (!is_finite(p) || glm::length(p) > kFarthestOrigin)
     throw Error(name, kFileOrigin, "a position far away", "one within 100 m");
-  FilePlace place{{p, glm::normalize(glm::quat_cast(rotation))}, PatientAxes::kUnknown};
-  if (flat.axes == "LPS") place.axes = PatientAxes::kLps;
-  if (flat.axes == "RAS") place.axes = PatientAxes::kRas;
-  return place;
+  return {{p, glm::normalize(glm::quat_cast(rotation))}, patient_axes(flat.axes)};
 }
 
 /// Checks that no voxel lies far away from the others. Throws Error with `name`.
@@ -180,8 +177,7 @@ void write_volume(const std::filesystem::path& file, const StoredVolume& volume)
   const dvec3 p = volume.place.X_FW.p / kMillimetre;
   volume.distance->insertMeta(kFileOrigin, openvdb::Vec3DMetadata(openvdb::Vec3d(p.x, p.y, p.z)));
   if (volume.place.axes != PatientAxes::kUnknown)
-    volume.distance->insertMeta(kFileAxes,
-                                openvdb::StringMetadata(volume.place.axes == PatientAxes::kLps ? "LPS" : "RAS"));
+    volume.distance->insertMeta(kFileAxes, openvdb::StringMetadata(std::string(name_of(volume.place.axes))));
   volume.tissue->setName("tissue");
   volume.tissue->setTransform(transform());
   if (volume.before) volume.before->setName(kBeforeFilling), volume.before->setTransform(transform());

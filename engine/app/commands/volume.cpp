@@ -40,15 +40,13 @@ void run(const Options& options) {
   if (!options.distances.empty()) haptics::write_distances(tissue, options.distances);
   progress.at(1);
 
-  const haptics::PatientAxes axes = tissue.place.axes;
-  const char* space = axes == haptics::PatientAxes::kLps ? "LPS" : axes == haptics::PatientAxes::kRas ? "RAS" : "";
   const PerTissue volumes = stored.volume.volumes();
   if (options.json) {
     nlohmann::ordered_json json = {{"input", options.input},
                                    {"size", {tissue.size.x, tissue.size.y, tissue.size.z}},
                                    {"voxel_mm", tissue.frame.voxel / kMillimetre},
                                    {"band_mm", tissue.band / kMillimetre},
-                                   {"space", space},
+                                   {"space", name_of(tissue.place.axes)},
                                    {"volume_mm3", nlohmann::ordered_json::object()},
                                    {"labels", options.labels},
                                    {"distances", options.distances}};

@@ -35,9 +35,9 @@ inline std::size_t commonest(const std::array<double, kTissueCount>& fractions, 
 /// Meshes the face within the box from `lo` to `hi` (m, frame W), in cells of `step` (m). Vertices are relative to
 /// `origin`. `distance(p)`: m, negative inside; `fractions(p)`: fraction of each tissue around p, used inside the face
 /// and near its outline.
-template <class Distance, class Shares>
+template <class Distance, class Fractions>
 std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& box_lo, const dvec3& box_hi, double step,
-                                           const dvec3& origin, Distance&& distance, Shares&& fractions) {
+                                           const dvec3& origin, Distance&& distance, Fractions&& fractions) {
   /// The face is divided into pieces of this number of cells per side. So the vertex indices of a piece fit into the
   /// index type, and the renderer can skip hidden pieces.
   constexpr int kTile = 48;

@@ -43,18 +43,6 @@ double farthest(const dvec3& step, const dvec3& shift, double pace) {
   return std::max(pace, std::hypot(glm::length(nearest * step - shift), pace / 2));
 }
 
-/// Returns the largest fraction 0..1 of the way from p_V along which SurfacePatch::holds(, reach) is true. It must be
-/// true at p_V.
-double fraction_inside(const SurfacePatch& patch, const dvec3& p_V, const dvec3& way, double reach) {
-  const double room = reach + 3;
-  double fraction = 1;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double q = p_V[axis] - patch.lo[axis], end = way[axis] > 0 ? patch.n - 1 - room : room;
-    if (way[axis] != 0) fraction = std::min(fraction, (end - q) / way[axis]);
-  }
-  return std::max(fraction, 0.0);
-}
-
 }  // namespace
 
 void OffsetModel::constrain(const ContactInput& in, Contact& out) noexcept {
@@ -267,7 +255,7 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
     // The head moves to the border of the patch, so that the next patch is centred farther ahead. Otherwise a head for
     // which each step is longer than the patch would never advance.
     if (settings_.laws >= kLawsOfAlignedPatches)
-      p.c += way * std::min((free - 1) / distance, fraction_inside(patch_, p.c, way, reach() + 1));
+      p.c += way * std::min((free - 1) / distance, patch_.held_fraction(p.c, way, reach() + 1));
     return Advance::kArrived;
   }
   p.c = next;

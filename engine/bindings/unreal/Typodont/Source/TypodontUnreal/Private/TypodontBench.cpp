@@ -30,11 +30,11 @@ constexpr double Smoothing = 0.02;
  * frame, the energy ledger would expect a jump back, and reduce the force (docs/passivity.md).
  */
 typodont_pose Follow(const typodont_pose& From, const typodont_pose& To) {
-  const double Share = 1 - FMath::Exp(-Period / Smoothing);
+  const double Fraction = 1 - FMath::Exp(-Period / Smoothing);
   const FQuat A(From.q[1], From.q[2], From.q[3], From.q[0]), B(To.q[1], To.q[2], To.q[3], To.q[0]);
-  const FQuat Q = FQuat::Slerp(A, B, Share);
+  const FQuat Q = FQuat::Slerp(A, B, Fraction);
   typodont_pose X{{}, {Q.W, Q.X, Q.Y, Q.Z}};
-  for (int32 i = 0; i < 3; ++i) X.p[i] = From.p[i] + Share * (To.p[i] - From.p[i]);
+  for (int32 i = 0; i < 3; ++i) X.p[i] = From.p[i] + Fraction * (To.p[i] - From.p[i]);
   return X;
 }
 
