@@ -43,6 +43,8 @@ constexpr std::uint32_t bits(Fault fault) {
 
 /// Version of the servo's force laws. A recording stores its version, because a replay must use the same laws to give
 /// the same bits. The versions:
+/// - 15: In the models vertex and mesh_lod, a cut finds two more kinds of folds of the surface: two faces with a common
+/// edge that lie on each other, and two overlapping faces with a common vertex.
 /// - 14: In the models that use a dense copy of the tissue around the tool (patch), the tool may move 0.4 mm inside its
 /// patch instead of 1 mm. A patch is centred ahead of the moving tool, and its position is a multiple of eight voxels.
 /// In the offset model, if contacts hold a tool back, free space for it is also searched in the coarse patch around the
@@ -85,7 +87,7 @@ constexpr std::uint32_t bits(Fault fault) {
 /// - 2: While the copy of the tissue is late, the contact yields (docs/safety.md). The force is reduced if the energy
 /// ledger contains too little energy for it. Small debts of the ledger (negative values) are cancelled, too.
 /// - 1: The laws before version 2, used for recordings without a version.
-inline constexpr std::uint32_t kServoLaws = 14;
+inline constexpr std::uint32_t kServoLaws = 15;
 
 /// The result of one tick of the servo. All other threads read it. Trivially copyable.
 struct ServoTick {

@@ -301,7 +301,9 @@ TEST_P(VertexHeads, AHeadIsFeltWithTheTissuesStiffnessAndLeavesItsCutWithoutAFor
 
 // ./run stress repeats this test more often.
 TEST_P(VertexHeads, RandomHandsLeaveTheMeshClosedAndFreeOfCrossings) {
-  for (int seed = 1; seed <= test::campaign(1); ++seed) {
+  for (int run = 0; run < test::campaign(2); ++run) {
+    // With the first two seeds, a cone left intersecting faces with version 14 of the force laws.
+    const int seed = run == 0 ? 7 : run == 1 ? 112 : run;
     std::mt19937 random(static_cast<unsigned>(seed));
     std::uniform_real_distribution<double> unit(-1, 1);
     haptics::ServoSettings settings = drill(R"({"vertex": {}})");
@@ -377,7 +379,7 @@ INSTANTIATE_TEST_SUITE_P(Shapes, VertexHeads,
 
 TEST(VertexModel, APointedConeGoesOnCuttingInItsOwnHole) {
   // At this depth the hole is only slightly wider than the length of the mesh's edges, so a part of the swept volume
-  // remains: 40 % with force laws 13, and 53 % with laws 14, which prevent more folds of the surface.
+  // remains: 40 % with force laws 13, and 53 % since laws 14, which prevent more folds of the surface.
   haptics::ServoSettings settings = drill(R"({"vertex": {}})");
   settings.tool.shape = haptics::HeadShape::kCone;
   settings.tool.diameter = 1.2_mm, settings.tool.length = 6.0_mm;
@@ -490,7 +492,8 @@ TEST(VertexModel, OlderForceLawsStillGiveTheirBits) {
                           {10, 0xfad4972fd459afa9u, 0x5290193899e77e5cu, 0x0d141328ef939bc4u},
                           {11, 0x38f48ef964a4d7d0u, 0xbee9197e3479a1acu, 0x191a0f947aa86cau},
                           {12, 0x4d02e44de1caa807u, 0x5275a3396eb54091u, 0x79af1fbcafe33defu},
-                          {13, 0xc60a9fa6dc44cbe0u, 0xcaedbf5a0b44bd64u, 0x9fd6cb425f01dec0u}};
+                          {13, 0xc60a9fa6dc44cbe0u, 0xcaedbf5a0b44bd64u, 0x9fd6cb425f01dec0u},
+                          {14, 0xf0e73ffd14379328u, 0xa495de62bc6e3ea1u, 0xde87e33246653f0bu}};
   for (const Expected& expected : all) {
     EXPECT_EQ(hash_of_session(expected.laws, haptics::HeadShape::kCylinder), expected.cylinder) << expected.laws;
     EXPECT_EQ(hash_of_session(expected.laws, haptics::HeadShape::kCone), expected.cone) << expected.laws;

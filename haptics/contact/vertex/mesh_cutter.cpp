@@ -106,6 +106,17 @@ std::size_t list_overlapping(const float* x, const float* y, const float* z, con
   return found;
 }
 
+/// Returns true if the angles of two triangles at their common vertex overlap, seen against the direction n, from which
+/// the corners of both triangles are counter-clockwise. `i`, `j`: index of the common vertex in a and in b.
+bool angles_overlap(const mesh::Corners& a, int i, const mesh::Corners& b, int j, const dvec3& n) noexcept {
+  const dvec3& p = a.p[i];
+  const dvec3 a1 = a.p[(i + 1) % 3] - p, a2 = a.p[(i + 2) % 3] - p, b1 = b.p[(j + 1) % 3] - p,
+              b2 = b.p[(j + 2) % 3] - p, n_a1 = glm::cross(n, a1), n_a2 = glm::cross(n, a2);
+  // Each sign tells on which side of an edge of `a` an edge of `b` lies.
+  const double s11 = glm::dot(n_a1, b1), s12 = glm::dot(n_a1, b2), s21 = glm::dot(n_a2, b1), s22 = glm::dot(n_a2, b2);
+  return (s11 > 0 && s21 < 0) || (s12 > 0 && s22 < 0) || (s11 < 0 && s12 > 0) || (s21 < 0 && s22 > 0);
+}
+
 /// Returns the limit of the number of faces near a head; above this limit, edges are not split.
 std::size_t most_faces(const VertexHead& head, double edge) noexcept {
   const dvec3 half = head.half_box({0, 0, 1});
@@ -473,6 +484,27 @@ void MeshCutter::update_crowd(const EditableMesh& mesh, Index v) noexcept {
   });
 }
 
+/// Returns true if the face with the corners `a` and the normal n intersects face g. In a smooth surface, two faces
+/// that share a vertex have nearly the same normal and do not intersect, so most of these pairs are decided without an
+/// intersection test.
+bool MeshCutter::intersect(const EditableMesh& mesh, const mesh::Corners& a, const dvec3& n, Index g) const noexcept {
+  const mesh::Corners b = mesh::corners(mesh, g);
+  int shared = 0, of_a = 0, of_b = 0;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      if (a.v[i] == b.v[j]) ++shared, of_a = i, of_b = j;
+    }
+  }
+  if (shared > 0) {
+    const dvec3 m = normal2(mesh, g);
+    const double d = glm::dot(n, m), size2 = glm::dot(n, n) * glm::dot(m, m);
+    if (follows_laws_15_ && shared > 1) return d < 0 && d * d > P::flat_fold * P::flat_fold * size2;
+    const bool same_way = d > 0 && d * d > P::same_way * P::same_way * size2;
+    if (same_way && !(follows_laws_15_ && angles_overlap(a, of_a, b, of_b, n))) return false;
+  }
+  return mesh::cross_each_other(a, b);
+}
+
 /// Returns the first face in near_ that intersects face f, or kNone. Tests only pairs of faces of which at least one
 /// has changed.
 Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
@@ -506,17 +538,7 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
       const std::uint32_t k = ball_at_[overlapping_[i]];
       const Index g = near_[k];
       if (k > first || g == f || !(changed || face_seen_[g] == look_)) continue;
-      // Skips two faces that share a vertex if they have nearly the same normal. Such faces intersect only if the
-      // surface folds. At a fold, other pairs of faces intersect too, so the fold is found without this pair.
-      const mesh::Face& other = mesh.face(g);
-      bool shares = false;
-      for (const Index v : corners.v) shares |= v == other.v[0] || v == other.v[1] || v == other.v[2];
-      if (shares) {
-        const dvec3 m = normal2(mesh, g);
-        const double d = glm::dot(n, m);
-        if (d > 0 && d * d > P::same_way * P::same_way * glm::dot(n, n) * glm::dot(m, m)) continue;
-      }
-      if (mesh::cross_each_other(corners, mesh::corners(mesh, g))) first = k;
+      if (intersect(mesh, corners, n, g)) first = k;
     }
   };
   const float at = c[slice_axis_], reach = r + widest_ + static_cast<float>(kRounding);

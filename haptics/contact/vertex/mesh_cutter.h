@@ -37,9 +37,13 @@ struct CutParameters {
   // Exception to `least_turn`: a face may rotate farther if it faces the head after the step. It faces the head if the
   // cosine between the face's normal and the reversed normal of the head is at least this limit.
   static constexpr double faces_head = 0.3;
-  // Two faces that share a vertex are not tested for intersection if the cosine between their normals is above this
-  // limit.
+  // Two faces that share a vertex face the same way if the cosine between their normals is above this limit. They are
+  // tested for intersection only if their angles at the common vertex overlap, seen along the normal of one of them.
+  // (Before version 15 of the force laws, they were never tested.)
   static constexpr double same_way = 0.6;
+  // Two faces that share an edge count as intersecting if the cosine between their normals is below this limit. Then
+  // they lie on each other without any gap, and a later cut could push parts of one face through the other.
+  static constexpr double flat_fold = -(1 - 1e-6);
   // Limit of the ratio of a triangle's height to its longest edge. A triangle with a smaller ratio is a sliver.
   static constexpr double flattest = 0.12;
   // Length limit, in target edge lengths. An edge shorter than this may be collapsed even if a face next to it keeps a
@@ -57,6 +61,10 @@ struct CutParameters {
   // First version of the force laws with the present estimates of computing times (CutCosts), and with one rule that
   // decides for all faces whether they may intersect other faces (select_suspect()).
   static constexpr std::uint32_t laws_14 = 14;
+  // First version of the force laws in which the intersection test also finds two kinds of folds: two faces with a
+  // common edge that lie on each other (`flat_fold`), and two faces with a common vertex that face the same way and
+  // overlap (see `same_way`).
+  static constexpr std::uint32_t laws_15 = 15;
   // Longest allowed edge after a vertex was merged into a neighbour, in target edge lengths. The next cut splits edges
   // longer than `longest`.
   static constexpr double longest_merged = 2;
@@ -136,6 +144,7 @@ class MeshCutter {
     accepts_bad_faces_ = laws >= CutParameters::laws_of_bad_faces;
     follows_laws_12_ = laws >= CutParameters::laws_12;
     follows_laws_14_ = laws >= CutParameters::laws_14;
+    follows_laws_15_ = laws >= CutParameters::laws_15;
     costs_ = follows_laws_14_ ? CutCosts{} : kCutCostsBefore;
   }
   /// Moves the head from A to B in straight steps and cuts the mesh. The head at A must not overlap the solid. `edge`:
@@ -258,6 +267,7 @@ class MeshCutter {
   void list_crowd(const mesh::EditableMesh& mesh) noexcept;
   void update_crowd(const mesh::EditableMesh& mesh, mesh::Index v) noexcept;
   mesh::Index crossed_near(const mesh::EditableMesh& mesh, mesh::Index f) noexcept;
+  bool intersect(const mesh::EditableMesh& mesh, const mesh::Corners& a, const dvec3& n, mesh::Index g) const noexcept;
   bool hold_back(mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   void account(mesh::EditableMesh& mesh, const Placed& head, const Affected& a, CutDone& done) noexcept;
   void repair_sliver(mesh::EditableMesh& mesh, const Placed& head, mesh::Index f, double edge, CutDone& done) noexcept;
@@ -288,6 +298,7 @@ class MeshCutter {
   bool accepts_bad_faces_ = true;  // true: an edge may be collapsed if a face next to it keeps a bad shape
   bool follows_laws_12_ = true;    // true: the rules that CutParameters::laws_12 describes apply
   bool follows_laws_14_ = true;    // true: the rules that CutParameters::laws_14 describes apply
+  bool follows_laws_15_ = true;    // true: the rules that CutParameters::laws_15 describes apply
   CutCosts costs_;
   std::uint32_t look_ = 0;
   // for each vertex and each face: number of the search (look_) that last visited it
