@@ -427,10 +427,19 @@ void fill_leaf(Out value, Out* to, std::ptrdiff_t stride_x, std::ptrdiff_t strid
   }
 }
 
-/// Prefetches the distances of a leaf. `samples` may be null.
-void prefetch_leaf(const float* samples) {
-  constexpr int n = openvdb::FloatTree::LeafNodeType::SIZE, line = 64 / sizeof(float);
-  for (int i = 0; samples && i < n; i += line) __builtin_prefetch(samples + i);
+/// Prefetches the values of a leaf. `values` may be null.
+template <class Value>
+void prefetch_leaf(const Value* values) {
+  constexpr int n = openvdb::FloatTree::LeafNodeType::SIZE, line = 64 / sizeof(Value);
+  for (int i = 0; values && i < n; i += line) __builtin_prefetch(values + i);
+}
+/// Prefetches the rows of a dense block to which a whole leaf will be copied.
+template <class Out>
+void prefetch_rows(const Out* to, std::ptrdiff_t stride_x, std::ptrdiff_t stride_y) {
+  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
+  for (int x = 0; x < n; ++x, to += stride_x) {
+    for (int y = 0; y < n; ++y) __builtin_prefetch(to + y * stride_y, 1);
+  }
 }
 
 /// Returns true if all samples of `part` belong to leaves (8³ samples) that lie completely in `part`, and if the rows
@@ -480,7 +489,15 @@ void TissueVolume::Impl::copy_whole_leaves(const Copied& box, const VoxelBox& pa
   }
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const Source& source = sources[i];
-    if (i + 1 < sources.size()) prefetch_leaf(sources[i + 1].distances);
+    // While the processor copies a leaf, it already loads the next leaf and the rows to which this leaf will be copied.
+    // Otherwise it would wait for memory during most of the copying.
+    if (i + 1 < sources.size()) {
+      const Source& next = sources[i + 1];
+      prefetch_leaf(next.distances);
+      prefetch_rows(box.distance + next.to, stride_x, stride_y);
+      prefetch_rows(box.tissue + next.to, stride_x, stride_y);
+      prefetch_leaf(next.labels);
+    }
     if (source.distances) {
       copy_leaf(source.distances, box.distance + source.to, stride_x, stride_y, kDistance);
     } else {
