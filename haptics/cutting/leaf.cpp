@@ -1,5 +1,6 @@
 // Cuts by a ball in one leaf (8³ samples) of the tissue.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
