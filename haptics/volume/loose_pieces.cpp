@@ -18,11 +18,9 @@ constexpr std::uint64_t kFirstZ = 0x0101010101010101, kLastZ = kFirstZ << 7;
 // blocks that each cut adds to the credit. kMostCredit: largest credit. A visit of a block takes about 1 µs.
 constexpr std::int64_t kCreditPerCut = 200, kMostCredit = 100'000;
 
-int floor_div(int a, int b) {
-  return a >= 0 ? a / b : -((-a + b - 1) / b);
-}
 glm::ivec3 block_of(const glm::ivec3& voxel) {
-  return {floor_div(voxel.x, kEdge), floor_div(voxel.y, kEdge), floor_div(voxel.z, kEdge)};
+  static_assert(kEdge == 8);
+  return {voxel.x >> 3, voxel.y >> 3, voxel.z >> 3};  // a shift rounds down, also for negative numbers
 }
 bool before(const glm::ivec3& a, const glm::ivec3& b) {
   return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
@@ -410,8 +408,9 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
   credit_ = std::min(credit_ + kCreditPerCut, kMostCredit);
   if (emptied_.empty() || credit_ <= 0) return {};
 
-  std::sort(emptied_.begin(), emptied_.end(),
-            [](const Emptied& a, const Emptied& b) { return before(a.part.key, b.part.key); });
+  const auto by_key = [](const Emptied& a, const Emptied& b) { return before(a.part.key, b.part.key); };
+  // A cut visits the blocks in this order, so there is usually nothing to sort.
+  if (!std::is_sorted(emptied_.begin(), emptied_.end(), by_key)) std::sort(emptied_.begin(), emptied_.end(), by_key);
   blocks_->begin_search();
   for (auto next = emptied_.begin(); next != emptied_.end();) {
     const int block = next->block;

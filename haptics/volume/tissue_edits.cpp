@@ -71,7 +71,8 @@ constexpr int kLeaf = Sweep::kLeaf;
 static_assert(kLeaf == openvdb::FloatTree::LeafNodeType::DIM);
 
 glm::ivec3 leaf_of(const glm::ivec3& voxel) {
-  return {floor_div(voxel.x, kLeaf), floor_div(voxel.y, kLeaf), floor_div(voxel.z, kLeaf)};
+  static_assert(kLeaf == 8);
+  return {voxel.x >> 3, voxel.y >> 3, voxel.z >> 3};  // a shift rounds down, also for negative numbers
 }
 
 }  // namespace
