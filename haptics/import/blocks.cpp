@@ -1,5 +1,6 @@
 #include "haptics/import/blocks.h"
 
+#include <array>
 #include <cmath>
 
 namespace typodont::haptics::importing {
@@ -37,7 +38,12 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
         // box, it has only one sample.
         const int run = z < 0 || z > top.z ? 1 : std::min({kEdge - (z & 15), lo.z + n - z, top.z + 1 - z});
         if (i >= 0) {
-          std::copy_n(&g.v[static_cast<std::size_t>(i)], run, to);
+          const T* from = &g.v[static_cast<std::size_t>(i)];
+          // A copy of constant length is much faster, because it needs no call of memmove.
+          if (run == kEdge)
+            std::copy_n(from, kEdge, to);
+          else
+            std::copy_n(from, run, to);
         } else {
           std::fill_n(to, run, i == BlockSet::kOutside ? g.outside : g.inside);
         }
@@ -181,10 +187,9 @@ Sparse<float> ball_extreme(const Sparse<float>& g, double radius, const SparseMa
 // Finds the samples of a mask that are connected to given samples (flood fill). A block that is not stored is visited
 // in one step. A stored block is also visited in one step if all its samples are in the mask and samples are connected
 // only over faces. An entry of the stack is the index of a sample, or −1 minus the index of a block.
-template <class Label>
 class Spread {
  public:
-  Spread(const SparseMask& mask, bool corners, Sparse<Label>& label, std::vector<Label>& block_label)
+  Spread(const SparseMask& mask, bool corners, Sparse<std::int32_t>& label, std::vector<std::int32_t>& block_label)
       : mask_(mask), set_(*mask.set), label_(label), block_label_(block_label), whole_(set_.first.size(), 0) {
     if (!corners) {
       tbb::parallel_for(std::size_t{0}, set_.first.size(), [&](std::size_t b) {
@@ -204,7 +209,7 @@ class Spread {
   }
 
   /// Visits a sample. If the sample's block is not stored, the whole block is visited.
-  void visit(const glm::ivec3& p, Label id) {
+  void visit(const glm::ivec3& p, std::int32_t id) {
     const std::ptrdiff_t i = label_.index(p);
     if (i >= 0) {
       const auto k = static_cast<std::size_t>(i);
@@ -225,7 +230,7 @@ class Spread {
   }
 
   /// Visits all samples that are connected to the visited samples. Returns the number of visited samples.
-  std::size_t run(Label id) {
+  std::size_t run(std::int32_t id) {
     std::size_t count = 0;
     while (!stack_.empty()) {
       const std::ptrdiff_t i = stack_.back();
@@ -244,7 +249,7 @@ class Spread {
   }
 
  private:
-  std::size_t leave_block(std::size_t b, Label id) {
+  std::size_t leave_block(std::size_t b, std::int32_t id) {
     const auto cz = static_cast<std::size_t>(set_.count.z), cy = static_cast<std::size_t>(set_.count.y);
     const glm::ivec3 lo =
         kEdge * glm::ivec3(static_cast<int>(b / (cz * cy)), static_cast<int>(b / cz % cy), static_cast<int>(b % cz));
@@ -265,11 +270,186 @@ class Spread {
 
   const SparseMask& mask_;
   const BlockSet& set_;
-  Sparse<Label>& label_;
-  std::vector<Label>& block_label_;
+  Sparse<std::int32_t>& label_;
+  std::vector<std::int32_t>& block_label_;
   std::vector<std::uint8_t> whole_;  // for each stored block: true if all its samples are in the mask
   std::vector<glm::ivec3> steps_;
   std::vector<std::ptrdiff_t> stack_;
+};
+
+// Finds the part of a mask that is connected over faces to the walls of the box (flood fill). A row of a block (16
+// samples along z) is stored as the bits of one word, so that one operation treats the whole row.
+class WallFlood {
+ public:
+  explicit WallFlood(const SparseMask& open)
+      : open_(open),
+        set_(*open.set),
+        passable_(set_.first.size()),
+        reached_(set_.first.size()),
+        block_reached_(set_.slot.size(), 0),
+        queued_(set_.slot.size(), 0) {
+    tbb::parallel_for(std::size_t{0}, set_.first.size(), [&](std::size_t s) {
+      const glm::ivec3 n = glm::min(set_.size - set_.first[s], glm::ivec3(kEdge));
+      reached_[s] = {}, passable_[s] = {};
+      for (int x = 0; x < n.x; ++x) {
+        for (int y = 0; y < n.y; ++y) {
+          const std::uint8_t* row = &open.v[s * BlockSet::kSamples + static_cast<std::size_t>(x * kEdge + y) * kEdge];
+          unsigned word = 0;
+          for (int z = 0; z < n.z; ++z) word |= static_cast<unsigned>(row[z] != 0) << z;
+          passable_[s][static_cast<std::size_t>(x * kEdge + y)] = static_cast<Row>(word);
+        }
+      }
+    });
+  }
+
+  Reached run() {
+    glm::ivec3 b;
+    for (b.x = 0; b.x < set_.count.x; ++b.x) {
+      for (b.y = 0; b.y < set_.count.y; ++b.y) {
+        for (b.z = 0; b.z < set_.count.z; ++b.z) {
+          if (glm::any(glm::equal(b, glm::ivec3(0))) || glm::any(glm::equal(b, set_.count - 1))) put(b);
+        }
+      }
+    }
+    for (std::size_t k = 0; k < queue_.size(); ++k) {
+      const glm::ivec3 at = queue_[k];
+      queued_[index(at)] = 0;
+      if (!enter(at)) continue;
+      for (int a = 0; a < 3; ++a) {
+        for (const int step : {-1, 1}) {
+          glm::ivec3 next = at;
+          next[a] += step;
+          if (next[a] >= 0 && next[a] < set_.count[a]) put(next);
+        }
+      }
+    }
+    Reached out{SparseMask(open_.set, 0, 0), std::move(block_reached_)};
+    tbb::parallel_for(std::size_t{0}, set_.first.size(), [&](std::size_t s) {
+      for (std::size_t k = 0; k < kRows; ++k) {
+        const Row word = reached_[s][k];
+        if (word == 0) continue;
+        std::uint8_t* row = &out.samples.v[s * BlockSet::kSamples + k * kEdge];
+        for (int z = 0; z < kEdge; ++z) row[z] = word >> z & 1;
+      }
+    });
+    return out;
+  }
+
+ private:
+  using Row = std::uint16_t;
+  static constexpr std::size_t kRows = static_cast<std::size_t>(kEdge) * kEdge;
+  static constexpr Row kWhole = 0xFFFF;
+  using Rows = std::array<Row, kRows>;  // the rows of a block, y fastest
+
+  std::size_t index(const glm::ivec3& block) const { return set_.block(kEdge * block); }
+  void put(const glm::ivec3& block) {
+    if (std::exchange(queued_[index(block)], std::uint8_t{1})) return;
+    queue_.push_back(block);
+  }
+
+  // Returns for the face of a block on one side of an axis which samples beyond the face are reached, as 16 rows.
+  // Beyond the walls of the box, all samples are reached.
+  std::array<Row, kEdge> beyond(const glm::ivec3& block, int axis, int step) const {
+    std::array<Row, kEdge> face;
+    glm::ivec3 next = block;
+    next[axis] += step;
+    if (next[axis] < 0 || next[axis] >= set_.count[axis]) {
+      face.fill(kWhole);
+      return face;
+    }
+    const std::int32_t slot = set_.slot[index(next)];
+    if (slot < 0) {
+      face.fill(block_reached_[index(next)] ? kWhole : Row{0});
+      return face;
+    }
+    const Rows& rows = reached_[static_cast<std::size_t>(slot)];
+    const std::size_t last = step < 0 ? kEdge - 1 : 0;  // index of the neighbour's samples that touch the face
+    for (std::size_t k = 0; k < kEdge; ++k) {
+      if (axis == 0) {
+        face[k] = rows[last * kEdge + k];
+      } else if (axis == 1) {
+        face[k] = rows[k * kEdge + last];
+      } else {
+        unsigned word = 0;
+        for (std::size_t y = 0; y < kEdge; ++y) word |= (static_cast<unsigned>(rows[k * kEdge + y]) >> last & 1U) << y;
+        face[k] = static_cast<Row>(word);
+      }
+    }
+    return face;
+  }
+
+  // Floods a block from its neighbours. Returns true if samples were reached that were not reached before.
+  bool enter(const glm::ivec3& block) {
+    const std::size_t b = index(block);
+    const std::int32_t slot = set_.slot[b];
+    if (slot < 0) {
+      if (block_reached_[b] || !(slot == BlockSet::kOutside ? open_.outside : open_.inside)) return false;
+      for (int a = 0; a < 3 && !block_reached_[b]; ++a) {
+        for (const int step : {-1, 1}) {
+          if (std::ranges::any_of(beyond(block, a, step), [](Row word) { return word != 0; })) block_reached_[b] = 1;
+        }
+      }
+      return block_reached_[b] != 0;
+    }
+    const Rows& open = passable_[static_cast<std::size_t>(slot)];
+    Rows& rows = reached_[static_cast<std::size_t>(slot)];
+    const Rows before = rows;
+    const glm::ivec3 n = glm::min(set_.size - kEdge * block, glm::ivec3(kEdge));
+    for (int a = 0; a < 3; ++a) {
+      for (const int step : {-1, 1}) {
+        const std::array<Row, kEdge> face = beyond(block, a, step);
+        const auto first = static_cast<std::size_t>(step < 0 ? 0 : n[a] - 1);
+        for (std::size_t k = 0; k < kEdge; ++k) {
+          if (a == 0) {
+            rows[first * kEdge + k] |= static_cast<Row>(face[k] & open[first * kEdge + k]);
+          } else if (a == 1) {
+            rows[k * kEdge + first] |= static_cast<Row>(face[k] & open[k * kEdge + first]);
+          } else {
+            for (std::size_t y = 0; y < kEdge; ++y)
+              rows[k * kEdge + y] |= static_cast<Row>((face[k] >> y & 1U) << first & open[k * kEdge + y]);
+          }
+        }
+      }
+    }
+    if (rows == before) return false;
+    for (bool changed = true; changed;) {
+      changed = false;
+      const auto spread = [&](std::size_t x, std::size_t y) {
+        const std::size_t k = x * kEdge + y;
+        unsigned word = rows[k];
+        if (x > 0) word |= rows[k - kEdge];
+        if (x + 1 < kEdge) word |= rows[k + kEdge];
+        if (y > 0) word |= rows[k - 1];
+        if (y + 1 < kEdge) word |= rows[k + 1];
+        word = filled(word & open[k], open[k]);
+        changed = changed || word != rows[k];
+        rows[k] = static_cast<Row>(word);
+      };
+      for (std::size_t k = 0; k < kRows; ++k) spread(k / kEdge, k % kEdge);
+      for (std::size_t k = kRows; k-- > 0;) spread(k / kEdge, k % kEdge);
+    }
+    return true;
+  }
+
+  // Extends the bits of `word` along the row through the bits of `open`, in both directions (Kogge and Stone's parallel
+  // prefix).
+  static unsigned filled(unsigned word, unsigned open) {
+    if (word == 0 || word == open) return word;
+    unsigned up = open, down = open, raised = word, lowered = word;
+    for (const unsigned shift : {1U, 2U, 4U, 8U}) {
+      raised |= up & raised << shift;
+      up &= up << shift;
+      lowered |= down & lowered >> shift;
+      down &= down >> shift;
+    }
+    return raised | lowered;
+  }
+
+  const SparseMask& open_;
+  const BlockSet& set_;
+  std::vector<Rows> passable_, reached_;  // for each stored block: the samples of the mask, and those reached so far
+  std::vector<std::uint8_t> block_reached_, queued_;  // for each block of the box
+  std::vector<glm::ivec3> queue_;
 };
 
 }  // namespace
@@ -421,39 +601,80 @@ Sparse<float> ball_max(const Sparse<float>& g, double radius, const SparseMask& 
   return ball_extreme(g, radius, wanted, [](float a, float b) { return a > b; });
 }
 
+// Changes the distances of the samples of one plane from a mask into the distances of the samples of the next plane.
+// `in_mask` marks the samples of the next plane that are in the mask; their distance is 0. No distance exceeds `most`.
+// The loop has no branches, so that the compiler can use vector instructions.
+static void step_away(const std::uint8_t* in_mask, std::size_t samples, std::uint8_t most, std::uint8_t* distance) {
+  for (std::size_t j = 0; j < samples; ++j) {
+    const auto next = static_cast<std::uint8_t>(distance[j] + 1);
+    const auto outside = static_cast<std::uint8_t>(in_mask[j] == 0 ? 0xFF : 0);
+    distance[j] = static_cast<std::uint8_t>((next < most ? next : most) & outside);
+  }
+}
+
 Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
   constexpr float kHuge = 1e12F;
+  // Squared distances are computed as integers of 16 bits, because the processor treats many of them at once. kFar
+  // stands for a distance beyond `reach`; the sum of kFar and two squared distances along an axis is less than 2¹⁵.
+  constexpr std::int16_t kFar = 20000;
   Sparse<float> d(mask.set, mask.outside ? 0 : kHuge, mask.inside ? 0 : kHuge);
   const int n = kEdge + 2 * reach;
-  const auto row = static_cast<std::size_t>(n), plane = row * row;
+  const auto row = static_cast<std::size_t>(n), plane = row * row, r = static_cast<std::size_t>(reach);
   tbb::parallel_for(std::size_t{0}, mask.set->first.size(), [&](std::size_t k) {
-    thread_local std::vector<std::uint8_t> box;
-    thread_local std::vector<float> a, b;
-    box.resize(plane * row);
-    gather(mask, mask.set->first[k] - reach, n, box.data());
+    thread_local std::vector<std::uint8_t> of_box, along_x;
+    thread_local std::vector<std::int16_t> of_first, of_second;
+    of_box.resize(plane * row);
+    std::uint8_t* box = of_box.data();
+    gather(mask, mask.set->first[k] - reach, n, box);
     float* out = &d.v[k * BlockSet::kSamples];
-    if (std::none_of(box.begin(), box.end(), [](std::uint8_t m) { return m != 0; })) {
-      std::fill_n(out, BlockSet::kSamples, kHuge);
+    std::uint8_t least = box[0], most = box[0];
+    for (std::size_t j = 0; j < plane * row; ++j) least = std::min(least, box[j]), most = std::max(most, box[j]);
+    if (most == 0 || least > 0) {
+      std::fill_n(out, BlockSet::kSamples, most == 0 ? kHuge : 0.0F);
       return;
     }
-    a.resize(plane * row);
-    b.resize(plane * row);
-    for (std::size_t i = 0; i < a.size(); ++i) a[i] = box[i] ? 0 : kHuge;
-    const auto line = [&](const float* from, std::size_t stride, std::size_t length, float* to) {
-      std::copy_n(from, length, to);
+    of_first.resize(plane * row);
+    of_second.resize(plane * row);
+    along_x.resize(plane * (kEdge + 1));
+    std::int16_t *a = of_first.data(), *b = of_second.data();
+    // Along x, `from` is the distance at the present plane of samples from the nearest sample of the mask in the planes
+    // before it, first in the direction of x and then in the opposite direction.
+    std::uint8_t *up = along_x.data(), *from = up + plane * kEdge;
+    const auto beyond = static_cast<std::uint8_t>(reach + 1);
+    std::fill_n(from, plane, beyond);
+    for (std::size_t x = 0; x < r + kEdge; ++x) {
+      step_away(box + x * plane, plane, beyond, from);
+      if (x >= r) std::copy_n(from, plane, up + (x - r) * plane);
+    }
+    std::fill_n(from, plane, beyond);
+    for (std::size_t x = row; x-- > r;) {
+      step_away(box + x * plane, plane, beyond, from);
+      if (x >= r + kEdge) continue;
+      const std::uint8_t* other = up + (x - r) * plane;
+      std::int16_t* squared = b + (x - r) * plane;
+      for (std::size_t j = 0; j < plane; ++j) {
+        const auto along = static_cast<std::int16_t>(std::min(from[j], other[j]));
+        squared[j] = along > reach ? kFar : static_cast<std::int16_t>(along * along);
+      }
+    }
+    const auto line = [&](const std::int16_t* middle, std::size_t stride, std::size_t length, std::int16_t* to) {
+      std::copy_n(middle, length, to);
       for (int m = 1; m <= reach; ++m) {
-        const float* up = from + static_cast<std::size_t>(m) * stride;
-        const float* down = from - static_cast<std::size_t>(m) * stride;
-        const auto far = static_cast<float>(m * m);
-        for (std::size_t j = 0; j < length; ++j) to[j] = std::min(to[j], std::min(up[j], down[j]) + far);
+        const std::int16_t* after = middle + static_cast<std::size_t>(m) * stride;
+        const std::int16_t* before = middle - static_cast<std::size_t>(m) * stride;
+        const auto far = static_cast<std::int16_t>(m * m);
+        for (std::size_t j = 0; j < length; ++j)
+          to[j] = std::min(to[j], static_cast<std::int16_t>(std::min(after[j], before[j]) + far));
       }
     };
-    const auto r = static_cast<std::size_t>(reach);
-    for (std::size_t x = 0; x < kEdge; ++x) line(&a[(x + r) * plane], plane, plane, &b[x * plane]);
-    for (std::size_t x = 0; x < kEdge; ++x) line(&b[x * plane + r * row], row, kEdge * row, &a[x * plane]);
+    for (std::size_t x = 0; x < kEdge; ++x) line(b + x * plane + r * row, row, kEdge * row, a + x * plane);
     for (std::size_t x = 0; x < kEdge; ++x) {
-      for (std::size_t y = 0; y < kEdge; ++y)
-        line(&a[x * plane + y * row + r], 1, kEdge, out + (x * kEdge + y) * kEdge);
+      for (std::size_t y = 0; y < kEdge; ++y) {
+        std::int16_t squared[kEdge];
+        line(a + x * plane + y * row + r, 1, kEdge, squared);
+        for (std::size_t z = 0; z < kEdge; ++z)
+          out[(x * kEdge + y) * kEdge + z] = squared[z] >= kFar ? kHuge : static_cast<float>(squared[z]);
+      }
     }
   });
   return d;
@@ -580,7 +801,7 @@ std::int32_t SparseComponents::largest() const {
 
 SparseComponents components(const SparseMask& mask, bool corners) {
   SparseComponents c{Sparse<std::int32_t>(mask.set, 0, 0), {0}, std::vector<std::int32_t>(mask.set->slot.size(), 0)};
-  Spread<std::int32_t> spread(mask, corners, c.label, c.blocks);
+  Spread spread(mask, corners, c.label, c.blocks);
   for (std::size_t b = 0; b < mask.set->first.size(); ++b) {
     const glm::ivec3 lo = mask.set->first[b], hi = glm::min(lo + kEdge, mask.set->size);
     for (int x = lo.x; x < hi.x; ++x) {
@@ -599,21 +820,7 @@ SparseComponents components(const SparseMask& mask, bool corners) {
 }
 
 Reached reached_from_walls(const SparseMask& open) {
-  Reached reached{SparseMask(open.set, 0, 0), std::vector<std::uint8_t>(open.set->slot.size(), 0)};
-  Spread<std::uint8_t> spread(open, false, reached.samples, reached.blocks);
-  const glm::ivec3& size = open.set->size;
-  for (int a = 0; a < 3; ++a) {
-    const int u = (a + 1) % 3, v = (a + 2) % 3;
-    for (const int wall : {0, size[a] - 1}) {
-      glm::ivec3 p;
-      p[a] = wall;
-      for (p[u] = 0; p[u] < size[u]; ++p[u]) {
-        for (p[v] = 0; p[v] < size[v]; ++p[v]) spread.visit(p, 1);
-      }
-    }
-  }
-  spread.run(1);
-  return reached;
+  return WallFlood(open).run();
 }
 
 }  // namespace typodont::haptics::importing

@@ -80,34 +80,53 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
     diagonal[k] = sum;
     b[k] = known;
   });
-  const auto times = [&](const std::vector<double>& v, std::vector<double>& out) {
-    tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
-      double sum = diagonal[k] * v[k];
-      for (std::size_t f = 0; f < 6; ++f) {
-        if (rows[k].to[f] >= 0)
-          sum -= static_cast<double>(rows[k].weight[f]) * v[static_cast<std::size_t>(rows[k].to[f])];
-      }
-      out[k] = sum;
-    });
+  // Calls part(from, to) for ranges of unknowns on all processor cores and returns the sum of the results. The ranges
+  // do not depend on the number of cores, so the sum does not either.
+  constexpr std::size_t kRange = 16384;
+  std::vector<double> sums((n + kRange - 1) / kRange);
+  const auto sum_of = [&](auto part) {
+    tbb::parallel_for(std::size_t{0}, sums.size(),
+                      [&](std::size_t k) { sums[k] = part(k * kRange, std::min((k + 1) * kRange, n)); });
+    return std::accumulate(sums.begin(), sums.end(), 0.0);
   };
-  std::vector<double> r = b, z(n), d(n), ad(n);
-  const auto precondition = [&] {
-    for (std::size_t k = 0; k < n; ++k) z[k] = r[k] / diagonal[k];
-  };
-  precondition();
-  d = z;
-  double rz = std::inner_product(r.begin(), r.end(), z.begin(), 0.0);
+  std::vector<double> r = b, d(n), ad(n);
+  double rz = sum_of([&](std::size_t from, std::size_t to) {
+    double sum = 0;
+    for (std::size_t k = from; k < to; ++k) d[k] = r[k] / diagonal[k], sum += r[k] * d[k];
+    return sum;
+  });
   const double enough = 1e-10 * rz;
   constexpr int kMostSteps = 2000;
   for (int step = 0; step < kMostSteps && rz > enough; ++step) {
     constexpr int kToldEvery = 16, kUsualSteps = 400;
     if (step % kToldEvery == 0) progress(std::min(1.0, static_cast<double>(step) / kUsualSteps));
-    times(d, ad);
-    const double alpha = rz / std::inner_product(d.begin(), d.end(), ad.begin(), 0.0);
-    for (std::size_t k = 0; k < n; ++k) x[k] += alpha * d[k], r[k] -= alpha * ad[k];
-    precondition();
-    const double next = std::inner_product(r.begin(), r.end(), z.begin(), 0.0);
-    for (std::size_t k = 0; k < n; ++k) d[k] = z[k] + next / rz * d[k];
+    const double d_a_d = sum_of([&](std::size_t from, std::size_t to) {
+      double all = 0;
+      for (std::size_t k = from; k < to; ++k) {
+        double sum = diagonal[k] * d[k];
+        for (std::size_t f = 0; f < 6; ++f) {
+          if (rows[k].to[f] >= 0)
+            sum -= static_cast<double>(rows[k].weight[f]) * d[static_cast<std::size_t>(rows[k].to[f])];
+        }
+        ad[k] = sum;
+        all += d[k] * sum;
+      }
+      return all;
+    });
+    const double alpha = rz / d_a_d;
+    const double next = sum_of([&](std::size_t from, std::size_t to) {
+      double sum = 0;
+      for (std::size_t k = from; k < to; ++k) {
+        x[k] += alpha * d[k], r[k] -= alpha * ad[k];
+        sum += r[k] * r[k] / diagonal[k];
+      }
+      return sum;
+    });
+    const double turn = next / rz;
+    tbb::parallel_for(std::size_t{0}, sums.size(), [&](std::size_t range) {
+      for (std::size_t k = range * kRange; k < std::min((range + 1) * kRange, n); ++k)
+        d[k] = r[k] / diagonal[k] + turn * d[k];
+    });
     rz = next;
   }
   Sparse<float> probability(grey.set, 0, 0);
