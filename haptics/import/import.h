@@ -94,11 +94,10 @@ struct JawTooth {
   double volume = 0;  // m³, volume of the tooth including its pulp and metal
 };
 
-/// What was found in a jaw: teeth and canals, and how uncertain the labels are.
+/// What was found in a jaw: teeth and canals, and how uncertain the borders and labels are.
 struct JawReport {
-  std::vector<JawTooth> teeth;     // the teeth with enamel or metal, the largest first
-  double border = 0;               // m, standard deviation of the position of a border between two tissues
-  PerTissue volume_uncertainty{};  // m³, uncertainty of each tissue's volume
+  std::vector<JawTooth> teeth;  // the teeth with enamel or metal, the largest first
+  double border = 0;            // m, standard deviation of the position of a border between two tissues
   // m³, expected volume whose label is wrong (tooth labelled as bone, or bone as tooth)
   double mislabelled = 0;
   std::vector<JawCanal> canals;
@@ -118,13 +117,14 @@ struct KindGreys {
 };
 
 struct ImportReport {
-  std::string format;    // name of the format: "NRRD", "STL" …
-  dvec3 spacing{0};      // m, spacing of the scan; zero for a mesh
-  double voxel = 0;      // m, voxel edge of the result
-  glm::ivec3 size{0};    // size of the result in voxels
-  dvec3 lo{0}, hi{0};    // m, bounding box of the surface in the file's coordinates
-  double height = 0;     // m, longest edge of the bounding box
-  PerTissue volume{};    // m³ of each tissue
+  std::string format;              // name of the format: "NRRD", "STL" …
+  dvec3 spacing{0};                // m, spacing of the scan; zero for a mesh
+  double voxel = 0;                // m, voxel edge of the result
+  glm::ivec3 size{0};              // size of the result in voxels
+  dvec3 lo{0}, hi{0};              // m, bounding box of the surface in the file's coordinates
+  double height = 0;               // m, longest edge of the bounding box
+  PerTissue volume{};              // m³ of each tissue
+  PerTissue volume_uncertainty{};  // m³, uncertainty of each tissue's volume; zero for a mesh
   PerTissue hardness{};  // mean hardness of each tissue, 0..1; valid only if hardness was derived from grey values
   int bodies_found = 0;  // number of connected bodies of tissue in the scan
   int bodies_kept = 0;   // number of connected bodies of tissue in the result

@@ -294,6 +294,28 @@ static void say_what_is_left_out(const std::vector<Body>& bodies, std::size_t ma
   }
 }
 
+// Returns the uncertainty of each tissue's volume: the area of the tissue's border multiplied by the standard deviation
+// `border` (m) of the border's position.
+static PerTissue volume_uncertainty(const DenseTissue& t, double border) {
+  PerTissue faces{};
+  for (int x = 1; x + 1 < t.size.x; ++x) {
+    for (int y = 1; y + 1 < t.size.y; ++y) {
+      for (int z = 1; z + 1 < t.size.z; ++z) {
+        const std::size_t i = t.at(x, y, z);
+        if (t.distance[i] >= 0) continue;
+        for (const std::size_t j : {t.at(x + 1, y, z), t.at(x - 1, y, z), t.at(x, y + 1, z), t.at(x, y - 1, z),
+                                    t.at(x, y, z + 1), t.at(x, y, z - 1)})
+          faces[static_cast<std::size_t>(t.tissue[i])] += t.distance[j] >= 0 || t.tissue[j] != t.tissue[i];
+      }
+    }
+  }
+  // Voxel faces approximate a surface by steps, so their area is larger than the true area of the surface. This is the
+  // mean ratio of the two areas for a surface at a random angle to the axes.
+  constexpr double kFacesPerArea = 1.5;
+  for (double& of_tissue : faces) of_tissue *= t.frame.voxel * t.frame.voxel / kFacesPerArea * border;
+  return faces;
+}
+
 static Imported import_read_scan(const std::filesystem::path& file, Scan scan, const ScanGreys* known,
                                  const ImportOptions& options) {
   const bool tooth = options.preset == ImportPreset::kTooth, jaw = options.preset == ImportPreset::kJaw;
@@ -502,6 +524,15 @@ static Imported import_read_scan(const std::filesystem::path& file, Scan scan, c
       }
     }
   });
+
+  // In a jaw, teeth and bone have a second uncertainty: the volume that the random walker may have labelled wrongly.
+  const double contrast = levels.dense ? *levels.dense - levels.soft : levels.soft - levels.outside;
+  report.volume_uncertainty = volume_uncertainty(
+      out, report.jaw ? report.jaw->border : working * border_uncertainty(levels.noise / contrast, s.blur));
+  if (report.jaw) {
+    for (const Tissue t : {Tissue::kDentin, Tissue::kCorticalBone})
+      report.volume_uncertainty[static_cast<std::size_t>(t)] += report.jaw->mislabelled;
+  }
 
   report.outside_grey = levels.outside;
   report.soft_grey = levels.soft;

@@ -833,32 +833,13 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   correct_canals(scan, grey, where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return in_tooth(i); }),
                  to_crown, greys, s.true_blur, soft, brightest_soft, out.tissue);
 
-  // Estimates the uncertainty of each tissue's volume: the area of the tissue's border multiplied by the uncertainty of
-  // the border's position, which comes from noise and from the uncertainty of the grey values. For teeth and bone, a
-  // second volume is added: the one that the random walker may have labelled wrongly.
-  constexpr double kBorder = 0.1;  // voxels, error of a border's position without noise, as measured
-  const double rise = greys.hard - greys.soft;
-  out.report.border = voxel * std::hypot(kBorder, noise / rise * std::sqrt(2 * kPi) * std::max(0.5, s.blur));
-  PerTissue faces{};
+  out.report.border = voxel * border_uncertainty(noise / (greys.hard - greys.soft), s.blur);
   double mislabelled = 0;
-  for (std::size_t i = 0; i < out.tissue.v.size(); ++i) {
-    const glm::ivec3 p = set->place(i);
-    if (!set->holds(p) || !(s.surface.distance[p] < 0)) continue;
-    const Tissue t = out.tissue.v[i];
-    for (const glm::ivec3& f : kFaces) {
-      if (set->holds(p + f) && (out.tissue[p + f] != t || s.surface.distance[p + f] >= 0))
-        faces[static_cast<std::size_t>(t)] += 1;
-    }
-    if (bright.v[i]) mislabelled += static_cast<double>(std::min(probability.v[i], 1 - probability.v[i]));
+  for (std::size_t i = 0; i < bright.v.size(); ++i) {
+    if (const glm::ivec3 p = set->place(i); bright.v[i] && set->holds(p) && s.surface.distance[p] < 0)
+      mislabelled += static_cast<double>(std::min(probability.v[i], 1 - probability.v[i]));
   }
-  // Voxel faces approximate a surface by steps, so their area is larger than the true area of the surface. This is the
-  // mean ratio of the two areas for a surface at a random angle to the axes.
-  constexpr double kFacesPerArea = 1.5;
-  for (std::size_t t = 0; t < faces.size(); ++t)
-    out.report.volume_uncertainty[t] = faces[t] / kFacesPerArea * voxel * voxel * out.report.border;
   out.report.mislabelled = mislabelled * cubed(voxel);
-  for (const Tissue t : {Tissue::kDentin, Tissue::kCorticalBone})
-    out.report.volume_uncertainty[static_cast<std::size_t>(t)] += out.report.mislabelled;
   const SparseMask teeth = mask([&](std::size_t i, const glm::ivec3& p) {
     const Tissue t = out.tissue.v[i];
     if (s.surface.distance[p] >= 0) return false;

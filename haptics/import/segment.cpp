@@ -269,6 +269,11 @@ glm::dvec3 normal_at(const DistanceField& d, const glm::ivec3& i) {
 
 }  // namespace
 
+double border_uncertainty(double noise, double blur) {
+  constexpr double kWithoutNoise = 0.1;  // voxels, error of a border's position without noise, as measured
+  return std::hypot(kWithoutNoise, noise * std::sqrt(2 * M_PI) * std::max(0.5, blur));
+}
+
 Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel, ImportPreset preset,
                      const std::optional<double>& band, const std::function<void(double)>& progress) {
   const auto report = [&](double done) {

@@ -34,6 +34,10 @@ struct Segmentation {
   int cavity_parts = 0;
 };
 
+/// Returns the standard deviation, in voxels, of the position of a border between two tissues. `noise` is the standard
+/// deviation of the noise divided by the difference between the grey values of the tissues. `blur`: voxels.
+double border_uncertainty(double noise, double blur);
+
 /// Segments the grey values `grey`. The walls of the box must belong to the surroundings. `voxel` is in m. `band` is
 /// the distance from the surface, in voxels, up to which exact distances are needed; without a value, none are needed.
 Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel, ImportPreset preset,

@@ -294,7 +294,7 @@ TEST(ImportJaw, VolumeErrorsAreAtMostTwiceTheReportedUncertainty) {
          {Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp, Tissue::kCorticalBone, Tissue::kCancellousBone}) {
       const auto k = static_cast<std::size_t>(t);
       EXPECT_NEAR(i.report.volume[k] / kCubicMillimetre, truth[k],
-                  2 * i.report.jaw->volume_uncertainty[k] / kCubicMillimetre)
+                  2 * i.report.volume_uncertainty[k] / kCubicMillimetre)
           << name_of(t);
     }
   };

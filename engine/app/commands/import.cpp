@@ -136,6 +136,10 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
     total += mm3;
   }
   j["volume_mm3"]["total"] = total;
+  for (int t = 0; t < kTissueCount; ++t) {
+    const double doubt = r.volume_uncertainty[static_cast<std::size_t>(t)] / kCubicMillimetre;
+    if (doubt > 0) j["volume_doubt_mm3"][std::string(name_of(static_cast<Tissue>(t)))] = doubt;
+  }
   for (int t = 0; t < kTissueCount && (r.jaw || !a.hardness.empty()); ++t) {
     const double mean = r.hardness[static_cast<std::size_t>(t)];
     if (mean > 0) j["mean_hardness"][std::string(name_of(static_cast<Tissue>(t)))] = mean;
@@ -160,10 +164,6 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
           {{"centre_mm", vec(tooth.centre, kMillimetre)}, {"volume_mm3", tooth.volume / kCubicMillimetre}});
     jaw["border_mm"] = r.jaw->border / kMillimetre;
     jaw["unsure_mm3"] = r.jaw->mislabelled / kCubicMillimetre;
-    for (int t = 0; t < kTissueCount; ++t) {
-      const double uncertainty = r.jaw->volume_uncertainty[static_cast<std::size_t>(t)] / kCubicMillimetre;
-      if (uncertainty > 0) jaw["volume_doubt_mm3"][std::string(name_of(static_cast<Tissue>(t)))] = uncertainty;
-    }
     jaw["canals"] = nlohmann::ordered_json::array();
     for (const haptics::JawCanal& canal : r.jaw->canals) {
       nlohmann::ordered_json of_canal;
@@ -221,9 +221,8 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a,
     const std::string hardness = a.hardness.empty() && !r.jaw
                                      ? ""
                                      : fmt::format(", mean hardness {:.2f}", r.hardness[static_cast<std::size_t>(t)]);
-    const std::string uncertainty =
-        r.jaw ? fmt::format(" ± {:.1f}", r.jaw->volume_uncertainty[static_cast<std::size_t>(t)] / kCubicMillimetre)
-              : "";
+    const double doubt = r.volume_uncertainty[static_cast<std::size_t>(t)] / kCubicMillimetre;
+    const std::string uncertainty = doubt > 0 ? fmt::format(" ± {:.1f}", doubt) : "";
     if (mm3 > 0) line(name_of(static_cast<Tissue>(t)), fmt::format("{:.1f}{} mm³{}", mm3, uncertainty, hardness));
   }
   if (r.jaw) {
