@@ -32,10 +32,12 @@ SparseMask large_parts(const SparseMask& mask, double samples) {
 // from the sample comes to a tooth's crown before it comes to bone (random walker, Grady 2006, "Random walks for image
 // segmentation"). Steps through dim samples have a small probability. So the walk hardly crosses the periodontal
 // ligament between tooth and bone, which may count as bright but is dimmer than tooth and bone. The linear equations
-// are solved by conjugate gradients.
+// are solved by conjugate gradients until the squared residual has decreased by the factor `residual`. From a sample of
+// `bone`, the walk does not continue. From any other sample, it comes to bone in the next step with the weight
+// `into_bone` of this sample.
 Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bright, const SparseMask& crown,
-                                const SparseMask& bone, const SparseMask& beside_marrow, const JawGreys& greys,
-                                const std::function<void(double)>& progress) {
+                                const SparseMask& bone, const Sparse<float>& into_bone, const JawGreys& greys,
+                                double residual, const std::function<void(double)>& progress) {
   const BlockSet& set = *grey.set;
   std::vector<std::size_t> sample_of;  // for each unknown of the equations: index of its sample
   Sparse<std::int32_t> unknown(grey.set, -1, -1);
@@ -54,14 +56,10 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   // weight of the random walk's step between the dimmest samples that count as bright; steps between brighter samples
   // have larger weights
   constexpr double kLeast = 1e-4;
-  // Weight of the random walk's step into bone for a sample next to cancellous bone. The weight is small, because the
-  // sample may also belong to a root without a bright wall. With this weight, a root of 3 mm width is labelled as tooth
-  // up to about 15 mm from its crown.
-  constexpr double kMarrow = 1e-3;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
     const std::size_t i = sample_of[k];
     const glm::ivec3 p = set.place(i);
-    double sum = beside_marrow.v[i] ? kMarrow : 1e-9, known = 0;
+    double sum = std::max(1e-9, static_cast<double>(into_bone.v[i])), known = 0;
     for (std::size_t f = 0; f < 6; ++f) {
       rows[k].to[f] = -1, rows[k].weight[f] = 0;
       const glm::ivec3 q = p + kFaces[f];
@@ -95,7 +93,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
     for (std::size_t k = from; k < to; ++k) d[k] = r[k] / diagonal[k], sum += r[k] * d[k];
     return sum;
   });
-  const double enough = 1e-10 * rz;
+  const double enough = residual * rz;
   constexpr int kMostSteps = 2000;
   for (int step = 0; step < kMostSteps && rz > enough; ++step) {
     constexpr int kToldEvery = 16, kUsualSteps = 400;
@@ -662,8 +660,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_marrow = distance_squared_to(marrow, 3);
   const SparseMask beside_marrow =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && to_marrow.v[i] <= 6.25F; });
-  // Finds samples that certainly belong to bone: the outer plate of the jaw, far from crowns. Samples near a wall that
-  // cuts the jaw are excluded, because they may belong to a cut root.
+  // Finds the outer plate of the jaw, far from crowns. Samples near a wall that cuts the jaw are excluded, because they
+  // may belong to a cut root.
   constexpr double kPlate = 1.2e-3, kFromCrown = 4e-3;  // m, thickness of the plate and smallest distance from crowns
   const int from_crown = static_cast<int>(std::clamp(kFromCrown / voxel, 2.0, 32.0));
   const Sparse<float> to_crown = distance_squared_to(crown, from_crown);
@@ -680,8 +678,24 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
            to_crown.v[i] > static_cast<float>(from_crown * from_crown);
   });
   progress(0.2);
-  const Sparse<float> probability = tooth_probability(grey, bright, crown, plate, beside_marrow, greys,
-                                                      [&](double done) { progress(0.2 + 0.5 * done); });
+  // Weights of the random walk's step into bone. Samples next to cancellous bone have a small weight, because they may
+  // also belong to a root without a bright wall. With kMarrow, a root of 3 mm width is labelled as tooth up to about 15
+  // mm from its crown. Samples of the outer plate also have a small weight, because a root may lie inside the plate. On
+  // average, the walk comes kInPlate far in the plate (m).
+  constexpr double kMarrow = 1e-3, kInPlate = 10e-3;
+  const double in_plate = voxel * voxel / (kInPlate * kInPlate);
+  Sparse<float> into_bone(set, 0, 0);
+  for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
+    into_bone.v[i] = static_cast<float>(beside_marrow.v[i] ? std::max(kMarrow, in_plate) : plate.v[i] ? in_plate : 0);
+  });
+  // A first walk finds roots inside the outer plate. The rest of the plate is certainly bone, so the second walk ends
+  // there.
+  constexpr double kRough = 1e-5, kFine = 1e-10;
+  const Sparse<float> first = tooth_probability(grey, bright, crown, SparseMask(set, 0, 0), into_bone, greys, kRough,
+                                                [&](double done) { progress(0.2 + 0.2 * done); });
+  const SparseMask bone = mask([&](std::size_t i, const glm::ivec3&) { return plate.v[i] && first.v[i] < 0.5F; });
+  const Sparse<float> probability = tooth_probability(grey, bright, crown, bone, into_bone, greys, kFine,
+                                                      [&](double done) { progress(0.4 + 0.3 * done); });
 
   // A tooth includes its cavities. A space that is connected to the surroundings only by gaps of one sample also counts
   // as a cavity.

@@ -8,6 +8,7 @@
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
 #include "tests/support/jaw_phantom.h"
+#include "tests/support/plate_root_phantom.h"
 
 namespace typodont {
 namespace {
@@ -325,6 +326,26 @@ TEST(ImportJaw, TheJawWithTeethIsImportedAlthoughTheSpineIsLargerAndItsBoneLessD
   EXPECT_TRUE(std::ranges::any_of(i.report.notes, [](const std::string& note) {
     return note.find("another body of") == 0 && note.find("with teeth") == std::string::npos;
   }));
+}
+
+TEST(ImportJaw, ARootInsideTheOuterPlateOfBoneStaysATooth) {
+  for (const test::PlateRootPhantom& jaw :
+       {test::PlateRootPhantom{},
+        test::PlateRootPhantom{
+            .voxel = 0.3, .seed = 3, .deeper = -0.3, .dentin = 1550, .cortical = 1550, .turn = -0.2}}) {
+    const Imported i = imported("plate.nrrd", jaw.phantom());
+    double root = 0, tooth = 0;
+    for (double x = 4; x < 26; x += 0.2) {
+      for (double y = 2; y < 22; y += 0.2) {
+        for (double z = 11; z < 23; z += 0.2) {
+          if (!jaw.in_leaning_root({x, y, z})) continue;
+          const Tissue t = label_at(i, {x, y, z});
+          root += 1, tooth += t == Tissue::kDentin || t == Tissue::kPulp;
+        }
+      }
+    }
+    EXPECT_GT(tooth, 0.95 * root) << "seed " << jaw.seed;
+  }
 }
 
 TEST(ImportJaw, AClosedSinusFullOfAirIsNoBoneAndAMarrowSpaceIs) {
