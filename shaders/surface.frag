@@ -29,6 +29,9 @@ layout(constant_id = 6) const bool kCursor = false;  // true: the cursor's ring 
 /// Returns the light at a point from which the whole room is visible.
 Around open_light(vec3 n, vec3 v) { return Around(ambient_light(n), ambient_light(reflect(-v, n))); }
 
+// result of visibility() at an open point
+const vec3 kOpen = vec3(1.0, 1.0, kUsualHollow);
+
 bool holds(int what) { return (kHolds & what) != 0; }
 
 /// Adds the cursor's ring to the colour. The inner part of the ring is light and its outer part dark, so that it is
@@ -53,13 +56,13 @@ void main() {
     // A section shows the inside of a body. It is drawn like the cut face, so that the body looks closed and solid.
     n = -frame.section.xyz;
     vec4 fill = frame.tissue_color[in_pair & 255u];
-    out_color = vec4(tone_map(shade(n, n, v, Look(0.85 * fill.rgb, 0.8, 0.0, kUsualDry, 0.0), vec2(1.0), open_light(n, v))), 1.0);
+    out_color = vec4(tone_map(shade(n, n, v, Look(0.85 * fill.rgb, 0.8, 0.0, kUsualDry, 0.0), kOpen, open_light(n, v))), 1.0);
     return;
   }
   if (holds(kHoldsBacks) && !gl_FrontFacing) {
     // The back of an open surface is drawn in one colour, without tissue. It is lit from the viewer's side, without the
     // surface's own shadow.
-    out_color = vec4(with_cursor(tone_map(shade(-n, -n, v, Look(vec3(0.16, 0.19, 0.24), 0.9, 0.0, kUsualDry, 0.0), vec2(0.4, 0.8), open_light(-n, v)))), 1.0);
+    out_color = vec4(with_cursor(tone_map(shade(-n, -n, v, Look(vec3(0.16, 0.19, 0.24), 0.9, 0.0, kUsualDry, 0.0), vec3(0.4, 0.8, kUsualHollow), open_light(-n, v)))), 1.0);
     return;
   }
   uint a = in_pair & 255u, b = in_pair >> 8;
@@ -77,7 +80,7 @@ void main() {
     look = mix(look, in_second_look, fraction);
     if (fraction > 0.5) main_tissue = b;
   }
-  vec2 light = kLightPerVertex ? vec2(1.0) : visibility(in_position, n, in_lamp.x);
+  vec3 light = kLightPerVertex ? kOpen : visibility(in_position, n, in_lamp.x);
 
   if (holds(kHoldsDecay) && (a == kCaries || b == kCaries)) {
     float decay = a == b ? 1.0 : a == kCaries ? 1.0 - fraction : fraction;
@@ -97,7 +100,7 @@ void main() {
     // Glass is transparent when it is viewed along its normal, and dense at grazing angles.
     float turn = 1.0 - abs(dot(n, v));
     float alpha = mix(0.06, 0.80, turn * turn * turn) * (main_tissue == kEnamel ? 1.0 : 0.75);
-    vec3 glow = tone_map(shade(n, n, v, Look(mix(color, vec3(0.55, 0.75, 1.0), 0.35), 0.2, 0.5, kUsualDry, 0.9), vec2(1.0), open_light(n, v)));
+    vec3 glow = tone_map(shade(n, n, v, Look(mix(color, vec3(0.55, 0.75, 1.0), 0.35), 0.2, 0.5, kUsualDry, 0.9), kOpen, open_light(n, v)));
     out_color = vec4(glow * alpha, alpha);
     return;
   }

@@ -86,7 +86,7 @@ void main() {
     out_half_way = mirrored;
   } else {
     if ((kHolds & kHoldsGum) != 0) out_first.rgb *= mean_texture(tissue_1), out_second.rgb *= mean_texture(tissue_2);
-    vec2 light = visibility(world, n, around.w);
+    vec3 light = visibility(world, n, around.w);
     vec3 v = normalize(frame.eye[VIEW].xyz - world);
     float nv = max(dot(n, v), 1e-3), second = tissue_1 == tissue_2 ? 0.0 : step(0.5, share);
     out_first_look = surface_look(tissue_1, out_first_look, cut);
@@ -105,7 +105,7 @@ void main() {
     Look shown = Look(color, look.x, look.w, look.y, look.z);
     out_light.rgb = film_passes(nv, shown) * arriving(n, v, color, look.w, light, around.rgb) + light.y * out_light.rgb;
     out_half_way = normalize(frame.key.xyz + v);
-    CornerGloss gloss = corner_gloss(n, v, out_half_way, shown, light, Around(around.rgb, mirrored));
+    CornerGloss gloss = corner_gloss(n, v, out_half_way, shown, light.xy, Around(around.rgb, mirrored));
     out_room = gloss.broad;
     out_lamp = vec4(gloss.lamp, gloss.width);
   }

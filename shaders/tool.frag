@@ -50,7 +50,7 @@ void main() {
   }
   float brushed = abs(in_look.y - kBrushed) < 0.5 ? smoothstep(0.0, 0.3, length(around)) : 0.0;
   vec3 above = in_position + 0.3e-3 * frame.key.xyz;
-  vec2 light = kLightPerVertex ? in_light : tissue_visibility(above, normalize(in_normal.xyz), 1.0);
+  vec2 light = kLightPerVertex ? in_light : tissue_visibility(above, normalize(in_normal.xyz), 1.0).xy;
   float room = kLightGrid ? 0.0 : 1.0;
   vec3 color = brushed_metal(n, v, groove, brushed, filtered_roughness(in_look.x, n), tint, room, in_around);
   color *= mix(0.45, 1.0, light.x) * mix(0.5, 1.0, light.y);

@@ -51,5 +51,5 @@ void main() {
   vec3 r = reflect(normalize(world - frame.eye[VIEW].xyz), out_normal.xyz);
   out_around = kLightGrid ? mirrored_light(world, r) : vec3(0.0);
   // Tissue casts shadows on the tool. The lookup is displaced towards the lamp, away from the touched surface.
-  out_light = kLightPerVertex ? tissue_visibility(world + 0.3e-3 * frame.key.xyz, out_normal.xyz, 1.0) : vec2(1.0);
+  out_light = kLightPerVertex ? tissue_visibility(world + 0.3e-3 * frame.key.xyz, out_normal.xyz, 1.0).xy : vec2(1.0);
 }

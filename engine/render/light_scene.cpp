@@ -14,7 +14,7 @@ namespace typodont::render {
 
 namespace {
 
-constexpr int kRays = 128;             // number of rays for each sample of the grid
+constexpr int kRays = 120;             // number of rays for each sample of the grid
 constexpr std::int32_t kNothing = -1;  // value in `met` if a ray meets no triangle; else `met` has the triangle's index
 constexpr std::int32_t kBack = -2;     // value in `met` if the ray meets the back of a triangle
 // largest fraction of a sample's rays that may meet the back of a triangle; with a larger fraction, the sample is
@@ -31,6 +31,7 @@ constexpr int kLampRays = 4;
 // surface may be curved where the triangle is flat. Some lookup points then lie outside the box that is computed from
 // the flat triangle.
 constexpr float kCurved = 0.15f;
+constexpr int kOpenStep = 4;  // distance, in grid spacings, of the samples in open space
 // distance from a surface, in grid spacings, of the point at which the surface's light is looked up
 constexpr double kBegin = 0.5;
 
@@ -340,6 +341,11 @@ struct LightScene::Impl {
         for (int y = first.y; y <= last.y; ++y)
           for (int z = first.z; z <= last.z; ++z) wanted[empty.index(0, {x, y, z})] = 1;
     }
+    // The tool is drawn in the open space between the bodies, where the light changes slowly. fill() interpolates
+    // between these samples.
+    for (int x = 0; x < empty.size.x; x += kOpenStep)
+      for (int y = 0; y < empty.size.y; y += kOpenStep)
+        for (int z = 0; z < empty.size.z; z += kOpenStep) wanted[empty.index(0, {x, y, z})] = 1;
     for (int x = 0; x < empty.size.x; ++x)
       for (int y = 0; y < empty.size.y; ++y)
         for (int z = 0; z < empty.size.z; ++z) {
