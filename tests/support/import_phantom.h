@@ -28,6 +28,7 @@ struct Phantom {
   /// Returns the samples. x is the fastest index, as in the files.
   std::vector<double> scan(unsigned seed = 1) const {
     std::vector<double> v(static_cast<std::size_t>(size.x) * size.y * static_cast<std::size_t>(size.z));
+    const std::vector<double> corners = corner_greys();
     std::size_t i = 0;
     for (int z = 0; z < size.z; ++z) {
       for (int y = 0; y < size.y; ++y) {
@@ -35,9 +36,8 @@ struct Phantom {
           double sum = 0;
           const double middle = grey(glm::dvec3(x, y, z) * spacing);
           bool pure = true;
-          for (int k = 0; k < 8 && pure; ++k) {
-            pure = grey((glm::dvec3(x, y, z) + glm::dvec3(k & 1, k >> 1 & 1, k >> 2) - 0.5) * spacing) == middle;
-          }
+          for (int k = 0; k < 8 && pure; ++k)
+            pure = corners[corner(x + (k & 1), y + (k >> 1 & 1), z + (k >> 2))] == middle;
           if (pure || fine == 1) {
             v[i] = middle;
             continue;
@@ -55,12 +55,14 @@ struct Phantom {
     for (int a = 0; a < 3 && blur > 0; ++a) {
       const double s = blur / spacing[a];
       const int r = static_cast<int>(4 * s) + 1;
+      std::vector<double> weights;
+      for (int k = -r; k <= r; ++k) weights.push_back(std::exp(-0.5 * k * k / (s * s)));
       const std::vector<double> from = v;
       for (std::size_t j = 0; j < v.size(); ++j) {
         const int at = static_cast<int>(j) / stride[a] % size[a];
         double sum = 0, norm = 0;
         for (int k = -r; k <= r; ++k) {
-          const double w = std::exp(-0.5 * k * k / (s * s));
+          const double w = weights[static_cast<std::size_t>(k + r)];
           const int q = std::clamp(at + k, 0, size[a] - 1);
           sum += w * from[j + static_cast<std::size_t>(static_cast<std::ptrdiff_t>(q - at) * stride[a])];
           norm += w;
@@ -72,6 +74,21 @@ struct Phantom {
     std::normal_distribution<double> normal(0, 1);
     if (noise > 0) {
       for (double& g : v) g += noise * normal(random);
+    }
+    return v;
+  }
+
+ private:
+  std::size_t corner(int x, int y, int z) const {
+    return (static_cast<std::size_t>(z) * (size.y + 1) + y) * (size.x + 1) + x;
+  }
+  /// Returns the grey values at the corners of the voxels, each of which up to eight voxels share.
+  std::vector<double> corner_greys() const {
+    std::vector<double> v(corner(0, 0, size.z + 1));
+    for (int z = 0; z <= size.z; ++z) {
+      for (int y = 0; y <= size.y; ++y) {
+        for (int x = 0; x <= size.x; ++x) v[corner(x, y, z)] = grey((glm::dvec3(x, y, z) - 0.5) * spacing);
+      }
     }
     return v;
   }

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <glm/glm.hpp>
+#include <vector>
 
 #include "engine/contract/tissue.h"
 #include "tests/support/import_phantom.h"
@@ -50,7 +51,7 @@ class JawPhantom {
   Tissue tissue(const glm::dvec3& q) const {
     for (std::size_t k = 0; k < a_.teeth; ++k) {
       const glm::dvec3 r = q - glm::dvec3(place(k), kY, 0);
-      const double out = std::hypot(r.x, r.y);
+      const double out = length_of(r.x, r.y);
       if (q.z >= kNeck) {
         if (crown_distance(k, r) >= 0) continue;
         if (inside_ellipsoid(out, r.z - 25.5, 1.2 * a_.chamber, 2 * a_.chamber) || (out < a_.root_canal && r.z < 25))
@@ -62,12 +63,12 @@ class JawPhantom {
     }
     if (!inside_bone(q, 0)) return Tissue::kAir;
     for (std::size_t k = 0; k < a_.teeth; ++k) {
-      const double out = std::hypot(q.x - place(k), q.y - kY);
+      const double out = length_of(q.x - place(k), q.y - kY);
       if (out < root_radius(q.z + kLigament) + kLigament) return Tissue::kAir;
       if (a_.lamina && out < root_radius(q.z + kLigament + kLamina) + kLigament + kLamina) return Tissue::kCorticalBone;
     }
-    const double from_canal = glm::length(q - canal_centre(q.x));
     if (inside_bone(q, kShell)) {
+      const double from_canal = glm::length(q - canal_centre(q.x));
       if (from_canal < a_.nerve) return Tissue::kPulp;
       if (from_canal < a_.nerve + a_.nerve_wall) return Tissue::kCorticalBone;
       return Tissue::kCancellousBone;
@@ -165,15 +166,33 @@ class JawPhantom {
   PerTissue volumes(double from = 0) const {
     constexpr double kCell = 0.2;
     constexpr int kFine = 6;
+    const auto places = [](double first, double end) {  // of the corners of the cells along an axis
+      std::vector<double> at;
+      double next = first;
+      for (; next < end - kCell / 2; next += kCell) at.push_back(next);
+      at.push_back(next);
+      return at;
+    };
+    const std::vector<double> xs = places(0, 30), ys = places(0, 24), zs = places(from, 33);
+    const auto corner = [&](std::size_t x, std::size_t y, std::size_t z) {
+      return (x * ys.size() + y) * zs.size() + z;
+    };
+    std::vector<Tissue> corners;  // at the corners, each of which up to eight cells share
+    corners.reserve(corner(xs.size(), 0, 0));
+    for (const double x : xs) {
+      for (const double y : ys) {
+        for (const double z : zs) corners.push_back(tissue({x, y, z}));
+      }
+    }
     PerTissue v{};
-    for (double x = 0; x < 30 - kCell / 2; x += kCell) {
-      for (double y = 0; y < 24 - kCell / 2; y += kCell) {
-        for (double z = from; z < 33 - kCell / 2; z += kCell) {
-          const glm::dvec3 q(x, y, z);
+    for (std::size_t x = 0; x + 1 < xs.size(); ++x) {
+      for (std::size_t y = 0; y + 1 < ys.size(); ++y) {
+        for (std::size_t z = 0; z + 1 < zs.size(); ++z) {
+          const glm::dvec3 q(xs[x], ys[y], zs[z]);
           const Tissue middle = tissue(q + kCell / 2);
           bool pure = true;
-          for (int k = 0; k < 8 && pure; ++k)
-            pure = tissue(q + kCell * glm::dvec3(k & 1, k >> 1 & 1, k >> 2)) == middle;
+          for (std::size_t k = 0; k < 8 && pure; ++k)
+            pure = corners[corner(x + (k & 1), y + (k >> 1 & 1), z + (k >> 2))] == middle;
           if (pure) {
             v[static_cast<std::size_t>(middle)] += std::pow(kCell, 3);
             continue;
@@ -197,8 +216,11 @@ class JawPhantom {
   }
   static bool inside_bone(const glm::dvec3& q, double shell) {
     const glm::dvec3 r = (q - glm::dvec3(14.75, 12, 12.5)) / (glm::dvec3(13, 8, 10.5) - shell);
-    return std::pow(std::abs(r.x), 4) + r.y * r.y * r.y * r.y + std::pow(std::abs(r.z), 4) < 1;
+    const glm::dvec3 square = r * r;
+    return glm::dot(square, square) < 1;
   }
+  /// Unlike std::hypot, without the care for overflow, because a scan needs the tissue at many millions of positions.
+  static double length_of(double x, double y) { return std::sqrt(x * x + y * y); }
 
   JawArtefacts a_;
 };
