@@ -111,7 +111,8 @@ inline std::string cut_and_compare(int cuts) {
   for (int cut = 1; cut <= cuts; ++cut) {
     glm::dvec3 centre(place(random), place(random), place(random));
     const int axis = cut % 3;
-    centre[axis] = cut % 6 < 3 ? 3.0 + 0.0006 * cut : block.side() - 3.0 - 0.0006 * cut;
+    const double depth = 3 + 6.0 * cut / cuts;  // in voxels; the cuts go deeper and deeper
+    centre[axis] = cut % 6 < 3 ? depth : block.side() - depth;
     for (const glm::ivec3& key : block.cut(centre, size(random))) put(mesher, block.brick(key));
     mesher.remesh();
     if (cut != 10 && cut != cuts / 10 && cut != cuts) continue;
