@@ -40,7 +40,7 @@ int brown(const render::Picture& picture) {
 TEST(Demo, MakesPicturesFilmSoundSessionAndReportOfACavityWhereTheLesionWas) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   const std::string out = folder / "demo";
-  const Ran ran = folder.run("demo --fps 4 --size 640x360 --out " + out);
+  const Ran ran = folder.run("demo --fps 1 --size 640x360 --out " + out);
   ASSERT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("Made in"));
 
