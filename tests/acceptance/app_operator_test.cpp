@@ -113,6 +113,10 @@ struct OperatorWindow : testing::Test {
     for (const HandAt& row : rows) hand += fmt::format("{},6.8,5.8,{},1,0,0,0,{}\n", row.t, row.z, row.pedal);
     folder.write("hand.csv", hand);
   }
+  /// A shorter session, for tests that press no key during it.
+  void shorten_the_session() const {
+    write_hand({{0.0, 18.5, 0}, {0.3, 17.6, 0}, {0.5, 17.5, 1}, {1.5, 17.0, 1}, {1.7, 19.0, 0}, {2.0, 19.0, 0}});
+  }
   /// Afterwards the hand rests above the block. A key ends the session, however late it comes on a busy machine.
   void let_the_hand_rest() const {
     folder.write("hand.csv", read_text(folder / "hand.csv") + "300,6.8,5.8,19,1,0,0,0,0\n");
@@ -229,7 +233,7 @@ struct OperatorWindow : testing::Test {
   /// Starts an authoring session and paints a stroke. The hand drills first, and then presses the tool on the tissue
   /// until the end, because a stroke in the air does not count. The key is held until the stroke is visible.
   void paint_the_block(Program& program) {
-    write_hand({{0.0, 18.5, 0}, {0.5, 17.6, 0}, {2.0, 17.5, 1}, {4.0, 16.8, 1}, {4.1, 16.7, 0}, {300, 16.7, 0}});
+    write_hand({{0.0, 18.5, 0}, {0.4, 17.6, 0}, {0.6, 17.5, 1}, {1.8, 16.8, 1}, {1.9, 16.7, 0}, {300, 16.7, 0}});
     choose_block_and_script();
     press("Return");
     press("ctrl+e");
@@ -237,7 +241,7 @@ struct OperatorWindow : testing::Test {
     ASSERT_EQ(program.wait_for("session started: "), "block");
     const glm::ivec2 lo{400, 200}, hi{900, 600};
     ASSERT_TRUE(eventually([&] { return colours(lo, hi) > 200; })) << "the tissue is not visible";
-    std::this_thread::sleep_for(5s);  // the hand has come to rest
+    std::this_thread::sleep_for(2500ms);  // the hand has come to rest
     const render::Picture before = desktop.screen(kScreen);
     Desktop::xdotool("keydown p");
     EXPECT_TRUE(eventually([&] { return differing(before, desktop.screen(kScreen), lo, hi) > 100; }));
@@ -878,6 +882,7 @@ TEST_F(OperatorWindow, LeavingUnsavedWorkAsksWhetherToKeepOrDiscardIt) {
 }
 
 TEST_F(OperatorWindow, AMessageTellsThatAReportCannotBeOpened) {
+  shorten_the_session();
   std::filesystem::create_directories(folder / "bin");
   folder.write("bin/xdg-open", "#!/bin/sh\nexit 3\n");
   std::filesystem::permissions(folder / "bin/xdg-open", std::filesystem::perms::owner_all);
@@ -944,6 +949,7 @@ TEST_F(OperatorWindow, APreparationSavedInADiscardedSessionCanBeContinued) {
 }
 
 TEST_F(OperatorWindow, KeysMakeAFilmAndALearningCurveAndCancelledWorkLeavesNoFile) {
+  shorten_the_session();
   Program program(folder);
   open(program);
   choose_block_and_script();
