@@ -43,10 +43,11 @@ endfunction()
 # program. Every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [TIMEOUT s]: used if the
 # preset's timeout is too short, independently of the length of a campaign. [LIVE] or [WINDOW]: the tests need real time,
 # or a window on a display; they also get the label `live` and have a second try. One LIVE test and one WINDOW test run
-# at a time. [MEASURED pattern]: these tests measure time and get the kind bench.
+# at a time. [MEASURED pattern]: these tests measure time and get the kind bench. [TOGETHER suite …]: the tests of such a
+# suite share an expensive set-up, so they run in one process and become one ctest named KIND.Suite.
 include(GoogleTest)
 function(typodont_test name)
-  cmake_parse_arguments(ARG "LIVE;WINDOW" "KIND;TIMEOUT;MEASURED" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "LIVE;WINDOW" "KIND;TIMEOUT;MEASURED" "SOURCES;LIBS;TOGETHER" ${ARGN})
   set(timeout)
   if(ARG_TIMEOUT)
     set(timeout TIMEOUT ${ARG_TIMEOUT})
@@ -66,9 +67,18 @@ function(typodont_test name)
     set_target_properties(${name} PROPERTIES CROSSCOMPILING_EMULATOR
                           "${PROJECT_SOURCE_DIR}/tests/support/second_try.sh;${CMAKE_CROSSCOMPILING_EMULATOR}")
   endif()
+  set(elsewhere ${ARG_MEASURED})
+  foreach(suite ${ARG_TOGETHER})
+    list(APPEND elsewhere ${suite}.*)
+    add_test(NAME ${ARG_KIND}.${suite} COMMAND ${name} --gtest_filter=${suite}.* WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+    set_tests_properties(${ARG_KIND}.${suite} PROPERTIES LABELS ${ARG_KIND} ${timeout} ${alone})
+  endforeach()
   set(filter)
+  if(elsewhere)
+    list(JOIN elsewhere ":" elsewhere)
+    set(filter TEST_FILTER -${elsewhere})
+  endif()
   if(ARG_MEASURED)
-    set(filter TEST_FILTER -${ARG_MEASURED})
     gtest_discover_tests(${name} TEST_PREFIX bench. TEST_FILTER ${ARG_MEASURED} TEST_LIST ${name}_measured
                          DISCOVERY_TIMEOUT 60 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
                          PROPERTIES LABELS bench ${timeout} RUN_SERIAL TRUE)

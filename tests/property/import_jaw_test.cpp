@@ -26,7 +26,8 @@ Imported imported(const JawPhantom& jaw, double scale = 1) {
   return import_tissue(test::write_nrrd("jaw.nrrd", jaw.phantom(), test::bytes_as<float>(greys), "float"), options);
 }
 
-/// A jaw as present cone beam CTs show it, and the result of its import.
+/// A jaw as present cone beam CTs show it, and the result of its import. The tests ImportUsualJaw use this result and
+/// run in one process (TOGETHER in import.cmake).
 const JawPhantom& usual_jaw() {
   static const JawPhantom jaw{JawArtefacts{}};
   return jaw;
@@ -69,7 +70,7 @@ double distance_at(const Imported& i, const dvec3& mm) {
   return sum / t.frame.voxel;
 }
 
-TEST(ImportJaw, ARegionThatCutsRootsAndTheCanalHasTheLabelsOfTheWholeJaw) {
+TEST(ImportUsualJaw, ARegionThatCutsRootsAndTheCanalHasTheLabelsOfTheWholeJaw) {
   const Imported& whole_jaw = usual();
   // usual() has written the scan to this file. The walls of these regions cut both roots with their canals; one wall
   // cuts the nerve canal along its length.
@@ -106,14 +107,14 @@ Spread spread_of(std::vector<double> errors) {
   return {errors[errors.size() / 2], errors[errors.size() * 95 / 100]};
 }
 
-TEST(ImportJaw, HardTissuesHaveTheirVolumesWithinThreePercent) {
+TEST(ImportUsualJaw, HardTissuesHaveTheirVolumesWithinThreePercent) {
   for (const Tissue t : {Tissue::kEnamel, Tissue::kDentin, Tissue::kCorticalBone, Tissue::kCancellousBone})
     EXPECT_NEAR(relative_error(usual(), usual_truth(), t), 0, 0.03) << name_of(t);
   EXPECT_EQ(usual().report.jaw->crowns(), 2);
   EXPECT_EQ(usual().report.volume[static_cast<std::size_t>(Tissue::kAmalgam)], 0);
 }
 
-TEST(ImportJaw, PulpAndNerveHaveTheirVolumeWithinThreePercent) {
+TEST(ImportUsualJaw, PulpAndNerveHaveTheirVolumeWithinThreePercent) {
   EXPECT_NEAR(relative_error(usual(), usual_truth(), Tissue::kPulp), 0, 0.03);
 }
 
@@ -129,7 +130,7 @@ TEST(ImportJaw, PulpAndNerveHaveTheirVolumeWithinThreePercentOnOtherPhantoms) {
   }
 }
 
-TEST(ImportJaw, TheOuterSurfaceLiesWithinHalfAVoxel) {
+TEST(ImportUsualJaw, TheOuterSurfaceLiesWithinHalfAVoxel) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> place(3, 22);
   std::vector<double> errors;
@@ -149,7 +150,7 @@ TEST(ImportJaw, TheOuterSurfaceLiesWithinHalfAVoxel) {
   EXPECT_LT(s.most_of, 1);
 }
 
-TEST(ImportJaw, ARootEndsInItsLigamentWithinHalfAVoxel) {
+TEST(ImportUsualJaw, ARootEndsInItsLigamentWithinHalfAVoxel) {
   std::vector<double> errors;
   for (const double x : JawPhantom::kTeeth) {
     for (double z = JawPhantom::kApex + 1; z < JawPhantom::kNeck - 0.5; z += 0.25) {
@@ -170,7 +171,7 @@ TEST(ImportJaw, ARootEndsInItsLigamentWithinHalfAVoxel) {
   EXPECT_LT(s.most_of, 1);
 }
 
-TEST(ImportJaw, TheNerveCanalIsFoundWithinHalfAMillimetre) {
+TEST(ImportUsualJaw, TheNerveCanalIsFoundWithinHalfAMillimetre) {
   ASSERT_EQ(usual().report.jaw->canals.size(), 1U);
   double lo = 1e9, hi = -1e9;
   for (const dvec3& p : usual().report.jaw->canals[0].centre) {
@@ -221,7 +222,7 @@ bool notes_shading(const Imported& i) {
                              [](const std::string& note) { return note.find("(shading)") != std::string::npos; });
 }
 
-TEST(ImportJaw, ShadingOf600HounsfieldUnitsIsCorrectedAndDensityOfBoneIsNot) {
+TEST(ImportUsualJaw, ShadingOf600HounsfieldUnitsIsCorrectedAndDensityOfBoneIsNot) {
   const JawPhantom shaded(JawArtefacts{.shading = 600});
   const Imported i = imported(shaded);
   for (const Tissue t :
@@ -265,7 +266,7 @@ TEST(ImportJaw, RootCanalsOfLessThanFourVoxelsHaveTheirVolumeWithinTenPercent) {
   }
 }
 
-TEST(ImportJaw, TeethThatTouchEachOtherAreSeparated) {
+TEST(ImportUsualJaw, TeethThatTouchEachOtherAreSeparated) {
   // The crowns have a radius of 4 mm, so at a distance of 7 mm they overlap by 1 mm.
   for (const double second : {20.0, 17.2, 16.5}) {
     const JawPhantom jaw(JawArtefacts{.second = second});
@@ -283,7 +284,7 @@ TEST(ImportJaw, TeethThatTouchEachOtherAreSeparated) {
   }
 }
 
-TEST(ImportJaw, VolumeErrorsAreAtMostTwiceTheReportedUncertainty) {
+TEST(ImportUsualJaw, VolumeErrorsAreAtMostTwiceTheReportedUncertainty) {
   JawArtefacts artefacts;
   artefacts.blur = 0.3;
   artefacts.noise = 100;
