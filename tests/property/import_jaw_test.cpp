@@ -18,12 +18,12 @@ using haptics::Imported;
 using test::JawArtefacts;
 using test::JawPhantom;
 
-Imported imported(const JawPhantom& jaw, double scale = 1) {
+Imported imported(const JawPhantom& jaw, double scale = 1, const std::string& file = "jaw.nrrd") {
   haptics::ImportOptions options;
   options.preset = haptics::ImportPreset::kJaw;
   std::vector<double> greys = jaw.scan();
   for (double& g : greys) g *= scale;
-  return import_tissue(test::write_nrrd("jaw.nrrd", jaw.phantom(), test::bytes_as<float>(greys), "float"), options);
+  return import_tissue(test::write_nrrd(file, jaw.phantom(), test::bytes_as<float>(greys), "float"), options);
 }
 
 /// A jaw as present cone beam CTs show it, and the result of its import. The tests ImportUsualJaw use this result and
@@ -33,7 +33,7 @@ const JawPhantom& usual_jaw() {
   return jaw;
 }
 const Imported& usual() {
-  static const Imported i = imported(usual_jaw());
+  static const Imported i = imported(usual_jaw(), 1, "usual_jaw.nrrd");
   return i;
 }
 
@@ -79,7 +79,7 @@ TEST(ImportUsualJaw, ARegionThatCutsRootsAndTheCanalHasTheLabelsOfTheWholeJaw) {
     haptics::ImportOptions options;
     options.preset = haptics::ImportPreset::kJaw;
     options.region = {from * kMillimetre, to * kMillimetre};
-    const Imported part = import_tissue(test::scratch("jaw.nrrd"), options);
+    const Imported part = import_tissue(test::scratch("usual_jaw.nrrd"), options);
     // The region's wall at x = 20.8 mm cuts the second tooth in half. The test does not examine this tooth.
     const double last = to.x < 25 ? 14.5 : 29;
     PerTissue same{}, all{};
