@@ -23,6 +23,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/json.h"
+#include "engine/base/realtime.h"
 #include "engine/contract/contact.h"
 #include "engine/session/session_file.h"
 #include "haptics/devices.h"
@@ -131,7 +132,15 @@ class MockHid {
   void wake() { [[maybe_unused]] const auto n = ::write(umockdev_testbed_get_dev_fd(bed_, node_.c_str()), "!", 1); }
   void sleep() { ::tcflush(umockdev_testbed_get_dev_fd(bed_, node_.c_str()), TCIOFLUSH); }
 
+  /// Gives the calling thread of umockdev, which answers for all devices, a real-time priority. Otherwise, on a busy
+  /// machine, the servo would wait for the answer of a device for so long that the program rightly stops the drill.
+  static void answer_in_time() {
+    [[maybe_unused]] thread_local const RealtimeGranted granted =
+        enter_realtime({.priority = 82, .core = -1, .lock_memory = false});
+  }
+
   static gboolean on_ioctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, MockHid* self) {
+    answer_in_time();
     const gulong request = umockdev_ioctl_client_get_request(client);
     UMockdevIoctlData* arg = umockdev_ioctl_client_get_arg(client);
     if (request == HIDIOCGRDESCSIZE) {
@@ -156,6 +165,7 @@ class MockHid {
   }
 
   static gboolean on_read(UMockdevIoctlBase*, UMockdevIoctlClient* client, MockHid* self) {
+    answer_in_time();
     UMockdevIoctlData* arg = umockdev_ioctl_client_get_arg(client);
     Bytes report;
     {
@@ -179,6 +189,7 @@ class MockHid {
   }
 
   static gboolean on_write(UMockdevIoctlBase*, UMockdevIoctlClient* client, MockHid* self) {
+    answer_in_time();
     UMockdevIoctlData* arg = umockdev_ioctl_client_get_arg(client);
     const Bytes bytes(arg->data, arg->data + arg->data_len);
     umockdev_ioctl_client_complete(client, static_cast<glong>(bytes.size()), 0);
