@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tests/fuzz/targets.h"
+#include "tests/support/campaign.h"
 
 namespace typodont::test {
 namespace {
@@ -65,7 +66,7 @@ TEST_P(FuzzCorpus, FilesAndTheirDamagedCopiesAreReadOrRefused) {
   ASSERT_FALSE(corpus.empty());
   std::mt19937_64 random(42);
   for (const auto& bytes : corpus) GetParam().eat(bytes);
-  for (int i = 0; i < 300; ++i) GetParam().eat(damaged(corpus[random() % corpus.size()], random));
+  for (int i = 0; i < campaign(100); ++i) GetParam().eat(damaged(corpus[random() % corpus.size()], random));
 }
 
 INSTANTIATE_TEST_SUITE_P(Parsers, FuzzCorpus, testing::ValuesIn(fuzz_targets().begin(), fuzz_targets().end()),
